@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Case files (TOML) with messages that help: each value knows its file and line, a missing key, a
+// wrong type, a value out of range and an unknown key are InputErrors; an unknown key names the
+// nearest known one. A node is a light handle; the Config that made it must outlive it.
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace thermotwin::core {
+
+/// A nominal value with its uncertainty: `5.0` or `{value = 5.0, std_percent = 10}` in the file.
+struct Uncertain {
+  double value = 0.0;
+  double std_percent = 0.0;
+};
+
+/// What a number may be. The bounds are inclusive; NaN and infinity never are allowed.
+struct Range {
+  double low = -1e300;
+  double high = 1e300;
+};
+inline constexpr Range any_number{};
+inline constexpr Range positive{1e-300, 1e300};
+inline constexpr Range non_negative{0.0, 1e300};
+
+class Node;
+
+class Config {
+ public:
+  /// @throws InputError (unreadable, not UTF-8, not TOML; with line and column)
+  static Config load(const std::filesystem::path& path);
+  static Config parse(const std::string& text, const std::string& source);
+  Config(Config&&) noexcept;
+  Config& operator=(Config&&) noexcept;
+  ~Config();
+
+  Node root() const;
+  const std::string& text() const;    ///< the file as read
+  const std::string& source() const;  ///< its name for messages
+
+ private:
+  Config();
+  friend class Node;
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+/// A table of the file. Every key that is read counts as known; finish() refuses the others.
+class Node {
+ public:
+  bool has(const std::string& key) const;
+  std::vector<std::string> keys() const;  ///< as written; counts none as known
+
+  double number(const std::string& key, Range range = any_number) const;
+  double number_or(const std::string& key, double otherwise, Range range = any_number) const;
+  Uncertain uncertain(const std::string& key, Range range = any_number) const;
+  Uncertain uncertain_or(const std::string& key, Uncertain otherwise, Range range = any_number) const;
+  int integer(const std::string& key, int low, int high) const;
+  int integer_or(const std::string& key, int otherwise, int low, int high) const;
+  bool boolean_or(const std::string& key, bool otherwise) const;
+  std::string text(const std::string& key) const;
+  std::string text_or(const std::string& key, const std::string& otherwise) const;
+  /// @throws InputError unless the text is one of the allowed words
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed) const;
+  std::string choice_or(const std::string& key, const std::string& otherwise,
+                        const std::vector<std::string>& allowed) const;
+  Eigen::Vector3d vector3(const std::string& key) const;
+  std::vector<double> numbers(const std::string& key) const;
+  std::vector<std::string> texts(const std::string& key) const;  ///< a text or an array of texts
+  std::vector<std::string> texts_or_empty(const std::string& key) const;
+  /// [[x, y], ...] as rows (n x 2)
+  Eigen::MatrixX2d points2(const std::string& key) const;
+
+  Node table(const std::string& key) const;                   ///< [key] or key = {...}; required
+  std::optional<Node> table_if(const std::string& key) const;
+  std::vector<Node> tables(const std::string& key) const;     ///< [[key]]; absent: empty
+
+  /// "machine.toml:12 film[3].law" - of this table, or of one of its keys; the third [[film]] is [3]
+  std::string place() const;
+  std::string place(const std::string& key) const;
+
+  /// @throws InputError for the first key that nothing has asked for, with the nearest asked-for one
+  void finish() const;
+
+ private:
+  friend class Config;
+  struct Data;
+  explicit Node(std::shared_ptr<Data> data);
+  std::shared_ptr<Data> data_;
+};
+
+/// @throws InputError if two ids are equal or one is empty; ids may hold letters, digits, _ . -
+void require_unique_id(const std::string& id, const std::string& place,
+                       std::vector<std::string>& seen);
+
+}  // namespace thermotwin::core

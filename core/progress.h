@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Progress of long work on stderr: a bar with the time left on a terminal, a plain line every few
+// seconds otherwise, nothing when quiet. And Ctrl-C: long loops ask check_interrupt() between steps.
+
+#include <cstddef>
+#include <string>
+
+namespace thermotwin::core {
+
+/// No progress and no log lines from now on.
+void set_quiet(bool quiet);
+bool is_quiet();
+
+/// One plain line on stderr ("label: text"), unless quiet.
+void log_line(const std::string& text);
+
+/// A line on stderr that begins with "warning: ", even when quiet.
+void warn(const std::string& text);
+
+class Progress {
+ public:
+  /// @param label  what is done, e.g. "thermal run 'warm_up'"
+  /// @param total  number of steps, >= 1
+  Progress(std::string label, std::size_t total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Thread-safe. Also calls check_interrupt().
+  void advance(std::size_t steps = 1);
+
+ private:
+  struct State;
+  State* state_;
+};
+
+/// Installs the SIGINT and SIGTERM handlers that check_interrupt looks at; a second signal ends the
+/// process at once with status 130.
+void install_interrupt_handler();
+
+/// @throws Interrupted if the user asked to stop
+void check_interrupt();
+
+}  // namespace thermotwin::core

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Tables of numbers with named columns, as CSV files: first line the names, comma separated, a
+// blank cell or "nan" is a missing value (NaN). Errors name file, line and column.
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace thermotwin::core {
+
+struct Table {
+  std::string source;                ///< file it came from, for messages
+  std::vector<std::string> columns;  ///< unique, non-empty
+  Eigen::MatrixXd values;            ///< (rows x columns), NaN where missing
+
+  Eigen::Index rows() const { return values.rows(); }
+  /// @return index of the column, or nothing
+  std::optional<Eigen::Index> find(const std::string& name) const;
+  /// @throws InputError if absent (with the nearest known name)
+  Eigen::VectorXd column(const std::string& name) const;
+  /// @throws InputError with file and line where the column has a missing value
+  void require_complete(const std::string& column) const;
+  /// Line of the file (1-based) that holds row i.
+  static Eigen::Index line_of_row(Eigen::Index i) { return i + 2; }
+};
+
+/// @throws InputError: empty file, no header, double or empty names, a cell that is no number, a
+///         row with too few or too many cells
+Table read_csv(const std::filesystem::path& path);
+
+/// As read_csv, from text (tests, fuzzers). @param source  name for messages
+Table parse_csv(const std::string& text, const std::string& source);
+
+/// Writes whole or not at all. @param digits  significant digits of each number
+void write_csv(const std::filesystem::path& path, const Table& table, int digits = 9);
+
+/// Checks that column 0 is time_s, complete and strictly rising ("time runs backwards").
+void require_time_column(const Table& table);
+
+}  // namespace thermotwin::core

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "core/text.h"
+
+#include <gtest/gtest.h>
+
+namespace thermotwin::core {
+namespace {
+
+TEST(Text, EditDistance) {
+  EXPECT_EQ(edit_distance("", ""), 0U);
+  EXPECT_EQ(edit_distance("", "abc"), 3U);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3U);
+  EXPECT_EQ(edit_distance("sitting", "kitten"), 3U);
+  EXPECT_EQ(edit_distance("saturday", "sunday"), 3U);
+}
+
+TEST(Text, Nearest) {
+  EXPECT_EQ(nearest("spindel", {"speed", "spindle", "axis"}), "spindle");
+  EXPECT_EQ(nearest("x", {}), "");
+  EXPECT_EQ(nearest("ab", {"ac", "ad"}), "ac") << "the first of equals";
+}
+
+TEST(Text, Join) {
+  EXPECT_EQ(join({}), "");
+  EXPECT_EQ(join({"a"}), "a");
+  EXPECT_EQ(join({"a", "b", "c"}), "a, b, c");
+  EXPECT_EQ(join({"a", "b"}, "/"), "a/b");
+}
+
+TEST(Text, TableAlignsNumbersRightByShownWidth) {
+  EXPECT_EQ(format_table({{"model", "rms µm"}, {"größe", "1.5"}, {"b", "-12"}}),
+            "model  rms µm\n"
+            "-----  ------\n"
+            "größe     1.5\n"
+            "b         -12\n");
+}
+
+TEST(Text, TableTakesShortRows) {
+  EXPECT_EQ(format_table({{"a", "b"}, {"1"}}), "a  b\n-  -\n1\n");
+  EXPECT_EQ(format_table({}), "");
+}
+
+TEST(Text, Utf8) {
+  const auto bad_at = [](std::string_view text) {
+    const auto offset = find_invalid_utf8(text);
+    return offset ? static_cast<int>(*offset) : -1;
+  };
+  EXPECT_EQ(bad_at(""), -1);
+  EXPECT_EQ(bad_at("aµ€😀\xED\x9F\xBF\xEE\x80\x80\xF4\x8F\xBF\xBF"), -1);
+  EXPECT_EQ(bad_at("a\x80"), 1);                  // continuation alone
+  EXPECT_EQ(bad_at("ab\xC3"), 2);                 // cut off
+  EXPECT_EQ(bad_at("\xC3(") , 0);
+  EXPECT_EQ(bad_at("\xC0\xAF"), 0);               // overlong
+  EXPECT_EQ(bad_at("\xE0\x9F\xBF"), 0);           // overlong
+  EXPECT_EQ(bad_at("\xF0\x8F\xBF\xBF"), 0);       // overlong
+  EXPECT_EQ(bad_at("\xED\xA0\x80"), 0);           // surrogate
+  EXPECT_EQ(bad_at("\xF4\x90\x80\x80"), 0);       // above U+10FFFF
+  EXPECT_EQ(bad_at("\xF8\x88\x80\x80\x80"), 0);
+}
+
+}  // namespace
+}  // namespace thermotwin::core
