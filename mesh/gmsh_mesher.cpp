@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The only file that includes Gmsh.
+#include "mesh/gmsh_mesher.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gmsh.h>
+#include <unistd.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <mutex>
+#include <numbers>
+#include <unordered_map>
+
+#include "core/error.h"
+#include "core/file.h"
+
+namespace thermotwin::mesh {
+
+namespace {
+
+using DimTags = gmsh::vectorpair;
+using Tags = std::vector<std::size_t>;
+
+/// OpenCASCADE prints to stdout, where our results go: stdout leads nowhere meanwhile.
+class Silence {
+ public:
+  Silence() {
+    std::fflush(stdout);
+    saved_ = ::dup(1);
+    const int nowhere = ::open("/dev/null", O_WRONLY);
+    if (nowhere >= 0) {
+      ::dup2(nowhere, 1);
+      ::close(nowhere);
+    }
+  }
+  ~Silence() {
+    std::fflush(stdout);
+    if (saved_ >= 0) {
+      ::dup2(saved_, 1);
+      ::close(saved_);
+    }
+  }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  int saved_ = -1;
+};
+
+class Session {
+ public:
+  Session() : lock_(mutex()) {
+    gmsh::initialize(0, nullptr, false);
+    gmsh::option::setNumber("General.Terminal", 0);
+    gmsh::option::setNumber("General.NumThreads", 1);
+    gmsh::option::setString("Geometry.OCCTargetUnit", "MM");
+    gmsh::option::setNumber("Geometry.OCCImportLabels", 1);
+    gmsh::option::setNumber("Mesh.Algorithm3D", 1);  // Delaunay
+    gmsh::option::setNumber("Mesh.Optimize", 1);
+    gmsh::model::add("body");
+  }
+  ~Session() {
+    try {
+      gmsh::finalize();
+    } catch (...) {  // nothing is left to be done about it
+    }
+  }
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex one;
+    return one;
+  }
+  std::lock_guard<std::mutex> lock_;
+  Silence silence_;
+};
+
+std::string last_error() {
+  std::string text;
+  try {
+    gmsh::logger::getLastError(text);
+  } catch (...) {
+  }
+  return text.empty() ? "no details" : text;
+}
+
+/// Runs work in a session; whatever Gmsh throws becomes a MeshError that begins with `doing`.
+template <class Result>
+Result in_session(const std::string& place, const std::string& doing, const std::string& allowed,
+                  const std::function<Result()>& work) {
+  const Session session;
+  try {
+    return work();
+  } catch (const core::Error&) {
+    throw;
+  } catch (const std::string& text) {
+    throw core::MeshError(place, doing + ": " + text, allowed);
+  } catch (const std::exception& error) {
+    throw core::MeshError(place, doing + ": " + error.what(), allowed);
+  } catch (...) {
+    throw core::MeshError(place, doing + ": " + last_error(), allowed);
+  }
+}
+
+void set_sizes(const ImportOptions& options, double unit, int elements_per_turn) {
+  const double size = options.element_size_m / unit;
+  const double least = options.min_element_size_m > 0.0 ? options.min_element_size_m / unit : 0.25 * size;
+  gmsh::option::setNumber("Mesh.MeshSizeMax", size);
+  gmsh::option::setNumber("Mesh.MeshSizeMin", std::min(least, size));
+  gmsh::option::setNumber("Mesh.MeshSizeFromCurvature", elements_per_turn);
+}
+
+/// Nodes of the current model by number, and the tetrahedra.
+struct NodeTable {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<long> labels;
+  std::unordered_map<std::size_t, int> index;
+
+  NodeTable() {
+    Tags tags;
+    std::vector<double> coordinates, parameters;
+    gmsh::model::mesh::getNodes(tags, coordinates, parameters, -1, -1, false, false);
+    std::vector<std::size_t> order(tags.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tags[a] < tags[b]; });
+    for (const std::size_t i : order) {
+      if (!index.emplace(tags[i], static_cast<int>(points.size())).second) continue;
+      points.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
+      labels.push_back(static_cast<long>(tags[i]));
+    }
+  }
+  int operator()(std::size_t tag) const {
+    const auto found = index.find(tag);
+    if (found == index.end()) throw std::string(fmt::format("node {} does not exist", tag));
+    return found->second;
+  }
+};
+
+constexpr int tri3 = 2, tet4 = 4, tri6 = 9, tet10 = 11;  // Gmsh's element types
+
+/// Triangles on one surface entity (or on all: -1).
+std::vector<std::array<int, 3>> triangles_on(int entity, const NodeTable& nodes) {
+  std::vector<std::array<int, 3>> result;
+  for (const auto& [type, stride] : {std::pair{tri3, 3}, std::pair{tri6, 6}}) {
+    Tags tags, corner;
+    gmsh::model::mesh::getElementsByType(type, tags, corner, entity);
+    for (std::size_t i = 0; i + static_cast<std::size_t>(stride) <= corner.size();
+         i += static_cast<std::size_t>(stride))
+      result.push_back({nodes(corner[i]), nodes(corner[i + 1]), nodes(corner[i + 2])});
+  }
+  return result;
+}
+
+RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& tets_of_volume,
+                  const NodeTable& nodes) {
+  RawMesh raw;
+  raw.source = source;
+  raw.points = nodes.points;
+  raw.node_labels = nodes.labels;
+  DimTags volumes;
+  gmsh::model::getEntities(volumes, 3);
+  for (const auto& [dim, volume] : volumes)
+    for (const auto& [type, stride] : {std::pair{tet4, 4}, std::pair{tet10, 10}}) {
+      Tags tags, corner;
+      gmsh::model::mesh::getElementsByType(type, tags, corner, volume);
+      raw.quadratic = raw.quadratic || (type == tet10 && !tags.empty());
+      for (std::size_t e = 0; e < tags.size(); ++e) {
+        const std::size_t first = e * static_cast<std::size_t>(stride);
+        tets_of_volume[volume].push_back(static_cast<int>(raw.tets.size()));
+        raw.tets.push_back({nodes(corner[first]), nodes(corner[first + 1]), nodes(corner[first + 2]),
+                            nodes(corner[first + 3])});
+        raw.tet_labels.push_back(static_cast<long>(tags[e]));
+      }
+    }
+  return raw;
+}
+
+/// Own name of a CAD entity: the last part of its path in the assembly; "" if the writer made it up.
+std::string label(int dim, int tag) {
+  std::string name;
+  gmsh::model::getEntityName(dim, tag, name);
+  if (const std::size_t slash = name.rfind('/'); slash != std::string::npos) name.erase(0, slash + 1);
+  return name.find("Open CASCADE") != std::string::npos ? std::string() : name;
+}
+
+/// Makes the solids share their faces. @return name of each volume that has one
+std::map<int, std::string> join_solids(const DimTags& solids) {
+  std::map<int, std::string> names;
+  std::vector<std::string> before;
+  for (const auto& [dim, tag] : solids) before.push_back(label(dim, tag));
+  if (solids.size() == 1) {
+    if (!before[0].empty()) names[solids[0].second] = before[0];
+    return names;
+  }
+  DimTags joined;
+  std::vector<DimTags> from;
+  gmsh::model::occ::fragment({solids.front()}, DimTags(solids.begin() + 1, solids.end()), joined, from);
+  gmsh::model::occ::synchronize();
+  for (std::size_t i = 0; i < solids.size() && i < from.size(); ++i)
+    if (!before[i].empty())
+      for (const auto& [dim, tag] : from[i])
+        if (dim == 3) names[tag] = before[i];
+  return names;
+}
+
+/// Smallest mean ratio quality of the tetrahedra (see mesh::quality).
+double worst_quality() {
+  const NodeTable nodes;
+  Tags tags, corner;
+  gmsh::model::mesh::getElementsByType(tet4, tags, corner);
+  double worst = 1.0;
+  for (std::size_t e = 0; e < tags.size(); ++e) {
+    std::array<Eigen::Vector3d, 4> p;
+    for (std::size_t i = 0; i < 4; ++i)
+      p[i] = nodes.points[static_cast<std::size_t>(nodes(corner[4 * e + i]))];
+    double squares = 0.0;
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < i; ++j) squares += (p[i] - p[j]).squaredNorm();
+    const double volume = std::max(0.0, (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) / 6.0);
+    worst = std::min(worst, squares > 0.0 ? 12.0 * std::pow(3.0 * volume, 2.0 / 3.0) / squares : 0.0);
+  }
+  return worst;
+}
+
+/// Fills the volumes. Slivers that the first optimisation leaves get a round with a higher threshold
+/// (this Gmsh comes without Netgen's optimiser); what then remains shows in the quality table.
+void generate() {
+  gmsh::model::mesh::generate(3);
+  if (worst_quality() >= 0.1) return;
+  gmsh::option::setNumber("Mesh.OptimizeThreshold", 0.6);
+  gmsh::model::mesh::optimize("", true);
+}
+
+}  // namespace
+
+TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options) {
+  const std::string place = "body '" + options.body + "': " + path.string();
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    throw core::InputError(place, "no such file", "a readable STEP or BREP file");
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  const double unit = extension == ".brep" ? options.unit_m : 1e-3;  // a STEP file states its unit
+  const RawMesh raw = in_session<RawMesh>(
+      place, "meshing failed", "a valid solid (try another element_size_mm, or repair the CAD file)", [&] {
+        DimTags shapes, solids;
+        try {
+          gmsh::model::occ::importShapes(path.string(), shapes, true);
+          gmsh::model::occ::synchronize();
+        } catch (...) {
+          throw core::MeshError(place, "unreadable (" + last_error() + ")", "a STEP or BREP file");
+        }
+        gmsh::model::getEntities(solids, 3);
+        if (solids.empty())
+          throw core::MeshError(place, "no solid",
+                                "one or more closed solids (surfaces or wires are not enough)");
+        std::map<int, std::string> face_names;
+        if (solids.size() == 1) {
+          DimTags faces;
+          gmsh::model::getEntities(faces, 2);
+          for (const auto& [dim, tag] : faces)
+            if (std::string name = label(dim, tag); !name.empty()) face_names[tag] = std::move(name);
+        }
+        const std::map<int, std::string> solid_names = join_solids(solids);
+        double box[6];
+        gmsh::model::getBoundingBox(-1, -1, box[0], box[1], box[2], box[3], box[4], box[5]);
+        Eigen::Matrix3Xd ends(3, 2);
+        ends << box[0], box[3], box[1], box[4], box[2], box[5];
+        check_extent(unit * ends, options.body);  // before a mesh of a billion elements
+        set_sizes(options, unit, options.elements_per_turn);
+        generate();
+        const NodeTable nodes;
+        std::map<int, std::vector<int>> tets_of;
+        RawMesh mesh = take_mesh(path.string(), tets_of, nodes);
+        for (const auto& [tag, name] : solid_names) {
+          auto& set = mesh.element_sets[name];
+          set.insert(set.end(), tets_of[tag].begin(), tets_of[tag].end());
+        }
+        for (const auto& [tag, name] : face_names) {
+          const auto triangles = triangles_on(tag, nodes);
+          auto& set = mesh.face_sets[name];
+          set.insert(set.end(), triangles.begin(), triangles.end());
+        }
+        return mesh;
+      });
+  ImportOptions as_meshed = options;
+  as_meshed.unit_m = unit;
+  return finish(raw, as_meshed);
+}
+
+TetMesh mesh_closed_surface(const Surface& surface, const ImportOptions& options) {
+  const std::string place = "body '" + options.body + "'";
+  constexpr double unit = 1e-3;
+  const RawMesh raw =
+      in_session<RawMesh>(place, "the surface could not be meshed",
+                          "a surface of well-shaped patches (try STEP, or another element_size_mm)", [&] {
+                            const int entity = gmsh::model::addDiscreteEntity(2);
+                            Tags node_tags, corner;
+                            std::vector<double> coordinates;
+                            for (Eigen::Index i = 0; i < surface.points.cols(); ++i) {
+                              node_tags.push_back(static_cast<std::size_t>(i) + 1);
+                              for (int k = 0; k < 3; ++k) coordinates.push_back(surface.points(k, i) / unit);
+                            }
+                            for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
+                              for (int k = 0; k < 3; ++k)
+                                corner.push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
+                            gmsh::model::mesh::addNodes(2, entity, node_tags, coordinates);
+                            gmsh::model::mesh::addElementsByType(entity, tri3, {}, corner);
+                            const double sharp = 40.0 * std::numbers::pi / 180.0;
+                            gmsh::model::mesh::classifySurfaces(sharp, true, true, std::numbers::pi);
+                            gmsh::model::mesh::createGeometry();
+                            DimTags faces;
+                            gmsh::model::getEntities(faces, 2);
+                            std::vector<int> tags;
+                            for (const auto& face : faces) tags.push_back(face.second);
+                            gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop(tags)});
+                            gmsh::model::geo::synchronize();
+                            // The curvature of a faceted surface is noise: the size alone counts.
+                            set_sizes(options, unit, 0);
+                            generate();
+                            const NodeTable nodes;
+                            std::map<int, std::vector<int>> tets_of;
+                            return take_mesh("surface mesh", tets_of, nodes);
+                          });
+  ImportOptions as_meshed = options;
+  as_meshed.unit_m = unit;
+  return finish(raw, as_meshed);
+}
+
+RawMesh read_msh(const std::filesystem::path& path) {
+  // Gmsh would run a script under this name: only mesh files may pass.
+  const std::string start = core::read_file(path).substr(0, 4096);
+  if (start.find("$MeshFormat") == std::string::npos)
+    throw core::MeshError(path.string(), "no $MeshFormat section", "a Gmsh mesh file, version 4.1 or 2.2");
+  return in_session<RawMesh>(path.string(), "unreadable", "a complete Gmsh mesh file, version 4.1 or 2.2",
+                             [&] {
+                               gmsh::open(path.string());
+                               const NodeTable nodes;
+                               std::map<int, std::vector<int>> tets_of;
+                               RawMesh raw = take_mesh(path.string(), tets_of, nodes);
+                               DimTags groups;
+                               gmsh::model::getPhysicalGroups(groups);
+                               for (const auto& [dim, tag] : groups) {
+                                 if (dim < 2) continue;
+                                 std::string name;
+                                 gmsh::model::getPhysicalName(dim, tag, name);
+                                 if (name.empty()) name = std::to_string(tag);
+                                 std::vector<int> entities;
+                                 gmsh::model::getEntitiesForPhysicalGroup(dim, tag, entities);
+                                 for (const int entity : entities) {
+                                   if (dim == 2) {
+                                     const auto triangles = triangles_on(entity, nodes);
+                                     auto& set = raw.face_sets[name];
+                                     set.insert(set.end(), triangles.begin(), triangles.end());
+                                   } else {
+                                     auto& set = raw.element_sets[name];
+                                     set.insert(set.end(), tets_of[entity].begin(), tets_of[entity].end());
+                                   }
+                                 }
+                               }
+                               return raw;
+                             });
+}
+
+}  // namespace thermotwin::mesh

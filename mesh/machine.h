@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The machine as machine.toml describes it: plain data, checked for consistency, no mesh yet.
+// All lengths in m, angles in rad, temperatures in degC where the name says so; ids are unique
+// within their kind. cases/README.md documents the file key by key.
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/config.h"
+
+namespace thermotwin::mesh {
+
+using core::Uncertain;
+
+struct Material {
+  std::string id;
+  double density = 0;               ///< kg/m^3
+  Uncertain specific_heat;          ///< J/(kg K)
+  double conductivity = 0;          ///< W/(m K)
+  Uncertain expansion;              ///< 1/K
+  double young = 0;                 ///< Pa
+  double poisson = 0;
+};
+
+/// Bodies are drawn in machine coordinates at home (all axes at 0): their frames coincide there.
+struct BodySpec {
+  std::string id, material;
+  std::filesystem::path cad;        ///< absolute
+  double unit_m = 0.001;
+  double element_size = 0.05;       ///< m, at size factor 1
+  int elements_per_turn = 8;
+  std::string parent;               ///< body that carries it; empty: the foundation
+  std::string axis;                 ///< axis between parent and body; empty: fixed
+  bool elastic = true;              ///< false: takes part in heat only (screws)
+};
+
+enum class AxisKind { linear, rotary };
+struct Axis {
+  std::string id;                   ///< "X", "B", ...
+  AxisKind kind = AxisKind::linear;
+  Eigen::Vector3d direction;        ///< unit; positive motion moves the body this way
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< point on a rotary axis, m, home frame
+  double low = 0, high = 0;         ///< travel, m or rad
+  bool endless = false;             ///< rotary without limits: position modulo one turn
+  double rapid = 0;                 ///< m/s or rad/s
+};
+
+/// A geometric rule; all conditions that are given must hold for a triangle (its centre, normal).
+struct Rule {
+  std::string group;                               ///< named group of the mesh
+  std::optional<Eigen::Vector3d> plane_point, plane_normal;  ///< within tolerance of the plane
+  std::optional<Eigen::Vector3d> cylinder_point, cylinder_axis;
+  double cylinder_radius = 0;                      ///< m; distance to the axis equals it
+  std::optional<Eigen::Vector3d> box_min, box_max; ///< m
+  std::optional<Eigen::Vector3d> normal;           ///< within max_angle of the outward normal
+  double max_angle = 0.35;                         ///< rad
+  double tolerance = 0.0005;                       ///< m, of plane and cylinder
+  std::string place;                               ///< where in the file, for messages
+};
+struct SurfaceSpec {
+  std::string id, body;
+  std::vector<Rule> any_of;                        ///< union of the rules; empty: whole skin
+  std::vector<std::string> except;                 ///< ids of surfaces of the body to leave out
+  std::string place;
+};
+
+/// Contact between a surface of a moving body (slave) and of its base (master), meshes that do not
+/// match. Axis "" for a joint that does not move. master "" is the ground (mounts): then
+/// ambient names its temperature.
+struct JointSpec {
+  std::string id, kind;             ///< "guide", "screw_nut", "bearing", "bolted", "mount"
+  std::string slave, master, axis, ambient;
+  Uncertain conductance;            ///< W/(m^2 K)
+  Uncertain stiffness_normal;       ///< N/m^3 (per area); 0: no elastic contact
+  Uncertain stiffness_tangential;   ///< N/m^3; along the axis of a linear guide it is 0
+  double reach = 0.005;             ///< m: largest gap between the surfaces that still is contact
+  Eigen::Vector3i divide = Eigen::Vector3i::Ones();  ///< cells along x, y, z of each pad
+  int sectors = 0;                  ///< > 0: sectors about sector_axis instead of cells
+  Eigen::Vector3d sector_point = Eigen::Vector3d::Zero(), sector_axis = Eigen::Vector3d::UnitZ();
+};
+
+/// Linear scale of a closed-loop axis: it fixes the relative position of the moved body along the
+/// axis at the head. The tape is fixed to its carrier at one point and expands by itself.
+struct ScaleSpec {
+  std::string axis;
+  std::string carrier, head_body;   ///< bodies
+  Eigen::Vector3d start, end;       ///< m, ends of the tape on the carrier, home frame
+  Eigen::Vector3d fixed_at;         ///< m, where the tape is fixed
+  Eigen::Vector3d head;             ///< m, reading point on the moved body, home frame
+  Uncertain expansion;              ///< 1/K
+};
+
+enum class FilmKind { constant, free_convection, rotating_disc };
+enum class Orientation { vertical, up, down };
+struct FilmSpec {
+  std::string id;
+  std::vector<std::string> surfaces;
+  std::string ambient = "air";
+  FilmKind kind = FilmKind::constant;
+  Uncertain coefficient;            ///< W/(m^2 K), constant part; factor of 1 for the laws below
+  Orientation orientation = Orientation::vertical;
+  double length = 1.0;              ///< m, characteristic, free convection
+  double delta = 3.0;               ///< K, reference temperature difference, free convection
+  double emissivity = 0.0;          ///< linearised radiation added at the reference temperature
+  std::string axis;                 ///< rotating_disc: axis or "spindle"
+  double radius = 0;                ///< m, of the disc
+  double fraction = 1.0;            ///< share of the disc's film that reaches this surface
+  std::string state;                ///< channel ("cutting_fluid.on") that multiplies; "" always 1
+};
+
+struct AmbientSpec {
+  std::string id;                   ///< "air", "foundation", "cutting_fluid"
+  Uncertain default_C;              ///< where nothing is measured
+  std::string follows;              ///< id of another ambient it equals by default, or ""
+  double offset = 0;                ///< K, added to what it follows; without follows: to its channel or default
+};
+
+/// Flow through channels in order; inlet from a chiller guided by a sensor (with its bias).
+struct CoolantSegment {
+  std::string id, surface;
+  Uncertain film_coefficient;       ///< W/(m^2 K)
+  double volume = 0.0005;           ///< m^3 of fluid
+};
+struct CoolantSpec {
+  std::string id;
+  Uncertain flow;                   ///< kg/s
+  double specific_heat = 1940, density = 815;
+  std::string guide_sensor;         ///< id; "" follows the ambient "air"
+  double guide_offset = 0;          ///< K, set point minus guide reading
+  double time_constant = 120;       ///< s, of the chiller's outlet
+  std::vector<CoolantSegment> segments;
+};
+
+/// Where a source's heat goes: a surface, or both sides of a joint (then it follows the axis).
+struct SourcePlace {
+  std::string surface, joint;
+  double share = 1.0;               ///< of the source; all shares add to at most 1 (rest: air)
+  double slave_share = 0.5;         ///< joint: part that goes to the slave's side
+};
+/// Power law of one input: the table is linear between its points and constant beyond them.
+struct PowerLaw {
+  std::string input;                ///< channel; its absolute value is used
+  std::vector<double> at, power;    ///< input unit, W
+};
+struct SourceSpec {
+  std::string id;
+  std::string drive;                ///< "<drive>.power_W" replaces the laws where it is given
+  double drive_loss_share = 1.0;    ///< share of the drive's power that becomes this heat
+  Uncertain scale{1.0, 0.0};
+  std::vector<PowerLaw> laws;       ///< added up
+  std::vector<SourcePlace> places;
+};
+
+struct SensorSpec {
+  std::string id, body;
+  Eigen::Vector3d point;            ///< m, home frame; moved to the nearest point of the body
+  double offset = 0;                ///< K
+  double uncertainty = 0.05;        ///< K, one standard deviation
+};
+
+struct TcpSpec {
+  std::string tool_body, tool_surface;    ///< the surface whose rigid motion is the tool's
+  Eigen::Vector3d tool_point;             ///< m, home frame
+  std::string table_body, table_surface;  ///< the surface whose rigid motion is the table's
+  Eigen::Vector3d table_point;            ///< m, centre of the table top, home frame
+  double table_radius = 0;                ///< m, reference radius of R0T
+  double functional_height = 0;           ///< m above the table, functional point of ISO errors
+};
+
+/// Grid of the workspace: positions per axis, m or rad, rising; the product is the pose grid.
+struct Workspace {
+  std::vector<std::string> axes;                ///< linear axes of the grid, then B ...
+  std::vector<std::vector<double>> positions;   ///< one list an axis
+  std::vector<std::string> table_axes;          ///< axes of the table side (B, C)
+  std::vector<std::vector<double>> table_positions;
+};
+
+struct Machine {
+  std::string name, kinematic_chain;
+  double reference_C = 20.0;        ///< temperature at which the machine has no error
+  double coarse = 1.0, standard = 0.55, fine = 0.32;  ///< size factors
+  double spindle_max_rpm = 0;
+  std::vector<Material> materials;
+  std::vector<BodySpec> bodies;
+  std::vector<Axis> axes;
+  std::vector<SurfaceSpec> surfaces;
+  std::vector<JointSpec> joints;
+  std::vector<ScaleSpec> scales;
+  std::vector<FilmSpec> films;
+  std::vector<AmbientSpec> ambients;
+  std::vector<CoolantSpec> coolants;
+  std::vector<SourceSpec> sources;
+  std::vector<SensorSpec> sensors;
+  TcpSpec tcp;
+  Workspace workspace;
+  std::filesystem::path path;       ///< machine.toml
+  std::string text;                 ///< its text, as read
+  std::string hash;                 ///< core::content_hash(text)
+
+  const Material& material(const std::string& id) const;   ///< ids are known to exist after reading
+  int body_index(const std::string& id) const;              ///< -1 if absent
+  int axis_index(const std::string& id) const;
+  int surface_index(const std::string& id) const;
+  int joint_index(const std::string& id) const;
+  int sensor_index(const std::string& id) const;
+};
+
+/// @throws InputError naming file, line, key; every reference between ids is checked
+Machine read_machine(const std::filesystem::path& path);
+/// From text (a model file keeps it); paths in it are relative to folder and need not exist.
+Machine parse_machine(const std::string& text, const std::filesystem::path& path);
+
+}  // namespace thermotwin::mesh

@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The structure of a machine from machine.toml: materials, bodies, axes, surfaces, joints, TCP.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/file.h"
+#include "core/text.h"
+#include "mesh/machine_reader.h"
+
+namespace thermotwin::mesh {
+
+using core::InputError;
+using core::Node;
+using core::Range;
+
+namespace reader {
+
+std::string Draft::define(const Node& node, const std::string& kind) {
+  std::string id = node.text("id");
+  core::require_unique_id(id, node.place("id"), ids[kind]);
+  places[kind + " " + id] = node.place();
+  return id;
+}
+
+std::string Draft::refer(const Node& node, const std::string& key, const std::string& kind) {
+  std::string id = node.text(key);
+  references.push_back({kind, id, node.place(key)});
+  return id;
+}
+
+std::string Draft::refer_or_empty(const Node& node, const std::string& key, const std::string& kind) {
+  return node.has(key) ? refer(node, key, kind) : std::string();
+}
+
+const std::string& Draft::place(const std::string& kind, const std::string& id) const {
+  return places.at(kind + " " + id);
+}
+
+Eigen::Vector3d point_mm(const Node& node, const std::string& key) {
+  return node.vector3(key) * millimetre;
+}
+
+Eigen::Vector3d unit_vector(const Node& node, const std::string& key) {
+  const Eigen::Vector3d vector = node.vector3(key);
+  const double length = vector.norm();
+  if (!(length > 1e-12))
+    throw InputError(node.place(key), "a vector of length 0", "a direction, of any length");
+  return vector / length;
+}
+
+Uncertain scaled(Uncertain value, double factor) {
+  value.value *= factor;  // the spread is relative
+  return value;
+}
+
+void refuse(const Node& node, const std::string& key, const std::string& reason) {
+  if (node.has(key)) throw InputError(node.place(key), "key '" + key + "' has no meaning here", reason);
+}
+
+namespace {
+
+Material read_material(const Node& node, Draft& draft) {
+  // Generous bounds that still catch a wrong unit.
+  Material material;
+  material.id = draft.define(node, "material");
+  material.density = node.number("density_kg_m3", {1.0, 30000.0});
+  material.specific_heat = node.uncertain("specific_heat_J_kgK", {10.0, 20000.0});
+  material.conductivity = node.number("conductivity_W_mK", {1e-3, 5000.0});
+  material.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
+  material.young = node.number("young_GPa", {1e-3, 2000.0}) * 1e9;
+  material.poisson = node.number("poisson", {-0.99, 0.499});
+  node.finish();
+  return material;
+}
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
+  return text;
+}
+
+std::filesystem::path read_cad_path(const Node& node, const Draft& draft, bool must_exist) {
+  static const std::vector<std::string> known = {".step", ".stp",  ".brep", ".stl", ".obj", ".ply",
+                                                 ".3mf",  ".gltf", ".glb",  ".msh", ".vtu", ".inp"};
+  const std::string written = node.text("cad");
+  const std::filesystem::path folder = std::filesystem::absolute(draft.machine.path).parent_path();
+  const std::filesystem::path path = (folder / written).lexically_normal();
+  if (std::find(known.begin(), known.end(), lower(path.extension().string())) == known.end())
+    throw InputError(node.place("cad"), "'" + written + "'", "a file of type " + core::join(known));
+  std::error_code ignored;
+  if (must_exist && !std::filesystem::is_regular_file(path, ignored))
+    throw InputError(node.place("cad"), "no such file: '" + path.string() + "'",
+                     "the path of a file, relative to the folder of machine.toml");
+  return path;
+}
+
+BodySpec read_body(const Node& node, Draft& draft, bool files_must_exist) {
+  BodySpec body;
+  body.id = draft.define(node, "body");
+  body.material = draft.refer(node, "material", "material");
+  body.cad = read_cad_path(node, draft, files_must_exist);
+  const std::string unit = node.choice_or("unit", "mm", {"mm", "m", "in"});
+  body.unit_m = unit == "mm" ? 1e-3 : unit == "m" ? 1.0 : 0.0254;
+  body.element_size = node.number("element_size_mm", {0.01, 10000.0}) * millimetre;
+  body.elements_per_turn = node.integer_or("elements_per_turn", 8, 3, 360);
+  body.parent = draft.refer_or_empty(node, "parent", "body");
+  body.axis = draft.refer_or_empty(node, "axis", "axis");
+  body.elastic = node.boolean_or("elastic", true);
+  node.finish();
+  return body;
+}
+
+Axis read_axis(const Node& node, Draft& draft) {
+  Axis axis;
+  axis.id = draft.define(node, "axis");
+  const bool linear = node.choice("kind", {"linear", "rotary"}) == "linear";
+  axis.kind = linear ? AxisKind::linear : AxisKind::rotary;
+  axis.direction = unit_vector(node, "direction");
+  const std::string travel_key = linear ? "travel_mm" : "travel_deg";
+  const std::string rapid_key = linear ? "rapid_mm_min" : "rapid_deg_min";
+  const double unit = linear ? millimetre : degree;
+  if (node.has("origin_mm")) axis.origin = point_mm(node, "origin_mm");
+  if (linear)
+    refuse(node, "endless", "a linear axis has travel_mm = [low, high]");
+  else
+    axis.endless = node.boolean_or("endless", false);
+  if (axis.endless) {
+    refuse(node, travel_key, "an endless axis has no travel: either of the two");
+    axis.high = 2.0 * std::numbers::pi;
+  } else {
+    const std::vector<double> travel = node.numbers(travel_key);
+    if (travel.size() != 2 || !(travel[0] < travel[1]))
+      throw InputError(node.place(travel_key),
+                       travel.size() == 2 ? fmt::format("[{}, {}]", travel[0], travel[1])
+                                          : fmt::format("{} numbers", travel.size()),
+                       "two numbers, low < high");
+    axis.low = travel[0] * unit;
+    axis.high = travel[1] * unit;
+  }
+  axis.rapid = node.number_or(rapid_key, 0.0, core::non_negative) * unit / 60.0;
+  node.finish();
+  return axis;
+}
+
+void require_together(const Node& node, const std::vector<std::string>& keys) {
+  for (const std::string& given : keys)
+    for (const std::string& other : keys)
+      if (node.has(given) && !node.has(other))
+        throw InputError(node.place(given), "'" + given + "' without '" + other + "'",
+                         core::join(keys) + " together");
+}
+
+Rule read_rule(const Node& node) {
+  Rule rule;
+  rule.place = node.place();
+  require_together(node, {"plane_point_mm", "plane_normal"});
+  require_together(node, {"cylinder_point_mm", "cylinder_axis", "cylinder_radius_mm"});
+  require_together(node, {"box_min_mm", "box_max_mm"});
+  rule.group = node.text_or("group", "");
+  if (node.has("plane_point_mm")) {
+    rule.plane_point = point_mm(node, "plane_point_mm");
+    rule.plane_normal = unit_vector(node, "plane_normal");
+  }
+  if (node.has("cylinder_axis")) {
+    rule.cylinder_point = point_mm(node, "cylinder_point_mm");
+    rule.cylinder_axis = unit_vector(node, "cylinder_axis");
+    rule.cylinder_radius = node.number("cylinder_radius_mm", core::positive) * millimetre;
+  }
+  if (node.has("box_min_mm")) {
+    rule.box_min = point_mm(node, "box_min_mm");
+    rule.box_max = point_mm(node, "box_max_mm");
+    if (!(rule.box_min->array() <= rule.box_max->array()).all())
+      throw InputError(node.place("box_min_mm"), "a corner above box_max_mm",
+                       "box_min_mm <= box_max_mm in x, y and z");
+  }
+  if (node.has("normal")) {
+    rule.normal = unit_vector(node, "normal");
+    if (node.has("max_angle_deg")) rule.max_angle = node.number("max_angle_deg", {0.0, 180.0}) * degree;
+  } else {
+    refuse(node, "max_angle_deg", "together with normal = [x, y, z]");
+  }
+  if (node.has("tolerance_mm")) rule.tolerance = node.number("tolerance_mm", core::non_negative) * millimetre;
+  node.finish();
+  if (rule.group.empty() && !rule.plane_point && !rule.cylinder_axis && !rule.box_min && !rule.normal)
+    throw InputError(rule.place, "a rule without a condition",
+                     "one or more of: group, plane_point_mm with plane_normal, cylinder_point_mm with "
+                     "cylinder_axis and cylinder_radius_mm, box_min_mm with box_max_mm, normal");
+  return rule;
+}
+
+SurfaceSpec read_surface_spec(const Node& node, Draft& draft) {
+  SurfaceSpec surface;
+  surface.place = node.place();
+  surface.id = draft.define(node, "surface");
+  surface.body = draft.refer(node, "body", "body");
+  if (node.has("rule")) refuse(node, "rules", "either rule or rules");
+  if (const auto rule = node.table_if("rule")) surface.any_of.push_back(read_rule(*rule));
+  for (const Node& rule : node.tables("rules")) surface.any_of.push_back(read_rule(rule));
+  surface.except = node.texts_or_empty("except");
+  for (const std::string& id : surface.except)
+    draft.references.push_back({"surface", id, node.place("except")});
+  node.finish();
+  return surface;
+}
+
+Eigen::Vector3i read_divide(const Node& node) {
+  const Eigen::Vector3d cells = node.vector3("divide");
+  for (const double count : cells)
+    if (!(count >= 1.0 && count <= 1000.0) || count != std::floor(count))
+      throw InputError(node.place("divide"), fmt::format("{}", count), "three whole numbers from 1 to 1000");
+  return cells.cast<int>();
+}
+
+JointSpec read_joint(const Node& node, Draft& draft) {
+  constexpr double per_mm3 = 1e9;
+  JointSpec joint;
+  joint.id = draft.define(node, "joint");
+  joint.kind = node.choice("kind", {"guide", "screw_nut", "bearing", "bolted", "mount"});
+  joint.slave = draft.refer(node, "slave", "surface");
+  if (joint.kind == "mount") {
+    refuse(node, "master", "a mount stands on the ground: ambient = \"foundation\" instead");
+    refuse(node, "axis", "a mount does not move");
+    joint.ambient = draft.refer(node, "ambient", "ambient");
+  } else {
+    refuse(node, "ambient", "only a mount has an ambient; other joints have a master");
+    joint.master = draft.refer(node, "master", "surface");
+    joint.axis = draft.refer_or_empty(node, "axis", "axis");
+  }
+  joint.conductance = node.uncertain("conductance_W_m2K", core::non_negative);
+  joint.stiffness_normal =
+      scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), per_mm3);
+  joint.stiffness_tangential =
+      scaled(node.uncertain_or("stiffness_tangential_N_mm3", {}, core::non_negative), per_mm3);
+  joint.reach = node.number_or("reach_mm", 5.0, core::positive) * millimetre;
+  if (node.has("divide")) joint.divide = read_divide(node);
+  joint.sectors = node.integer_or("sectors", 0, 0, 1000);
+  if (joint.sectors > 0) {
+    refuse(node, "divide", "either divide or sectors");
+    joint.sector_point = point_mm(node, "sector_point_mm");
+    joint.sector_axis = unit_vector(node, "sector_axis");
+  }
+  node.finish();
+  return joint;
+}
+
+ScaleSpec read_scale(const Node& node, Draft& draft) {
+  ScaleSpec scale;
+  scale.axis = draft.refer(node, "axis", "axis");
+  draft.places["scale " + std::to_string(draft.machine.scales.size())] = node.place();
+  scale.carrier = draft.refer(node, "carrier", "body");
+  scale.head_body = draft.refer(node, "head_body", "body");
+  scale.start = point_mm(node, "start_mm");
+  scale.end = point_mm(node, "end_mm");
+  scale.fixed_at = point_mm(node, "fixed_at_mm");
+  scale.head = point_mm(node, "head_mm");
+  scale.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
+  node.finish();
+  if ((scale.end - scale.start).norm() < 1e-6)
+    throw InputError(node.place("end_mm"), "the same point as start_mm", "the two ends of the tape");
+  return scale;
+}
+
+SensorSpec read_sensor(const Node& node, Draft& draft) {
+  SensorSpec sensor;
+  sensor.id = draft.define(node, "sensor");
+  sensor.body = draft.refer(node, "body", "body");
+  sensor.point = point_mm(node, "point_mm");
+  sensor.offset = node.number_or("offset_K", 0.0, {-100.0, 100.0});
+  sensor.uncertainty = node.number_or("uncertainty_K", 0.05, core::positive);
+  node.finish();
+  return sensor;
+}
+
+TcpSpec read_tcp(const Node& node, Draft& draft) {
+  TcpSpec tcp;
+  draft.places["tcp tool_surface"] = node.place("tool_surface");
+  draft.places["tcp table_surface"] = node.place("table_surface");
+  tcp.tool_body = draft.refer(node, "tool_body", "body");
+  tcp.tool_surface = draft.refer(node, "tool_surface", "surface");
+  tcp.tool_point = point_mm(node, "tool_point_mm");
+  tcp.table_body = draft.refer(node, "table_body", "body");
+  tcp.table_surface = draft.refer(node, "table_surface", "surface");
+  tcp.table_point = point_mm(node, "table_point_mm");
+  tcp.table_radius = node.number_or("table_radius_mm", 0.0, core::non_negative) * millimetre;
+  tcp.functional_height = node.number_or("functional_height_mm", 0.0) * millimetre;
+  node.finish();
+  return tcp;
+}
+
+}  // namespace
+
+void read_structure(const Node& root, Draft& draft, bool files_must_exist) {
+  Machine& machine = draft.machine;
+  for (const Node& node : root.tables("material")) machine.materials.push_back(read_material(node, draft));
+  for (const Node& node : root.tables("body"))
+    machine.bodies.push_back(read_body(node, draft, files_must_exist));
+  for (const Node& node : root.tables("axis")) machine.axes.push_back(read_axis(node, draft));
+  for (const Node& node : root.tables("surface")) machine.surfaces.push_back(read_surface_spec(node, draft));
+  for (const Node& node : root.tables("joint")) machine.joints.push_back(read_joint(node, draft));
+  for (const Node& node : root.tables("scale")) machine.scales.push_back(read_scale(node, draft));
+  for (const Node& node : root.tables("sensor")) machine.sensors.push_back(read_sensor(node, draft));
+  if (machine.bodies.empty()) throw InputError(root.place(), "no [[body]]", "one or more bodies");
+  machine.tcp = read_tcp(root.table("tcp"), draft);
+}
+
+void read_workspace(const Node& root, Draft& draft) {
+  const auto node = root.table_if("workspace");
+  if (!node) return;
+  Machine& machine = draft.machine;
+  Workspace& workspace = machine.workspace;
+  for (const Axis& axis : machine.axes) {  // grid order is the order of the axes, not of the keys
+    const bool linear = axis.kind == AxisKind::linear;
+    const std::string key = axis.id + (linear ? "_mm" : "_deg");
+    if (!node->has(key)) continue;
+    std::vector<double> positions = node->numbers(key);
+    if (positions.empty()) throw InputError(node->place(key), "an empty list", "one or more positions");
+    const double unit = linear ? millimetre : degree;
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      if (i > 0 && !(positions[i] > positions[i - 1]))
+        throw InputError(node->place(key), fmt::format("{} after {}", positions[i], positions[i - 1]),
+                         "rising positions");
+      const double slack = 1e-9;
+      if (!axis.endless &&
+          (positions[i] * unit < axis.low - slack || positions[i] * unit > axis.high + slack))
+        throw InputError(
+            node->place(key), fmt::format("{}", positions[i]),
+            fmt::format("the travel of axis {}: {} .. {}", axis.id, axis.low / unit, axis.high / unit));
+    }
+    for (double& position : positions) position *= unit;
+    (linear ? workspace.axes : workspace.table_axes).push_back(axis.id);
+    (linear ? workspace.positions : workspace.table_positions).push_back(std::move(positions));
+  }
+  node->finish();
+}
+
+}  // namespace reader
+
+namespace {
+
+Machine read(const std::string& text, const std::filesystem::path& path, bool files_must_exist) {
+  const core::Config config = core::Config::parse(text, path.string());
+  const Node root = config.root();
+  reader::Draft draft;
+  Machine& machine = draft.machine;
+  machine.path = path;
+  machine.text = text;
+  machine.hash = core::content_hash(text);
+  root.integer("schema", 1, 1);
+  machine.name = root.text("name");
+  machine.kinematic_chain = root.text_or("kinematic_chain", "");
+  machine.reference_C = root.number_or("reference_C", 20.0, {-50.0, 100.0});
+  machine.spindle_max_rpm = root.number_or("spindle_max_rpm", 0.0, core::non_negative);
+  if (const auto sizes = root.table_if("mesh")) {
+    const Range allowed{0.01, 100.0};
+    machine.coarse = sizes->number_or("coarse", machine.coarse, allowed);
+    machine.standard = sizes->number_or("standard", machine.standard, allowed);
+    machine.fine = sizes->number_or("fine", machine.fine, allowed);
+    sizes->finish();
+  }
+  reader::read_structure(root, draft, files_must_exist);
+  reader::read_physics(root, draft);
+  reader::read_workspace(root, draft);
+  root.finish();
+  reader::check_references(draft);
+  reader::check_machine(draft);
+  return std::move(draft.machine);
+}
+
+template <class Item>
+int index_of(const std::vector<Item>& items, const std::string& id) {
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].id == id) return static_cast<int>(i);
+  return -1;
+}
+
+}  // namespace
+
+Machine read_machine(const std::filesystem::path& path) {
+  return read(core::read_file(path), path, true);
+}
+
+Machine parse_machine(const std::string& text, const std::filesystem::path& path) {
+  return read(text, path, false);
+}
+
+const Material& Machine::material(const std::string& id) const {
+  const int index = index_of(materials, id);
+  if (index < 0) throw InputError(path.string(), "material '" + id + "'", "a material of the machine");
+  return materials[static_cast<std::size_t>(index)];
+}
+int Machine::body_index(const std::string& id) const {
+  return index_of(bodies, id);
+}
+int Machine::axis_index(const std::string& id) const {
+  return index_of(axes, id);
+}
+int Machine::surface_index(const std::string& id) const {
+  return index_of(surfaces, id);
+}
+int Machine::joint_index(const std::string& id) const {
+  return index_of(joints, id);
+}
+int Machine::sensor_index(const std::string& id) const {
+  return index_of(sensors, id);
+}
+
+}  // namespace thermotwin::mesh

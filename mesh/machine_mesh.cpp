@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/machine_mesh.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "mesh/import.h"
+#include "mesh/mesh_cache.h"
+#include "mesh/selection.h"
+
+namespace thermotwin::mesh {
+
+namespace {
+
+TetMesh mesh_body(const BodySpec& body, const MeshOptions& options) {
+  ImportOptions import;
+  import.body = body.id;
+  import.unit_m = body.unit_m;
+  import.element_size_m = body.element_size * options.size_factor;
+  import.elements_per_turn = body.elements_per_turn;
+  const std::string name = options.cache.empty() ? std::string() : cache_name(body.cad, import);
+  if (name.empty()) return import_body(body.cad, import);
+  const std::filesystem::path file = options.cache / name;
+  if (auto kept = read_cached(file)) return std::move(*kept);
+  TetMesh mesh = import_body(body.cad, import);
+  write_cached(file, mesh);
+  return mesh;
+}
+
+}  // namespace
+
+const TetMesh& MachineMesh::body_of_surface(int surface) const {
+  return bodies[static_cast<std::size_t>(
+      machine.body_index(machine.surfaces[static_cast<std::size_t>(surface)].body))];
+}
+
+double MachineMesh::surface_area(int surface) const {
+  const TetMesh& mesh = body_of_surface(surface);
+  double sum = 0.0;
+  for (const int face : surfaces[static_cast<std::size_t>(surface)]) sum += mesh.face_area(face);
+  return sum;
+}
+
+MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& options) {
+  if (!(options.size_factor > 0.0) || !std::isfinite(options.size_factor))
+    throw core::InputError("mesh size factor", std::to_string(options.size_factor), "a number > 0");
+  MachineMesh result;
+  result.machine = machine;
+  result.first_node = {0};
+  core::Progress progress("mesh of '" + machine.name + "'", std::max<std::size_t>(1, machine.bodies.size()));
+  for (const BodySpec& body : machine.bodies) {  // one after the other: Gmsh has one global state
+    result.bodies.push_back(mesh_body(body, options));
+    result.first_node.push_back(result.first_node.back() + result.bodies.back().nodes());
+    progress.advance();
+  }
+  result.surfaces = resolve_surfaces(machine, result.bodies);
+  return result;
+}
+
+double size_factor(const Machine& machine, const std::string& word) {
+  if (word == "coarse") return machine.coarse;
+  if (word == "standard") return machine.standard;
+  if (word == "fine") return machine.fine;
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size() || !(value >= 0.01 && value <= 100.0))
+    throw core::InputError("mesh size", "'" + word + "'",
+                           "coarse, standard, fine, or a factor from 0.01 to 100");
+  return value;
+}
+
+}  // namespace thermotwin::mesh

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/selection.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace thermotwin::mesh {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// One condition of a rule: how far each triangle is from fulfilling it (<= 0: it does).
+struct Condition {
+  std::string name;
+  std::function<double(int)> miss;
+  std::function<std::string(double)> describe;  ///< of the smallest miss
+};
+
+std::string same_in_lower_case(const TetMesh& mesh, const std::string& name) {
+  const auto lower = [](std::string text) {
+    for (char& c : text)
+      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
+    return text;
+  };
+  if (mesh.groups.count(name) > 0) return name;
+  for (const auto& [known, faces] : mesh.groups)
+    if (lower(known) == lower(name)) return known;  // Abaqus writes names in capitals
+  return {};
+}
+
+Condition plane_condition(const TetMesh& mesh, const Rule& rule) {
+  return {
+      "plane",
+      [&](int face) {
+        return std::abs(rule.plane_normal->dot(mesh.face_centre(face) - *rule.plane_point)) - rule.tolerance;
+      },
+      [&](double miss) {
+        return fmt::format("the nearest triangle centre is {:.4g} mm from the plane (tolerance_mm = {:.4g})",
+                           1e3 * (miss + rule.tolerance), 1e3 * rule.tolerance);
+      }};
+}
+
+Condition cylinder_condition(const TetMesh& mesh, const Rule& rule) {
+  const auto radial = [&](const Vector3d& point) -> Vector3d {
+    const Vector3d from = point - *rule.cylinder_point;
+    return from - rule.cylinder_axis->dot(from) * *rule.cylinder_axis;
+  };
+  return {"cylinder",
+          [&mesh, &rule, radial](int face) {
+            const Vector3d centre = radial(mesh.face_centre(face));
+            double corners = 0.0;
+            for (int i = 0; i < 3; ++i)
+              corners = std::max(corners, std::abs(radial(mesh.points.col(mesh.faces(i, face))).norm() -
+                                                   rule.cylinder_radius));
+            const double off = std::min(corners, std::abs(centre.norm() - rule.cylinder_radius));
+            // The end cap of a coarse cylinder has its corners on the rim too, but looks along the axis.
+            const bool looks_out = std::abs(mesh.face_normal(face).dot(centre)) > 0.7 * centre.norm();
+            return looks_out ? off - rule.tolerance : std::max(off - rule.tolerance, rule.cylinder_radius);
+          },
+          [&rule](double miss) {
+            return fmt::format("the nearest triangle is {:.4g} mm from the cylinder (tolerance_mm = {:.4g})",
+                               1e3 * (miss + rule.tolerance), 1e3 * rule.tolerance);
+          }};
+}
+
+Condition box_condition(const TetMesh& mesh, const Rule& rule) {
+  return {"box",
+          [&](int face) {
+            const Vector3d centre = mesh.face_centre(face);
+            return std::max((*rule.box_min - centre).maxCoeff(), (centre - *rule.box_max).maxCoeff());
+          },
+          [](double miss) {
+            return fmt::format("the nearest triangle centre is {:.4g} mm outside the box", 1e3 * miss);
+          }};
+}
+
+Condition normal_condition(const TetMesh& mesh, const Rule& rule) {
+  constexpr double degree = std::numbers::pi / 180.0;
+  return {"normal",
+          [&](int face) {
+            return std::acos(std::clamp(rule.normal->dot(mesh.face_normal(face)), -1.0, 1.0)) -
+                   rule.max_angle;
+          },
+          [&](double miss) {
+            return fmt::format("the nearest outward normal is {:.4g} deg off (max_angle_deg = {:.4g})",
+                               (miss + rule.max_angle) / degree, rule.max_angle / degree);
+          }};
+}
+
+Condition group_condition(const TetMesh& mesh, const Rule& rule) {
+  const std::string name = same_in_lower_case(mesh, rule.group);
+  if (name.empty()) {
+    std::vector<std::string> known;
+    for (const auto& group : mesh.groups) known.push_back(group.first);
+    throw core::InputError(rule.place, "group '" + rule.group + "' is not in the mesh",
+                           known.empty() ? "no group: the CAD file has none, use a geometric rule"
+                                         : "one of: " + core::join(known) +
+                                               " (nearest: " + core::nearest(rule.group, known) + ")");
+  }
+  std::vector<char> in(static_cast<std::size_t>(mesh.face_count()), 0);
+  for (const int face : mesh.groups.at(name)) in[static_cast<std::size_t>(face)] = 1;
+  return {"group", [in](int face) { return in[static_cast<std::size_t>(face)] != 0 ? 0.0 : 1.0; },
+          [](double) { return std::string("the group has no boundary triangle"); }};
+}
+
+std::string explain(const std::vector<Condition>& conditions, int faces) {
+  std::vector<std::string> parts;
+  for (const Condition& condition : conditions) {
+    double least = std::numeric_limits<double>::infinity();
+    int count = 0;
+    for (int f = 0; f < faces; ++f) {
+      const double miss = condition.miss(f);
+      count += miss <= 0.0;
+      least = std::min(least, miss);
+    }
+    parts.push_back(condition.name + ": " +
+                    (count > 0 ? fmt::format("holds for {} triangles", count) : condition.describe(least)));
+  }
+  std::string text = "no triangle (of " + std::to_string(faces) +
+                     " of the body) fulfils the rule: " + core::join(parts, "; ");
+  if (conditions.size() > 1) text += "; all together for none";
+  return text;
+}
+
+}  // namespace
+
+std::vector<int> select_faces(const TetMesh& mesh, const Rule& rule) {
+  std::vector<Condition> conditions;
+  if (!rule.group.empty()) conditions.push_back(group_condition(mesh, rule));
+  if (rule.plane_point && rule.plane_normal) conditions.push_back(plane_condition(mesh, rule));
+  if (rule.cylinder_point && rule.cylinder_axis) conditions.push_back(cylinder_condition(mesh, rule));
+  if (rule.box_min && rule.box_max) conditions.push_back(box_condition(mesh, rule));
+  if (rule.normal) conditions.push_back(normal_condition(mesh, rule));
+  const int faces = static_cast<int>(mesh.face_count());
+  std::vector<int> picked;
+  for (int f = 0; f < faces; ++f)
+    if (std::all_of(conditions.begin(), conditions.end(),
+                    [&](const Condition& c) { return c.miss(f) <= 0.0; }))
+      picked.push_back(f);
+  if (picked.empty())
+    throw core::InputError(rule.place, explain(conditions, faces), "a rule that picks one or more triangles");
+  return picked;
+}
+
+std::vector<std::vector<int>> resolve_surfaces(const Machine& machine, const std::vector<TetMesh>& bodies) {
+  std::vector<std::vector<int>> done(machine.surfaces.size());
+  // Exceptions first; reading has made sure that they do not go round in a circle.
+  const std::function<void(std::size_t)> resolve = [&](std::size_t s) {
+    if (!done[s].empty()) return;
+    const SurfaceSpec& spec = machine.surfaces[s];
+    const TetMesh& mesh = bodies[static_cast<std::size_t>(machine.body_index(spec.body))];
+    std::vector<char> in(static_cast<std::size_t>(mesh.face_count()), spec.any_of.empty() ? 1 : 0);
+    for (const Rule& rule : spec.any_of)
+      for (const int face : select_faces(mesh, rule)) in[static_cast<std::size_t>(face)] = 1;
+    for (const std::string& id : spec.except) {
+      const auto other = static_cast<std::size_t>(machine.surface_index(id));
+      resolve(other);
+      for (const int face : done[other]) in[static_cast<std::size_t>(face)] = 0;
+    }
+    for (std::size_t f = 0; f < in.size(); ++f)
+      if (in[f]) done[s].push_back(static_cast<int>(f));
+    if (done[s].empty())
+      throw core::InputError(spec.place + " except", "nothing is left of surface '" + spec.id + "'",
+                             "exceptions that leave one or more triangles");
+  };
+  for (std::size_t s = 0; s < done.size(); ++s) resolve(s);
+  return done;
+}
+
+}  // namespace thermotwin::mesh

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Steps of surface import that files of this folder share.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mesh/import.h"
+
+namespace thermotwin::mesh {
+
+/// The triangles of a file by assimp, node transforms applied, in units of the file, not welded.
+/// @throws InputError if the file cannot be read; MeshError if it has no triangles
+Surface read_triangles(const std::filesystem::path& path, const std::string& body);
+
+/// Makes one node of corners closer than a millionth of the largest extent, drops triangles that
+/// become lines by it. @return number of dropped triangles
+int weld(Surface& surface);
+
+/// Connected shell of each triangle (0, 1, ...). @param count  number of shells
+std::vector<int> shells(const Surface& surface, int& count);
+
+/// Each piece: an outer shell with the cavities in it, as a surface of its own.
+/// @throws MeshError for a shell whose direction does not fit its depth ("inside out")
+std::vector<Surface> pieces(const Surface& surface, const std::string& body);
+
+/// @throws MeshError unless the largest extent is within 1 mm .. 50 m
+void check_extent(const Eigen::Matrix3Xd& points, const std::string& body);
+
+/// @throws MeshError at the first two triangles that cut or cover each other
+void check_self_intersection(const Surface& surface, const std::string& body);
+
+}  // namespace thermotwin::mesh

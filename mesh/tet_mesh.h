@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A tetrahedral mesh of one body with its boundary triangles and named groups of them. Linear
+// tetrahedra; lengths in m, in the frame that the body has at the home position of all axes.
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace thermotwin::mesh {
+
+struct TetMesh {
+  Eigen::Matrix3Xd points;           ///< (3 x nodes) m
+  Eigen::Matrix4Xi tets;             ///< (4 x elements) node indices, positive volume
+  Eigen::Matrix3Xi faces;            ///< (3 x boundary triangles), outward orientation
+  Eigen::VectorXi face_tet;          ///< (boundary triangles) the element behind each
+  std::map<std::string, std::vector<int>> groups;  ///< named sets of boundary triangles
+
+  Eigen::Index nodes() const { return points.cols(); }
+  Eigen::Index elements() const { return tets.cols(); }
+  Eigen::Index face_count() const { return faces.cols(); }
+
+  double volume(Eigen::Index element) const;       ///< m^3
+  double face_area(Eigen::Index face) const;       ///< m^2
+  Eigen::Vector3d face_normal(Eigen::Index face) const;  ///< unit, outward
+  Eigen::Vector3d face_centre(Eigen::Index face) const;  ///< m
+  double total_volume() const;                     ///< m^3
+};
+
+/// Builds faces and face_tet from tets (triangles that belong to one element only), outward.
+/// Group contents given as sets of node triples may be attached afterwards by find_faces.
+/// @throws MeshError naming the element, if one is inverted, flat or has a repeated node, if a
+///         node belongs to no element, or a triangle to more than two
+void build_boundary(TetMesh& mesh, const std::string& body);
+
+/// Index of the boundary triangle with these nodes in any order, per column; -1 where none.
+std::vector<int> find_faces(const TetMesh& mesh, const Eigen::Matrix3Xi& triangles);
+
+/// Quality of the elements: 1 for the regular tetrahedron (mean ratio measure
+/// 12 (3V)^(2/3) / sum of squared edge lengths).
+struct Quality {
+  double minimum = 0, mean = 0;
+  double below_0_1_percent = 0;  ///< share of elements below 0.1
+  double shortest_edge = 0, longest_edge = 0;  ///< m
+};
+Quality quality(const TetMesh& mesh);
+
+}  // namespace thermotwin::mesh
