@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/campaign_files.h"
+
+#include <cstring>
+
+#include "core/error.h"
+#include "core/file.h"
+
+namespace thermotwin::solver {
+namespace {
+
+template <class Matrix>
+void append(std::string& bytes, const Matrix& matrix) {
+  const std::int64_t shape[2] = {matrix.rows(), matrix.cols()};
+  bytes.append(reinterpret_cast<const char*>(shape), sizeof shape);
+  bytes.append(reinterpret_cast<const char*>(matrix.data()),
+               static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar));
+}
+
+std::optional<Eigen::MatrixXd> parse_matrix(const std::string& bytes) {
+  std::int64_t shape[2];
+  if (bytes.size() < sizeof shape) return std::nullopt;
+  std::memcpy(shape, bytes.data(), sizeof shape);
+  if (shape[0] < 0 || shape[1] < 0 || shape[0] > 1'000'000'000 || shape[1] > 1'000'000'000) return std::nullopt;
+  const auto size = static_cast<std::size_t>(shape[0]) * static_cast<std::size_t>(shape[1]) * sizeof(double);
+  if (bytes.size() != sizeof shape + size) return std::nullopt;
+  Eigen::MatrixXd matrix(shape[0], shape[1]);
+  std::memcpy(matrix.data(), bytes.data() + sizeof shape, size);
+  return matrix;
+}
+
+}  // namespace
+
+std::string hash_of_mesh(const mesh::MachineMesh& mesh) {
+  std::string bytes;
+  for (const mesh::TetMesh& body : mesh.bodies) {
+    append(bytes, body.points);
+    append(bytes, body.tets);
+  }
+  return core::content_hash(bytes);
+}
+
+std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, const LoadProgram& load,
+                         const std::vector<mesh::Pose>& poses, const CampaignOptions& options) {
+  std::string bytes = "campaign 1 " + model.mesh.machine.hash + mesh_hash + load.name();
+  bytes += options.backward_euler ? " first order" : " second order";
+  // The program as the model sees it: every step and its row.
+  const std::vector<double> ends = load.step_ends(options.refine), outputs = load.output_times();
+  append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(ends.data(), static_cast<Eigen::Index>(ends.size()))));
+  append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(outputs.data(), static_cast<Eigen::Index>(outputs.size()))));
+  append(bytes, Eigen::VectorXd::Constant(1, load.initial_C()).eval());
+  double from = 0.0;
+  for (double end : ends) append(bytes, load.row(from, end)), from = end;
+  for (const mesh::Pose& pose : poses) append(bytes, pose);
+  return core::content_hash(bytes);
+}
+
+void write_result(const std::filesystem::path& folder, const LoadResult& result, const std::string& hash) {
+  std::error_code ignored;
+  std::filesystem::remove(folder / "done", ignored);  // from here on the folder is not complete
+  core::write_csv(folder / "tcp.csv", result.tcp);
+  core::write_csv(folder / "sensors.csv", result.sensors);
+  core::write_csv(folder / "inputs.csv", result.inputs);
+  if (result.snapshots.size() > 0) {
+    std::string bytes;
+    append(bytes, result.snapshots);
+    core::write_file(folder / "snapshots.bin", bytes);
+  }
+  core::write_file(folder / "done", hash + "\n");
+}
+
+std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
+                                      const std::string& hash, bool snapshots) {
+  LoadResult result;
+  result.load = load;
+  try {
+    if (!std::filesystem::exists(folder / "done") || core::read_file(folder / "done") != hash + "\n") return std::nullopt;
+    if (snapshots) {
+      if (!std::filesystem::exists(folder / "snapshots.bin")) return std::nullopt;
+      auto matrix = parse_matrix(core::read_file(folder / "snapshots.bin"));
+      if (!matrix) return std::nullopt;
+      result.snapshots = std::move(*matrix);
+    }
+    result.tcp = core::read_csv(folder / "tcp.csv");
+    result.sensors = core::read_csv(folder / "sensors.csv");
+    result.inputs = core::read_csv(folder / "inputs.csv");
+  } catch (const core::InputError&) {
+    return std::nullopt;  // a damaged folder is run anew
+  }
+  return result;
+}
+
+}  // namespace thermotwin::solver

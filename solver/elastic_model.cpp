@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/elastic_model.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <chrono>
+#include <optional>
+
+#include "core/error.h"
+#include "core/thread_pool.h"
+#include "solver/elastic_assembly.h"
+#include "solver/elastic_carried.h"
+#include "solver/elastic_outputs.h"
+#include "solver/elastic_springs.h"
+#include "solver/elastic_system.h"
+#include "solver/sparse_factor.h"
+
+namespace thermotwin::solver {
+namespace {
+
+constexpr Eigen::Index columns_at_once = 96;  // dense right-hand sides held in memory per body
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+struct ElasticModel::Impl {
+  mesh::Machine machine;
+  std::vector<Eigen::Index> first_node;
+  Eigen::Index size = 0;                       ///< unknowns of the thermal system
+  UnitFunctionals units;
+  std::optional<SpringSet> springs;
+  std::optional<TcpOutputs> outputs;
+  std::vector<int> elastic;                    ///< bodies that are, rising
+  std::vector<ElasticBody> bodies;             ///< per Machine::bodies; empty where not elastic
+  std::vector<std::unique_ptr<SparseFactor>> factors;
+  std::vector<BodyResponse> responses;         ///< per Machine::bodies
+  std::vector<Eigen::MatrixXd> thermal;        ///< (n x units) F^T K^+ w
+  std::vector<CarriedBody> carried;            ///< bodies that are not elastic
+  Summary summary;
+
+  explicit Impl(std::size_t count) : units(count), bodies(count), factors(count), responses(count), thermal(count) {}
+
+  Eigen::Index nodes(int body) const {
+    return first_node[static_cast<std::size_t>(body) + 1] - first_node[static_cast<std::size_t>(body)];
+  }
+  void factorise(const mesh::MachineMesh& mesh);
+  void solve_units(int body);
+  SmallSystem small_system(const mesh::Pose& pose) const {
+    return SmallSystem(machine, elastic, responses, springs->at(machine, pose));
+  }
+};
+
+void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh) {
+  const auto start = std::chrono::steady_clock::now();
+  core::parallel_for(0, elastic.size(), [&](std::size_t i) {
+    const auto b = static_cast<std::size_t>(elastic[i]);
+    const mesh::BodySpec& spec = machine.bodies[b];
+    bodies[b] = assemble_elastic(mesh.bodies[b], machine.material(spec.material), spec.id);
+    SparseFactorOptions options;
+    options.block = 3;
+    try {
+      factors[b] = std::make_unique<SparseFactor>(bodies[b].stiffness, options);
+    } catch (const core::SolverError& error) {
+      throw core::SolverError("body '" + spec.id + "': " + error.what());
+    }
+    bodies[b].stiffness = SparseMatrix();  // only its factor is needed from here on
+  });
+  summary.factor_seconds = seconds_since(start);
+}
+
+void ElasticModel::Impl::solve_units(int body) {
+  const auto b = static_cast<std::size_t>(body);
+  const std::vector<Functional>& functionals = units.of(body);
+  const auto count = static_cast<Eigen::Index>(functionals.size());
+  BodyResponse& response = responses[b];
+  response.gram.setZero(count, count);
+  response.rigid.setZero(6, count);
+  thermal[b].resize(nodes(body), count);
+  for (Eigen::Index u = 0; u < count; ++u)
+    for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(u)])
+      response.rigid.col(u) += weight * bodies[b].rigid.row(dof).transpose();
+  for (Eigen::Index first = 0; first < count; first += columns_at_once) {
+    const Eigen::Index width = std::min(columns_at_once, count - first);
+    Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * nodes(body), width);
+    for (Eigen::Index u = 0; u < width; ++u)
+      for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(first + u)]) loads(dof, u) += weight;
+    clear_fixed(bodies[b], loads);
+    const Eigen::MatrixXd motion = factors[b]->solve(loads);
+    thermal[b].middleCols(first, width).noalias() = bodies[b].thermal_load.transpose() * motion;
+    for (Eigen::Index u = 0; u < count; ++u)
+      for (Eigen::Index v = 0; v < width; ++v)
+        response.gram(u, first + v) = evaluate(functionals[static_cast<std::size_t>(u)], motion.col(v));
+  }
+  response.gram = (0.5 * (response.gram + response.gram.transpose())).eval();
+}
+
+ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal)
+    : impl_(std::make_unique<Impl>(mesh.bodies.size())) {
+  Impl& impl = *impl_;
+  impl.machine = mesh.machine;
+  impl.first_node = mesh.first_node;
+  impl.size = thermal.size;
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
+    if (mesh.machine.bodies[b].elastic) impl.elastic.push_back(static_cast<int>(b));
+  impl.springs.emplace(mesh, thermal.layout.grids, impl.units);
+  impl.outputs.emplace(mesh, impl.units);
+  impl.carried = carried_bodies(mesh);
+  require_held(mesh.machine, impl.elastic, impl.springs->at(mesh.machine, mesh::home_pose(mesh.machine)));
+  impl.factorise(mesh);
+
+  const auto start = std::chrono::steady_clock::now();
+  core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) { impl.solve_units(impl.elastic[i]); });
+  for (int body : impl.elastic) impl.summary.unit_solves += static_cast<long>(impl.units.of(body).size());
+  impl.summary.unit_seconds = seconds_since(start);
+  const SmallSystem home = impl.small_system(mesh::home_pose(mesh.machine));
+  impl.summary.springs = static_cast<int>(home.springs().size());
+}
+
+ElasticModel::~ElasticModel() = default;
+ElasticModel::ElasticModel(ElasticModel&&) noexcept = default;
+
+const ElasticModel::Summary& ElasticModel::summary() const { return impl_->summary; }
+
+OutputRows ElasticModel::output_rows(const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  const mesh::Pose at_zero = impl.outputs->table_at_zero(pose);
+  const SmallSystem system = impl.small_system(at_zero);
+  const auto outputs = impl.outputs->combinations();
+  const std::vector<Combination> wanted(outputs.begin(), outputs.end());
+  const Eigen::MatrixXd forces = system.adjoint_forces(wanted);  // (springs x 19)
+  const auto count = static_cast<Eigen::Index>(wanted.size());
+
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(impl.size, count);  // transposed
+  for (int body : impl.elastic) {
+    const auto b = static_cast<std::size_t>(body);
+    const Eigen::MatrixXd weights = system.unit_weights(body, wanted, forces);  // (units x 19)
+    // Most units belong to other places of the axes: only those in use are multiplied.
+    std::vector<Eigen::Index> used;
+    for (Eigen::Index u = 0; u < weights.rows(); ++u)
+      if ((weights.row(u).array() != 0.0).any()) used.push_back(u);
+    rows.middleRows(impl.first_node[b], impl.nodes(body)).noalias() =
+        impl.thermal[b](Eigen::all, used) * weights(used, Eigen::all);
+  }
+  for (std::size_t s = 0; s < system.springs().size(); ++s) {
+    const Spring& spring = system.springs()[s];
+    for (const auto& [node, per_kelvin] : spring.expansion)
+      rows.row(impl.first_node[static_cast<std::size_t>(spring.expansion_body)] + node) -=
+          per_kelvin * forces.row(static_cast<Eigen::Index>(s));
+  }
+
+  OutputRows result;
+  const int tool = impl.machine.body_index(impl.machine.tcp.tool_body);
+  const Eigen::Matrix3d turn = mesh::body_transform(impl.machine, tool, at_zero).linear();
+  result.tool.resize(6, impl.size);
+  result.tool.topRows<3>() = turn * rows.leftCols<3>().transpose();
+  result.tool.bottomRows<3>() = turn * rows.middleCols<3>(3).transpose();
+  result.table_axis = rows.middleCols<6>(6).transpose();
+  result.table_own = rows.middleCols<7>(12).transpose();
+  return result;
+}
+
+Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
+                                            const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  const SmallSystem system = impl.small_system(pose);
+  std::vector<Eigen::VectorXd> unit_motions(impl.bodies.size());  // w^T K^+ F T
+  for (int body : impl.elastic) {
+    const auto b = static_cast<std::size_t>(body);
+    unit_motions[b] = impl.thermal[b].transpose() * temperature.segment(impl.first_node[b], impl.nodes(body));
+  }
+  const SmallSystem::Solution solution = system.solve(unit_motions, [&](int body, Eigen::Index node) {
+    return temperature[impl.first_node[static_cast<std::size_t>(body)] + node];
+  });
+
+  Eigen::Matrix3Xd displacement = Eigen::Matrix3Xd::Zero(3, impl.first_node.back());
+  core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) {
+    const int body = impl.elastic[i];
+    const auto b = static_cast<std::size_t>(body);
+    Eigen::MatrixXd load =
+        impl.bodies[b].thermal_load * temperature.segment(impl.first_node[b], impl.nodes(body));
+    const Eigen::MatrixXd weights = system.unit_weights(body, {}, solution.forces);
+    for (Eigen::Index u = 0; u < weights.rows(); ++u) {
+      if (weights(u, 0) == 0.0) continue;
+      for (const auto& [dof, weight] : impl.units.of(body)[static_cast<std::size_t>(u)])
+        load(dof, 0) -= weights(u, 0) * weight;
+    }
+    clear_fixed(impl.bodies[b], load);
+    const Eigen::VectorXd motion =
+        impl.factors[b]->solve(load).col(0) + impl.bodies[b].rigid * solution.rigid.segment<6>(6 * static_cast<Eigen::Index>(i));
+    displacement.middleCols(impl.first_node[b], impl.nodes(body)) =
+        Eigen::Map<const Eigen::Matrix3Xd>(motion.data(), 3, impl.nodes(body));
+  });
+  for (const CarriedBody& body : impl.carried) move_with_parent(body, impl.machine, pose, displacement);
+  return displacement;
+}
+
+ElasticModel::Outputs ElasticModel::outputs_of(const Eigen::Matrix3Xd& displacement,
+                                               const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  const auto combinations = impl.outputs->combinations();
+  Eigen::Matrix<double, 19, 1> value;
+  for (std::size_t i = 0; i < combinations.size(); ++i) {
+    double sum = 0.0;
+    for (const UnitTerm& term : combinations[i]) {
+      const Eigen::Index first = impl.first_node[static_cast<std::size_t>(term.body)];
+      const Eigen::Map<const Eigen::VectorXd> of_body(displacement.data() + 3 * first, 3 * impl.nodes(term.body));
+      sum += term.weight * evaluate(impl.units.of(term.body)[static_cast<std::size_t>(term.unit)], of_body);
+    }
+    value[static_cast<Eigen::Index>(i)] = sum;
+  }
+  Outputs outputs;
+  const int tool = impl.machine.body_index(impl.machine.tcp.tool_body);
+  const Eigen::Matrix3d turn = mesh::body_transform(impl.machine, tool, pose).linear();
+  outputs.tool.head<3>() = turn * value.head<3>();
+  outputs.tool.tail<3>() = turn * value.segment<3>(3);
+  outputs.table_axis = value.segment<6>(6);
+  outputs.table_own = value.segment<7>(12);
+  return outputs;
+}
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A load program (loads/*.toml): phases of speeds, motions, ambient and coolant. It gives, for any
+// time step, the row of channels averaged over the step; a step never crosses a corner.
+// Spindle, temperatures, states and process power stay as they were until a phase says otherwise;
+// the motion of an axis belongs to its phase alone: before and after, it stands at the last
+// position_* or where `position` puts it. While machine_on is false nothing turns, moves or flows.
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "solver/channels.h"
+
+namespace thermotwin::solver {
+
+class LoadProgram {
+ public:
+  /// @throws InputError naming file, line, key; every axis, travel and speed is checked
+  static LoadProgram read(const std::filesystem::path& path, const mesh::Machine& machine);
+  /// From text. @param path  name for messages; its stem is the program's name
+  static LoadProgram parse(const std::string& text, const std::filesystem::path& path,
+                           const mesh::Machine& machine);
+
+  const std::string& name() const { return name_; }    ///< file name without extension
+  const std::string& title() const { return title_; }
+  double duration() const;                             ///< s
+  double initial_C() const { return initial_C_; }
+
+  /// Ends of the time steps: corners of the program and at most time_step_s apart, evenly divided
+  /// in each phase. @param refine  divides the longest step (0.5: half as long)
+  std::vector<double> step_ends(double refine = 1.0) const;
+  /// Times of output, s: 0, multiples of output_s, and the end; all of them are step ends.
+  std::vector<double> output_times() const;
+  /// Mean of the channels over [from, to], which lies in one phase.
+  Eigen::VectorXd row(double from, double to) const;
+  std::string phase_at(double time) const;             ///< name of the phase
+
+ private:
+  friend class LoadReader;
+  LoadProgram() = default;
+
+  std::string name_, title_;
+  double initial_C_ = 20, time_step_ = 60, output_ = 300;
+  std::vector<double> corners_;                        ///< phases + 1, s
+  std::vector<Eigen::VectorXd> start_, end_;           ///< rows at the ends of each phase
+  std::vector<std::string> phase_names_;
+};
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/operating_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "solver/film_laws.h"
+#include "solver/grid_occupancy.h"
+
+namespace thermotwin::solver {
+
+namespace {
+
+constexpr double kelvin = 273.15;
+constexpr double degree = std::numbers::pi / 180.0;
+
+int require_channel(const Channels& channels, const std::string& name, const std::string& place) {
+  const int index = channels.index(name);
+  if (index < 0)
+    throw core::InputError(place, "channel '" + name + "'",
+                           "a channel of the machine (nearest: " + core::nearest(name, channels.names()) + ")");
+  return index;
+}
+
+int ambient_index(const mesh::Machine& machine, const std::string& id, const std::string& place) {
+  for (std::size_t i = 0; i < machine.ambients.size(); ++i)
+    if (machine.ambients[i].id == id) return static_cast<int>(i);
+  throw core::InputError(place, "ambient '" + id + "'", "an ambient of the machine");
+}
+
+double interpolate(const mesh::PowerLaw& law, double x) {
+  if (x <= law.at.front()) return law.power.front();
+  if (x >= law.at.back()) return law.power.back();
+  const auto right = static_cast<std::size_t>(std::upper_bound(law.at.begin(), law.at.end(), x) - law.at.begin());
+  const double s = (x - law.at[right - 1]) / (law.at[right] - law.at[right - 1]);
+  return law.power[right - 1] + s * (law.power[right] - law.power[right - 1]);
+}
+
+}  // namespace
+
+OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layout)
+    : machine_(machine), layout_(layout), channels_(machine) {
+  for (const mesh::Axis& axis : machine.axes) {
+    const bool linear = axis.kind == mesh::AxisKind::linear;
+    const std::string id = "axis." + axis.id + ".", unit = linear ? "mm" : "deg";
+    axis_channels_.push_back({channels_.index(id + "position_" + unit), channels_.index(id + "feed_" + unit + "_min"),
+                              channels_.index(id + "low_" + unit), channels_.index(id + "high_" + unit),
+                              linear ? 1e-3 : degree});
+  }
+  for (const mesh::AmbientSpec& ambient : machine.ambients) {
+    ambient_channels_.push_back(channels_.index(ambient.id + ".T_C"));
+    ambient_follows_.push_back(ambient.follows.empty() ? -1 : ambient_index(machine, ambient.follows, "ambient " + ambient.id));
+  }
+  const double reference_K = machine.reference_C + kelvin;
+  const auto films = static_cast<Eigen::Index>(machine.films.size());
+  still_film_.resize(films);
+  radiation_film_.resize(films);
+  for (Eigen::Index i = 0; i < films; ++i) {
+    const mesh::FilmSpec& film = machine.films[static_cast<std::size_t>(i)];
+    const std::string place = "film " + film.id;
+    FilmChannels c{-1, -1, ambient_index(machine, film.ambient, place), 0.0};
+    if (!film.state.empty()) c.state = require_channel(channels_, film.state, place);
+    if (film.kind == mesh::FilmKind::rotating_disc) {
+      const bool spindle = film.axis == "spindle";
+      c.speed = require_channel(channels_, spindle ? "spindle.speed_rpm" : "axis." + film.axis + ".feed_deg_min", place);
+      c.to_rad_s = (spindle ? 2.0 * std::numbers::pi : degree) / 60.0;
+    }
+    film_channels_.push_back(c);
+    still_film_[i] = film.kind == mesh::FilmKind::constant
+                         ? film.coefficient.value
+                         : free_convection(film.orientation, film.length, film.delta, reference_K);
+    radiation_film_[i] = radiation(film.emissivity, reference_K);
+  }
+  joint_first_term_.assign(machine.joints.size(), -1);
+  for (std::size_t t = 0; t < layout_.terms.size(); ++t)
+    if (const Term& term = layout_.terms[t]; term.kind == TermKind::contact && term.part == 0)
+      joint_first_term_[static_cast<std::size_t>(term.item)] = static_cast<int>(t);
+  for (const mesh::JointSpec& joint : machine.joints)
+    joint_ambient_.push_back(joint.master.empty() ? ambient_index(machine, joint.ambient, "joint " + joint.id) : -1);
+  for (const mesh::CoolantSpec& coolant : machine.coolants)
+    coolant_on_.push_back(channels_.index("coolant." + coolant.id + ".on"));
+  for (const mesh::SourceSpec& source : machine.sources) {
+    source_drive_.push_back(source.drive.empty() ? -1 : channels_.index(source.drive + ".power_W"));
+    std::vector<LawChannel> laws;
+    for (const mesh::PowerLaw& law : source.laws)
+      laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C")});
+    law_channels_.push_back(std::move(laws));
+  }
+}
+
+double OperatingModel::ambient_K(int ambient, const Eigen::VectorXd& row) const {
+  const auto i = static_cast<std::size_t>(ambient);
+  const double measured = row[ambient_channels_[i]], offset = machine_.ambients[i].offset;
+  // The offset of one that follows is a difference between two ambients: it ends where its own
+  // channel is measured. Else it is one between the channel and the air that the machine feels.
+  if (ambient_follows_[i] >= 0)
+    return std::isfinite(measured) ? measured - machine_.reference_C : ambient_K(ambient_follows_[i], row) + offset;
+  return (std::isfinite(measured) ? measured : machine_.ambients[i].default_C.value) + offset - machine_.reference_C;
+}
+
+double OperatingModel::film_coefficient(int film, const Eigen::VectorXd& row) const {
+  const auto i = static_cast<std::size_t>(film);
+  const mesh::FilmSpec& spec = machine_.films[i];
+  const FilmChannels& c = film_channels_[i];
+  double h = still_film_[film];
+  if (c.speed >= 0) {
+    const double forced = spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius);
+    h = std::cbrt(h * h * h + forced * forced * forced);
+  }
+  h += radiation_film_[film];
+  if (spec.kind != mesh::FilmKind::constant) h *= spec.coefficient.value;
+  return c.state >= 0 ? h * row[c.state] : h;
+}
+
+double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) const {
+  const mesh::SourceSpec& source = machine_.sources[i];
+  const double drive = source_drive_[i] >= 0 ? row[source_drive_[i]] : not_given;
+  if (std::isfinite(drive)) return source.scale.value * source.drive_loss_share * drive;
+  double power = 0.0;
+  for (std::size_t k = 0; k < source.laws.size(); ++k) {
+    const double value = row[law_channels_[i][k].channel];
+    // An input that nobody gives: its law has nothing to say.
+    if (std::isfinite(value)) power += interpolate(source.laws[k], law_channels_[i][k].magnitude ? std::abs(value) : value);
+  }
+  return source.scale.value * power;
+}
+
+Eigen::VectorXd OperatingModel::source_powers(const Eigen::VectorXd& row) const {
+  Eigen::VectorXd powers(static_cast<Eigen::Index>(machine_.sources.size()));
+  for (Eigen::Index i = 0; i < powers.size(); ++i) powers[i] = source_power(static_cast<std::size_t>(i), row);
+  return powers;
+}
+
+mesh::Pose OperatingModel::pose(const Eigen::VectorXd& row) const {
+  mesh::Pose pose(static_cast<Eigen::Index>(axis_channels_.size()));
+  for (std::size_t i = 0; i < axis_channels_.size(); ++i)
+    pose[static_cast<Eigen::Index>(i)] = row[axis_channels_[i].position] * axis_channels_[i].unit;
+  return pose;
+}
+
+void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K, Coefficients& out) const {
+  const auto terms = static_cast<Eigen::Index>(layout_.terms.size());
+  out.p.resize(terms);
+  out.q.resize(static_cast<Eigen::Index>(layout_.inputs.size()));
+  out.occupancy.resize(terms);
+  out.occupancy.setOnes();
+  for (std::size_t j = 0; j < layout_.grids.size(); ++j) {
+    const JointGrid& grid = layout_.grids[j];
+    if (grid.axis < 0 || joint_first_term_[j] < 0) continue;
+    const AxisChannels& axis = axis_channels_[static_cast<std::size_t>(grid.axis)];
+    double low = row[axis.low], high = row[axis.high];
+    if (!std::isfinite(low) || !std::isfinite(high)) low = high = row[axis.position];
+    grid_occupancy(grid, low * axis.unit, high * axis.unit,
+                   out.occupancy.segment(joint_first_term_[j], static_cast<Eigen::Index>(grid.positions.size())));
+  }
+  for (Eigen::Index t = 0; t < terms; ++t) {
+    const Term& term = layout_.terms[static_cast<std::size_t>(t)];
+    const auto item = static_cast<std::size_t>(term.item);
+    switch (term.kind) {
+      case TermKind::film:
+        out.p[t] = film_coefficient(term.item, row);
+        break;
+      case TermKind::contact:
+        out.p[t] = machine_.joints[item].conductance.value * out.occupancy[t];
+        break;
+      case TermKind::coolant_wall:
+        out.p[t] = machine_.coolants[item].segments[static_cast<std::size_t>(term.part)].film_coefficient.value;
+        break;
+      case TermKind::coolant_flow:
+        out.p[t] = machine_.coolants[item].flow.value * row[coolant_on_[item]];
+        break;
+    }
+  }
+  for (Eigen::Index k = 0; k < out.q.size(); ++k) {
+    const Input& input = layout_.inputs[static_cast<std::size_t>(k)];
+    const auto item = static_cast<std::size_t>(input.item);
+    switch (input.kind) {
+      case InputKind::film_ambient:
+        out.q[k] = out.p[input.term] * ambient_K(film_channels_[item].ambient, row);
+        break;
+      case InputKind::contact_ambient:
+        out.q[k] = out.p[input.term] * ambient_K(joint_ambient_[item], row);
+        break;
+      case InputKind::coolant_inlet:
+        out.q[k] = out.p[input.term] * inlet_K[input.item];
+        break;
+      case InputKind::source: {
+        const mesh::SourcePlace& place = machine_.sources[item].places[static_cast<std::size_t>(input.place)];
+        double share = place.share;
+        if (!place.joint.empty())
+          share *= out.occupancy[joint_first_term_[static_cast<std::size_t>(machine_.joint_index(place.joint))] + input.node];
+        out.q[k] = source_power(item, row) * share;
+        break;
+      }
+    }
+  }
+}
+
+Coefficients OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K) const {
+  Coefficients out;
+  coefficients(row, inlet_K, out);
+  return out;
+}
+
+Eigen::VectorXd chiller_set_points(const mesh::Machine& machine, const Eigen::VectorXd& sensors_K, double air_K) {
+  Eigen::VectorXd set(static_cast<Eigen::Index>(machine.coolants.size()));
+  for (std::size_t i = 0; i < machine.coolants.size(); ++i) {
+    const mesh::CoolantSpec& coolant = machine.coolants[i];
+    const double guide = coolant.guide_sensor.empty() ? air_K : sensors_K[machine.sensor_index(coolant.guide_sensor)];
+    set[static_cast<Eigen::Index>(i)] = guide + coolant.guide_offset;
+  }
+  return set;
+}
+
+Chiller::Chiller(const mesh::Machine& machine, const Channels& channels, Eigen::VectorXd start_K)
+    : reference_C_(machine.reference_C), outlet_K_(std::move(start_K)) {
+  for (const mesh::CoolantSpec& coolant : machine.coolants)
+    circuits_.push_back({channels.index("coolant." + coolant.id + ".on"), channels.index("coolant." + coolant.id + ".inlet_T_C"),
+                         coolant.guide_sensor.empty() ? -1 : machine.sensor_index(coolant.guide_sensor), coolant.guide_offset,
+                         coolant.time_constant});
+}
+
+const Eigen::VectorXd& Chiller::advance(const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_K, double air_K,
+                                        double step_s) {
+  for (std::size_t i = 0; i < circuits_.size(); ++i) {
+    const Circuit& circuit = circuits_[i];
+    double& outlet = outlet_K_[static_cast<Eigen::Index>(i)];
+    if (std::isfinite(row[circuit.inlet])) {
+      outlet = row[circuit.inlet] - reference_C_;
+    } else if (row[circuit.on] > 0.0) {
+      const double set = (circuit.guide < 0 ? air_K : sensors_K[circuit.guide]) + circuit.offset;
+      outlet = set + (outlet - set) * std::exp(-step_s / circuit.time_constant);
+    }
+  }
+  return outlet_K_;
+}
+
+}  // namespace thermotwin::solver

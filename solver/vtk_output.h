@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Results for ParaView: one .vtu per output time with all bodies at the pose, point arrays
+// temperature_C, displacement_um (machine frame), cell array body; a .pvd with the times; field
+// data with pose and case. The poses' error vectors as .vtp for glyphs. Pictures by VTK's own
+// renderer (needs a display: xvfb-run -a).
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mesh/machine_mesh.h"
+#include "solver/tcp.h"
+
+namespace thermotwin::solver {
+
+/// @param temperature_C (nodes)  @param displacement (3 x nodes) m, bodies' home frames
+/// @param time_s  kept as field data TimeValue
+void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& mesh,
+                  const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
+                  const Eigen::Matrix3Xd& displacement, double time_s = 0.0);
+
+/// @param files  relative names with their times in s
+void write_pvd(const std::filesystem::path& path,
+               const std::vector<std::pair<double, std::string>>& files);
+
+/// Points at the TCP positions with error_um (3), error_tool_um, error_table_um, rotation_um_per_m.
+void write_poses(const std::filesystem::path& path, const mesh::Machine& machine,
+                 const std::vector<mesh::Pose>& poses, const std::vector<TcpError>& errors);
+
+/// Picture of temperature on the deformed machine. @param exaggeration of the displacement
+/// @throws SolverError where there is no display to draw on (DISPLAY is not set)
+void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh,
+                   const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
+                   const Eigen::Matrix3Xd& displacement, double exaggeration,
+                   const std::string& title);
+
+}  // namespace thermotwin::solver

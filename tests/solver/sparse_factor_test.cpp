@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/sparse_factor.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <thread>
+#include <vector>
+
+#include "core/error.h"
+#include "core/thread_pool.h"
+
+namespace thermotwin::solver {
+
+namespace {
+
+/// Laplace-like matrix on an n^3 grid with coupled blocks of b unknowns a node.
+SparseFactor::Matrix grid_matrix(int n, int b, double shift) {
+  std::vector<Eigen::Triplet<double, int>> entries;
+  const auto node = [&](int i, int j, int k) { return (k * n + j) * n + i; };
+  const auto link = [&](int one, int other) {
+    for (int r = 0; r < b; ++r)
+      for (int c = 0; c < b; ++c) {
+        const double v = r == c ? 1.0 : 0.2;
+        entries.emplace_back(one * b + r, one * b + c, v);
+        entries.emplace_back(other * b + r, other * b + c, v);
+        entries.emplace_back(one * b + r, other * b + c, -v);
+        entries.emplace_back(other * b + r, one * b + c, -v);
+      }
+  };
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        if (i + 1 < n) link(node(i, j, k), node(i + 1, j, k));
+        if (j + 1 < n) link(node(i, j, k), node(i, j + 1, k));
+        if (k + 1 < n) link(node(i, j, k), node(i, j, k + 1));
+      }
+  for (int d = 0; d < n * n * n * b; ++d) entries.emplace_back(d, d, shift);
+  SparseFactor::Matrix matrix(n * n * n * b, n * n * n * b);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+Eigen::MatrixXd some_columns(Eigen::Index rows, Eigen::Index columns) {
+  Eigen::MatrixXd m(rows, columns);
+  for (Eigen::Index i = 0; i < m.size(); ++i) m.data()[i] = std::sin(0.37 * static_cast<double>(i) + 1.0);
+  return m;
+}
+
+}  // namespace
+
+TEST(SparseFactor, SolvesScalarAndBlockMatrices) {
+  for (int block : {1, 3})
+    for (int n : {3, 10}) {
+      const auto a = grid_matrix(n, block, 0.1);
+      SparseFactorOptions options;
+      options.block = block;
+      const SparseFactor factor(a, options);
+      const Eigen::MatrixXd b = some_columns(a.cols(), 70);
+      EXPECT_LT((a * factor.solve(b) - b).norm(), 1e-11 * b.norm()) << block << " " << n;
+      EXPECT_GT(factor.memory_bytes(), 8.0 * static_cast<double>(a.cols()));
+    }
+}
+
+TEST(SparseFactor, ReadsTheLowerTriangleOnly) {
+  const auto a = grid_matrix(8, 1, 0.1);
+  const SparseFactor::Matrix lower = a.triangularView<Eigen::Lower>();
+  const Eigen::MatrixXd b = some_columns(a.cols(), 2);
+  EXPECT_LT((a * SparseFactor(lower).solve(b) - b).norm(), 1e-11 * b.norm());
+}
+
+TEST(SparseFactor, TakesNewValuesOnTheSamePattern) {
+  const auto a = grid_matrix(8, 1, 0.1);
+  SparseFactor factor(a);
+  const SparseFactor::Matrix twice = 2.0 * a;
+  factor.factorise(twice);
+  const Eigen::MatrixXd b = some_columns(a.cols(), 1);
+  EXPECT_LT((twice * factor.solve(b) - b).norm(), 1e-11 * b.norm());
+  EXPECT_THROW(factor.factorise(grid_matrix(7, 1, 0.1)), core::SolverError);
+}
+
+TEST(SparseFactor, RefusesAMatrixThatIsNotPositive) {
+  EXPECT_THROW(SparseFactor(grid_matrix(8, 1, -0.5)), core::SolverError);
+}
+
+TEST(SparseFactor, SolvesFromManyThreadsWithTheSameBits) {
+  const auto a = grid_matrix(12, 3, 0.05);
+  SparseFactorOptions options;
+  options.block = 3;
+  core::set_thread_count(1);
+  const SparseFactor factor(a, options);
+  const Eigen::MatrixXd b = some_columns(a.cols(), 100);
+  const Eigen::MatrixXd expected = factor.solve(b);
+  core::set_thread_count(2);
+  const SparseFactor second(a, options);
+  const Eigen::MatrixXd again = second.solve(b);
+  EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * static_cast<std::size_t>(b.size())), 0);
+  std::atomic<int> wrong{0};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      for (int i = 0; i < 5; ++i)
+        if (factor.solve(b) != expected) ++wrong;
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+  core::set_thread_count(0);
+}
+
+}  // namespace thermotwin::solver
