@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Proper orthogonal decomposition of the candidates. The leading directions are taken in the energy
+// of the steady and the hourly problem, H = K + E/(2 h): it weighs a hot spot of a small body (a
+// spindle) with the heat that it carries, where the capacity alone would see the bed only. The
+// basis itself is orthonormal in the capacity, V^T E V = 1, nested (its first columns are the basis
+// of a smaller order), and its first column is the uniform field.
+
+#include <Eigen/Core>
+
+#include "solver/thermal_system.h"
+
+namespace thermotwin::reduction {
+
+struct Basis {
+  Eigen::MatrixXd vectors;          ///< (size x order)
+  Eigen::VectorXd singular_values;  ///< of the candidates in the energy, falling
+  Eigen::Index rank = 0;            ///< independent candidates
+};
+
+/// @param candidates  (size x m), without uniform part
+/// @param conduction  K at a typical operating point; symmetric
+/// @param most        largest number of columns
+Basis make_basis(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction,
+                 const Eigen::MatrixXd& candidates, Eigen::Index most);
+
+/// V^T M V for a sparse M; only rows that M has are touched.
+/// @param vectors  row-major copy of V
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix& vectors);
+
+}  // namespace thermotwin::reduction

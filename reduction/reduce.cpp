@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reduction/reduce.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "core/thread_pool.h"
+#include "reduction/basis.h"
+#include "reduction/candidates.h"
+
+namespace thermotwin::reduction {
+namespace {
+
+constexpr Eigen::Index tried_orders[] = {20, 30, 40, 50, 60, 80, 100, 120, 140, 160, 200, 240, 280};
+constexpr Eigen::Index most_snapshots = 120;   ///< of one load
+constexpr double adjoint_weight = 0.3;         ///< size of all adjoints relative to all responses
+constexpr double change_weight = 0.3;
+constexpr double snapshot_weight = 1.0;
+constexpr double orthonormal_within = 1e-9;
+
+using solver::TermKind;
+
+class Watch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// K0 + sum p K without the coolant's transport, which is not symmetric.
+solver::SparseMatrix symmetric_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p) {
+  solver::SparseMatrix sum = thermal.conduction;
+  for (std::size_t j = 0; j < thermal.terms.size(); ++j) {
+    const double factor = p(static_cast<Eigen::Index>(j));
+    if (factor != 0.0 && thermal.layout.terms[j].kind != TermKind::coolant_flow) sum += factor * thermal.terms[j];
+  }
+  return sum;
+}
+
+/// Snapshots without their uniform part, every so many if there are too many.
+Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const std::vector<solver::LoadResult>& training) {
+  std::vector<Eigen::MatrixXd> blocks;
+  Eigen::Index count = 0;
+  for (const solver::LoadResult& result : training) {
+    const Eigen::Index all = result.snapshots.cols();
+    if (all == 0) continue;
+    if (result.snapshots.rows() != thermal.size) {
+      throw core::InputError("snapshots of load '" + result.load + "'", fmt::format("{} rows", result.snapshots.rows()),
+                             fmt::format("{}, the size of the full model", thermal.size));
+    }
+    const Eigen::Index stride = (all + most_snapshots - 1) / most_snapshots, kept = (all + stride - 1) / stride;
+    Eigen::MatrixXd block(thermal.size, kept);
+    for (Eigen::Index i = 0; i < kept; ++i) block.col(i) = result.snapshots.col(i * stride);
+    remove_mean(thermal, block);
+    block /= std::sqrt(static_cast<double>(kept));  // each load counts the same, however long
+    count += kept;
+    blocks.push_back(std::move(block));
+  }
+  Eigen::MatrixXd snapshots(thermal.size, count);
+  Eigen::Index at = 0;
+  for (const Eigen::MatrixXd& block : blocks) {
+    snapshots.middleCols(at, block.cols()) = block;
+    at += block.cols();
+  }
+  return snapshots;
+}
+
+/// All groups side by side, each brought to its size relative to the responses.
+Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candidates& groups, const Eigen::MatrixXd& snapshots) {
+  const double size = mean_square(thermal, groups.responses);
+  const std::pair<const Eigen::MatrixXd*, double> parts[] = {{&groups.responses, 1.0}, {&groups.adjoints, adjoint_weight},
+                                                             {&groups.changes, change_weight}, {&snapshots, snapshot_weight}};
+  Eigen::Index count = 0, at = 0;
+  for (const auto& [block, weight] : parts) count += block->cols();
+  Eigen::MatrixXd all(thermal.size, count);
+  for (const auto& [block, weight] : parts) {
+    const double own = mean_square(thermal, *block);
+    all.middleCols(at, block->cols()) = own > 0.0 ? Eigen::MatrixXd(weight * std::sqrt(size / own) * *block) : *block;
+    at += block->cols();
+  }
+  return all;
+}
+
+ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis) {
+  const RowMajorMatrix vectors = basis;
+  ReducedSystem system;
+  system.layout = thermal.layout;
+  const Eigen::MatrixXd capacity = project(thermal.capacity, vectors);
+  const Eigen::Index r = basis.cols();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
+  if (!((capacity - identity).cwiseAbs().maxCoeff() < orthonormal_within)) {
+    throw core::SolverError(fmt::format("reduced basis of order {}: not orthonormal in the capacity", r));
+  }
+  system.capacity = identity;
+  const auto symmetric = [](const Eigen::MatrixXd& m) { return Eigen::MatrixXd(0.5 * (m + m.transpose())); };
+  system.conduction = symmetric(project(thermal.conduction, vectors));
+  system.terms.resize(thermal.terms.size());
+  core::parallel_for(0, thermal.terms.size(), [&](std::size_t j) {
+    const Eigen::MatrixXd term = project(thermal.terms[j], vectors);
+    system.terms[j] = thermal.layout.terms[j].kind == TermKind::coolant_flow ? term : symmetric(term);
+  });
+  system.inputs = (thermal.inputs.transpose() * basis).transpose();
+  system.sensors = thermal.sensors * basis;
+  system.one_kelvin = basis.transpose() * (thermal.capacity * Eigen::VectorXd::Ones(thermal.size));
+  return system;
+}
+
+/// Output rows of the full model at the poses that the reduced model stores.
+struct FullOutputs {
+  const mesh::Machine& machine;
+  std::vector<mesh::Pose> tool_poses, table_poses;
+  std::vector<solver::OutputRows> at_tool, at_table;
+
+  explicit FullOutputs(const solver::FullModel& full)
+      : machine(full.mesh.machine),
+        tool_poses(mesh::workspace_poses(machine)),
+        table_poses(reduction::table_poses(machine)),
+        at_tool(tool_poses.size()),
+        at_table(table_poses.size()) {
+    core::Progress progress("output rows", tool_poses.size() + table_poses.size());
+    core::parallel_for(0, at_tool.size() + at_table.size(), [&](std::size_t i) {
+      const bool tool = i < at_tool.size();
+      const std::size_t k = tool ? i : i - at_tool.size();
+      (tool ? at_tool : at_table)[k] = full.elastic.output_rows((tool ? tool_poses : table_poses)[k]);
+      progress.advance();
+    });
+  }
+
+  std::vector<solver::OutputRows> all() const {
+    std::vector<solver::OutputRows> rows = at_tool;
+    rows.insert(rows.end(), at_table.begin(), at_table.end());
+    return rows;
+  }
+
+  ReducedOutputs project(const Eigen::MatrixXd& basis) const {
+    ReducedOutputs outputs{tool_poses, {}, table_poses, {}, {}};
+    for (const solver::OutputRows& rows : at_table) {
+      outputs.table_axis.push_back(rows.table_axis * basis);
+      outputs.table_own.push_back(rows.table_own * basis);
+    }
+    for (std::size_t i = 0; i < at_tool.size(); ++i) {
+      const Eigen::MatrixXd rest = table_remainder(tool_poses[i], at_tool[i].table_axis * basis,
+                                                   at_tool[i].table_own * basis, outputs);
+      outputs.tool.push_back(at_tool[i].tool * basis - rest);
+    }
+    return outputs;
+  }
+
+  /// What the table side does at a pose beyond what its own grid says: joints that are held at more
+  /// than three points bend the common bed with every axis (0.1 um of 100). The tool side takes it
+  /// over, so that the difference of both sides, the error, is right. (6 x r)
+  Eigen::MatrixXd table_remainder(const mesh::Pose& pose, Eigen::MatrixXd axis, Eigen::MatrixXd own,
+                                  const ReducedOutputs& outputs) const {
+    const Eigen::VectorXd weights = table_weights(machine, pose);
+    for (Eigen::Index k = 0; k < weights.size(); ++k) {
+      if (weights(k) == 0.0) continue;
+      axis -= weights(k) * outputs.table_axis[static_cast<std::size_t>(k)];
+      own -= weights(k) * outputs.table_own[static_cast<std::size_t>(k)];
+    }
+    Eigen::MatrixXd rest(6, axis.cols());
+    for (Eigen::Index j = 0; j < axis.cols(); ++j) {
+      rest.col(j) = solver::tcp_error(machine, pose, solver::Vector6::Zero(), axis.col(j), own.col(j)).table;
+    }
+    return rest;
+  }
+};
+
+/// The model of a smaller order: bases are nested, so its matrices are the leading blocks.
+ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
+  ReducedModel small = model;
+  ReducedSystem& system = small.system;
+  const auto corner = [r](Eigen::MatrixXd& m) { m = m.topLeftCorner(r, r).eval(); };
+  corner(system.capacity);
+  corner(system.conduction);
+  for (Eigen::MatrixXd& term : system.terms) corner(term);
+  system.inputs = system.inputs.topRows(r).eval();
+  system.sensors = system.sensors.leftCols(r).eval();
+  system.one_kelvin = system.one_kelvin.head(r).eval();
+  for (auto* rows : {&small.outputs.tool, &small.outputs.table_axis, &small.outputs.table_own}) {
+    for (Eigen::MatrixXd& row : *rows) row = row.leftCols(r).eval();
+  }
+  return small;
+}
+
+/// Loads that have a result, as pairs. @throws InputError for a result without its load
+std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> matched(
+    const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& training) {
+  std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> pairs;
+  for (const solver::LoadResult& result : training) {
+    const auto load = std::find_if(loads.begin(), loads.end(), [&](const solver::LoadProgram& l) { return l.name() == result.load; });
+    if (load == loads.end()) throw core::InputError("training result '" + result.load + "'", "no such load", "results of the loads given");
+    if (result.tcp.rows() > 0) pairs.emplace_back(&*load, &result);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table& tcp) {
+  const std::vector<std::string> names = mesh::pose_columns(machine);
+  const Eigen::VectorXd units = mesh::pose_values(machine, Eigen::VectorXd::Ones(static_cast<Eigen::Index>(names.size())));
+  const Eigen::VectorXd time = tcp.column("time_s");
+  Eigen::Index count = 0;
+  while (count < time.size() && time(count) == time(0)) ++count;
+  std::vector<mesh::Pose> poses(static_cast<std::size_t>(count), mesh::Pose(units.size()));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    const Eigen::VectorXd values = tcp.column(names[i]);
+    for (Eigen::Index row = 0; row < count; ++row) poses[static_cast<std::size_t>(row)](axis) = values(row) / units(axis);
+  }
+  return poses;
+}
+
+ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
+                    const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
+                    ReduceSummary* summary) {
+  const auto pairs = matched(loads, training);
+  const solver::ThermalSystem& thermal = full.thermal;
+  const mesh::Machine& machine = full.mesh.machine;
+  const solver::OperatingModel operating(machine, thermal.layout);
+  ReduceSummary notes;
+  const Watch basis_watch;
+  const FullOutputs rows(full);
+
+  Eigen::MatrixXd candidates = scaled_columns(
+      thermal, make_candidates(thermal, operating, rows.all(), default_candidates()), chosen_snapshots(thermal, training));
+  notes.candidates = candidates.cols();
+  const Eigen::VectorXd standing = operating_points(operating).front().c.p;
+  const Basis basis = make_basis(thermal, symmetric_conduction(thermal, standing), candidates,
+                                 std::max(options.max_order, options.order));
+  candidates.resize(0, 0);
+  notes.deflated = notes.candidates - basis.rank;
+  notes.basis_seconds = basis_watch.seconds();
+
+  const Watch projection_watch;
+  ReducedModel model;
+  model.machine = machine;
+  model.size = fmt::format("{} nodes", full.mesh.nodes());
+  model.full_size = thermal.size;
+  model.system = project_system(thermal, basis.vectors);
+  model.outputs = rows.project(basis.vectors);
+  notes.projection_seconds = projection_watch.seconds();
+
+  const Eigen::Index largest = model.system.order();
+  std::vector<Eigen::Index> orders;
+  for (const Eigen::Index order : tried_orders) {
+    if (order < largest) orders.push_back(order);
+  }
+  orders.push_back(largest);
+  if (options.order > 0 || pairs.empty()) orders = {options.order > 0 ? std::min(options.order, largest) : largest};
+
+  ReducedModel chosen;
+  for (const Eigen::Index order : orders) {
+    chosen = truncated(model, order);
+    std::vector<double> error(pairs.size());
+    core::parallel_for(0, pairs.size(), [&](std::size_t i) {
+      const auto [load, result] = pairs[i];
+      const solver::LoadResult reduced = simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp));
+      error[i] = compare(*result, reduced).max_um;
+    });
+    if (pairs.empty()) break;
+    const double worst = *std::max_element(error.begin(), error.end());
+    notes.order_error_um.emplace_back(order, worst);
+    if (worst <= options.tolerance_um) break;
+  }
+  notes.order = chosen.system.order();
+  if (summary) *summary = notes;
+  return chosen;
+}
+
+std::string ReduceSummary::brief() const {
+  std::string text = fmt::format("order {} from {} candidates ({} dependent); basis {:.1f} s, projection {:.1f} s", order,
+                                 candidates, deflated, basis_seconds, projection_seconds);
+  for (const auto& [tried, error] : order_error_um) text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", tried, error);
+  return text;
+}
+
+}  // namespace thermotwin::reduction

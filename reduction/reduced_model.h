@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The reduced state-space model: the affine equation of operating_model.h projected on a basis V
+// (Galerkin: E_r = V^T E V, so stability is kept), with sensors and TCP outputs. Terms and inputs
+// keep their order and meaning, so films, contacts, flows and axis positions act on it without a
+// new reduction. V is orthonormal in the capacity's inner product: E_r = 1.
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "mesh/machine_mesh.h"
+#include "solver/elastic_model.h"
+#include "solver/operating_model.h"
+#include "solver/tcp.h"
+#include "solver/thermal_system.h"
+
+namespace thermotwin::reduction {
+
+struct ReducedSystem {
+  solver::Layout layout;
+  Eigen::MatrixXd capacity, conduction;   ///< (r x r)
+  std::vector<Eigen::MatrixXd> terms;     ///< (r x r) each
+  Eigen::MatrixXd inputs;                 ///< (r x inputs)
+  Eigen::MatrixXd sensors;                ///< (sensors x r)
+  Eigen::VectorXd one_kelvin;             ///< (r) state of uniform 1 K above the reference
+  Eigen::Index order() const { return conduction.rows(); }
+};
+
+/// Output rows on the workspace grid, times the basis. The tool side is stored at every pose of the
+/// grid (quadratic interpolation in between), the table side at the positions of the table's tilt
+/// axes (linear) and of linear axes that carry the table, each in the frames of solver::OutputRows.
+/// What the other axes do to the table side by way of the bed (0.1 um) is taken over by the tool's.
+struct ReducedOutputs {
+  std::vector<mesh::Pose> tool_poses;     ///< the workspace grid, first axis slowest
+  std::vector<Eigen::MatrixXd> tool;      ///< (6 x r) each
+  std::vector<mesh::Pose> table_poses;    ///< grid of the table side, table axis at 0
+  std::vector<Eigen::MatrixXd> table_axis, table_own;  ///< (6 x r), (7 x r) each
+};
+
+struct ReductionErrors {
+  std::string load;                       ///< held-out load
+  double peak_um = 0;                     ///< largest |TCP error| of the full model, translations
+  double max_um = 0, rms_um = 0;          ///< reduced minus full, translations, all poses
+};
+
+struct ReducedModel {
+  mesh::Machine machine;                  ///< parsed from the text that the file keeps
+  std::string size;                       ///< mesh it comes from, with number of nodes
+  Eigen::Index full_size = 0;
+  ReducedSystem system;
+  ReducedOutputs outputs;
+  std::vector<ReductionErrors> errors;
+
+  /// TCP error at any pose of the workspace. @param state (r)
+  solver::TcpError tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const;
+};
+
+/// Weights of the workspace grid's poses at a pose: tensor product of quadratic Lagrange
+/// polynomials (three positions), linear ones (two), clamped to the grid's box.
+Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose);
+/// Non-negative piecewise linear weights on the grid of the table's tilt axes (the table's own axis
+/// is none of them), times weights as those of pose_weights for linear axes that carry the table.
+Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose);
+std::vector<mesh::Pose> table_poses(const mesh::Machine& machine);
+
+struct StepperOptions {
+  double refresh_tolerance = 1e-9;  ///< relative residual below which an older factor is good
+};
+
+/// Time scheme as the full model (SDIRK2). The system must outlive the stepper. The dense factor of one step size and coefficient set is
+/// kept; small changes are met by refinement with it, larger ones by a new factor.
+class ReducedStepper final : public solver::ThermalStepper {
+ public:
+  explicit ReducedStepper(const ReducedSystem& system, const StepperOptions& options = {});
+  ~ReducedStepper() override;
+  ReducedStepper(ReducedStepper&&) noexcept;
+
+  Eigen::Index size() const override;
+  const solver::Layout& layout() const override;
+  Eigen::VectorXd uniform(double temperature_K) const override;
+  void advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c,
+               double step_s) override;
+  /// One state, no allocation after the first call.
+  void advance(Eigen::VectorXd& state, const solver::Coefficients& c, double step_s);
+  Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override;
+  /// K0 + sum p K at the coefficients of the last step (r x r), for observers.
+  const Eigen::MatrixXd& operator_matrix() const;
+  long factorisations() const;
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+}  // namespace thermotwin::reduction

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "reduction/reduce.h"
+#include "solver/simulation.h"
+
+namespace thermotwin::reduction {
+namespace {
+
+constexpr const char* translations[] = {"dx_um", "dy_um", "dz_um"};
+
+Eigen::MatrixXd translation_columns(const core::Table& tcp) {
+  Eigen::MatrixXd columns(tcp.rows(), 3);
+  for (Eigen::Index i = 0; i < 3; ++i) columns.col(i) = tcp.column(translations[i]);
+  return columns;
+}
+
+/// Rows of a table that grows.
+struct Rows {
+  core::Table table;
+  Eigen::Index filled = 0;
+
+  Rows(std::string source, std::vector<std::string> columns, std::size_t rows)
+      : table{std::move(source), std::move(columns), {}} {
+    table.values.resize(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(table.columns.size()));
+  }
+  Eigen::MatrixXd::RowXpr next() { return table.values.row(filled++); }
+};
+
+std::vector<std::string> tcp_table_columns(const mesh::Machine& machine) {
+  std::vector<std::string> columns{"time_s"};
+  for (const std::string& name : mesh::pose_columns(machine)) columns.push_back(name);
+  for (const std::string& name : solver::tcp_columns()) columns.push_back(name);
+  return columns;
+}
+
+std::vector<std::string> sensor_table_columns(const mesh::Machine& machine) {
+  std::vector<std::string> columns{"time_s"};
+  for (const mesh::SensorSpec& sensor : machine.sensors) columns.push_back(sensor.id + "_C");
+  return columns;
+}
+
+/// Means of the channels between outputs; the first row is that of the first step.
+core::Table input_table(const solver::LoadProgram& load, const solver::Channels& channels, double refine) {
+  const std::vector<double> ends = load.step_ends(refine), outputs = load.output_times();
+  std::vector<std::string> columns{"time_s"};
+  columns.insert(columns.end(), channels.names().begin(), channels.names().end());
+  Rows rows(load.name(), std::move(columns), outputs.size());
+  std::size_t step = 0;
+  double time = 0.0;
+  for (const double output : outputs) {
+    const double begin = time;
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(channels.size());
+    for (; step < ends.size() && time < output - 1e-9; time = ends[step++]) {
+      sum += (ends[step] - time) * load.row(time, ends[step]);
+    }
+    const Eigen::VectorXd mean = time > begin ? Eigen::VectorXd(sum / (time - begin)) : load.row(0.0, ends.front());
+    rows.next() << output, mean.transpose();
+  }
+  return std::move(rows.table);
+}
+
+}  // namespace
+
+solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machine& machine,
+                                    const solver::LoadProgram& load,
+                                    const std::vector<mesh::Pose>& poses, double refine) {
+  ReducedStepper stepper(model.system);
+  const solver::OperatingModel operating(machine, model.system.layout);
+  const std::size_t times = load.output_times().size();
+  const auto axes = static_cast<Eigen::Index>(machine.axes.size());
+  Rows tcp(load.name(), tcp_table_columns(machine), times * poses.size());
+  Rows sensors(load.name(), sensor_table_columns(machine), times);
+  solver::SimulationOptions options;
+  options.refine = refine;
+  options.progress = false;
+  solver::simulate(stepper, operating, {&load}, options, [&](const solver::OutputState& at) {
+    sensors.next() << at.time, (at.sensors_K.array() + machine.reference_C).matrix().transpose();
+    const Eigen::VectorXd state = at.state;
+    for (const mesh::Pose& pose : poses) {
+      auto row = tcp.next();
+      row(0) = at.time;
+      row.segment(1, axes) = mesh::pose_values(machine, pose).transpose();
+      row.tail(18) = solver::tcp_values(model.tcp(state, pose)).transpose();
+    }
+  });
+  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), refine), {}};
+}
+
+ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult& reduced) {
+  const std::string place = "comparison of load '" + full.load + "'";
+  if (full.tcp.rows() != reduced.tcp.rows() || full.tcp.rows() == 0) {
+    throw core::InputError(place, fmt::format("{} and {} rows", full.tcp.rows(), reduced.tcp.rows()),
+                           "results at the same times and poses");
+  }
+  const Eigen::VectorXd time = full.tcp.column("time_s");
+  if (!((time - reduced.tcp.column("time_s")).cwiseAbs().maxCoeff() <= 1e-6 * (1.0 + time.cwiseAbs().maxCoeff()))) {
+    throw core::InputError(place, "other times", "results at the same times and poses");
+  }
+  const Eigen::MatrixXd truth = translation_columns(full.tcp);
+  const Eigen::VectorXd off = (translation_columns(reduced.tcp) - truth).rowwise().norm();
+  ReductionErrors errors;
+  errors.load = full.load;
+  errors.peak_um = truth.rowwise().norm().maxCoeff();
+  errors.max_um = off.maxCoeff();
+  errors.rms_um = std::sqrt(off.squaredNorm() / static_cast<double>(off.size()));
+  return errors;
+}
+
+}  // namespace thermotwin::reduction
