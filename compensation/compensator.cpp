@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/compensator.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "compensation/error_model.h"
+#include "compensation/input_mean.h"
+#include "compensation/output_map.h"
+#include "core/error.h"
+#include "core/units.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Standard deviations of the start, K: where nothing is measured, and the least that remains where
+// sensors agree with each other.
+constexpr double start_uniform_K = 0.5, start_shape_K = 0.2, least_start_K = 0.03;
+/// What the observer does not estimate, as a share of the offset: expansions, stiffness, the mesh.
+constexpr double offset_error_share = 0.03;
+
+int air_index(const mesh::Machine& machine) {
+  for (std::size_t i = 0; i < machine.ambients.size(); ++i) {
+    if (machine.ambients[i].id == "air") return static_cast<int>(i);
+  }
+  return -1;
+}
+
+/// Times differ by rounding; steps that are meant equal must be equal to reuse a factor.
+double rounded(double duration) { return duration > 1e-3 ? std::round(duration * 1e6) / 1e6 : duration; }
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+const char* status_text(Status status) {
+  switch (status) {
+    case Status::ok: return "ok";
+    case Status::no_sensors: return "no_sensors";
+    case Status::outside_workspace: return "outside_workspace";
+    case Status::input_missing: return "input_missing";
+  }
+  return "";
+}
+
+struct Compensator::Work {
+  const reduction::ReducedModel& model;
+  CompensatorOptions options;
+  solver::OperatingModel operating;
+  reduction::ReducedStepper stepper;
+  OutputMap map;
+  ErrorModel errors;
+  InputMean inputs;
+  int air;
+  VectorXd sensor_offset;                 ///< reading in K above the reference minus state's temperature
+  double model_error = 0;                 ///< m, of the reduced against the full model
+
+  bool started = false;
+  double time = 0, step_end = 0;          ///< of the last row; of the last step of the state
+  VectorXd row, given_at, reading_K, predicted_K;
+  std::optional<solver::Chiller> chiller;
+  solver::Coefficients coefficients;
+  VectorXd state, before, change, corrected;
+  VectorXd sensors_state, sensors_change, sensors_start, shift;
+  double last_step = 0;
+  OutputMap::Projected base, slope;
+  Offsets offsets;
+
+  /// What happened since the last correction.
+  ErrorModel::Interval interval;
+  MatrixXd operator_sum;
+  bool p_changed = false;
+  VectorXd first_p, innovation_sum, moment_sum;
+  Eigen::VectorXi innovation_count;
+  std::vector<ErrorModel::Innovation> innovations;
+
+  Work(const reduction::ReducedModel& m, const CompensatorOptions& o)
+      : model(m), options(o), operating(m.machine, m.system.layout), stepper(m.system), map(m), errors(m),
+        inputs(m.machine, operating.channels()), air(air_index(m.machine)) {
+    const Index sensors = m.system.sensors.rows(), order = m.system.order();
+    sensor_offset.resize(sensors);
+    for (Index s = 0; s < sensors; ++s) sensor_offset[s] = m.machine.sensors[static_cast<std::size_t>(s)].offset;
+    for (const reduction::ReductionErrors& error : m.errors) model_error = std::max(model_error, error.rms_um * core::units::um);
+    row = operating.channels().defaults();
+    given_at = VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity());
+    reading_K = VectorXd::Constant(sensors, solver::not_given);
+    state = before = change = corrected = VectorXd::Zero(order);
+    sensors_change = shift = VectorXd::Zero(sensors);
+    innovation_sum = moment_sum = VectorXd::Zero(sensors);
+    innovation_count = Eigen::VectorXi::Zero(sensors);
+    innovations.reserve(static_cast<std::size_t>(sensors));
+    const auto axes = static_cast<Index>(map.axes().size());
+    offsets.offset_um = offsets.std_um = VectorXd::Zero(axes);
+    set_state(m.system.one_kelvin * (options.start_C - m.machine.reference_C));
+    map.project(change, slope);
+    clear_interval();
+  }
+
+  void set_state(const VectorXd& value) {
+    state = value;
+    sensors_state = model.system.sensors * state;
+  }
+
+  void clear_interval() {
+    interval.duration = 0.0;
+    interval.p = VectorXd::Zero(static_cast<Index>(model.system.terms.size()));
+    interval.q = VectorXd::Zero(model.system.inputs.cols());
+    interval.state = VectorXd::Zero(model.system.order());
+    operator_sum.setZero(model.system.order(), model.system.order());
+    p_changed = false;
+    innovation_sum.setZero();
+    moment_sum.setZero();
+    innovation_count.setZero();
+  }
+
+  double air_K(const VectorXd& at) const { return air >= 0 ? operating.ambient_K(air, at) : 0.0; }
+
+  /// Readings that the chillers see: measured ones where there are, else predicted.
+  void guide_readings(VectorXd& readings) const {
+    readings = sensors_state + errors.sensor_correction() + sensor_offset;
+    for (Index s = 0; s < readings.size(); ++s) {
+      if (std::isfinite(reading_K[s])) readings[s] = reading_K[s];
+    }
+  }
+
+  void start(double at) {
+    std::vector<double> known;
+    for (Index s = 0; s < reading_K.size(); ++s) {
+      if (std::isfinite(reading_K[s])) known.push_back(reading_K[s] - sensor_offset[s]);
+    }
+    const bool by_sensors = options.start_from_sensors && !known.empty();
+    double uniform_std = start_uniform_K, shape_std = start_shape_K;
+    VectorXd ambient_gap = VectorXd::Zero(static_cast<Index>(model.machine.ambients.size()));
+    if (by_sensors) {
+      const double middle = median(known);
+      std::vector<double> distances;
+      for (const double value : known) distances.push_back(std::abs(value - middle));
+      set_state(model.system.one_kelvin * middle);
+      const double spread = 1.5 * median(distances);
+      uniform_std = shape_std = std::max(least_start_K, spread);
+      for (Index i = 0; i < ambient_gap.size(); ++i) {
+        // An input that stands at its default is one that nobody gives.
+        const int channel = operating.channels().index(model.machine.ambients[static_cast<std::size_t>(i)].id + ".T_C");
+        const double standard = operating.channels().defaults()[channel];
+        if (row[channel] == standard) ambient_gap[i] = middle + model.machine.reference_C - standard;
+      }
+    }
+    time = step_end = at;
+    sensors_start = sensors_state;
+    predicted_K = sensors_state;
+    VectorXd readings = sensors_state + sensor_offset;
+    for (Index s = 0; s < readings.size(); ++s) {
+      if (std::isfinite(reading_K[s])) readings[s] = reading_K[s];
+    }
+    const VectorXd outlet = solver::chiller_set_points(model.machine, readings, air_K(row));
+    chiller.emplace(model.machine, operating.channels(), outlet);
+    operating.coefficients(row, outlet, coefficients);
+    errors.start(coefficients, uniform_std, shape_std, ambient_gap);
+    if (by_sensors) {
+      innovations.clear();
+      for (Index s = 0; s < reading_K.size(); ++s) {
+        if (std::isfinite(reading_K[s])) innovations.push_back({s, reading_K[s] - sensor_offset[s] - sensors_state[s], 1.0, 0.0});
+      }
+      errors.update(innovations, 0.0);
+    }
+    started = true;
+    after_correction();
+  }
+
+  void after_correction() {
+    set_corrected();
+    map.set_covariance(errors.directions(), errors.covariance());
+  }
+
+  void set_corrected() {
+    corrected = state + errors.correction();
+    map.project(corrected, base);
+  }
+
+  /// Moves the state on by one step in which the row stands.
+  void advance(const VectorXd& mean, double duration) {
+    guide_readings(predicted_K);
+    const VectorXd& outlet = chiller->advance(mean, predicted_K, air_K(mean), duration);
+    operating.coefficients(mean, outlet, coefficients);
+    before = state;
+    stepper.advance(state, coefficients, duration);
+    change = state - before;
+    last_step = duration;
+    sensors_change = -sensors_state;
+    sensors_state.noalias() = model.system.sensors * state;
+    sensors_change += sensors_state;
+
+    if (interval.duration == 0.0) first_p = coefficients.p;
+    p_changed = p_changed || coefficients.p != first_p;
+    interval.duration += duration;
+    interval.p += duration * coefficients.p;
+    interval.q += duration * coefficients.q;
+    interval.state += (0.5 * duration) * (before + state);
+    operator_sum += duration * stepper.operator_matrix();
+  }
+
+  /// Ends the step of the state at the last row's time.
+  void close_step() {
+    const double duration = inputs.duration();
+    const VectorXd& mean = inputs.take();
+    const int parts = std::max(1, static_cast<int>(std::ceil(duration / options.step_s * (1.0 - 1e-9))));
+    const double part = rounded(duration / parts);
+    for (int i = 0; i < parts; ++i) {
+      // A row that lasts for hours is no reason for sensitivities in one step.
+      if (interval.duration >= options.correction_s) correct();
+      advance(mean, part);
+    }
+    step_end = time;
+    set_corrected();
+    map.project(change, slope);
+  }
+
+  void advance_errors() {
+    const double duration = interval.duration;
+    // Equal coefficients stay equal to the last bit, so that their factor is found again.
+    if (p_changed) {
+      interval.p /= duration;
+    } else {
+      interval.p = coefficients.p;
+    }
+    interval.q /= duration;
+    interval.state /= duration;
+    interval.operator_matrix = p_changed ? MatrixXd(operator_sum / duration) : stepper.operator_matrix();
+    errors.advance(interval);
+    clear_interval();
+  }
+
+  void correct() {
+    const double duration = interval.duration;
+    innovations.clear();
+    for (Index s = 0; s < reading_K.size(); ++s) {
+      if (innovation_count[s] == 0) continue;
+      const auto count = static_cast<double>(innovation_count[s]);
+      innovations.push_back({s, innovation_sum[s] / count, std::clamp(moment_sum[s] / count / duration, 0.0, 1.0),
+                             sensors_state[s] - sensors_start[s]});
+    }
+    advance_errors();
+    shift = errors.sensor_correction();
+    if (!innovations.empty()) errors.update(innovations, duration);
+    after_correction();
+  }
+
+  void add_readings() {
+    const double ahead = last_step > 0.0 ? (time - step_end) / last_step : 0.0;
+    const double moment = interval.duration + (time - step_end);
+    for (Index s = 0; s < reading_K.size(); ++s) {
+      if (!std::isfinite(reading_K[s])) continue;
+      innovation_sum[s] += reading_K[s] - sensor_offset[s] - sensors_state[s] - ahead * sensors_change[s];
+      moment_sum[s] += moment;
+      ++innovation_count[s];
+    }
+  }
+
+  double share_ahead() const { return last_step > 0.0 ? std::min(1.0, (time - step_end) / last_step) : 0.0; }
+
+  bool outside(const mesh::Pose& pose) const {
+    const mesh::Workspace& workspace = model.machine.workspace;
+    const auto beyond = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
+      for (std::size_t i = 0; i < axes.size(); ++i) {
+        const int axis = model.machine.axis_index(axes[i]);
+        if (axis < 0 || positions[i].size() < 2 || model.machine.axes[static_cast<std::size_t>(axis)].endless) continue;
+        const double slack = 1e-6 * (positions[i].back() - positions[i].front());
+        if (pose[axis] < positions[i].front() - slack || pose[axis] > positions[i].back() + slack) return true;
+      }
+      return false;
+    };
+    return beyond(workspace.axes, workspace.positions) || beyond(workspace.table_axes, workspace.table_positions);
+  }
+
+  void write_offsets(bool missing_input) {
+    const mesh::Pose pose = operating.pose(row);
+    const VectorXd offset = map.offsets(map.tcp(base, slope, share_ahead(), pose));
+    const VectorXd variance = map.variance(pose);
+    offsets.time = time;
+    offsets.offset_um = offset / core::units::um;
+    for (Index a = 0; a < offset.size(); ++a) {
+      const double share = offset_error_share * offset[a];
+      offsets.std_um[a] = std::sqrt(variance[a] + share * share + model_error * model_error) / core::units::um;
+    }
+    const bool sensed = reading_K.array().isFinite().any();
+    offsets.status = missing_input   ? Status::input_missing
+                     : outside(pose) ? Status::outside_workspace
+                     : !sensed       ? Status::no_sensors
+                                     : Status::ok;
+  }
+
+  const Offsets& step(double at, const VectorXd& given, const VectorXd& sensors_C) {
+    if (given.size() != row.size()) {
+      throw core::InputError("compensator row", fmt::format("{} values", given.size()), fmt::format("{}, one for each channel", row.size()));
+    }
+    if (sensors_C.size() != 0 && sensors_C.size() != reading_K.size()) {
+      throw core::InputError("compensator sensors", fmt::format("{} readings", sensors_C.size()),
+                             fmt::format("none or {}, one for each sensor", reading_K.size()));
+    }
+    if (!std::isfinite(at) || (started && !(at > time))) {
+      throw core::InputError("compensator time", started ? fmt::format("{} s after {} s", at, time) : fmt::format("{} s", at),
+                             "times that rise from row to row");
+    }
+    bool missing_input = false;
+    const VectorXd& defaults = operating.channels().defaults();
+    for (Index k = 0; k < given.size(); ++k) {
+      if (!std::isnan(given[k])) {
+        row[k] = given[k];
+        given_at[k] = at;
+      } else {
+        // The last value holds for a while; then it is no longer news.
+        missing_input = missing_input || (!std::isnan(defaults[k]) && at - given_at[k] > options.correction_s);
+      }
+    }
+    const bool sensing = options.use_sensors && sensors_C.size() > 0;
+    for (Index s = 0; s < reading_K.size(); ++s) reading_K[s] = sensing ? sensors_C[s] - model.machine.reference_C : solver::not_given;
+
+    if (!started) {
+      start(at);
+    } else {
+      const double duration = at - time;
+      // What came before this row is closed first if both together would be too long a step.
+      if (inputs.duration() > 0.0 && inputs.duration() + duration > options.step_s * (1.0 + 1e-9)) {
+        close_step();
+        if (interval.duration >= options.correction_s) correct();
+      }
+      time = at;
+      inputs.add(row, duration);
+      if (inputs.duration() >= options.step_s * (1.0 - 1e-9)) close_step();
+      add_readings();
+      if (step_end == time && interval.duration >= options.correction_s) correct();
+    }
+    write_offsets(missing_input);
+    return offsets;
+  }
+};
+
+Compensator::Compensator(const reduction::ReducedModel& model, const CompensatorOptions& options) {
+  const auto require_positive = [](const char* name, double value) {
+    if (!(value > 0.0)) throw core::InputError(std::string("compensator ") + name, fmt::format("{}", value), "more than 0 s");
+  };
+  require_positive("step_s", options.step_s);
+  require_positive("correction_s", options.correction_s);
+  work_ = std::make_unique<Work>(model, options);
+}
+Compensator::~Compensator() = default;
+Compensator::Compensator(Compensator&&) noexcept = default;
+
+const solver::Channels& Compensator::channels() const { return work_->operating.channels(); }
+const std::vector<std::string>& Compensator::axes() const { return work_->map.axes(); }
+
+const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C) {
+  return work_->step(time, row, sensors_C);
+}
+
+solver::TcpError Compensator::tcp(const mesh::Pose& pose) const {
+  return work_->map.tcp(work_->base, work_->slope, work_->share_ahead(), pose);
+}
+
+const Eigen::VectorXd& Compensator::state() const { return work_->corrected; }
+
+Eigen::VectorXd Compensator::predicted_sensors_C() const {
+  const Work& work = *work_;
+  return (work.sensors_state + work.share_ahead() * work.sensors_change + work.shift + work.sensor_offset).array() +
+         work.model.machine.reference_C;
+}
+
+}  // namespace thermotwin::compensation

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The reduced model running beside a control: rows in, offsets out. The thermal state moves on in
+// steps of at most step_s with the means of the inputs since the last step; every row gets the TCP
+// error at its own pose, the state carried on to its time at the rate of the last step. Where
+// sensors are given, an observer corrects the state: a Kalman filter in the uncertain quantities of
+// machine.toml (powers, films, contacts, ambients, the start) and a bias for each sensor, see
+// error_model.h; a sensor that is missing (NaN) is left out. Inputs are what a control has, nothing
+// else. std_um comes from the same covariance, a share of the offset for what is not estimated
+// (expansions, the mesh) and the stated error of the reduced model.
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "reduction/reduced_model.h"
+
+namespace thermotwin::compensation {
+
+struct CompensatorOptions {
+  double step_s = 60.0;          ///< longest step of the thermal state
+  double correction_s = 300.0;   ///< the observer corrects at the first end of a step after this time
+  bool use_sensors = true;
+  double start_C = 20.0;         ///< uniform start where no sensor tells better
+  bool start_from_sensors = true;
+};
+
+enum class Status { ok, no_sensors, outside_workspace, input_missing };
+const char* status_text(Status status);
+
+struct Offsets {
+  double time = 0;                        ///< s
+  Eigen::VectorXd offset_um;              ///< (linear axes of the machine)
+  Eigen::VectorXd std_um;                 ///< (linear axes) one standard deviation
+  Status status = Status::ok;
+};
+
+class Compensator {
+ public:
+  /// @param model  must outlive the compensator  @throws InputError for options out of range
+  explicit Compensator(const reduction::ReducedModel& model, const CompensatorOptions& options = {});
+  ~Compensator();
+  Compensator(Compensator&&) noexcept;
+
+  const solver::Channels& channels() const;
+  /// Names of the linear axes that get offsets, "X", "Y", "Z".
+  const std::vector<std::string>& axes() const;
+
+  /// @param time       s, strictly rising
+  /// @param row        (channels) values that hold since the last row; not_given keeps the last. An
+  ///   ambient that starts at its default counts as not measured (see ErrorModel::start).
+  /// @param sensors_C  (sensors) readings, NaN where missing; empty: none
+  /// @throws InputError if time runs backwards
+  const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C);
+
+  /// Predicted TCP error at a pose for the present state.
+  solver::TcpError tcp(const mesh::Pose& pose) const;
+  /// Corrected state at the last end of a step.
+  const Eigen::VectorXd& state() const;
+  /// Sensor readings predicted before the last correction, degC.
+  Eigen::VectorXd predicted_sensors_C() const;
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+/// Streams CSV rows from in to out, row by row (flushes each row if unbuffered), constant memory.
+/// Columns: time_s, any channel, any <sensor>_C; an unknown column is an InputError with the nearest
+/// known name. @return rows written
+long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
+                       const std::string& in_name, std::ostream& out, bool unbuffered);
+
+}  // namespace thermotwin::compensation

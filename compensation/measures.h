@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Measures of a prediction against a measurement (Okenka et al., eqs. 2 and 3, in their right
+// order). NaN pairs are left out. Reductions are computed from before and after, never quoted.
+
+#include <Eigen/Core>
+
+namespace thermotwin::compensation {
+
+struct Measures {
+  double fit = 0;             ///< (1 - |e| / |z - mean z|) 100
+  double peak_to_peak = 0;    ///< PK: max e - min e
+  double rms = 0, maximum = 0, mean = 0;    ///< of the residual; maximum of |e|
+  double rms_before = 0, peak_to_peak_before = 0, maximum_before = 0;  ///< of z itself
+  double rms_reduction_percent = 0, peak_to_peak_reduction_percent = 0;
+  Eigen::Index count = 0;
+};
+
+/// @param measured z  @param predicted  same length and unit
+Measures measure(const Eigen::VectorXd& measured, const Eigen::VectorXd& predicted);
+
+}  // namespace thermotwin::compensation

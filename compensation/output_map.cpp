@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/output_map.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <numbers>
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr Index parts = 19;  // tool 6, table axis 6, table own 7
+
+MatrixXd stacked(const std::vector<MatrixXd>& blocks, Index columns) {
+  Index rows = 0;
+  for (const MatrixXd& block : blocks) rows += block.rows();
+  MatrixXd all(rows, columns);
+  rows = 0;
+  for (const MatrixXd& block : blocks) {
+    all.middleRows(rows, block.rows()) = block;
+    rows += block.rows();
+  }
+  return all;
+}
+
+bool carries(const mesh::Machine& machine, int body, const std::string& axis) {
+  for (; body >= 0; body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent)) {
+    if (machine.bodies[static_cast<std::size_t>(body)].axis == axis) return true;
+  }
+  return false;
+}
+
+/// Error of the TCP (3) for each of the 19 outputs: tcp_error is linear in them.
+Eigen::Matrix<double, 3, parts> output_columns(const mesh::Machine& machine, const mesh::Pose& pose) {
+  Eigen::Matrix<double, 3, parts> columns;
+  for (Index k = 0; k < parts; ++k) {
+    Eigen::Matrix<double, parts, 1> unit = Eigen::Matrix<double, parts, 1>::Zero();
+    unit[k] = 1.0;
+    columns.col(k) =
+        solver::tcp_error(machine, pose, unit.head<6>(), unit.segment<6>(6), unit.tail<7>()).error.head<3>();
+  }
+  return columns;
+}
+
+/// Index of the rotary axis that turns the table itself, or -1.
+int table_axis(const mesh::Machine& machine) {
+  const int body = machine.body_index(machine.tcp.table_body);
+  if (body < 0) return -1;
+  const std::string& id = machine.bodies[static_cast<std::size_t>(body)].axis;
+  const int axis = id.empty() ? -1 : machine.axis_index(id);
+  return axis >= 0 && machine.axes[static_cast<std::size_t>(axis)].kind == mesh::AxisKind::rotary ? axis : -1;
+}
+
+}  // namespace
+
+OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model) {
+  const mesh::Machine& machine = model.machine;
+  const Index order = model.system.order();
+  tool_ = stacked(model.outputs.tool, order);
+  axis_ = stacked(model.outputs.table_axis, order);
+  own_ = stacked(model.outputs.table_own, order);
+  tool_poses_ = static_cast<Index>(model.outputs.tool.size());
+  table_poses_ = static_cast<Index>(model.outputs.table_axis.size());
+
+  std::vector<Eigen::Vector3d> motions;
+  const int tool_body = machine.body_index(machine.tcp.tool_body);
+  for (const mesh::Axis& axis : machine.axes) {
+    if (axis.kind != mesh::AxisKind::linear) continue;
+    axes_.push_back(axis.id);
+    motions.push_back(carries(machine, tool_body, axis.id) ? axis.direction : Eigen::Vector3d(-axis.direction));
+  }
+  const auto count = static_cast<Index>(axes_.size());
+  to_axes_.resize(count, 3);
+  if (count > 0) {
+    MatrixXd motion(3, count);
+    for (Index i = 0; i < count; ++i) motion.col(i) = motions[static_cast<std::size_t>(i)];
+    to_axes_ = -motion.completeOrthogonalDecomposition().pseudoInverse();
+  }
+
+  const int turning = table_axis(machine);
+  rows_.resize(tool_poses_ * table_poses_ * angles * count, order);
+  Index row = 0;
+  for (Index i = 0; i < tool_poses_; ++i) {
+    for (Index j = 0; j < table_poses_; ++j) {
+      mesh::Pose pose = model.outputs.tool_poses[static_cast<std::size_t>(i)];
+      for (const std::string& id : machine.workspace.table_axes) {
+        const int axis = machine.axis_index(id);
+        if (axis >= 0) pose[axis] = model.outputs.table_poses[static_cast<std::size_t>(j)][axis];
+      }
+      for (Index angle = 0; angle < angles; ++angle) {
+        if (turning >= 0) pose[turning] = static_cast<double>(angle) * std::numbers::pi / 2.0;
+        const MatrixXd columns = to_axes_ * output_columns(machine, pose);
+        rows_.middleRows(row, count).noalias() = columns.leftCols(6) * tool_.middleRows(6 * i, 6);
+        rows_.middleRows(row, count).noalias() += columns.middleCols(6, 6) * axis_.middleRows(6 * j, 6);
+        rows_.middleRows(row, count).noalias() += columns.rightCols(7) * own_.middleRows(7 * j, 7);
+        row += count;
+      }
+    }
+  }
+  variance_ = MatrixXd::Zero(count, tool_poses_ * table_poses_);
+  smallest_ = VectorXd::Zero(count);
+}
+
+void OutputMap::project(const VectorXd& state, Projected& out) const {
+  out.tool.resize(6, tool_poses_);
+  out.axis.resize(6, table_poses_);
+  out.own.resize(7, table_poses_);
+  out.tool.reshaped().noalias() = tool_ * state;
+  out.axis.reshaped().noalias() = axis_ * state;
+  out.own.reshaped().noalias() = own_ * state;
+}
+
+solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, double share, const mesh::Pose& pose) const {
+  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose);
+  const VectorXd at_table = reduction::table_weights(model_.machine, pose);
+  solver::Vector6 tool = base.tool * at_tool, axis = base.axis * at_table;
+  solver::Vector7 own = base.own * at_table;
+  if (share != 0.0) {
+    tool += share * (change.tool * at_tool);
+    axis += share * (change.axis * at_table);
+    own += share * (change.own * at_table);
+  }
+  return solver::tcp_error(model_.machine, pose, tool, axis, own);
+}
+
+void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covariance) {
+  const MatrixXd influence = rows_ * directions;
+  const VectorXd variance = (influence * covariance).cwiseProduct(influence).rowwise().sum();
+  const auto count = static_cast<Index>(axes_.size());
+  for (Index pose = 0; pose < variance_.cols(); ++pose) {
+    for (Index a = 0; a < count; ++a) {
+      double sum = 0.0;
+      for (Index angle = 0; angle < angles; ++angle) sum += variance[(pose * angles + angle) * count + a];
+      variance_(a, pose) = std::max(0.0, sum / static_cast<double>(angles));
+    }
+  }
+  smallest_ = variance_.rowwise().minCoeff();
+}
+
+VectorXd OutputMap::variance(const mesh::Pose& pose) const {
+  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose);
+  const VectorXd at_table = reduction::table_weights(model_.machine, pose);
+  VectorXd sum = VectorXd::Zero(variance_.rows());
+  for (Index i = 0; i < tool_poses_; ++i) {
+    if (at_tool[i] != 0.0) sum.noalias() += at_tool[i] * (variance_.middleCols(i * table_poses_, table_poses_) * at_table);
+  }
+  return sum.cwiseMax(smallest_);
+}
+
+}  // namespace thermotwin::compensation

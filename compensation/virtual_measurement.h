@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A machine measured virtually: the full model on another (finer) mesh, other time steps, nominal
+// parameters perturbed at random within their stated uncertainty, sensor and probe noise. What is
+// tested never sees how it was made.
+
+#include <cstdint>
+#include <filesystem>
+#include <random>
+
+#include "compensation/measurement.h"
+#include "solver/campaign.h"
+
+namespace thermotwin::compensation {
+
+/// Multiplies every Uncertain nominal by 1 + std_percent/100 * N(0,1) (films, powers, contact
+/// conductances; at least 0.2 of nominal). @param scale  factor on all standard deviations
+mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0);
+
+struct VirtualOptions {
+  double size_factor = 0.7;          ///< of the measured machine's mesh
+  double refine = 0.63;              ///< its time steps
+  bool backward_euler = false;
+  double sensor_noise_K = 0.05;
+  double probe_noise_um = 0.3;
+  std::uint64_t seed = 1;
+  std::filesystem::path mesh_cache;
+};
+
+/// Runs the load on the given full model of the perturbed machine and makes a measurement of
+/// sensors, inputs and displacements dx dy dz at the poses.
+Measurement measure_virtually(const solver::FullModel& perturbed_machine,
+                              const solver::LoadProgram& load,
+                              const std::vector<mesh::Pose>& poses, const VirtualOptions& options);
+
+}  // namespace thermotwin::compensation

@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/compensator.h"
+
+#include <random>
+
+#include "compensation/virtual_measurement.h"
+#include "tests/compensation/scratch.h"
+#include "tests/compensation/shift.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::VectorXd;
+using test::expect_input_error;
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+const reduction::ReducedModel& nominal() {
+  static const reduction::ReducedModel model = test::lumped_model();
+  return model;
+}
+
+std::vector<mesh::Pose> some_poses() {
+  std::vector<mesh::Pose> poses;
+  for (const char* text : {"", "X=-250,Y=100,Z=400", "X=300,Y=-200,Z=50,B=45,C=90", "B=90,C=200"}) {
+    poses.push_back(mesh::parse_pose(nominal().machine, text, "test"));
+  }
+  return poses;
+}
+
+/// Root mean square of the translations' residual over all poses and times, um.
+double rms_um(Compensator& compensator, const test::Truth& truth, const std::vector<mesh::Pose>& poses,
+              const std::vector<VectorXd>& readings) {
+  double sum = 0.0;
+  long count = 0;
+  for (std::size_t i = 0; i < truth.time.size(); ++i) {
+    compensator.step(truth.time[i], truth.rows[i], readings.empty() ? VectorXd() : readings[i]);
+    for (std::size_t p = 0; p < poses.size(); ++p) {
+      sum += (compensator.tcp(poses[p]).error.head<3>() - truth.errors[i][p].error.head<3>()).squaredNorm();
+      ++count;
+    }
+  }
+  return 1e6 * std::sqrt(sum / static_cast<double>(count));
+}
+
+/// Readings with white noise and a constant bias each.
+std::vector<VectorXd> noisy(const test::Truth& truth, std::uint64_t seed, double noise_K = 0.02, double bias_K = 0.03) {
+  std::mt19937_64 engine(seed);
+  const auto normal = [&] {
+    double sum = -6.0;
+    for (int i = 0; i < 12; ++i) sum += static_cast<double>(engine() >> 11) * 0x1p-53;
+    return sum;
+  };
+  VectorXd bias(truth.readings_C.front().size());
+  for (double& b : bias) b = bias_K * normal();
+  std::vector<VectorXd> readings;
+  for (const VectorXd& clean : truth.readings_C) {
+    VectorXd reading = clean + bias;
+    for (double& value : reading) value += noise_K * normal();
+    readings.push_back(reading);
+  }
+  return readings;
+}
+
+/// Another machine than the nominal one: parameters within their uncertainty, lumps that no
+/// parameter can express, another time step.
+test::Truth other_machine(std::uint64_t seed, const std::vector<mesh::Pose>& poses) {
+  const auto sign = seed % 2 == 0 ? 1.0 : -1.0;
+  const reduction::ReducedModel structure = test::lumped_model({1.0 + 0.02 * sign, 1.0 - 0.04 * sign, 0.05});
+  return test::run_truth(perturbed(nominal().machine, seed), structure, 20.0, 6, 10 * 3600.0, poses);
+}
+
+TEST(Compensator, WithoutSensorsEqualsTheReducedModelsRun) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  const test::Truth run = test::run_truth(nominal().machine, nominal(), 60.0, 1, 10 * 3600.0, poses);
+  Compensator compensator(nominal());
+  double worst = 0.0, largest = 0.0;
+  for (std::size_t i = 0; i < run.time.size(); ++i) {
+    compensator.step(run.time[i], run.rows[i], {});
+    for (std::size_t p = 0; p < poses.size(); ++p) {
+      worst = std::max(worst, (compensator.tcp(poses[p]).error - run.errors[i][p].error).cwiseAbs().maxCoeff());
+      largest = std::max(largest, run.errors[i][p].error.head<3>().norm());
+    }
+  }
+  EXPECT_GT(largest, 10e-6);
+  EXPECT_LT(worst, 1e-9 * largest);
+}
+
+TEST(Compensator, RowsOfASecondFollowTheModelBetweenItsSteps) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  const test::Truth run = test::run_truth(nominal().machine, nominal(), 1.0, 1, 4000.0, poses);
+  Compensator compensator(nominal());
+  double worst = 0.0, later = 0.0, minute = 0.0;
+  for (std::size_t i = 0; i < run.time.size(); ++i) {
+    compensator.step(run.time[i], run.rows[i], {});
+    for (std::size_t p = 0; p < poses.size(); ++p) {
+      const double off = (compensator.tcp(poses[p]).error - run.errors[i][p].error).head<3>().norm();
+      worst = std::max(worst, off);
+      if (run.time[i] > 900.0) later = std::max(later, off);
+      if (i >= 60) minute = std::max(minute, (run.errors[i][p].error - run.errors[i - 60][p].error).head<3>().norm());
+    }
+  }
+  // In the first minute after a start nothing tells how fast it goes; a minute of drift is the limit.
+  EXPECT_LT(worst, 1.3 * minute);
+  EXPECT_LT(later, 0.05 * minute);
+}
+
+TEST(Compensator, LongRowsAreDividedAndShortOnesJoined) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  // Three hours: all changes fall on ends of the long rows.
+  const test::Truth fine = test::run_truth(nominal().machine, nominal(), 60.0, 1, 3 * 3600.0, poses);
+  const test::Truth coarse = test::run_truth(nominal().machine, nominal(), 60.0, 10, 3 * 3600.0, poses);
+  Compensator compensator(nominal());
+  rms_um(compensator, coarse, poses, {});
+  EXPECT_LT((compensator.tcp(poses[2]).error - fine.errors.back()[2].error).norm(), 1e-12);
+  CompensatorOptions options;
+  options.step_s = 120.0;
+  Compensator joined(nominal(), options);
+  EXPECT_LT(rms_um(joined, fine, poses, {}), 0.15);
+  EXPECT_LT((joined.tcp(poses[2]).error - fine.errors.back()[2].error).norm(), 0.05e-6);
+}
+
+TEST(Compensator, OffsetsCancelTheErrorAtTheRowsOwnPose) {
+  Compensator compensator(nominal());
+  ASSERT_EQ(compensator.axes(), (std::vector<std::string>{"X", "Y", "Z"}));
+  const solver::Channels& channels = compensator.channels();
+  VectorXd row = channels.defaults();
+  row[channels.index("spindle.speed_rpm")] = 6000;
+  row[channels.index("air.T_C")] = 24;
+  compensator.step(0.0, row, {});
+  compensator.step(7200.0, row, {});
+  for (const auto& [b, c] : {std::pair{0.0, 0.0}, {45.0, 90.0}, {90.0, 200.0}, {22.5, -30.0}}) {
+    row[channels.index("axis.X.position_mm")] = 123;
+    row[channels.index("axis.Z.position_mm")] = 400;
+    row[channels.index("axis.B.position_deg")] = b;
+    row[channels.index("axis.C.position_deg")] = c;
+    static double time = 7200.0;
+    const Offsets offsets = compensator.step(time += 60.0, row, {});
+    mesh::Pose pose = mesh::home_pose(nominal().machine);
+    pose << 0.123, 0.0, 0.4, b * M_PI / 180.0, c * M_PI / 180.0;
+    const VectorXd expected = -1e6 * nominal().tcp(compensator.state(), pose).error.head<3>();
+    EXPECT_GT(expected.norm(), 1.0);
+    EXPECT_LT((offsets.offset_um - expected).norm(), 1e-9 * expected.norm()) << "B " << b << " C " << c;
+    EXPECT_TRUE((offsets.std_um.array() > 0.0).all());
+  }
+}
+
+TEST(Compensator, SensorsReduceTheErrorOfAnotherMachineAndNeverHarm) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  double sum_without = 0.0, sum_with = 0.0;
+  for (std::uint64_t seed = 101; seed <= 112; ++seed) {
+    const test::Truth truth = other_machine(seed, poses);
+    Compensator blind(nominal()), seeing(nominal());
+    const double without = rms_um(blind, truth, poses, {}), with = rms_um(seeing, truth, poses, noisy(truth, seed));
+    std::printf("  seed %d: %.3f um without, %.3f um with sensors\n", static_cast<int>(seed), without, with);
+    EXPECT_LT(with, without) << "seed " << seed;
+    sum_without += without * without;
+    sum_with += with * with;
+  }
+  const double reduction = 1.0 - std::sqrt(sum_with / sum_without);
+  std::printf("  mean reduction by sensors %.1f %%\n", 100.0 * reduction);
+  EXPECT_GT(reduction, 0.4);
+}
+
+TEST(Compensator, StatedDeviationCoversTheResidual) {
+  // Residual over stated deviation should be about 1; much more would be a boast, much less useless.
+  const std::vector<mesh::Pose> poses{mesh::home_pose(nominal().machine)};
+  for (const bool sensors : {false, true}) {
+    double sum = 0.0;
+    long count = 0;
+    for (std::uint64_t seed = 201; seed <= 208; ++seed) {
+      const test::Truth truth = other_machine(seed, poses);
+      const std::vector<VectorXd> readings = noisy(truth, seed);
+      Compensator compensator(nominal());
+      for (std::size_t i = 0; i < truth.time.size(); ++i) {
+        const Offsets& offsets = compensator.step(truth.time[i], truth.rows[i], sensors ? readings[i] : VectorXd());
+        if (truth.time[i] < 3600.0) continue;
+        const VectorXd residual = offsets.offset_um + 1e6 * truth.errors[i][0].error.head<3>();
+        sum += residual.cwiseQuotient(offsets.std_um).squaredNorm();
+        count += residual.size();
+      }
+    }
+    const double ratio = std::sqrt(sum / static_cast<double>(count));
+    std::printf("  residual over stated deviation %s sensors: %.2f\n", sensors ? "with" : "without", ratio);
+    EXPECT_GT(ratio, 0.3);
+    EXPECT_LT(ratio, 2.0);
+  }
+}
+
+TEST(Compensator, AWarmStartIsFoundBySensors) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  const test::Truth truth = test::run_truth(nominal().machine, nominal(), 60.0, 1, 3 * 3600.0, poses, 24.0);
+  Compensator blind(nominal()), seeing(nominal());
+  const double without = rms_um(blind, truth, poses, {}), with = rms_um(seeing, truth, poses, noisy(truth, 7));
+  EXPECT_LT(with, 0.15 * without);
+}
+
+TEST(Compensator, SensorsFindAFoundationThatNobodyMeasures) {
+  // A hall at 32 degC for long: machine and foundation are there, the control is told of the air only.
+  mesh::Machine hall = nominal().machine;
+  for (mesh::AmbientSpec& ambient : hall.ambients) {
+    if (ambient.id == "foundation") ambient.default_C.value = 32.0;
+  }
+  const std::vector<mesh::Pose> poses = some_poses();
+  test::Truth truth = test::run_truth(hall, nominal(), 60.0, 1, 10 * 3600.0, poses, 32.0);
+  const solver::Channels channels(nominal().machine);
+  const int foundation = channels.index("foundation.T_C");
+  for (VectorXd& row : truth.rows) row[foundation] = channels.defaults()[foundation];
+  Compensator blind(nominal(), {.start_C = 32.0}), seeing(nominal());
+  const double without = rms_um(blind, truth, poses, {}), with = rms_um(seeing, truth, poses, noisy(truth, 9));
+  std::printf("  %.2f um without, %.2f um with sensors\n", without, with);
+  EXPECT_LT(with, 0.25 * without);
+}
+
+TEST(Compensator, AMissingSensorIsLeftOutAndTheOthersStillHelp) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  const test::Truth truth = other_machine(301, poses);
+  std::vector<VectorXd> readings = noisy(truth, 301);
+  Compensator blind(nominal()), all(nominal()), fewer(nominal()), late(nominal());
+  const double without = rms_um(blind, truth, poses, {}), with_all = rms_um(all, truth, poses, readings);
+  for (VectorXd& reading : readings) reading[0] = missing;  // the most telling one
+  const double with_fewer = rms_um(fewer, truth, poses, readings);
+  EXPECT_LT(with_fewer, without);
+  EXPECT_LT(with_all, with_fewer * 1.2);
+  for (std::size_t i = readings.size() / 2; i < readings.size(); ++i) readings[i].setConstant(missing);
+  EXPECT_LT(rms_um(late, truth, poses, readings), without);
+  EXPECT_EQ(late.step(truth.time.back() + 60.0, truth.rows.back(), readings.back()).status, Status::no_sensors);
+}
+
+TEST(Compensator, ABrokenSensorDoesLittle) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  const test::Truth truth = other_machine(302, poses);
+  std::vector<VectorXd> readings = noisy(truth, 302);
+  Compensator blind(nominal()), broken(nominal());
+  for (std::size_t i = readings.size() / 3; i < readings.size(); ++i) readings[i][2] = 850.0;  // an open lead
+  EXPECT_LT(rms_um(broken, truth, poses, readings), 1.1 * rms_um(blind, truth, poses, {}));
+}
+
+TEST(Compensator, StatusSaysWhatIsMissing) {
+  Compensator compensator(nominal());
+  const solver::Channels& channels = compensator.channels();
+  VectorXd row = channels.defaults();
+  const VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 20.0);
+  EXPECT_EQ(compensator.step(0, row, readings).status, Status::ok);
+  EXPECT_EQ(compensator.step(10, row, {}).status, Status::no_sensors);
+  row[channels.index("axis.B.position_deg")] = 100.0;
+  EXPECT_EQ(compensator.step(20, row, readings).status, Status::outside_workspace);
+  row[channels.index("axis.B.position_deg")] = 90.0;
+  row[channels.index("air.T_C")] = missing;
+  EXPECT_EQ(compensator.step(30, row, readings).status, Status::ok);  // blank: the last one holds a while
+  EXPECT_EQ(compensator.step(400, row, readings).status, Status::input_missing);
+  Compensator fresh(nominal());
+  EXPECT_EQ(fresh.step(0, row, readings).status, Status::input_missing);
+  EXPECT_STREQ(status_text(Status::outside_workspace), "outside_workspace");
+}
+
+TEST(Compensator, TheGuideSensorsReadingDrivesTheChiller) {
+  // The machine stays at 20 degC, but the guide sensor says 25: the coolant must warm the spindle.
+  Compensator compensator(nominal());
+  const VectorXd row = compensator.channels().defaults();
+  const int guide = nominal().machine.sensor_index("T_bed");
+  VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), missing);
+  readings[guide] = 25.0;
+  CompensatorOptions options;
+  options.start_from_sensors = false;
+  Compensator guided(nominal(), options);
+  for (int i = 0; i <= 60; ++i) {
+    guided.step(60.0 * i, row, readings);
+    compensator.step(60.0 * i, row, {});
+  }
+  const int nose = nominal().machine.sensor_index("T_nose");
+  EXPECT_GT(guided.predicted_sensors_C()[nose], compensator.predicted_sensors_C()[nose] + 0.5);
+}
+
+TEST(Compensator, PredictedReadingsMeetTheReadingsOfItsOwnModel) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  const test::Truth run = test::run_truth(nominal().machine, nominal(), 60.0, 1, 4 * 3600.0, poses);
+  Compensator compensator(nominal());
+  for (std::size_t i = 0; i < run.time.size(); ++i) compensator.step(run.time[i], run.rows[i], run.readings_C[i]);
+  EXPECT_LT((compensator.predicted_sensors_C() - run.readings_C.back()).cwiseAbs().maxCoeff(), 0.01);
+}
+
+TEST(Compensator, WrongCallsAreInputErrors) {
+  Compensator compensator(nominal());
+  const VectorXd row = compensator.channels().defaults();
+  compensator.step(100.0, row, {});
+  expect_input_error([&] { compensator.step(99.0, row, {}); }, {"99 s after 100 s"});
+  expect_input_error([&] { compensator.step(100.0, row, {}); }, {"rise"});
+  expect_input_error([&] { compensator.step(missing, row, {}); }, {"time"});
+  expect_input_error([&] { compensator.step(200.0, row.head(3), {}); }, {"3 values"});
+  expect_input_error([&] { compensator.step(200.0, row, VectorXd::Zero(2)); }, {"2 readings"});
+  CompensatorOptions options;
+  options.step_s = 0.0;
+  expect_input_error([&] { Compensator(nominal(), options); }, {"step_s"});
+}
+
+TEST(Compensator, IsTheSameBitForBitWhenRunAgain) {
+  const std::vector<mesh::Pose> poses = some_poses();
+  const test::Truth truth = other_machine(303, poses);
+  const std::vector<VectorXd> readings = noisy(truth, 303);
+  Compensator one(nominal()), other(nominal());
+  EXPECT_EQ(rms_um(one, truth, poses, readings), rms_um(other, truth, poses, readings));
+  EXPECT_EQ(one.state(), other.state());
+}
+
+}  // namespace
+}  // namespace thermotwin::compensation

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/evaluate.h"
+
+#include <cstdlib>
+
+#include "tests/compensation/scratch.h"
+#include "tests/compensation/shift.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using test::expect_input_error;
+
+std::filesystem::path data_folder(const std::string& name) {
+  const char* given = std::getenv("THERMOTWIN_DATA");
+  const std::filesystem::path root = given != nullptr ? std::filesystem::path(given)
+                                                      : std::filesystem::path(THERMOTWIN_SOURCE_DIR).parent_path() / "shared" / "data";
+  return root / name;
+}
+
+const EvaluationRow& row_of(const Evaluation& evaluation, const std::string& model, const std::string& channel, const std::string& part) {
+  for (const EvaluationRow& row : evaluation.rows) {
+    if (row.model == model && row.channel == channel && row.part == part) return row;
+  }
+  throw std::runtime_error("no row " + model + " " + channel + " " + part);
+}
+
+TEST(Evaluate, MeasuredDriftIsJudgedOnDaysThatTheFitDidNotSee) {
+  const std::filesystem::path folder = data_folder("measured_drift");
+  if (!std::filesystem::exists(folder / "data.csv")) GTEST_SKIP() << "no measured data: " << folder;
+  const Measurement measurement = read_measurement(folder);
+  const Evaluation evaluation = evaluate(measurement, nullptr, {});
+  std::printf("%s", evaluation.brief().c_str());
+  ASSERT_EQ(evaluation.rows.size(), 2U * 3U * 3U);
+  EXPECT_EQ(evaluation.predictions.rows(), measurement.data.rows());
+  for (const EvaluationRow& row : evaluation.rows) {
+    EXPECT_GT(row.measures.count, 3000) << row.model << row.channel << row.part;
+    EXPECT_EQ(row.unit, "um");
+    if (row.part == "training") {
+      EXPECT_LE(row.to_s, 86400.0);
+      EXPECT_GT(row.measures.fit, 0.0) << "a fit with intercept cannot be worse than the mean";
+    } else {
+      EXPECT_GE(row.from_s, 86400.0);
+    }
+  }
+  // The first-order model contains the static one (tau towards 0), so it fits its own data no worse.
+  for (const char* channel : {"x", "y", "z"}) {
+    EXPECT_LE(row_of(evaluation, "first_order", channel, "training").measures.rms,
+              row_of(evaluation, "static_regression", channel, "training").measures.rms * 1.01);
+  }
+  // The rows without temperatures (20 at the end of each recorded day) are left out, not guessed.
+  const Eigen::VectorXd predicted = evaluation.predictions.column("x_static_regression");
+  const Eigen::VectorXd t1 = measurement.data.column("T1");
+  for (Eigen::Index i = 0; i < t1.size(); ++i) EXPECT_EQ(std::isnan(predicted[i]), std::isnan(t1[i])) << i;
+}
+
+TEST(Evaluate, LaterDataDoNotReachTheFit) {
+  const test::Scratch scratch;
+  std::string data = "time_s,T,x\n", spoiled = data;
+  for (int i = 0; i < 200; ++i) {
+    const double t = 20 + std::sin(0.1 * i);
+    const std::string head = std::to_string(1000 * i) + "," + std::to_string(t) + ",";
+    data += head + std::to_string(3 * t - 60) + "\n";
+    spoiled += head + std::to_string(i < 87 ? 3 * t - 60 : 1000.0 * i) + "\n";
+  }
+  scratch.write("channels.toml",
+                "[[channel]]\nid='T'\nkind='temperature'\nunit='degC'\nuncertainty=0.1\nsensor='T'\n"
+                "[[channel]]\nid='x'\nkind='displacement'\nunit='um'\nuncertainty=0.1\ndirection='x'\n");
+  scratch.write("data.csv", data);
+  const Evaluation clean = evaluate(read_measurement(scratch.path()), nullptr, {});
+  scratch.write("data.csv", spoiled);
+  const Evaluation other = evaluate(read_measurement(scratch.path()), nullptr, {});
+  EXPECT_EQ(clean.predictions.column("x_static_regression"), other.predictions.column("x_static_regression"));
+  EXPECT_GT(row_of(clean, "static_regression", "x", "day 1").measures.fit, 99.9);
+  EXPECT_LT(row_of(other, "static_regression", "x", "day 1").measures.fit, 0.0);
+}
+
+TEST(QuantitySeries, SignsAndUnits) {
+  solver::TcpError error;
+  error.error << 1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6;
+  const auto value = [&](const std::string& quantity) {
+    MeasuredChannel channel;
+    channel.id = channel.quantity = quantity;
+    return quantity_series({error}, channel)[0];
+  };
+  EXPECT_NEAR(value("dx"), 1.0, 1e-12);
+  EXPECT_NEAR(value("dz"), 3.0, 1e-12);
+  EXPECT_NEAR(value("rc"), 6.0, 1e-12);
+  EXPECT_NEAR(value("X0C"), -1.0, 1e-12);  // the table went the other way
+  EXPECT_NEAR(value("Z0T"), -3.0, 1e-12);
+  EXPECT_NEAR(value("A0C"), -4.0, 1e-12);
+  expect_input_error([&] { value("R0T"); }, {"R0T"});
+}
+
+/// A measurement of the lumped machine made without writing files.
+Measurement measured(const reduction::ReducedModel& model, const test::Truth& truth, const std::vector<std::string>& pose_texts) {
+  Measurement m;
+  const solver::Channels channels(model.machine);
+  const auto times = static_cast<Eigen::Index>(truth.time.size());
+  std::vector<Eigen::VectorXd> columns{Eigen::Map<const Eigen::VectorXd>(truth.time.data(), times)};
+  m.data.columns = {"time_s"};
+  const auto add = [&](MeasuredChannel channel, const auto& value) {
+    channel.column = static_cast<Eigen::Index>(columns.size());
+    Eigen::VectorXd values(times);
+    for (Eigen::Index i = 0; i < times; ++i) values[i] = value(static_cast<std::size_t>(i));
+    m.data.columns.push_back(channel.id);
+    columns.push_back(values);
+    m.channels.push_back(std::move(channel));
+  };
+  for (const auto& [name, kind, unit] : {std::tuple{"air.T_C", ChannelKind::temperature, "degC"}, {"spindle.speed_rpm", ChannelKind::speed, "rpm"},
+                                         {"axis.X.feed_mm_min", ChannelKind::speed, "mm_min"}, {"axis.X.low_mm", ChannelKind::position, "mm"},
+                                         {"axis.X.high_mm", ChannelKind::position, "mm"}, {"axis.C.feed_deg_min", ChannelKind::speed, "deg_min"},
+                                         {"cutting_fluid.on", ChannelKind::state, "1"}}) {
+    MeasuredChannel channel;
+    channel.id = channel.input = name;
+    channel.kind = kind;
+    channel.unit = unit;
+    const int index = channels.index(name);
+    add(channel, [&, index](std::size_t i) { return truth.rows[std::min(i + 1, truth.rows.size() - 1)][index]; });
+  }
+  for (std::size_t s = 0; s < model.machine.sensors.size(); ++s) {
+    MeasuredChannel channel;
+    channel.id = channel.sensor = model.machine.sensors[s].id;
+    channel.kind = ChannelKind::temperature;
+    channel.unit = "degC";
+    channel.uncertainty = 0.05;
+    add(channel, [&, s](std::size_t i) { return truth.readings_C[i][static_cast<Eigen::Index>(s)]; });
+  }
+  for (std::size_t p = 0; p < pose_texts.size(); ++p) {
+    for (int k = 0; k < 3; ++k) {
+      static constexpr const char* names[] = {"dx", "dy", "dz"};
+      MeasuredChannel channel;
+      channel.quantity = names[k];
+      channel.id = channel.quantity + "@" + std::to_string(p + 1);
+      channel.kind = ChannelKind::displacement;
+      channel.unit = "um";
+      channel.uncertainty = 0.3;
+      channel.pose_text = pose_texts[p];
+      channel.zero = Zero::first;
+      add(channel, [&, p, k](std::size_t i) { return 1e6 * truth.errors[i][p].error[k] + 50.0; });  // an arbitrary zero
+    }
+  }
+  m.data.values.resize(times, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t i = 0; i < columns.size(); ++i) m.data.values.col(static_cast<Eigen::Index>(i)) = columns[i];
+  return m;
+}
+
+TEST(Evaluate, AReducedModelMeetsItsOwnMachineWithAndWithoutSensors) {
+  const reduction::ReducedModel model = test::lumped_model();
+  const std::vector<std::string> texts{"", "X=200,Z=100,B=45,C=90"};
+  std::vector<mesh::Pose> poses;
+  for (const std::string& text : texts) poses.push_back(mesh::parse_pose(model.machine, text, "test"));
+  const test::Truth truth = test::run_truth(model.machine, model, 60.0, 5, 10 * 3600.0, poses);
+  const Measurement measurement = measured(model, truth, texts);
+  const Evaluation evaluation = evaluate(measurement, &model, {.train_until_s = 5 * 3600.0});
+  std::printf("%s", evaluation.brief().c_str());
+  for (const char* channel : {"dx@1", "dz@1", "dx@2", "dy@2", "dz@2"}) {
+    for (const char* name : {"reduced_model", "reduced_model_sensors"}) {
+      EXPECT_GT(row_of(evaluation, name, channel, "day 0").measures.fit, 97.0) << name << " " << channel;
+    }
+  }
+}
+
+TEST(Evaluate, AnEmptyComparisonIsRefused) {
+  Measurement measurement;
+  measurement.data.columns = {"time_s"};
+  measurement.data.values = Eigen::MatrixXd::Zero(1, 1);
+  expect_input_error([&] { evaluate(measurement, nullptr, {}); }, {"displacement"});
+}
+
+}  // namespace
+}  // namespace thermotwin::compensation
