@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/diagnose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "core/error.h"
+#include "core/text.h"
+#include "diagnosis/judgement.h"
+#include "diagnosis/model_search.h"
+#include "diagnosis/problem.h"
+#include "diagnosis/response.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double sure = 0.9;            ///< marginal probability that names a cause
+constexpr double within_nominal = 2.0;  ///< stated standard deviations that are no discrepancy
+
+void require_valid(const DiagnoseOptions& options) {
+  const auto require = [](bool holds, const std::string& name, double value, const std::string& allowed) {
+    if (!holds) throw core::InputError("diagnose " + name, fmt::format("{}", value), allowed);
+  };
+  require(options.heldout_share >= 0.05 && options.heldout_share <= 0.9, "heldout_share",
+          options.heldout_share, "0.05 to 0.9");
+  require(options.model_error_percent > 0 && options.model_error_percent <= 50, "model_error_percent",
+          options.model_error_percent, "above 0, at most 50");
+  require(options.interval_s > 0, "interval_s", options.interval_s, "a positive number of seconds");
+}
+
+/// Two digits of the standard deviation are what an estimate is worth.
+double rounded(double value, double std) {
+  if (!(std > 0.0) || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(std)) - 1.0);
+  return std::stod(fmt::format("{:.9g}", std::round(value / unit) * unit));
+}
+
+RankedCause ranked(const Problem& problem, const SearchResult& found, int parameter) {
+  RankedCause cause;
+  cause.parameter = problem.parameters[static_cast<std::size_t>(parameter)];
+  cause.probability = found.marginal[parameter];
+  const Hypothesis& single = *found.single(parameter);
+  cause.log_evidence = single.log_evidence;
+  // The estimate is that of the best model that holds the cause.
+  for (const Hypothesis& h : found.hypotheses) {
+    const auto at = std::find(h.members.begin(), h.members.end(), parameter);
+    if (at == h.members.end()) continue;
+    const auto k = static_cast<Index>(at - h.members.begin());
+    cause.std = h.std[k];
+    cause.value = rounded(h.value[k], cause.std);
+    break;
+  }
+  const VectorXd predicted =
+      single.refined ? single.predicted
+                     : VectorXd(problem.predicted + problem.columns.col(parameter) *
+                                                        (single.value[0] - problem.nominal[parameter]));
+  cause.heldout_explained_percent = heldout_explained_percent(problem, predicted);
+  return cause;
+}
+
+RankedCause no_parameter(const std::string& kind, double probability, double log_evidence) {
+  RankedCause cause;
+  cause.parameter.kind = kind;
+  cause.parameter.name.clear();
+  cause.parameter.unit.clear();
+  cause.probability = probability;
+  cause.log_evidence = log_evidence;
+  return cause;
+}
+
+bool outside_nominal(const RankedCause& cause) {
+  return std::abs(cause.value - cause.parameter.nominal) > within_nominal * cause.parameter.nominal_std;
+}
+
+/// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
+void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
+  std::set<int> hidden(found.invisible.begin(), found.invisible.end());
+  for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
+    if (!hidden.count(i)) out.ranking.push_back(ranked(problem, found, i));
+  std::vector<RankedCause> causes = out.ranking;
+  out.ranking.push_back(no_parameter("none", found.probability_none, 0.0));
+  out.ranking.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
+  const auto by_probability = [](const RankedCause& a, const RankedCause& b) {
+    return a.probability > b.probability;
+  };
+  std::stable_sort(out.ranking.begin(), out.ranking.end(), by_probability);
+  std::stable_sort(causes.begin(), causes.end(), by_probability);
+
+  // A machine is called wrong where that is as sure as a cause has to be.
+  const auto no_cause_left = [&] { return causes.empty() || !outside_nominal(causes.front()); };
+  if (found.probability_none > 1.0 - sure || (no_cause_left() && found.probability_unknown < 0.5)) {
+    out.verdict = "no_discrepancy";
+    return;
+  }
+  if (found.probability_unknown >= 0.5 || causes.empty()) {
+    out.verdict = "unexplained";
+    return;
+  }
+  double second_needed = 0.0;
+  for (const Hypothesis& h : found.hypotheses)
+    if (h.members.size() == 2) second_needed += h.probability;
+  for (const RankedCause& cause : causes)
+    if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
+  const bool complete = out.causes.size() >= 2 || (out.causes.size() == 1 && second_needed < sure);
+  if (complete) {
+    out.verdict = "explained";
+    return;
+  }
+  out.verdict = "ambiguous";
+  double all = 0.0, sum = 0.0;
+  for (const RankedCause& cause : causes) all += cause.probability;
+  for (const RankedCause& cause : causes) {
+    if (cause.probability >= sure) {
+      all -= cause.probability;  // named already; the set is about the other one
+      continue;
+    }
+    if (!out.ambiguous_set.empty() && (sum >= 0.95 * all || cause.probability < 0.01)) break;
+    sum += cause.probability;
+    out.ambiguous_set.push_back(cause);
+  }
+}
+
+std::string in_words(const RankedCause& cause) {
+  const Parameter& p = cause.parameter;
+  const std::string unit = p.unit == "1" ? "" : " " + p.unit;
+  return fmt::format("{} of {} ({} {:.4g} +- {:.2g}{})", p.kind, p.where, p.name, cause.value, cause.std,
+                     unit);
+}
+
+std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t most) {
+  std::string words;
+  for (std::size_t i = 0; i < std::min(most, causes.size()); ++i)
+    words += (i > 0 ? "; " : "") + in_words(causes[i]) +
+             fmt::format(", probability {:.2f}", causes[i].probability);
+  if (causes.size() > most) words += fmt::format("; and {} more", causes.size() - most);
+  return words;
+}
+
+std::string sentence_of(const Diagnosis& d) {
+  const std::string gain = d.heldout_rms_before_um > 0
+                               ? fmt::format(
+                                     " On held-out time the displacements' RMS goes from {:.2f} to {:.2f} um "
+                                     "({:.0f} %, 95 % interval {:.0f} to {:.0f}).",
+                                     d.heldout_rms_before_um, d.heldout_rms_after_um, d.reduction_percent,
+                                     d.ci95_low_percent, d.ci95_high_percent)
+                               : "";
+  if (d.verdict == "no_discrepancy")
+    return "No discrepancy: measurement and model differ by no more than nominal uncertainty, mesh and noise "
+           "explain.";
+  if (d.verdict == "unexplained")
+    return "Unexplained: measurement and model differ, but none of the known causes describes how.";
+  if (d.verdict == "ambiguous")
+    return (d.causes.empty() ? "Ambiguous: several causes explain the difference: "
+                             : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
+           list_in_words(d.ambiguous_set, 4) + ".";
+  return "Explained by " + list_in_words(d.causes, 3) + "." + gain +
+         (d.extended_machine_text.empty() ? " The gain is not certain, so no extension is recommended." : "");
+}
+
+/// The causes that the 'after' columns show: the named ones, else the members of the best model.
+Hypothesis shown(const Problem& problem, const SearchResult& found, const Diagnosis& d) {
+  if (d.verdict == "no_discrepancy" || d.verdict == "unexplained") return {};
+  Hypothesis best;
+  for (const Hypothesis& h : found.hypotheses)
+    if (!h.members.empty()) {
+      best = h;
+      break;
+    }
+  if (d.verdict == "explained") {
+    best = {};
+    best.value.resize(static_cast<Index>(d.causes.size()));
+    best.std.resize(best.value.size());
+    for (std::size_t k = 0; k < d.causes.size(); ++k) {
+      for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
+        if (problem.parameters[static_cast<std::size_t>(i)].kind == d.causes[k].parameter.kind &&
+            problem.parameters[static_cast<std::size_t>(i)].where == d.causes[k].parameter.where)
+          best.members.push_back(i);
+      best.value[static_cast<Index>(k)] = d.causes[k].value;
+      best.std[static_cast<Index>(k)] = d.causes[k].std;
+    }
+  }
+  return best;
+}
+
+std::string extend(const mesh::Machine& machine, const std::vector<RankedCause>& causes,
+                   const std::string& measurement) {
+  mesh::Machine extended = machine;
+  for (const RankedCause& cause : causes) {
+    const std::string text =
+        extended_text(extended, cause.parameter, cause.value, cause.std,
+                      fmt::format("measurement '{}', probability {:.2f}", measurement, cause.probability));
+    extended = mesh::parse_machine(text, machine.path);
+  }
+  return extended.text;
+}
+
+void add_notes(const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,
+               Diagnosis& d) {
+  const Observations& obs = problem.observations;
+  d.notes.push_back(fmt::format(
+      "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the rest only judged.",
+      obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / 3600.0));
+  d.notes.push_back(
+      fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
+                  obs.start_C, problem.prior_std[static_cast<Index>(problem.parameters.size())]));
+  d.notes.push_back(
+      fmt::format("Mesh and discretisation: {:.3g} % of each channel's own response. Chi-square without a "
+                  "cause: {:.0f} for {} values.",
+                  options.model_error_percent, found.chi_square_none, found.fitted));
+  if (!found.invisible.empty()) {
+    std::vector<std::string> names;
+    for (const int i : found.invisible)
+      names.push_back(problem.parameters[static_cast<std::size_t>(i)].kind + " of " +
+                      problem.parameters[static_cast<std::size_t>(i)].where);
+    d.notes.push_back("Not visible in this measurement, so not judged: " + core::join(names) + ".");
+  }
+}
+
+}  // namespace
+
+Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+                   const DiagnoseOptions& options) {
+  require_valid(options);
+  const mesh::Machine& machine = model.machine;
+  compensation::require_fits(measurement, machine);
+  const solver::Channels channels(machine);
+  Observations observations =
+      observe(measurement, machine, channels,
+              {.interval_s = options.interval_s, .heldout_share = options.heldout_share});
+  const Observations kept = observations;  // the response refers to it for its whole life
+  const Response response(model, kept);
+  const Problem problem = make_problem(machine, measurement, std::move(observations), response, options);
+  const SearchResult found = search(problem, response, machine);
+
+  Diagnosis d;
+  d.measurement = measurement.folder.filename().string();
+  d.heldout_from_s = problem.observations.split;
+  decide(problem, found, d);
+  Hypothesis best = shown(problem, found, d);
+  std::vector<Parameter> members;
+  for (const int i : best.members) members.push_back(problem.parameters[static_cast<std::size_t>(i)]);
+  best.predicted = best.members.empty() ? problem.predicted
+                                        : response.predict(with_parameters(machine, members, best.value));
+  best.refined = true;
+  judge(problem, best, d);
+  if (d.verdict == "explained" && worth_extending(problem, best, d))
+    d.extended_machine_text = extend(machine, d.causes, d.measurement);
+  if (d.verdict == "ambiguous") d.next = next_measurement(problem, response, machine, d);
+  add_notes(problem, found, options, d);
+  d.sentence = sentence_of(d);
+  return d;
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Diagnosis of a measurement: residuals against uncertainty, hypotheses ranked by evidence, the
+// extended machine, the gain on held-out time. Linear-Gaussian at its core: the reduced model's
+// response to each parameter (exact finite differences along the measured inputs), nominal
+// uncertainties of all parameters as nuisances, sensor noise, and a model error term for the mesh;
+// a cause has a wide prior instead of its nominal one, its size is then refined by Gauss-Newton.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "compensation/measurement.h"
+#include "diagnosis/hypothesis.h"
+#include "reduction/reduced_model.h"
+
+namespace thermotwin::diagnosis {
+
+struct ChannelResidual {
+  std::string id, unit;
+  double uncertainty = 0, rms_before = 0, rms_after = 0;
+  double explained_std = 0;   ///< expected residual from nominal uncertainty, mesh and noise
+  double p_value_white = 0;
+};
+
+struct RankedCause {
+  Parameter parameter;
+  double probability = 0, log_evidence = 0;  ///< against no cause, natural logarithm
+  double value = 0, std = 0;                 ///< estimate
+  double heldout_explained_percent = 0;      ///< of the residual's mean square, held-out time
+};
+
+/// What would tell the causes of an ambiguous set apart; all empty where nothing is left to decide.
+struct NextMeasurement {
+  std::string load, channel, why;
+};
+
+struct Diagnosis {
+  std::string verdict;                       ///< explained | no_discrepancy | ambiguous | unexplained
+  std::vector<RankedCause> ranking;          ///< most probable first; none and unknown take part
+  std::vector<RankedCause> causes;           ///< named ones
+  std::vector<RankedCause> ambiguous_set;
+  std::vector<ChannelResidual> residuals;
+  double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
+  double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
+  std::string sentence;                      ///< the verdict in words
+  NextMeasurement next;
+  std::string measurement;                   ///< name of its folder
+  double heldout_from_s = 0;                 ///< what comes later was judged, never fitted
+  std::vector<std::string> notes;            ///< what was left out and why, start temperature, ...
+  /// Interval means: time_s, <channel>, <channel>_before, <channel>_after (measured minus predicted)
+  /// and <channel>_std, what nominal uncertainty, mesh and noise explain.
+  core::Table series;
+  std::string extended_machine_text;         ///< empty if nothing is recommended
+};
+
+struct DiagnoseOptions {
+  double heldout_share = 0.3;     ///< of the time, its end: never fitted
+  double model_error_percent = 3; ///< mesh and discretisation, of each channel's own response
+  double interval_s = 600;        ///< residuals are averaged over such intervals
+};
+
+Diagnosis diagnose(const reduction::ReducedModel& model,
+                   const compensation::Measurement& measurement, const DiagnoseOptions& options);
+
+/// diagnosis.json, report.html, residuals.csv, extended/machine.toml (and extended/model.rom.h5),
+/// each whole or not at all.
+void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
+                     const reduction::ReducedModel& model);
+
+/// The JSON of DESIGN's contract.
+std::string diagnosis_json(const Diagnosis& diagnosis);
+
+}  // namespace thermotwin::diagnosis

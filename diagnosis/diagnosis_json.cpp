@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// diagnosis.json: the contract with programs that read a diagnosis.
+#include <nlohmann/json.hpp>
+
+#include "diagnosis/diagnose.h"
+
+namespace thermotwin::diagnosis {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json identity(const RankedCause& cause) {
+  return {{"kind", cause.parameter.kind}, {"where", cause.parameter.where}};
+}
+
+Json named(const RankedCause& cause) {
+  Json json = identity(cause);
+  json["probability"] = cause.probability;
+  json["parameters"] = {
+      {cause.parameter.name, {{"value", cause.value}, {"std", cause.std}, {"unit", cause.parameter.unit}}}};
+  return json;
+}
+
+}  // namespace
+
+std::string diagnosis_json(const Diagnosis& diagnosis) {
+  Json json;
+  json["verdict"] = diagnosis.verdict;
+  json["causes"] = Json::array();
+  for (const RankedCause& cause : diagnosis.causes) json["causes"].push_back(named(cause));
+  json["ranking"] = Json::array();
+  for (const RankedCause& cause : diagnosis.ranking) {
+    Json row = identity(cause);
+    row["probability"] = cause.probability;
+    row["log_evidence"] = cause.log_evidence;
+    json["ranking"].push_back(std::move(row));
+  }
+  json["ambiguous_set"] = Json::array();
+  for (const RankedCause& cause : diagnosis.ambiguous_set) json["ambiguous_set"].push_back(identity(cause));
+  json["residual"]["per_channel"] = Json::array();
+  for (const ChannelResidual& channel : diagnosis.residuals)
+    json["residual"]["per_channel"].push_back({{"id", channel.id},
+                                               {"rms_before", channel.rms_before},
+                                               {"rms_after", channel.rms_after},
+                                               {"unit", channel.unit},
+                                               {"p_value_white", channel.p_value_white}});
+  json["gain"] = {{"heldout_rms_before_um", diagnosis.heldout_rms_before_um},
+                  {"heldout_rms_after_um", diagnosis.heldout_rms_after_um},
+                  {"reduction_percent", diagnosis.reduction_percent},
+                  {"ci95_percent", {diagnosis.ci95_low_percent, diagnosis.ci95_high_percent}}};
+  json["next_measurement"] = {
+      {"load", diagnosis.next.load}, {"channel", diagnosis.next.channel}, {"why", diagnosis.next.why}};
+  json["extended_machine"] =
+      diagnosis.extended_machine_text.empty() ? Json(nullptr) : Json("extended/machine.toml");
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A hypothesis is a change to the machine: one parameter of one item of machine.toml (or of a
+// measured channel) with its nominal value and a prior width when it is a cause. The same change
+// acts on the full model, the reduced one and machine.toml.
+
+#include <string>
+#include <vector>
+
+#include "compensation/measurement.h"
+#include "mesh/machine.h"
+
+namespace thermotwin::diagnosis {
+
+struct Parameter {
+  std::string kind;         ///< "source_power", "film_coefficient", ... (README table)
+  std::string where;        ///< id in machine.toml, or channel id for sensor_offset
+  std::string name;         ///< "factor" or "offset"
+  std::string unit;         ///< "1" (ratio to nominal) or "K"
+  double nominal = 1;       ///< 1 for ratios, 0 for offsets
+  double nominal_std = 0;   ///< stated uncertainty: what a clean machine may have
+  double cause_std = 0.5;   ///< prior width where it is the cause
+  double low = 0, high = 5; ///< bounds
+  std::string item;         ///< id in machine.toml that carries the value, where `where` is a channel
+};
+
+/// The kinds that candidate_parameters knows, as README.md lists them.
+struct Kind {
+  std::string kind, where;      ///< what `where` refers to, in words
+  std::string name, unit, sense;  ///< of its one parameter; sense "ratio" or "absolute"
+};
+const std::vector<Kind>& known_kinds();
+
+/// Every parameter of every kind that machine and measurement offer.
+std::vector<Parameter> candidate_parameters(const mesh::Machine& machine,
+                                            const compensation::Measurement& measurement);
+
+/// The machine with the parameter at the value. A sensor's offset is that of the sensor that the
+/// channel reads. The text of the machine is left as it was. @throws InputError: no such item
+mesh::Machine with_parameter(const mesh::Machine& machine, const Parameter& parameter, double value);
+
+/// machine.toml's text with the named value changed and a comment that says why; nothing else
+/// differs. @throws InputError if the key cannot be found in the text
+std::string extended_text(const mesh::Machine& machine, const Parameter& parameter, double value,
+                          double std, const std::string& why);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A change of one number in a TOML text that leaves every other byte as the user wrote it. Only the
+// outline of the text is read (headers, keys, where values begin and end); the file was parsed and
+// checked before.
+
+#include <string>
+
+#include "diagnosis/machine_value.h"
+
+namespace thermotwin::diagnosis {
+
+/// @param source   name for messages
+/// @param number   new value; `{value = .., std_percent = ..}` keeps its form and its percentage
+/// @param comment  line put above the key, without '#'
+/// A key that is absent is added below the table's id.
+/// @throws InputError if the table, written as [[table]], or a number cannot be found
+std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place,
+                         double number, const std::string& comment);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/model_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/thread_pool.h"
+#include "diagnosis/evidence.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double unknown_time_constant = 3.0 * 3600.0;
+constexpr double unknown_levels[] = {0.1, 0.3, 1.0, 3.0};  ///< of each channel's amplitude
+/// A cause whose whole prior moves the white residual by less than this cannot be told from none.
+constexpr double visible = 2.0;
+constexpr std::size_t most_pair_partners = 60;
+
+/// The fitted part, decorrelated.
+struct White {
+  Whitener whitener;
+  MatrixXd columns;
+  VectorXd residual;
+
+  White(const Problem& problem, const std::vector<ChannelCovariance>& covariance)
+      : whitener(covariance),
+        columns(whitener.whiten(problem.fitted(problem.columns))),
+        residual(whitener.whiten(problem.fitted(problem.measured - problem.predicted))) {}
+};
+
+double log_sum(const std::vector<double>& logs) {
+  const double top = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (const double value : logs) sum += std::exp(value - top);
+  return top + std::log(sum);
+}
+
+/// log evidence with whitening's determinant: what may be compared between covariances.
+double total(const LinearEvidence& evidence, const White& white) {
+  return evidence.log_evidence() - 0.5 * white.whitener.log_determinant();
+}
+
+double unknown_evidence(const Problem& problem) {
+  std::vector<double> logs;
+  for (const double level : unknown_levels) {
+    std::vector<ChannelCovariance> covariance = problem.fitted_covariance();
+    for (std::size_t k = 0; k < covariance.size(); ++k)
+      covariance[k].wander.push_back(
+          {level * problem.amplitude[static_cast<Index>(k)], unknown_time_constant});
+    const White white(problem, covariance);
+    logs.push_back(total(LinearEvidence(white.columns, white.residual, problem.prior_std), white));
+  }
+  return log_sum(logs) - std::log(static_cast<double>(std::size(unknown_levels)));
+}
+
+/// All hypotheses on the nominal linearisation.
+std::vector<Hypothesis> enumerate(const Problem& problem, const LinearEvidence& nominal,
+                                  const std::vector<int>& candidates, const SearchOptions& options) {
+  const auto make = [&](std::vector<int> members, double prior) {
+    Hypothesis h;
+    std::vector<double> wide;
+    for (const int i : members) wide.push_back(problem.parameters[static_cast<std::size_t>(i)].cause_std);
+    LinearEvidence::Widened widened = nominal.widen(members, wide);
+    h.log_prior = std::log(prior);
+    h.log_evidence = widened.log_ratio;
+    h.value = widened.mean;
+    h.std = widened.std;
+    for (std::size_t k = 0; k < members.size(); ++k)
+      h.value[static_cast<Index>(k)] += problem.nominal[members[k]];
+    h.members = std::move(members);
+    return h;
+  };
+  std::vector<Hypothesis> all(1);
+  all[0].log_prior = std::log(options.prior_none);
+  const auto n = static_cast<double>(candidates.size());
+  for (const int i : candidates) all.push_back(make({i}, options.prior_single / n));
+  // Pairs need a member that is among the better single causes.
+  std::vector<std::size_t> order(candidates.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return all[a + 1].log_evidence > all[b + 1].log_evidence;
+  });
+  const double pairs = std::max(1.0, n * (n - 1.0) / 2.0);
+  for (std::size_t a = 0; a < std::min(order.size(), most_pair_partners); ++a)
+    for (std::size_t b = a + 1; b < order.size(); ++b)
+      all.push_back(make({candidates[order[a]], candidates[order[b]]}, options.prior_pair / pairs));
+  return all;
+}
+
+void sort_by_posterior(std::vector<Hypothesis>& all) {
+  std::stable_sort(all.begin(), all.end(), [](const Hypothesis& a, const Hypothesis& b) {
+    return a.log_prior + a.log_evidence > b.log_prior + b.log_evidence;
+  });
+}
+
+/// Gauss-Newton about the hypothesis' own estimate; its evidence by Laplace at the end.
+void refine(Hypothesis& h, const Problem& problem, const Response& response, const mesh::Machine& machine,
+            const White& white, double log_nominal, const SearchOptions& options) {
+  const auto count = static_cast<Index>(h.members.size());
+  std::vector<Parameter> parameters;
+  VectorXd nominal(count), prior_std = problem.prior_std;
+  for (Index k = 0; k < count; ++k) {
+    const int i = h.members[static_cast<std::size_t>(k)];
+    parameters.push_back(problem.parameters[static_cast<std::size_t>(i)]);
+    nominal[k] = parameters.back().nominal;
+    prior_std[i] = parameters.back().cause_std;
+  }
+  const auto inside = [&](VectorXd value) {
+    for (Index k = 0; k < count; ++k) {
+      const Parameter& p = parameters[static_cast<std::size_t>(k)];
+      value[k] = std::clamp(value[k], p.low + (p.unit == "1" ? 0.02 : 0.0), p.high);
+    }
+    return value;
+  };
+  VectorXd at = inside(h.value);
+  MatrixXd columns = white.columns;
+  for (int iteration = 0; iteration < options.iterations; ++iteration) {
+    const Response::Linear linear = response.linearise(machine, parameters, at, false);
+    const MatrixXd sensitivity = white.whitener.whiten(problem.fitted(linear.sensitivity));
+    for (Index k = 0; k < count; ++k)
+      columns.col(h.members[static_cast<std::size_t>(k)]) = sensitivity.col(k);
+    const VectorXd residual = white.whitener.whiten(
+        problem.fitted(problem.measured - linear.predicted + linear.sensitivity * (at - nominal)));
+    const LinearEvidence evidence(columns, residual, prior_std);
+    VectorXd next(count);
+    h.std.resize(count);
+    for (Index k = 0; k < count; ++k) {
+      const int i = h.members[static_cast<std::size_t>(k)];
+      next[k] = nominal[k] + evidence.mean()[i];
+      h.std[k] = std::sqrt(std::max(0.0, evidence.covariance()(i, i)));
+    }
+    next = inside(next);
+    h.log_evidence = options.evidence_share * (evidence.log_evidence() - log_nominal);
+    h.value = next;
+    const bool settled = ((next - at).cwiseAbs().array() < 0.05 * h.std.array() + 1e-6).all();
+    at = next;
+    if (settled) break;
+  }
+  h.predicted = response.predict(with_parameters(machine, parameters, h.value));
+  h.refined = true;
+}
+
+}  // namespace
+
+const Hypothesis* SearchResult::single(int parameter) const {
+  for (const Hypothesis& h : hypotheses)
+    if (h.members.size() == 1 && h.members[0] == parameter) return &h;
+  return nullptr;
+}
+
+SearchResult search(const Problem& problem, const Response& response, const mesh::Machine& machine,
+                    const SearchOptions& options) {
+  SearchResult result;
+  const White white(problem, problem.fitted_covariance());
+  const LinearEvidence nominal(white.columns, white.residual, problem.prior_std);
+  result.chi_square_none = nominal.chi_square();
+  result.fitted = white.residual.size();
+  std::vector<int> candidates;
+  for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i) {
+    const double seen =
+        white.columns.col(i).norm() * problem.parameters[static_cast<std::size_t>(i)].cause_std;
+    (seen > visible ? candidates : result.invisible).push_back(i);
+  }
+  std::vector<Hypothesis>& all = result.hypotheses;
+  all = enumerate(problem, nominal, candidates, options);
+  for (Hypothesis& h : all) h.log_evidence *= options.evidence_share;
+  sort_by_posterior(all);
+
+  std::vector<Hypothesis*> leading;
+  int singles = 0, pairs = 0;
+  for (Hypothesis& h : all) {
+    if (h.members.size() == 1 && singles < options.refined_singles) ++singles, leading.push_back(&h);
+    if (h.members.size() == 2 && pairs < options.refined_pairs) ++pairs, leading.push_back(&h);
+  }
+  const double log_nominal = nominal.log_evidence();
+  core::parallel_for(0, leading.size(), [&](std::size_t i) {
+    refine(*leading[i], problem, response, machine, white, log_nominal, options);
+  });
+  sort_by_posterior(all);
+
+  result.log_evidence_unknown = options.evidence_share * (unknown_evidence(problem) - total(nominal, white));
+  std::vector<double> logs = {std::log(options.prior_unknown) + result.log_evidence_unknown};
+  for (const Hypothesis& h : all) logs.push_back(h.log_prior + h.log_evidence);
+  const double normal = log_sum(logs);
+  result.probability_unknown = std::exp(logs[0] - normal);
+  result.marginal = VectorXd::Zero(static_cast<Index>(problem.parameters.size()));
+  for (Hypothesis& h : all) {
+    h.probability = std::exp(h.log_prior + h.log_evidence - normal);
+    if (h.members.empty()) result.probability_none = h.probability;
+    for (const int i : h.members) result.marginal[i] += h.probability;
+  }
+  result.marginal = result.marginal.cwiseMin(1.0);  // sums of many small numbers round
+  return result;
+}
+
+VectorXd white_residual(const Problem& problem, const Hypothesis& hypothesis) {
+  const Whitener whitener(problem.fitted_covariance());
+  const VectorXd& predicted = hypothesis.refined ? hypothesis.predicted : problem.predicted;
+  VectorXd prior_std = problem.prior_std;
+  // The cause stands at its estimate; what is left of it is within the estimate's uncertainty.
+  for (std::size_t k = 0; k < hypothesis.members.size() && hypothesis.refined; ++k)
+    prior_std[hypothesis.members[k]] = std::max(hypothesis.std[static_cast<Index>(k)], 1e-9);
+  const MatrixXd columns = whitener.whiten(problem.fitted(problem.columns));
+  const VectorXd residual = whitener.whiten(problem.fitted(problem.measured - predicted));
+  return residual - columns * LinearEvidence(columns, residual, prior_std).mean();
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Which change of the machine explains a measurement: no cause, every single cause, every pair, and
+// "unknown" (something that wanders freely on every channel and that no parameter describes) compete
+// by prior weight times evidence. All are compared at first on the nominal linearisation; the leading
+// ones are then re-linearised about their own estimate (Gauss-Newton), since a film at a third of its
+// nominal value does not act as two thirds of a small change.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "diagnosis/problem.h"
+
+namespace thermotwin::diagnosis {
+
+struct Hypothesis {
+  std::vector<int> members;        ///< indices of parameters; empty: no cause
+  double log_prior = 0, log_evidence = 0;  ///< evidence against no cause, times evidence_share
+  double probability = 0;
+  Eigen::VectorXd value, std;      ///< (members) estimates
+  bool refined = false;
+  Eigen::VectorXd predicted;       ///< (observations) of the machine at the estimate, if refined
+};
+
+struct SearchOptions {
+  double prior_none = 0.5, prior_single = 0.35, prior_pair = 0.1, prior_unknown = 0.05;
+  /// What evidence counts of its nominal weight. Channels err together (the same mesh bends all
+  /// poses alike), while the covariance takes them for independent; on clean virtual measurements
+  /// the best of sixty causes otherwise collects up to eight nats from errors of the model alone.
+  double evidence_share = 0.5;
+  int refined_singles = 8, refined_pairs = 4, iterations = 3;
+};
+
+struct SearchResult {
+  std::vector<Hypothesis> hypotheses;  ///< most probable first; without unknown
+  Eigen::VectorXd marginal;            ///< (parameters) probability to be in the model
+  double probability_none = 0, probability_unknown = 0, log_evidence_unknown = 0;
+  std::vector<int> invisible;          ///< parameters that this measurement cannot show
+  double chi_square_none = 0;          ///< of the fitted part, no cause
+  Eigen::Index fitted = 0;             ///< its degrees of freedom
+
+  /// The hypothesis of this single cause; nullptr if it is invisible.
+  const Hypothesis* single(int parameter) const;
+};
+
+SearchResult search(const Problem& problem, const Response& response, const mesh::Machine& machine,
+                    const SearchOptions& options = {});
+
+/// Whitened residual of the fitted part under a hypothesis, nuisances at their posterior mean.
+Eigen::VectorXd white_residual(const Problem& problem, const Hypothesis& hypothesis);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/observations.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+
+namespace thermotwin::diagnosis {
+
+using compensation::ChannelKind;
+using compensation::MeasuredChannel;
+using compensation::Measurement;
+using core::InputError;
+using Eigen::Index;
+
+namespace {
+
+constexpr double unchanged = 5e-3;  ///< relative: speeds and positions that count as standing still
+
+/// Powers and temperatures enter linearly and may be averaged; speeds, positions and states may not.
+std::vector<bool> averageable(const solver::Channels& channels) {
+  std::vector<bool> result;
+  for (const std::string& name : channels.names())
+    result.push_back(name.ends_with("T_C") || name.ends_with(".power_W"));
+  return result;
+}
+
+bool same_operation(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b,
+                    const std::vector<bool>& average) {
+  for (Index c = 0; c < a.size(); ++c) {
+    if (std::isfinite(a[c]) != std::isfinite(b[c])) return false;
+    if (!std::isfinite(a[c]) || average[static_cast<std::size_t>(c)]) continue;
+    if (std::abs(a[c] - b[c]) > unchanged * std::max(std::abs(a[c]), std::abs(b[c])) + 1e-9) return false;
+  }
+  return true;
+}
+
+/// Joins sample intervals of equal operation up to the longest step and divides longer ones.
+void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
+                const std::vector<bool>& average, Observations& out) {
+  std::vector<double> points = {time[0]};
+  std::vector<Eigen::RowVectorXd> steps;
+  for (Index i = 0; i + 1 < time.size();) {
+    Index j = i + 1;
+    Eigen::RowVectorXd sum = rows.row(i) * (time[j] - time[i]);
+    while (j + 1 < time.size() && time[j + 1] - time[i] <= longest * (1 + 1e-9) &&
+           same_operation(rows.row(i), rows.row(j), average)) {
+      sum += rows.row(j) * (time[j + 1] - time[j]);
+      ++j;
+    }
+    const double span = time[j] - time[i];
+    const auto parts = static_cast<Index>(std::ceil(span / longest - 1e-9));
+    for (Index k = 1; k <= std::max<Index>(parts, 1); ++k) {
+      points.push_back(k >= parts ? time[j]
+                                  : time[i] + span * static_cast<double>(k) / static_cast<double>(parts));
+      steps.push_back(sum / span);
+    }
+    i = j;
+  }
+  out.points = Eigen::Map<Eigen::VectorXd>(points.data(), static_cast<Index>(points.size()));
+  out.rows.resize(static_cast<Index>(steps.size()), rows.cols());
+  for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = steps[static_cast<std::size_t>(i)];
+}
+
+/// Adds factor times the straight-line value at a time to the weights of a row.
+void add_weight(std::vector<ObservedChannel::Weight>& weights, const Eigen::VectorXd& points, Index row,
+                double time, double factor) {
+  const double* first = points.data();
+  const double* last = first + points.size();
+  Index right = std::upper_bound(first, last, time) - first;
+  right = std::clamp<Index>(right, 1, points.size() - 1);
+  const double share = (time - points[right - 1]) / (points[right] - points[right - 1]);
+  if (share < 1.0) weights.push_back({row, right - 1, factor * (1.0 - share)});
+  if (share > 0.0) weights.push_back({row, right, factor * share});
+}
+
+ObservedChannel average_channel(const MeasuredChannel& channel, const Eigen::VectorXd& time,
+                                const Eigen::VectorXd& values, const Observations& grid) {
+  ObservedChannel result;
+  result.channel = channel;
+  std::vector<double> times, means, counts;
+  Index first_sample = -1;
+  for (Index i = 0; i < time.size();) {
+    const auto at = std::min(static_cast<Index>((time[i] - grid.start) / grid.interval), grid.intervals - 1);
+    const double end = grid.start + grid.interval * static_cast<double>(at + 1);
+    double sum = 0.0, sum_time = 0.0;
+    std::vector<Index> used;
+    for (; i < time.size() && (time[i] < end || at == grid.intervals - 1); ++i) {
+      if (!std::isfinite(values[i])) continue;
+      if (first_sample < 0) first_sample = i;
+      // The sample that defines the zero says nothing about the machine.
+      if (channel.zero == compensation::Zero::first && i == first_sample) continue;
+      sum += values[i];
+      sum_time += time[i];
+      used.push_back(i);
+    }
+    if (used.empty()) continue;
+    const double n = static_cast<double>(used.size());
+    const auto row = static_cast<Index>(means.size());
+    for (const Index k : used) add_weight(result.weights, grid.points, row, time[k], 1.0 / n);
+    if (channel.zero == compensation::Zero::first)
+      add_weight(result.weights, grid.points, row, time[first_sample], -1.0);
+    result.interval.push_back(at);
+    times.push_back(sum_time / n);
+    means.push_back(sum / n);
+    counts.push_back(n);
+    if (times.back() < grid.split) result.fitted = row + 1;
+  }
+  const auto n = static_cast<Index>(means.size());
+  result.time = Eigen::Map<Eigen::VectorXd>(times.data(), n);
+  result.value = Eigen::Map<Eigen::VectorXd>(means.data(), n);
+  result.samples = Eigen::Map<Eigen::VectorXd>(counts.data(), n);
+  // A zero is what the channel showed first, whether or not the file was shifted to it.
+  if (channel.zero == compensation::Zero::first && first_sample >= 0)
+    result.value.array() -= values[first_sample];
+  return result;
+}
+
+/// Uniform start: mean of the first readings of all temperature channels.
+void find_start(const Measurement& measurement, const mesh::Machine& machine,
+                const Eigen::VectorXd& first_row, const solver::Channels& channels, Observations& out) {
+  std::vector<double> first;
+  const Eigen::VectorXd time = measurement.time();
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.kind != ChannelKind::temperature || channel.sensor.empty()) continue;
+    const Eigen::VectorXd values = measurement.values(channel);
+    for (Index i = 0; i < values.size() && time[i] <= time[0] + out.interval; ++i)
+      if (std::isfinite(values[i])) {
+        // What the sensor itself is known to add is no temperature.
+        first.push_back(
+            values[i] -
+            machine.sensors[static_cast<std::size_t>(machine.sensor_index(channel.sensor))].offset);
+        break;
+      }
+  }
+  if (first.empty()) {
+    const int air = channels.index("air.T_C");
+    out.start_C = air >= 0 && std::isfinite(first_row[air]) ? first_row[air] : machine.reference_C;
+    out.start_spread_K = 1.0;
+    return;
+  }
+  // The median: one sensor that is off should not move the start of all others.
+  std::sort(first.begin(), first.end());
+  out.start_C = 0.5 * (first[(first.size() - 1) / 2] + first[first.size() / 2]);
+  std::vector<double> distance;
+  for (const double value : first) distance.push_back(std::abs(value - out.start_C));
+  std::sort(distance.begin(), distance.end());
+  out.start_spread_K = 1.4826 * distance[distance.size() / 2];
+}
+
+}  // namespace
+
+Eigen::MatrixXd ObservedChannel::means(const Eigen::MatrixXd& at_points) const {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(size(), at_points.cols());
+  for (const Weight& weight : weights) result.row(weight.row) += weight.value * at_points.row(weight.point);
+  return result;
+}
+
+Index Observations::size() const {
+  Index total = 0;
+  for (const ObservedChannel& channel : channels) total += channel.size();
+  return total;
+}
+
+Eigen::VectorXd Observations::stacked() const {
+  Eigen::VectorXd all(size());
+  Index at = 0;
+  for (const ObservedChannel& channel : channels) {
+    all.segment(at, channel.size()) = channel.value;
+    at += channel.size();
+  }
+  return all;
+}
+
+Observations observe(const Measurement& measurement, const mesh::Machine& machine,
+                     const solver::Channels& channels, const ObserveOptions& options) {
+  const std::string place = measurement.folder.string();
+  const Eigen::VectorXd time = measurement.time();
+  if (time.size() < 2)
+    throw InputError(place, fmt::format("{} rows of data", time.size()),
+                     "a record of several intervals of time");
+  Observations out;
+  out.start = time[0];
+  out.end = time[time.size() - 1];
+  const double duration = out.end - out.start;
+  out.interval = std::max(options.interval_s, duration / static_cast<double>(options.most_intervals));
+  out.intervals = std::max<Index>(1, static_cast<Index>(std::ceil(duration / out.interval - 1e-9)));
+  out.split = out.end - options.heldout_share * duration;
+  if (out.intervals < 8)
+    throw InputError(
+        place, fmt::format("a record of {:.0f} s", duration),
+        fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
+  const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
+  make_steps(time, rows, std::min(options.longest_step_s, out.interval / 2.0), averageable(channels), out);
+  find_start(measurement, machine, rows.row(0).transpose(), channels, out);
+  for (const MeasuredChannel& channel : measurement.channels) {
+    const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();
+    if (!temperature && channel.kind != ChannelKind::displacement) continue;
+    ObservedChannel observed = average_channel(channel, time, measurement.values(channel), out);
+    if (observed.fitted >= 4) out.channels.push_back(std::move(observed));
+  }
+  if (out.channels.empty())
+    throw InputError(place, "no channel of kind temperature (with sensor) or displacement with data",
+                     "one or more such channels in channels.toml");
+  return out;
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A measurement as the diagnosis sees it: means over intervals of time of every temperature and
+// displacement channel, and the steps on which a model runs along the measured inputs. A channel's
+// weights turn a model's values at the ends of the steps into the same means over the same samples
+// (straight lines in between), less the value at its first sample where its zero stands there; so
+// gaps and channels of different sampling are treated alike on both sides.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "compensation/measurement.h"
+#include "solver/channels.h"
+
+namespace thermotwin::diagnosis {
+
+struct ObservedChannel {
+  compensation::MeasuredChannel channel;
+  std::vector<Eigen::Index> interval;  ///< (n) which interval each mean belongs to, rising
+  Eigen::VectorXd time;                ///< (n) s, mean time of its samples
+  Eigen::VectorXd value;               ///< (n) in the channel's unit
+  Eigen::VectorXd samples;             ///< (n) count
+  Eigen::Index fitted = 0;             ///< the first so many are fitted, the rest only judged
+  struct Weight { Eigen::Index row, point; double value; };
+  std::vector<Weight> weights;         ///< (n x points) sparse
+
+  bool is_temperature() const { return channel.kind == compensation::ChannelKind::temperature; }
+  Eigen::Index size() const { return value.size(); }
+  /// @param at_points  (points x m)  @return (n x m)
+  Eigen::MatrixXd means(const Eigen::MatrixXd& at_points) const;
+};
+
+struct Observations {
+  std::vector<ObservedChannel> channels;
+  double start = 0, split = 0, end = 0;  ///< s; what lies behind split is held out
+  double interval = 0;                   ///< s
+  Eigen::Index intervals = 0;
+  Eigen::VectorXd points;                ///< (steps + 1) s, ends of the model's steps
+  Eigen::MatrixXd rows;                  ///< (steps x channels of the machine) inputs of each step
+  double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
+
+  Eigen::Index size() const;             ///< means of all channels
+  Eigen::VectorXd stacked() const;       ///< measured means, channel after channel
+};
+
+struct ObserveOptions {
+  double interval_s = 600;
+  double heldout_share = 0.3;
+  double longest_step_s = 300;
+  Eigen::Index most_intervals = 600;     ///< longer records get longer intervals
+};
+
+/// @throws InputError: no temperature or displacement channel, too short a record
+Observations observe(const compensation::Measurement& measurement, const mesh::Machine& machine,
+                     const solver::Channels& channels, const ObserveOptions& options);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/statistics.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+
+namespace {
+
+constexpr double hour = 3600.0;
+/// Samples of one interval are not independent: averaging stops helping at ten of them.
+constexpr double least_noise_share = 0.1;
+constexpr double slow_hours = 6.0, fast_hours = 0.5;  ///< time constants of wandering model errors
+constexpr double start_std_K = 0.2;                   ///< of the uniform start, beside its spread
+
+/// Surroundings may wander that fast, or slower in a long record: those that nobody measures (a tank
+/// of cutting fluid warms within an hour), and what a measured one still leaves out.
+constexpr double unmeasured_knot_s = 1.0 * hour, measured_knot_s = 3.0 * hour;
+constexpr int most_knots = 30;
+constexpr double measured_air_std_K = 0.1, unmeasured_std_K = 0.3;
+
+/// Surroundings wander: those that nobody measures by their stated uncertainty, air by what a
+/// single sensor in a hall cannot see.
+std::vector<Disturbance> surroundings(const mesh::Machine& machine,
+                                      const compensation::Measurement& measurement, const Observations& obs) {
+  std::vector<Disturbance> all;
+  const double duration = obs.end - obs.start;
+  for (std::size_t a = 0; a < machine.ambients.size(); ++a) {
+    const mesh::AmbientSpec& ambient = machine.ambients[a];
+    const bool measured =
+        std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                    [&](const auto& channel) { return channel.input == ambient.id + ".T_C"; });
+    const double stated = std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0;
+    const double std_K = measured ? measured_air_std_K : std::max(unmeasured_std_K, stated);
+    const double knot_s = measured ? measured_knot_s : unmeasured_knot_s;
+    const int knots = std::clamp(static_cast<int>(std::lround(duration / knot_s)), 2, most_knots);
+    const double width = duration / knots;
+    for (int k = 0; k <= knots; ++k) {
+      const double peak = obs.start + width * k;
+      all.push_back({static_cast<int>(a), peak - width, peak, peak + width, std_K});
+    }
+  }
+  return all;
+}
+
+struct Floor {
+  double noise, slow, fast;
+};
+/// Below this neither a sensor nor a mesh is exact, and a reduced model shows quick ripples where
+/// the full one stands still: few vectors make a body's inside.
+Floor floor_of(const ObservedChannel& channel) {
+  return channel.is_temperature() ? Floor{0.005, 0.02, 0.05} : Floor{0.02, 0.1, 0.3};
+}
+
+struct MaterialSpread {
+  double expansion = 0, heat = 0;  ///< largest stated relative standard deviations
+};
+MaterialSpread material_spread(const mesh::Machine& machine) {
+  MaterialSpread spread;
+  for (const mesh::Material& material : machine.materials) {
+    spread.expansion = std::max(spread.expansion, material.expansion.std_percent / 100.0);
+    spread.heat = std::max(spread.heat, material.specific_heat.std_percent / 100.0);
+  }
+  return spread;
+}
+
+/// Expansion and heat capacity sit inside the reduced matrices, so their stated spread is not a
+/// parameter but part of the model error: a factor of displacements, a wandering error of transients.
+ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
+                                     double start_C, const MaterialSpread& spread, double model_error,
+                                     double& amplitude) {
+  const Floor floor = floor_of(channel);
+  ChannelCovariance cov;
+  cov.time = channel.time;
+  const double noise = std::max(channel.channel.uncertainty, floor.noise);
+  cov.noise_variance = noise * noise * channel.samples.cwiseInverse().cwiseMax(least_noise_share);
+  const bool from_first = channel.channel.zero == compensation::Zero::first;
+  const double at_start = from_first ? 0.0 : channel.is_temperature() ? start_C : predicted[0];
+  const Eigen::VectorXd moved = predicted.array() - at_start;
+  // Held-out values must not enter, not even the size of an error term.
+  const Eigen::VectorXd measured_moved =
+      channel.value.head(channel.fitted).array() - (from_first ? 0.0 : channel.value[0]);
+  amplitude = std::max({root_mean_square(moved), root_mean_square(measured_moved), 3.0 * floor.slow});
+  const double factor = channel.is_temperature() ? model_error : std::hypot(model_error, spread.expansion);
+  cov.shape = factor * moved;
+  const double slow = std::hypot(model_error, 0.5 * spread.heat) * amplitude;
+  cov.wander = {{std::hypot(slow, floor.slow), slow_hours * hour},
+                {std::hypot(0.5 * slow, floor.fast), fast_hours * hour}};
+  return cov;
+}
+
+}  // namespace
+
+Index Problem::first_row(std::size_t channel) const {
+  Index row = 0;
+  for (std::size_t k = 0; k < channel; ++k) row += observations.channels[k].size();
+  return row;
+}
+
+Eigen::MatrixXd Problem::fitted(const Eigen::MatrixXd& stacked) const {
+  Index total = 0;
+  for (const ObservedChannel& channel : observations.channels) total += channel.fitted;
+  Eigen::MatrixXd result(total, stacked.cols());
+  Index from = 0, to = 0;
+  for (const ObservedChannel& channel : observations.channels) {
+    result.middleRows(to, channel.fitted) = stacked.middleRows(from, channel.fitted);
+    from += channel.size();
+    to += channel.fitted;
+  }
+  return result;
+}
+
+std::vector<ChannelCovariance> Problem::fitted_covariance() const {
+  std::vector<ChannelCovariance> result;
+  for (std::size_t k = 0; k < covariance.size(); ++k)
+    result.push_back(covariance[k].head(observations.channels[k].fitted));
+  return result;
+}
+
+Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                     Observations observations, const Response& response, const DiagnoseOptions& options) {
+  Problem problem;
+  problem.observations = std::move(observations);
+  const Observations& obs = problem.observations;
+  problem.parameters = candidate_parameters(machine, measurement);
+  // An offset of a sensor whose channel has no data cannot be seen.
+  std::erase_if(problem.parameters, [&](const Parameter& p) {
+    return p.kind == "sensor_offset" &&
+           std::none_of(obs.channels.begin(), obs.channels.end(), [&](const ObservedChannel& c) {
+             return c.channel.id == p.where && c.channel.zero == compensation::Zero::absolute;
+           });
+  });
+  const auto count = static_cast<Index>(problem.parameters.size());
+  problem.nominal.resize(count);
+  for (Index i = 0; i < count; ++i)
+    problem.nominal[i] = problem.parameters[static_cast<std::size_t>(i)].nominal;
+
+  const std::vector<Disturbance> wander = surroundings(machine, measurement, obs);
+  Response::Linear linear = response.linearise(machine, problem.parameters, problem.nominal, true, wander);
+  problem.measured = obs.stacked();
+  problem.predicted = std::move(linear.predicted);
+
+  std::vector<std::size_t> zeroed;  // displacements: the zero itself was read with noise
+  for (std::size_t k = 0; k < obs.channels.size(); ++k)
+    if (!obs.channels[k].is_temperature()) zeroed.push_back(k);
+  const auto air = static_cast<Index>(wander.size());
+  problem.columns.setZero(obs.size(), count + 1 + air + static_cast<Index>(zeroed.size()));
+  problem.prior_std.resize(problem.columns.cols());
+  problem.columns.leftCols(count) = linear.sensitivity;
+  for (Index i = 0; i < count; ++i)
+    problem.prior_std[i] = problem.parameters[static_cast<std::size_t>(i)].nominal_std;
+  problem.columns.col(count) = linear.start;
+  problem.prior_std[count] = std::hypot(start_std_K, obs.start_spread_K);
+  problem.columns.middleCols(count + 1, air) = linear.disturbed;
+  for (Index k = 0; k < air; ++k)
+    problem.prior_std[count + 1 + k] = wander[static_cast<std::size_t>(k)].std_K;
+  for (std::size_t z = 0; z < zeroed.size(); ++z) {
+    const ObservedChannel& channel = obs.channels[zeroed[z]];
+    const Index column = count + 1 + air + static_cast<Index>(z);
+    problem.columns.col(column).segment(problem.first_row(zeroed[z]), channel.size()).setOnes();
+    problem.prior_std[column] = std::max(channel.channel.uncertainty, floor_of(channel).noise);
+  }
+
+  const MaterialSpread spread = material_spread(machine);
+  problem.amplitude.resize(static_cast<Index>(obs.channels.size()));
+  problem.expected_std.resize(obs.size());
+  for (std::size_t k = 0; k < obs.channels.size(); ++k) {
+    const ObservedChannel& channel = obs.channels[k];
+    const Index first = problem.first_row(k);
+    problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
+                                                    obs.start_C, spread, options.model_error_percent / 100.0,
+                                                    problem.amplitude[static_cast<Index>(k)]));
+    problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();
+  }
+  problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();
+  problem.expected_std = problem.expected_std.cwiseSqrt();
+  return problem;
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// One diagnosis as numbers: measured means, the nominal prediction with its sensitivities, what is
+// uncertain without being a cause (nuisances), and what noise and mesh explain.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "diagnosis/covariance.h"
+#include "diagnosis/diagnose.h"
+#include "diagnosis/observations.h"
+#include "diagnosis/response.h"
+
+namespace thermotwin::diagnosis {
+
+struct Problem {
+  Observations observations;
+  std::vector<Parameter> parameters;     ///< candidates; the first columns
+  Eigen::VectorXd nominal;               ///< (parameters)
+  Eigen::VectorXd measured, predicted;   ///< (observations)
+  Eigen::MatrixXd columns;               ///< (observations x (parameters + start + surroundings + zeros))
+  Eigen::VectorXd prior_std;             ///< (columns) nominal
+  std::vector<ChannelCovariance> covariance;  ///< per channel, all its times
+  Eigen::VectorXd amplitude;             ///< (channels) how far a channel moves, its unit
+  Eigen::VectorXd expected_std;          ///< (observations) of measured minus predicted, no cause
+
+  /// The rows that are fitted, channel after channel.
+  Eigen::MatrixXd fitted(const Eigen::MatrixXd& stacked) const;
+  std::vector<ChannelCovariance> fitted_covariance() const;
+  Eigen::Index first_row(std::size_t channel) const;
+};
+
+Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                     Observations observations, const Response& response, const DiagnoseOptions& options);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/response.h"
+
+#include <Eigen/LU>
+#include <cassert>
+#include <cmath>
+#include <list>
+#include <memory>
+#include <optional>
+
+#include "compensation/evaluate.h"
+#include "core/error.h"
+#include "core/thread_pool.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr std::size_t tangents_in_block = 12;           ///< fixed, so that results do not depend on threads
+constexpr double ratio_step = 1e-2, offset_step = 0.1;  ///< all coefficients are linear in them
+
+/// One machine's way from channels to coefficients, with its chillers.
+struct Drive {
+  solver::OperatingModel model;
+  VectorXd sensor_offsets;
+  int air = -1;
+  std::optional<solver::Chiller> chiller;
+  solver::Coefficients c;
+
+  Drive(const mesh::Machine& machine, const solver::Layout& layout) : model(machine, layout) {
+    sensor_offsets.resize(static_cast<Index>(machine.sensors.size()));
+    for (Index s = 0; s < sensor_offsets.size(); ++s)
+      sensor_offsets[s] = machine.sensors[static_cast<std::size_t>(s)].offset;
+    for (std::size_t i = 0; i < machine.ambients.size(); ++i)
+      if (machine.ambients[i].id == "air") air = static_cast<int>(i);
+  }
+  /// The row with one ambient's temperature moved.
+  VectorXd disturbed(const VectorXd& row, int ambient, double by_K) const {
+    VectorXd moved = row;
+    const mesh::AmbientSpec& spec = model.machine().ambients[static_cast<std::size_t>(ambient)];
+    double& channel = moved[model.channels().index(spec.id + ".T_C")];
+    // One that follows gets a temperature of its own.
+    if (!std::isfinite(channel)) channel = model.ambient_K(ambient, row) + model.machine().reference_C;
+    channel += by_K;
+    return moved;
+  }
+  /// @param sensors_K (sensors) temperatures at the sensors, without their offsets
+  void update(const VectorXd& row, const VectorXd& sensors_K, double step) {
+    const double air_K = air >= 0 ? model.ambient_K(air, row) : 0.0;
+    const VectorXd readings = sensors_K + sensor_offsets;
+    if (!chiller)
+      chiller.emplace(model.machine(), model.channels(),
+                      solver::chiller_set_points(model.machine(), readings, air_K));
+    model.coefficients(row, chiller->advance(row, readings, air_K, step), c);
+  }
+};
+
+/// The last few factors of E + gamma h A: programs alternate between a few states.
+class Factors {
+ public:
+  explicit Factors(const reduction::ReducedSystem& system) : system_(system) {}
+
+  struct Entry {
+    VectorXd p;
+    double step = 0;
+    MatrixXd shifted_inverse;  ///< (E + gamma h A)^-1; products with it are faster than solves
+  };
+  const Entry& get(const VectorXd& p, double step) {
+    for (auto at = kept_.begin(); at != kept_.end(); ++at)
+      if (at->step == step && at->p == p) {
+        kept_.splice(kept_.begin(), kept_, at);
+        return kept_.front();
+      }
+    if (kept_.size() >= 6) kept_.pop_back();
+    Entry& entry = kept_.emplace_front();
+    entry.p = p;
+    entry.step = step;
+    MatrixXd shifted = system_.conduction;
+    for (Index j = 0; j < p.size(); ++j)
+      if (p[j] != 0.0) shifted += p[j] * system_.terms[static_cast<std::size_t>(j)];
+    shifted = system_.capacity + solver::sdirk_gamma * step * shifted;
+    entry.shifted_inverse = Eigen::PartialPivLU<MatrixXd>(shifted).inverse();
+    return entry;
+  }
+
+ private:
+  const reduction::ReducedSystem& system_;
+  std::list<Entry> kept_;
+};
+
+double step_of(const Parameter& parameter) { return parameter.unit == "1" ? ratio_step : offset_step; }
+
+}  // namespace
+
+struct Response::Variant {
+  mesh::Machine machine;
+  double start_K = 0;  ///< added to the uniform start
+  double step = 1;     ///< of the parameter, divides the result
+  std::optional<Disturbance> disturbance;
+};
+
+namespace {
+
+double height(const Disturbance& d, double time) {
+  if (time <= d.from || time >= d.to) return time == d.peak ? 1.0 : 0.0;
+  return time < d.peak ? (time - d.from) / (d.peak - d.from) : (d.to - time) / (d.to - d.peak);
+}
+
+}  // namespace
+
+mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                              const VectorXd& values) {
+  mesh::Machine machine = base;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (values[static_cast<Index>(i)] != parameters[i].nominal)
+      machine = with_parameter(machine, parameters[i], values[static_cast<Index>(i)]);
+  return machine;
+}
+
+Response::Response(const reduction::ReducedModel& model, const Observations& observations)
+    : model_(model), observations_(observations) {
+  const Index r = model.system.order();
+  rows_.resize(static_cast<Index>(observations.channels.size()), r);
+  for (Index k = 0; k < rows_.rows(); ++k) {
+    compensation::MeasuredChannel channel = observations.channels[static_cast<std::size_t>(k)].channel;
+    if (channel.kind == compensation::ChannelKind::temperature) {
+      rows_.row(k) = model.system.sensors.row(model.machine.sensor_index(channel.sensor));
+      continue;
+    }
+    // The error is linear in the state: its row is what it says to each unit state. The zero is
+    // the observation's affair.
+    channel.zero = compensation::Zero::absolute;
+    const mesh::Pose pose = channel.pose_text.empty()
+                                ? mesh::home_pose(model.machine)
+                                : mesh::parse_pose(model.machine, channel.pose_text, "channel " + channel.id);
+    std::vector<solver::TcpError> errors;
+    for (Index i = 0; i < r; ++i) errors.push_back(model.tcp(VectorXd::Unit(r, i), pose));
+    rows_.row(k) = compensation::quantity_series(errors, channel).transpose();
+  }
+}
+
+std::vector<MatrixXd> Response::run(const mesh::Machine& machine, const std::vector<Variant>& variants,
+                                    const MatrixXd& rows) const {
+  const reduction::ReducedSystem& system = model_.system;
+  const Observations& obs = observations_;
+  const Index r = system.order(), points = obs.points.size(), m = static_cast<Index>(variants.size());
+  Drive nominal(machine, system.layout);
+  std::vector<std::unique_ptr<Drive>> drives;
+  for (const Variant& variant : variants)
+    drives.push_back(std::make_unique<Drive>(variant.machine, system.layout));
+
+  VectorXd state = system.one_kelvin * (obs.start_C - machine.reference_C);
+  MatrixXd tangent = MatrixXd::Zero(r, m);  // in units of each variant's step
+  for (Index v = 0; v < m; ++v)
+    tangent.col(v) = system.one_kelvin * variants[static_cast<std::size_t>(v)].start_K;
+
+  std::vector<MatrixXd> out(static_cast<std::size_t>(m) + 1, MatrixXd(points, rows.rows()));
+  const auto record = [&](Index point) {
+    out[0].row(point) = (rows * state).transpose();
+    const MatrixXd all = rows * tangent;
+    for (Index v = 0; v < m; ++v) out[static_cast<std::size_t>(v) + 1].row(point) = all.col(v).transpose();
+  };
+  record(0);
+
+  Factors factors(system);
+  const std::size_t terms = system.terms.size();
+  MatrixXd forcing(r, m), heat_change(r, m), right(r, m + 1), stage(r, m + 1);
+  std::vector<VectorXd> image(terms);  // K_j x of the present stage, where a variant asks for it
+  std::vector<char> known(terms);
+  constexpr double gamma = solver::sdirk_gamma, share = (1.0 - gamma) / gamma;
+
+  for (Index s = 0; s + 1 < points; ++s) {
+    const double step = obs.points[s + 1] - obs.points[s];
+    const VectorXd row = obs.rows.row(s).transpose();
+    const VectorXd sensors = system.sensors * state;
+    nominal.update(row, sensors, step);
+    for (Index v = 0; v < m; ++v) {
+      Drive& drive = *drives[static_cast<std::size_t>(v)];
+      const auto& disturbance = variants[static_cast<std::size_t>(v)].disturbance;
+      const double by_K = disturbance ? height(*disturbance, 0.5 * (obs.points[s] + obs.points[s + 1])) : 0.0;
+      drive.update(by_K != 0.0 ? drive.disturbed(row, disturbance->ambient, by_K) : row,
+                   sensors + system.sensors * tangent.col(v), step);
+      heat_change.col(v).setZero();
+      for (Index k = 0; k < drive.c.q.size(); ++k)
+        if (const double change = drive.c.q[k] - nominal.c.q[k]; change != 0.0)
+          heat_change.col(v) += change * system.inputs.col(k);
+    }
+    const VectorXd heat = system.inputs * nominal.c.q;
+    const Factors::Entry& factor = factors.get(nominal.c.p, step);
+    const double scale = gamma * step;
+    // A' x of a stage, for all variants; each K_j x once.
+    const auto forcing_at = [&](const VectorXd& x) {
+      std::fill(known.begin(), known.end(), 0);
+      forcing = heat_change;
+      for (Index v = 0; v < m; ++v) {
+        const VectorXd& p = drives[static_cast<std::size_t>(v)]->c.p;
+        for (Index j = 0; j < p.size(); ++j) {
+          const double change = p[j] - nominal.c.p[j];
+          if (change == 0.0) continue;
+          const auto term = static_cast<std::size_t>(j);
+          if (!known[term]) image[term].noalias() = system.terms[term] * x, known[term] = 1;
+          forcing.col(v) -= change * image[term];
+        }
+      }
+    };
+    const auto solve_stage = [&](const VectorXd& x, const MatrixXd& x_tangent) {
+      right.col(0) = system.capacity * x + scale * heat;
+      stage.col(0).noalias() = factor.shifted_inverse * right.col(0);
+      if (m == 0) return;
+      forcing_at(stage.col(0));
+      right.rightCols(m).noalias() = system.capacity * x_tangent;
+      right.rightCols(m) += scale * forcing;
+      stage.rightCols(m).noalias() = factor.shifted_inverse * right.rightCols(m);
+    };
+    solve_stage(state, tangent);
+    const VectorXd next = state + share * (stage.col(0) - state);
+    const MatrixXd next_tangent = tangent + share * (stage.rightCols(m) - tangent);
+    solve_stage(next, next_tangent);
+    state = stage.col(0);
+    tangent = stage.rightCols(m);
+    record(s + 1);
+  }
+  if (!state.allFinite() || !tangent.allFinite())
+    throw core::SolverError(
+        "diagnosis: the reduced model's state is no longer finite; look for NaN in the measured inputs");
+  for (Index v = 0; v < m; ++v)
+    out[static_cast<std::size_t>(v) + 1] /= variants[static_cast<std::size_t>(v)].step;
+  return out;
+}
+
+/// What each observed channel shows beside the state: reference temperature and sensor offset.
+VectorXd Response::constants(const mesh::Machine& machine) const {
+  VectorXd result = VectorXd::Zero(rows_.rows());
+  for (Index k = 0; k < result.size(); ++k) {
+    const ObservedChannel& observed = observations_.channels[static_cast<std::size_t>(k)];
+    if (observed.is_temperature())
+      result[k] =
+          machine.reference_C +
+          machine.sensors[static_cast<std::size_t>(machine.sensor_index(observed.channel.sensor))].offset;
+  }
+  return result;
+}
+
+VectorXd Response::stack(const MatrixXd& at_points) const {
+  VectorXd all(observations_.size());
+  Index at = 0;
+  for (std::size_t k = 0; k < observations_.channels.size(); ++k) {
+    const ObservedChannel& channel = observations_.channels[k];
+    all.segment(at, channel.size()) = channel.means(at_points.col(static_cast<Index>(k)));
+    at += channel.size();
+  }
+  return all;
+}
+
+MatrixXd Response::at_points(const mesh::Machine& machine) const {
+  MatrixXd values = run(machine, {}, rows_).front();
+  values.rowwise() += constants(machine).transpose();
+  return values;
+}
+
+VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at_points(machine)); }
+
+Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                                     const VectorXd& values, bool with_start,
+                                     const std::vector<Disturbance>& disturbances) const {
+  const auto count = parameters.size();
+  assert(static_cast<std::size_t>(values.size()) == count);
+  const mesh::Machine machine = with_parameters(base, parameters, values);
+  std::vector<Variant> variants;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double step = step_of(parameters[i]);
+    VectorXd moved = values;
+    moved[static_cast<Index>(i)] += step;
+    variants.push_back({with_parameters(base, parameters, moved), 0.0, step, std::nullopt});
+  }
+  for (const Disturbance& disturbance : disturbances) variants.push_back({machine, 0.0, 1.0, disturbance});
+  if (with_start) variants.push_back({machine, 1.0, 1.0, std::nullopt});
+
+  Linear result;
+  result.sensitivity.resize(observations_.size(), static_cast<Index>(count));
+  result.disturbed.resize(observations_.size(), static_cast<Index>(disturbances.size()));
+  const VectorXd here = constants(machine);
+  const std::size_t blocks =
+      std::max<std::size_t>(1, (variants.size() + tangents_in_block - 1) / tangents_in_block);
+  core::parallel_for(0, blocks, [&](std::size_t block) {
+    const std::size_t first = block * tangents_in_block,
+                      last = std::min(first + tangents_in_block, variants.size());
+    const std::vector<Variant> part(variants.begin() + static_cast<std::ptrdiff_t>(first),
+                                    variants.begin() + static_cast<std::ptrdiff_t>(last));
+    std::vector<MatrixXd> out = run(machine, part, rows_);
+    if (block == 0) {
+      out[0].rowwise() += here.transpose();
+      result.predicted = stack(out[0]);
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      MatrixXd& column = out[i - first + 1];
+      column.rowwise() += (constants(variants[i].machine) - here).transpose() / variants[i].step;
+      if (i < count)
+        result.sensitivity.col(static_cast<Index>(i)) = stack(column);
+      else if (i < count + disturbances.size())
+        result.disturbed.col(static_cast<Index>(i - count)) = stack(column);
+      else
+        result.start = stack(column);
+    }
+  });
+  return result;
+}
+
+MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const {
+  const Index r = model_.system.order(), sensors = model_.system.sensors.rows();
+  MatrixXd rows(sensors + 3 * static_cast<Index>(poses.size()), r);
+  rows.topRows(sensors) = model_.system.sensors;
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    for (Index i = 0; i < r; ++i)
+      rows.block(sensors + 3 * static_cast<Index>(k), i, 3, 1) =
+          1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
+  MatrixXd values = run(machine, {}, rows).front();
+  for (Index s = 0; s < sensors; ++s)
+    values.col(s).array() += machine.reference_C + machine.sensors[static_cast<std::size_t>(s)].offset;
+  return values;
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Predicted channels of a machine variant along a measurement, by the reduced model
+//   E dx/dt + A(t) x = f(t),   A = K0 + sum p K,   f = sum q s,
+// and how they change with parameters of the machine, by the tangent equation
+//   E dx'/dt + A x' = f' - A' x
+// in the same stages of the same SDIRK2 scheme, so a sensitivity is the exact derivative of what is
+// predicted. All tangents share the factors of A with the prediction: sixty of them cost little more
+// than one run. p, q, p', q' are those of solver::OperatingModel for the machine and its variants,
+// each with its own chillers in the loop.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "diagnosis/hypothesis.h"
+#include "diagnosis/observations.h"
+#include "reduction/reduced_model.h"
+
+namespace thermotwin::diagnosis {
+
+/// A temperature of the surroundings that deviates for a while: by 1 K at the peak, falling in
+/// straight lines to nothing at both ends.
+struct Disturbance {
+  int ambient = 0;                       ///< index into Machine::ambients
+  double from = 0, peak = 0, to = 0;     ///< s
+  double std_K = 0;                      ///< how much of it is expected
+};
+
+/// The base machine with some parameters at values.
+mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                              const Eigen::VectorXd& values);
+
+class Response {
+ public:
+  /// Both must outlive it.
+  Response(const reduction::ReducedModel& model, const Observations& observations);
+
+  struct Linear {
+    Eigen::VectorXd predicted;    ///< (observations) channel after channel
+    Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
+    Eigen::VectorXd start;        ///< (observations) per K of the uniform start, if asked for
+    Eigen::MatrixXd disturbed;    ///< (observations x disturbances) per K of their peaks
+  };
+
+  /// @param base        machine that the parameters change
+  /// @param parameters, values  where it is linearised: each parameter at its value
+  Linear linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                   const Eigen::VectorXd& values, bool with_start,
+                   const std::vector<Disturbance>& disturbances = {}) const;
+  Eigen::VectorXd predict(const mesh::Machine& machine) const;
+
+  /// Predicted readings (degC) or displacements (um, um/m) at the ends of the steps.
+  Eigen::MatrixXd at_points(const mesh::Machine& machine) const;
+
+  /// Values of all sensors (degC) and of dx dy dz (um) at the given poses along the measurement's
+  /// inputs: what another measurement would have seen. (points x (sensors + 3 poses))
+  Eigen::MatrixXd elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const;
+
+ private:
+  struct Variant;
+  /// Rows of outputs times states: nominal in block 0, tangents behind it.
+  std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, const std::vector<Variant>& variants,
+                                   const Eigen::MatrixXd& rows) const;
+  Eigen::VectorXd constants(const mesh::Machine& machine) const;
+  Eigen::VectorXd stack(const Eigen::MatrixXd& at_points) const;
+
+  const reduction::ReducedModel& model_;
+  const Observations& observations_;
+  Eigen::MatrixXd rows_;  ///< (observed channels x r)
+};
+
+}  // namespace thermotwin::diagnosis

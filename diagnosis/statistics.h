@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Small statistics of residuals.
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+namespace thermotwin::diagnosis {
+
+/// Probability that a chi-square variable of so many degrees of freedom exceeds the value.
+double chi_square_tail(double value, double degrees_of_freedom);
+
+/// Ljung-Box test of white noise: p value. 1 where the series is too short or constant.
+/// @param lags  at most a quarter of the length is used
+double white_noise_p_value(const Eigen::VectorXd& series, int lags = 10);
+
+double root_mean_square(const Eigen::VectorXd& values);  ///< of the finite ones; 0 if there is none
+
+struct Interval {
+  double low = 0, high = 0;
+};
+
+/// Reduction of the root mean square, percent, with the 95 % interval of a moving block bootstrap:
+/// residuals of one block stay together, so that their correlation in time counts.
+/// @param before, after  (n) sums of squares per interval of time
+/// @param block          intervals a block; cut to a quarter of n
+Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd& after, Eigen::Index block,
+                            int draws = 2000, std::uint64_t seed = 20240607);
+double reduction_percent(double before, double after);  ///< of root mean squares; 0 where before is 0
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A small line plot as inline SVG: two series over time, a band of what is expected, the held-out
+// part shaded. Styles come from the page (classes), so that it follows light and dark schemes.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace thermotwin::diagnosis {
+
+struct ResidualPlot {
+  std::string title, unit;
+  Eigen::VectorXd hours;           ///< (n) rising
+  Eigen::VectorXd before, after;   ///< (n) NaN where missing
+  Eigen::VectorXd band;            ///< (n) half width about zero, two standard deviations
+  double heldout_from = 0;         ///< h
+  bool show_after = true;
+};
+
+std::string residual_svg(const ResidualPlot& plot);
+
+/// Numbers for an axis from low to high: steps of 1, 2 or 5 times a power of ten, about `count`.
+std::vector<double> axis_ticks(double low, double high, int count);
+
+/// Text for HTML: & < > " are replaced.
+std::string html_text(const std::string& text);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/diagnose.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/thread_pool.h"
+#include "lumped_machine.h"
+#include "reduction/model_file.h"
+
+namespace {
+
+using namespace thermotwin;
+using diagnosis::Diagnosis;
+using lumped::find;
+
+const reduction::ReducedModel& coarse_model() {
+  static const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
+  return model;
+}
+
+Diagnosis run(const compensation::Measurement& measurement) {
+  return diagnosis::diagnose(coarse_model(), measurement, {});
+}
+
+std::string listed(const Diagnosis& d) {
+  std::string text = d.verdict + ": " + d.sentence + "\n";
+  for (std::size_t i = 0; i < std::min<std::size_t>(6, d.ranking.size()); ++i) {
+    const auto& r = d.ranking[i];
+    text += "  " + r.parameter.kind + " " + r.parameter.where + " p " + std::to_string(r.probability) +
+            " log " + std::to_string(r.log_evidence) + " value " + std::to_string(r.value) + " +- " +
+            std::to_string(r.std) + "\n";
+  }
+  return text;
+}
+
+/// The truth is named, or among those that share.
+void expect_found(const Diagnosis& d, const diagnosis::Parameter& truth, double value, double tolerance) {
+  SCOPED_TRACE(listed(d));
+  ASSERT_TRUE(d.verdict == "explained" || d.verdict == "ambiguous");
+  const auto& set = d.verdict == "explained" ? d.causes : d.ambiguous_set;
+  const auto at = std::find_if(set.begin(), set.end(), [&](const diagnosis::RankedCause& c) {
+    return c.parameter.kind == truth.kind && c.parameter.where == truth.where;
+  });
+  ASSERT_NE(at, set.end());
+  if (d.verdict == "explained") {
+    EXPECT_EQ(d.causes.size(), 1u);
+    EXPECT_EQ(d.ranking.front().parameter.where, truth.where);
+    EXPECT_NEAR(at->value, value, tolerance);
+    // The fault comes on top of a perturbed nominal value, which no diagnosis can take apart.
+    EXPECT_NEAR(at->value, value, 4 * std::hypot(at->std, value * truth.nominal_std));
+  }
+}
+
+TEST(Diagnose, a_clean_machine_has_no_discrepancy) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const Diagnosis d = run(lumped::measure({}, {.seed = seed}));
+    EXPECT_EQ(d.verdict, "no_discrepancy") << "seed " << seed << "\n" << listed(d);
+    EXPECT_TRUE(d.causes.empty());
+    EXPECT_TRUE(d.extended_machine_text.empty());
+  }
+}
+
+TEST(Diagnose, nominal_uncertainty_is_no_discrepancy) {
+  int wrong = 0;
+  for (std::uint64_t seed = 101; seed <= 110; ++seed) {
+    const Diagnosis d = run(lumped::measure({}, {.seed = seed, .spread = 1.0}));
+    if (d.verdict != "no_discrepancy") {
+      ++wrong;
+      std::cout << "seed " << seed << "\n" << listed(d);
+    }
+  }
+  // Ten parameters drawn ten times: one beyond two and a half deviations may be told of.
+  EXPECT_LE(wrong, 1);
+}
+
+struct Fault {
+  const char *kind, *where;
+  double value, tolerance;
+};
+void PrintTo(const Fault& fault, std::ostream* out) {
+  *out << fault.kind << " of " << fault.where << " " << fault.value;
+}
+
+class DiagnoseFault : public ::testing::TestWithParam<Fault> {};
+
+TEST_P(DiagnoseFault, is_found) {
+  const Fault& fault = GetParam();
+  const diagnosis::Parameter truth = find(fault.kind, fault.where);
+  for (const std::uint64_t seed : {21, 22}) {
+    const Diagnosis d = run(lumped::measure({{truth, fault.value}}, {.seed = seed, .spread = 0.7}));
+    expect_found(d, truth, fault.value, fault.tolerance);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, DiagnoseFault,
+                         ::testing::Values(Fault{"source_power", "motor", 1.6, 0.2},
+                                           Fault{"source_power", "guide_friction", 2.0, 0.3},
+                                           Fault{"film_coefficient", "column.film", 2.2, 0.5},
+                                           Fault{"film_coefficient", "head.film", 0.3, 0.3},
+                                           Fault{"ambient_offset", "air", 1.5, 0.4},
+                                           Fault{"ambient_offset", "foundation", -2.5, 0.8},
+                                           Fault{"contact_conductance", "Z_guide", 0.25, 0.15},
+                                           Fault{"sensor_offset", "T4_reading", 0.9, 0.15},
+                                           Fault{"coolant_coupling", "main.jacket", 0.3, 0.2}),
+                         [](const auto& test) {
+                           std::string name = std::string(test.param.kind) + "_" + test.param.where;
+                           std::replace_if(
+                               name.begin(), name.end(), [](char c) { return c == '.'; }, '_');
+                           return name;
+                         });
+
+TEST(Diagnose, a_sensor_is_told_from_physics) {
+  const auto truth = find("sensor_offset", "T5_reading");
+  const Diagnosis d = run(lumped::measure({{truth, -1.2}}, {.seed = 31, .spread = 0.7}));
+  expect_found(d, truth, -1.2, 0.15);
+  ASSERT_EQ(d.verdict, "explained") << listed(d);
+  // It says nothing about the displacements, yet its own readings come right.
+  EXPECT_NEAR(d.reduction_percent, 0.0, 1e-9);
+  const auto own = std::find_if(d.residuals.begin(), d.residuals.end(),
+                                [](const auto& r) { return r.id == "T5_reading"; });
+  EXPECT_LT(own->rms_after, 0.3 * own->rms_before);
+  EXPECT_FALSE(d.extended_machine_text.empty());
+}
+
+TEST(Diagnose, two_causes_are_both_named) {
+  const auto a = find("source_power", "motor"), b = find("sensor_offset", "T2_reading");
+  const Diagnosis d = run(lumped::measure({{a, 1.7}, {b, 0.8}}, {.seed = 41, .spread = 0.5}));
+  SCOPED_TRACE(listed(d));
+  ASSERT_EQ(d.verdict, "explained");
+  std::set<std::string> named;
+  for (const auto& cause : d.causes) named.insert(cause.parameter.where);
+  EXPECT_EQ(named, (std::set<std::string>{"motor", "T2_reading"}));
+  const mesh::Machine extended = mesh::parse_machine(d.extended_machine_text, lumped::machine().path);
+  EXPECT_NEAR(extended.sources[0].scale.value, 1.7, 0.2);
+  EXPECT_NEAR(extended.sensors[1].offset, 0.8, 0.15);
+}
+
+TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
+  // A gauge that wanders by itself and a sensor that drifts.
+  compensation::Measurement m = lumped::measure({}, {.seed = 51});
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i) {
+    const double hour = m.data.values(i, 0) / 3600.0;
+    m.data.values(i, m.channels[8].column) += 9.0 * std::sin(1.1 * hour);
+    m.data.values(i, m.channels[3].column) += 1.2 * std::sin(0.9 * hour + 1.0);
+    m.data.values(i, m.channels[5].column) += 0.9 * std::cos(1.3 * hour);
+  }
+  const Diagnosis d = run(m);
+  EXPECT_EQ(d.verdict, "unexplained") << listed(d);
+  EXPECT_TRUE(d.extended_machine_text.empty());
+}
+
+TEST(Diagnose, held_out_time_is_never_fitted) {
+  const auto truth = find("source_power", "motor");
+  compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
+  const Diagnosis d = run(m);
+  // Nonsense behind the split changes the judgement, not the estimate.
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i)
+    if (m.data.values(i, 0) >= d.heldout_from_s)
+      for (const auto& channel : m.channels)
+        if (!channel.quantity.empty()) m.data.values(i, channel.column) = 100.0 * ((i % 3) - 1);
+  const Diagnosis spoilt = run(m);
+  ASSERT_EQ(d.causes.size(), 1u) << listed(d);
+  ASSERT_EQ(spoilt.causes.size(), 1u) << listed(spoilt);
+  EXPECT_NEAR(d.causes[0].value, spoilt.causes[0].value, 0.05 * d.causes[0].std);
+  EXPECT_GT(d.ci95_low_percent, 30.0);
+  EXPECT_FALSE(d.extended_machine_text.empty());
+  EXPECT_LT(spoilt.ci95_low_percent, 5.0);
+}
+
+TEST(Diagnose, gain_is_computed_from_before_and_after) {
+  const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 62}));
+  EXPECT_NEAR(d.reduction_percent, 100 * (1 - d.heldout_rms_after_um / d.heldout_rms_before_um), 1e-9);
+  EXPECT_LE(d.ci95_low_percent, d.reduction_percent);
+  EXPECT_GE(d.ci95_high_percent, d.reduction_percent);
+}
+
+TEST(Diagnose, probabilities_add_up) {
+  const Diagnosis d = run(lumped::measure({{find("source_power", "pump"), 2.0}}, {.seed = 63}));
+  std::set<std::string> kinds;
+  for (const auto& r : d.ranking) {
+    EXPECT_GE(r.probability, 0.0);
+    EXPECT_LE(r.probability, 1.0 + 1e-12);
+    kinds.insert(r.parameter.kind);
+  }
+  EXPECT_TRUE(kinds.count("none") && kinds.count("unknown"));
+  for (std::size_t i = 1; i < d.ranking.size(); ++i)
+    EXPECT_GE(d.ranking[i - 1].probability, d.ranking[i].probability);
+}
+
+TEST(Diagnose, is_the_same_for_any_threads) {
+  const compensation::Measurement m =
+      lumped::measure({{find("source_power", "motor"), 1.5}}, {.hours = 12, .seed = 64});
+  core::set_thread_count(1);
+  const std::string one = diagnosis::diagnosis_json(run(m));
+  core::set_thread_count(4);
+  const std::string four = diagnosis::diagnosis_json(run(m));
+  core::set_thread_count(0);
+  EXPECT_EQ(one, four);
+}
+
+TEST(Diagnose, bad_options_are_refused) {
+  const compensation::Measurement m = lumped::measure({}, {.hours = 3});
+  EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.heldout_share = 1.0}), core::InputError);
+  EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.model_error_percent = 0}), core::InputError);
+  EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.interval_s = -1}), core::InputError);
+}
+
+class Folder {
+ public:
+  Folder()
+      : path_(std::filesystem::temp_directory_path() /
+              ("thermotwin_diagnosis_" + std::to_string(::getpid()))) {}
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
+  const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 71}));
+  const auto json = nlohmann::json::parse(diagnosis::diagnosis_json(d));
+  const auto keys = [](const nlohmann::json& object) {
+    std::set<std::string> result;
+    for (const auto& item : object.items()) result.insert(item.key());
+    return result;
+  };
+  EXPECT_EQ(keys(json), (std::set<std::string>{"verdict", "causes", "ranking", "ambiguous_set", "residual",
+                                               "gain", "next_measurement", "extended_machine"}));
+  ASSERT_EQ(json["causes"].size(), 1u);
+  EXPECT_EQ(keys(json["causes"][0]), (std::set<std::string>{"kind", "where", "probability", "parameters"}));
+  EXPECT_EQ(json["causes"][0]["kind"], "source_power");
+  EXPECT_EQ(json["causes"][0]["where"], "motor");
+  EXPECT_EQ(keys(json["causes"][0]["parameters"]["factor"]), (std::set<std::string>{"value", "std", "unit"}));
+  EXPECT_EQ(keys(json["ranking"][0]),
+            (std::set<std::string>{"kind", "where", "probability", "log_evidence"}));
+  ASSERT_EQ(json["residual"]["per_channel"].size(), 10u);
+  EXPECT_EQ(keys(json["residual"]["per_channel"][0]),
+            (std::set<std::string>{"id", "rms_before", "rms_after", "unit", "p_value_white"}));
+  EXPECT_EQ(keys(json["gain"]), (std::set<std::string>{"heldout_rms_before_um", "heldout_rms_after_um",
+                                                       "reduction_percent", "ci95_percent"}));
+  EXPECT_EQ(json["gain"]["ci95_percent"].size(), 2u);
+  EXPECT_EQ(keys(json["next_measurement"]), (std::set<std::string>{"load", "channel", "why"}));
+  EXPECT_EQ(json["extended_machine"], "extended/machine.toml");
+}
+
+TEST(DiagnoseFiles, all_files_are_written_and_agree) {
+  const Folder out;
+  const Diagnosis d = run(lumped::measure({{find("film_coefficient", "column.film"), 2.4}}, {.seed = 72}));
+  ASSERT_EQ(d.verdict, "explained") << listed(d);
+  diagnosis::write_diagnosis(out.path(), d, coarse_model());
+  EXPECT_EQ(core::read_file(out.path() / "diagnosis.json"), diagnosis::diagnosis_json(d));
+  const mesh::Machine extended =
+      mesh::parse_machine(core::read_file(out.path() / "extended/machine.toml"), "machine.toml");
+  EXPECT_NEAR(extended.films[1].coefficient.value, 9 * d.causes[0].value, 1e-6);
+  const reduction::ReducedModel model = reduction::read_model(out.path() / "extended/model.rom.h5");
+  EXPECT_EQ(model.machine.films[1].coefficient.value, extended.films[1].coefficient.value);
+  EXPECT_EQ(model.system.conduction, coarse_model().system.conduction);
+  const core::Table series = core::read_csv(out.path() / "residuals.csv");
+  EXPECT_EQ(series.columns.front(), "time_s");
+  const std::string html = core::read_file(out.path() / "report.html");
+  EXPECT_LT(html.size(), 1000000u);
+  EXPECT_EQ(html.find("http"), std::string::npos);
+  EXPECT_EQ(html.find("<script"), std::string::npos);
+  for (const auto& r : d.residuals) {
+    EXPECT_TRUE(series.find(r.id + "_before") && series.find(r.id + "_after"));
+    EXPECT_NE(html.find("residual of " + r.id), std::string::npos) << r.id;
+    EXPECT_NE(html.find("<tr><td>" + r.id + "</td>"), std::string::npos) << r.id;
+  }
+  EXPECT_NE(html.find("column.film"), std::string::npos);
+
+  // A later diagnosis without a finding leaves no extension behind.
+  diagnosis::write_diagnosis(out.path(), run(lumped::measure({}, {.seed = 73})), coarse_model());
+  EXPECT_FALSE(std::filesystem::exists(out.path() / "extended"));
+}
+
+TEST(DiagnoseFiles, an_extended_model_is_clean_on_the_next_measurement) {
+  const auto truth = find("source_power", "motor");
+  const Diagnosis d = run(lumped::measure({{truth, 1.6}}, {.seed = 74}));
+  ASSERT_FALSE(d.extended_machine_text.empty()) << listed(d);
+  reduction::ReducedModel extended = coarse_model();
+  extended.machine = mesh::parse_machine(d.extended_machine_text, extended.machine.path);
+  const Diagnosis next = diagnosis::diagnose(extended, lumped::measure({{truth, 1.6}}, {.seed = 75}), {});
+  EXPECT_EQ(next.verdict, "no_discrepancy") << listed(next);
+}
+
+}  // namespace

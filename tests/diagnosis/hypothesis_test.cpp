@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/hypothesis.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include "core/error.h"
+#include "diagnosis/machine_value.h"
+#include "lumped_machine.h"
+
+namespace {
+
+using namespace thermotwin;
+using diagnosis::Parameter;
+
+std::vector<Parameter> all_parameters() {
+  return diagnosis::candidate_parameters(lumped::machine(), lumped::measure({}, {.hours = 0.1}));
+}
+
+double number(const mesh::Machine& machine, const Parameter& parameter) {
+  mesh::Machine copy = machine;
+  return *diagnosis::machine_value(copy, parameter).value;
+}
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> result;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) result.push_back(line);
+  return result;
+}
+
+TEST(Hypothesis, every_kind_is_offered_once_per_item) {
+  std::multiset<std::string> kinds;
+  std::set<std::string> names;
+  for (const Parameter& p : all_parameters()) {
+    kinds.insert(p.kind);
+    EXPECT_TRUE(names.insert(p.kind + " " + p.where).second) << p.kind << " of " << p.where << " twice";
+    EXPECT_GT(p.nominal_std, 0.0);
+    EXPECT_GT(p.cause_std, 2 * p.nominal_std);
+    EXPECT_LT(p.low, p.nominal);
+    EXPECT_GT(p.high, p.nominal);
+  }
+  EXPECT_EQ(kinds.count("source_power"), 3u);
+  EXPECT_EQ(kinds.count("film_coefficient"), 3u);
+  EXPECT_EQ(kinds.count("contact_conductance"), 3u);
+  EXPECT_EQ(kinds.count("ambient_offset"), 2u);
+  EXPECT_EQ(kinds.count("sensor_offset"), 6u);
+  EXPECT_EQ(kinds.count("coolant_flow"), 1u);
+  EXPECT_EQ(kinds.count("coolant_coupling"), 1u);
+  EXPECT_EQ(kinds.count("control_sensor_offset"), 1u);
+}
+
+TEST(Hypothesis, stated_uncertainty_is_the_nominal_prior) {
+  EXPECT_DOUBLE_EQ(lumped::find("film_coefficient", "base.film").nominal_std, 0.10);
+  EXPECT_DOUBLE_EQ(lumped::find("source_power", "motor").nominal_std, 0.05);
+  EXPECT_DOUBLE_EQ(lumped::find("sensor_offset", "T3_reading").nominal_std, 0.05);
+}
+
+TEST(Hypothesis, a_measured_inlet_leaves_no_control_sensor_to_doubt) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 0.1});
+  compensation::MeasuredChannel inlet = m.channels.back();
+  inlet.id = inlet.input = "coolant.main.inlet_T_C";
+  m.channels.push_back(inlet);
+  for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m))
+    EXPECT_NE(p.kind, "control_sensor_offset");
+}
+
+TEST(Hypothesis, extended_text_parses_to_the_machine_with_the_parameter) {
+  const mesh::Machine machine = lumped::machine();
+  for (const Parameter& p : all_parameters()) {
+    SCOPED_TRACE(p.kind + " of " + p.where);
+    const double value = p.unit == "1" ? 1.37 : -0.83;
+    const mesh::Machine changed = diagnosis::with_parameter(machine, p, value);
+    const std::string text = diagnosis::extended_text(machine, p, value, 0.04, "a test");
+    const mesh::Machine parsed = mesh::parse_machine(text, machine.path);
+    EXPECT_NE(number(parsed, p), number(machine, p));
+    for (const Parameter& other : all_parameters())
+      EXPECT_EQ(number(parsed, other), number(changed, other)) << other.kind << " of " << other.where;
+    for (std::size_t i = 0; i < machine.ambients.size(); ++i)
+      EXPECT_DOUBLE_EQ(parsed.ambients[i].default_C.value, changed.ambients[i].default_C.value);
+    for (std::size_t i = 0; i < machine.films.size(); ++i)
+      EXPECT_EQ(parsed.films[i].coefficient.std_percent, machine.films[i].coefficient.std_percent);
+  }
+}
+
+TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
+  const mesh::Machine machine = lumped::machine();
+  const auto before = lines(machine.text);
+  for (const Parameter& p : all_parameters()) {
+    SCOPED_TRACE(p.kind + " of " + p.where);
+    const auto after =
+        lines(diagnosis::extended_text(machine, p, p.unit == "1" ? 2.0 : 0.5, 0.1, "because of a test"));
+    // Without the changed line and the comment above it, both files are the same.
+    std::size_t first = 0, last = 0;
+    while (first < before.size() && before[first] == after[first]) ++first;
+    while (last + first < before.size() && before[before.size() - 1 - last] == after[after.size() - 1 - last])
+      ++last;
+    EXPECT_LE(before.size() - first - last, 1u);
+    ASSERT_EQ(after.size() - first - last,
+              before.size() - first - last + (before.size() == first + last ? 2u : 1u));
+    EXPECT_NE(after[first].find("# diagnosis: " + p.kind), std::string::npos);
+    EXPECT_NE(after[first].find("because of a test"), std::string::npos);
+  }
+}
+
+TEST(Hypothesis, extended_text_keeps_form_and_comment_of_the_line) {
+  const mesh::Machine machine = lumped::machine();
+  const std::string text =
+      diagnosis::extended_text(machine, lumped::find("film_coefficient", "base.film"), 1.5, 0.1, "");
+  EXPECT_NE(text.find("film_coefficient_W_m2K = {value = 13.5, std_percent = 10} # still air"),
+            std::string::npos);
+  const std::string joint =
+      diagnosis::extended_text(machine, lumped::find("contact_conductance", "mounts"), 0.5, 0.1, "");
+  EXPECT_NE(joint.find("conductance_W_m2K = { value = 200, std_percent = 10 }"), std::string::npos);
+  const std::string sensor =
+      diagnosis::extended_text(machine, lumped::find("sensor_offset", "T3_reading"), 0.7, 0.1, "");
+  EXPECT_NE(sensor.find("offset_K = 0.8   # calibrated"), std::string::npos);
+}
+
+TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
+  const mesh::Machine machine = lumped::machine();
+  const mesh::Machine parsed =
+      mesh::parse_machine(diagnosis::extended_text(machine, lumped::find("source_power", "guide_friction"),
+                                                   0.4, 0.1, "line one\nline two"),
+                          machine.path);
+  EXPECT_DOUBLE_EQ(parsed.sources[1].scale.value, 0.4);
+  EXPECT_DOUBLE_EQ(parsed.sources[0].scale.value, 1.0);
+  EXPECT_EQ(parsed.sources[0].laws.size(), 1u);
+}
+
+TEST(Hypothesis, two_changes_follow_each_other) {
+  const mesh::Machine machine = lumped::machine();
+  const Parameter a = lumped::find("source_power", "pump"), b = lumped::find("sensor_offset", "T5_reading");
+  const mesh::Machine one =
+      mesh::parse_machine(diagnosis::extended_text(machine, a, 2.0, 0.1, ""), machine.path);
+  const mesh::Machine two = mesh::parse_machine(diagnosis::extended_text(one, b, 1.0, 0.1, ""), machine.path);
+  EXPECT_DOUBLE_EQ(two.sources[2].scale.value, 2.0);
+  EXPECT_DOUBLE_EQ(two.sensors[4].offset, 1.0);
+}
+
+TEST(Hypothesis, unusual_texts_are_read_or_refused) {
+  const mesh::Machine machine = lumped::machine();
+  const Parameter motor = lumped::find("source_power", "motor");
+  mesh::Machine crlf = machine;
+  std::string windows;
+  for (const char c : machine.text) windows += c == '\n' ? "\r\n" : std::string(1, c);
+  crlf = mesh::parse_machine(windows, machine.path);
+  EXPECT_DOUBLE_EQ(mesh::parse_machine(diagnosis::extended_text(crlf, motor, 1.25, 0.1, ""), machine.path)
+                       .sources[0]
+                       .scale.value,
+                   1.25);
+
+  mesh::Machine tricky = machine;
+  const std::string head = "name = \"rods\"";
+  tricky.text.replace(tricky.text.find(head), head.size(),
+                      "name = '''\n[[source]]\nid = \"motor\"\nscale = 3'''");
+  tricky = mesh::parse_machine(tricky.text, machine.path);
+  EXPECT_DOUBLE_EQ(mesh::parse_machine(diagnosis::extended_text(tricky, motor, 1.25, 0.1, ""), machine.path)
+                       .sources[0]
+                       .scale.value,
+                   1.25);
+
+  mesh::Machine gone = machine;
+  gone.text = "schema = 1\n";
+  EXPECT_THROW(diagnosis::extended_text(gone, motor, 1.25, 0.1, ""), core::InputError);
+}
+
+TEST(Hypothesis, unknown_kinds_and_items_are_refused) {
+  Parameter p = lumped::find("source_power", "motor");
+  p.where = "moter";
+  EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
+  p.kind = "sorce_power";
+  EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
+}
+
+TEST(Hypothesis, readme_lists_the_kinds_that_the_code_knows) {
+  std::ifstream file(THERMOTWIN_SOURCE_DIR "/diagnosis/README.md");
+  ASSERT_TRUE(file) << "diagnosis/README.md";
+  std::vector<std::vector<std::string>> table;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("| `")) continue;
+    std::vector<std::string> cells;
+    std::istringstream stream(line.substr(1));
+    for (std::string cell; std::getline(stream, cell, '|');) {
+      const auto first = cell.find_first_not_of(" `"), last = cell.find_last_not_of(" `");
+      if (first != std::string::npos) cells.push_back(cell.substr(first, last - first + 1));
+    }
+    table.push_back(cells);
+  }
+  const auto& kinds = diagnosis::known_kinds();
+  ASSERT_EQ(table.size(), kinds.size());
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    EXPECT_EQ(table[i], (std::vector<std::string>{kinds[i].kind, kinds[i].where, kinds[i].name, kinds[i].unit,
+                                                  kinds[i].sense}));
+  // What is offered is what is listed, name and unit included.
+  std::set<std::string> offered, listed;
+  for (const Parameter& p : all_parameters()) offered.insert(p.kind + p.name + p.unit);
+  for (const auto& kind : kinds) listed.insert(kind.kind + kind.name + kind.unit);
+  EXPECT_EQ(offered, listed);
+}
+
+}  // namespace

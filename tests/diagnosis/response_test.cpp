@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/response.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/thread_pool.h"
+#include "diagnosis/problem.h"
+#include "lumped_machine.h"
+
+namespace {
+
+using namespace thermotwin;
+using diagnosis::Observations;
+using diagnosis::Parameter;
+using diagnosis::Response;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+Observations observe(const compensation::Measurement& m, double interval = 600) {
+  const mesh::Machine machine = lumped::machine();
+  return diagnosis::observe(m, machine, solver::Channels(machine), {.interval_s = interval});
+}
+
+TEST(Response, follows_the_stepper_of_the_reduced_model) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 4);
+  const compensation::Measurement measurement =
+      lumped::measure({}, {.hours = 12, .noise_K = 0, .noise_um = 0});
+  const Observations obs = observe(measurement);
+  const Eigen::MatrixXd predicted = Response(model, obs).at_points(machine);
+
+  reduction::ReducedStepper stepper(model.system);
+  const solver::OperatingModel operating(machine, model.system.layout);
+  VectorXd state = stepper.uniform(obs.start_C - machine.reference_C);
+  VectorXd offsets = VectorXd::Zero(6);
+  offsets[2] = 0.1;
+  std::optional<solver::Chiller> chiller;
+  for (Index s = 0; s < obs.rows.rows(); ++s) {
+    const VectorXd row = obs.rows.row(s).transpose();
+    const VectorXd read = model.system.sensors * state + offsets;
+    if (!chiller)
+      chiller.emplace(machine, operating.channels(),
+                      solver::chiller_set_points(machine, read, operating.ambient_K(0, row)));
+    const double step = obs.points[s + 1] - obs.points[s];
+    stepper.advance(
+        state, operating.coefficients(row, chiller->advance(row, read, operating.ambient_K(0, row), step)),
+        step);
+  }
+  const Index last = predicted.rows() - 1;
+  const VectorXd sensors = (model.system.sensors * state + offsets).array() + machine.reference_C;
+  EXPECT_LT((predicted.row(last).head(6).transpose() - sensors).cwiseAbs().maxCoeff(), 1e-7);
+  const mesh::Pose low = mesh::parse_pose(machine, "Z=50", "test");
+  EXPECT_NEAR(predicted(last, 7), 1e6 * model.tcp(state, low).error[2], 1e-5);
+}
+
+TEST(Response, predicts_its_own_kind_of_machine) {
+  // Same network, other steps: only the time scheme and the straight lines between steps differ.
+  const compensation::Measurement measurement =
+      lumped::measure({}, {.cells = 5, .model_step = 20, .hours = 24, .noise_K = 0, .noise_um = 0});
+  const reduction::ReducedModel model = lumped::model(lumped::machine(), 5);
+  const Observations obs = observe(measurement);
+  const VectorXd difference = obs.stacked() - Response(model, obs).predict(lumped::machine());
+  Index row = 0;
+  for (const auto& channel : obs.channels) {
+    EXPECT_LT(difference.segment(row, channel.size()).cwiseAbs().maxCoeff(),
+              channel.is_temperature() ? 0.06 : 0.6)
+        << channel.channel.id;
+    row += channel.size();
+  }
+}
+
+TEST(Response, tangents_equal_central_differences) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 4);
+  const compensation::Measurement measurement = lumped::measure({}, {.hours = 10});
+  const Observations obs = observe(measurement);
+  const Response response(model, obs);
+  const auto parameters = diagnosis::candidate_parameters(machine, measurement);
+  VectorXd values(static_cast<Index>(parameters.size()));
+  for (Index i = 0; i < values.size(); ++i) {
+    const Parameter& p = parameters[static_cast<std::size_t>(i)];
+    values[i] = p.unit == "1" ? 1.1 : p.kind == "sensor_offset" ? 0.0 : 0.3;  // not at nominal
+  }
+  const auto linear = response.linearise(machine, parameters, values, true);
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const auto at = static_cast<Index>(i);
+    const double h = 1e-3;
+    VectorXd up = values, down = values;
+    up[at] += h;
+    down[at] -= h;
+    const VectorXd central = (response.predict(diagnosis::with_parameters(machine, parameters, up)) -
+                              response.predict(diagnosis::with_parameters(machine, parameters, down))) /
+                             (2 * h);
+    const double size = central.norm() + 1e-3;
+    EXPECT_LT((linear.sensitivity.col(at) - central).norm(), 3e-3 * size)
+        << parameters[i].kind << " of " << parameters[i].where;
+  }
+}
+
+TEST(Response, start_tangent_equals_another_start) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 4);
+  Observations obs = observe(lumped::measure({}, {.hours = 10}));
+  const auto linear = Response(model, obs).linearise(machine, {}, VectorXd(), true);
+  Observations warmer = obs;
+  warmer.start_C += 0.5;
+  const VectorXd change = (Response(model, warmer).predict(machine) - linear.predicted) / 0.5;
+  EXPECT_LT((linear.start - change).norm(), 1e-6 * change.norm());
+}
+
+TEST(Response, disturbed_surroundings_equal_changed_inputs) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 4);
+  const Observations obs = observe(lumped::measure({}, {.hours = 10}));
+  const solver::Channels channels(machine);
+  for (const int ambient : {0, 1}) {
+    const diagnosis::Disturbance hat{ambient, 2 * 3600.0, 4 * 3600.0, 5 * 3600.0, 1.0};
+    const auto linear = Response(model, obs).linearise(machine, {}, VectorXd(), false, {hat});
+    Observations changed = obs;
+    for (Index s = 0; s < obs.rows.rows(); ++s) {
+      const double hours = 0.5 * (obs.points[s] + obs.points[s + 1]) / 3600.0;
+      const double height = hours < 4 ? std::max(0.0, (hours - 2) / 2) : std::max(0.0, 5 - hours);
+      const double air = obs.rows(s, channels.index("air.T_C"));
+      // The foundation follows the air; once it has a temperature of its own it no longer does.
+      if (ambient == 0) changed.rows(s, channels.index("air.T_C")) = air + height;
+      if (ambient == 1) changed.rows(s, channels.index("foundation.T_C")) = air - 0.5 + height;
+    }
+    const VectorXd difference = Response(model, changed).predict(machine) - linear.predicted;
+    ASSERT_GT(difference.norm(), 0.1);
+    EXPECT_LT((linear.disturbed.col(0) - difference).norm(), 1e-6 * difference.norm())
+        << "ambient " << ambient;
+  }
+}
+
+TEST(Response, is_bitwise_the_same_for_any_threads) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 4);
+  const compensation::Measurement measurement = lumped::measure({}, {.hours = 5});
+  const Observations obs = observe(measurement);
+  const Response response(model, obs);
+  const auto parameters = diagnosis::candidate_parameters(machine, measurement);
+  VectorXd values(static_cast<Index>(parameters.size()));
+  for (Index i = 0; i < values.size(); ++i) values[i] = parameters[static_cast<std::size_t>(i)].nominal;
+  core::set_thread_count(1);
+  const auto one = response.linearise(machine, parameters, values, true);
+  core::set_thread_count(3);
+  const auto three = response.linearise(machine, parameters, values, true);
+  core::set_thread_count(0);
+  EXPECT_EQ(one.sensitivity, three.sensitivity);
+  EXPECT_EQ(one.predicted, three.predicted);
+}
+
+TEST(Observations, gaps_and_other_sampling_change_no_mean) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 6, .noise_K = 0, .noise_um = 0});
+  const Observations full = observe(m);
+  // Every second row lost in one channel, an hour lost in another.
+  for (Index i = 0; i < m.data.rows(); i += 2) m.data.values(i, 1) = std::nan("");
+  for (Index i = 0; i < m.data.rows(); ++i)
+    if (m.data.values(i, 0) > 7200 && m.data.values(i, 0) <= 10800) m.data.values(i, 2) = std::nan("");
+  const Observations holes = observe(m);
+  EXPECT_EQ(holes.channels[0].size(), full.channels[0].size());
+  EXPECT_LT(holes.channels[1].size(), full.channels[1].size());
+  const reduction::ReducedModel model = lumped::model(lumped::machine(), 5);
+  const VectorXd a = full.stacked() - Response(model, full).predict(lumped::machine());
+  const VectorXd b = holes.stacked() - Response(model, holes).predict(lumped::machine());
+  // Measured and predicted means are taken at the same samples, so residuals hardly change.
+  EXPECT_LT((a.head(full.channels[0].size()) - b.head(full.channels[0].size())).cwiseAbs().maxCoeff(), 0.01);
+}
+
+TEST(Observations, steps_follow_the_operation) {
+  const Observations obs = observe(lumped::measure({}, {.hours = 12}));
+  EXPECT_EQ(obs.rows.rows() + 1, obs.points.size());
+  EXPECT_LE((obs.points.tail(obs.rows.rows()) - obs.points.head(obs.rows.rows())).maxCoeff(), 300 + 1e-9);
+  // A change of speed at 3 h is met by an end of a step.
+  EXPECT_LT((obs.points.array() - 3 * 3600).abs().minCoeff(), 1e-6);
+  const solver::Channels channels(lumped::machine());
+  for (Index i = 0; i < obs.rows.rows(); ++i) {
+    const double rpm = obs.rows(i, channels.index("spindle.speed_rpm"));
+    EXPECT_TRUE(rpm == 0 || rpm == 6000 || rpm == 9000) << rpm;
+  }
+}
+
+TEST(Observations, too_little_data_is_refused) {
+  EXPECT_THROW(observe(lumped::measure({}, {.hours = 1})), core::InputError);
+  compensation::Measurement m = lumped::measure({}, {.hours = 6});
+  for (auto& channel : m.channels)
+    if (!channel.sensor.empty() || !channel.quantity.empty())
+      m.data.values.col(channel.column).setConstant(std::nan(""));
+  EXPECT_THROW(observe(m), core::InputError);
+}
+
+}  // namespace
