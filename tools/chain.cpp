@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/chain.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <iostream>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "core/text.h"
+#include "mesh/import.h"
+#include "reduction/model_file.h"
+
+namespace thermotwin::tools {
+
+void print_summary(const CommonOptions& options, const std::string& text, const std::string& json) {
+  std::cout << (options.json ? json : text);
+  if (const std::string& shown = options.json ? json : text; shown.empty() || shown.back() != '\n')
+    std::cout << '\n';
+  std::cout.flush();
+}
+
+double peak_memory_GiB() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / (1024.0 * 1024.0);
+}
+
+solver::Case open_case(const std::filesystem::path& path, const std::string& size) {
+  solver::Case machine_case = solver::read_case(path);
+  if (!size.empty()) machine_case.size = size;
+  mesh::size_factor(machine_case.machine, machine_case.size);
+  return machine_case;
+}
+
+solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out) {
+  return solver::build_full_model(
+      machine_case.machine,
+      {mesh::size_factor(machine_case.machine, machine_case.size), out / "cache"});
+}
+
+std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
+                                               const std::vector<std::string>& names) {
+  std::vector<solver::LoadProgram> programs;
+  for (const std::string& name : names) programs.push_back(machine_case.load(name));
+  return programs;
+}
+
+ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
+                               int order, bool resume, const std::filesystem::path& out) {
+  ReducedCase made;
+  const Stopwatch campaign_time;
+  solver::CampaignOptions options;
+  options.out = out / "campaign";
+  options.resume = resume;
+  options.keep_snapshots = true;
+  const auto training = load_programs(machine_case, machine_case.train);
+  const auto trained = solver::run_campaign(full, training, options);
+  options.keep_snapshots = false;
+  const auto heldout = load_programs(machine_case, machine_case.holdout);
+  const auto held = solver::run_campaign(full, heldout, options);
+  made.campaign_seconds = campaign_time.seconds();
+  made.loads = training.size() + heldout.size();
+
+  reduction::ReduceOptions reduce_options;
+  reduce_options.order = order;
+  reduce_options.tolerance_um = machine_case.tolerance_um;
+  made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary);
+  made.model.size = fmt::format("{} ({} nodes)", machine_case.size, full.mesh.nodes());
+  const auto poses = mesh::workspace_poses(machine_case.machine);
+  made.poses = poses.size();
+  made.model.errors.clear();
+  for (std::size_t i = 0; i < heldout.size(); ++i)
+    made.model.errors.push_back(reduction::compare(
+        held[i], reduction::simulate_reduced(made.model, machine_case.machine, heldout[i], poses)));
+  reduction::write_model(out / "model.rom.h5", made.model);
+  return made;
+}
+
+reduction::ReducedModel model_for(const std::filesystem::path& case_path,
+                                  const std::filesystem::path& model,
+                                  const std::filesystem::path& out) {
+  if (!model.empty()) return reduction::read_model(model);
+  if (case_path.empty())
+    throw core::UsageError("a CASE or --model model.rom.h5 is needed");
+  const solver::Case machine_case = open_case(case_path, "");
+  return make_reduced_model(build(machine_case, out), machine_case, 0, true, out).model;
+}
+
+std::string error_table(const std::vector<reduction::ReductionErrors>& errors) {
+  std::vector<std::vector<std::string>> table{{"held-out load", "peak um", "max error um", "rms um", "of peak %"}};
+  for (const auto& e : errors)
+    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.3f}", e.max_um),
+                     fmt::format("{:.3f}", e.rms_um), fmt::format("{:.2f}", 100 * e.max_um / e.peak_um)});
+  return core::format_table(table);
+}
+
+void mesh_machine(const MeshOptions& options) {
+  const std::filesystem::path file = std::filesystem::is_directory(options.machine)
+                                         ? options.machine / "machine.toml"
+                                         : options.machine;
+  const mesh::Machine machine = mesh::read_machine(file);
+  const mesh::MachineMesh meshed = mesh::build_machine_mesh(
+      machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
+  std::vector<std::vector<std::string>> table{
+      {"body", "material", "nodes", "elements", "quality min", "mean", "edge mm", "mass kg"}};
+  nlohmann::json json = {{"machine", machine.name}, {"nodes", meshed.nodes()}};
+  double mass = 0;
+  for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
+    const mesh::TetMesh& body = meshed.bodies[b];
+    const mesh::Quality quality = mesh::quality(body);
+    const double kg = body.total_volume() * machine.material(machine.bodies[b].material).density;
+    mass += kg;
+    table.push_back({machine.bodies[b].id, machine.bodies[b].material, std::to_string(body.nodes()),
+                     std::to_string(body.elements()), fmt::format("{:.3f}", quality.minimum),
+                     fmt::format("{:.2f}", quality.mean),
+                     fmt::format("{:.0f}-{:.0f}", 1e3 * quality.shortest_edge, 1e3 * quality.longest_edge),
+                     fmt::format("{:.0f}", kg)});
+    json["bodies"].push_back({{"id", machine.bodies[b].id}, {"nodes", body.nodes()},
+                              {"elements", body.elements()}, {"quality_min", quality.minimum},
+                              {"quality_mean", quality.mean}, {"mass_kg", kg}});
+    mesh::write_vtu(options.out / "mesh" / (machine.bodies[b].id + ".vtu"), body);
+  }
+  std::vector<std::vector<std::string>> surfaces{{"surface", "triangles", "area cm2"}};
+  for (std::size_t s = 0; s < machine.surfaces.size(); ++s) {
+    const double area = meshed.surface_area(static_cast<int>(s));
+    surfaces.push_back({machine.surfaces[s].id, std::to_string(meshed.surfaces[s].size()),
+                        fmt::format("{:.1f}", 1e4 * area)});
+    json["surfaces"].push_back({{"id", machine.surfaces[s].id}, {"area_m2", area}});
+  }
+  json["mass_kg"] = mass;
+  print_summary(options,
+                fmt::format("{}\n{}\n{}: {} bodies, {} nodes, {:.0f} kg; meshes in {}\n", core::format_table(table),
+                            core::format_table(surfaces), machine.name, machine.bodies.size(), meshed.nodes(),
+                            mass, (options.out / "mesh").string()),
+                json.dump());
+}
+
+void campaign(const CampaignOptions& options) {
+  const Stopwatch time;
+  const solver::Case machine_case = open_case(options.case_path, options.size);
+  std::vector<std::string> names = options.loads;
+  if (names.empty()) {
+    names = machine_case.train;
+    names.insert(names.end(), machine_case.holdout.begin(), machine_case.holdout.end());
+  }
+  const auto programs = load_programs(machine_case, names);
+  const solver::FullModel full = build(machine_case, options.out);
+  solver::CampaignOptions campaign_options;
+  campaign_options.out = options.out / "campaign";
+  campaign_options.resume = options.resume;
+  const auto results = solver::run_campaign(full, programs, campaign_options);
+  std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um"}};
+  nlohmann::json json = {{"nodes", full.mesh.nodes()}, {"seconds", time.seconds()}};
+  const std::size_t poses = mesh::workspace_poses(machine_case.machine).size();
+  for (const solver::LoadResult& result : results) {
+    const double peak = reduction::compare(result, result).peak_um;
+    table.push_back({result.load, std::to_string(result.sensors.rows()), std::to_string(poses), fmt::format("{:.2f}", peak)});
+    json["loads"].push_back({{"load", result.load}, {"times", result.sensors.rows()}, {"poses", poses}, {"peak_um", peak}});
+  }
+  print_summary(options,
+                fmt::format("{}\n{} nodes, {:.0f} s; tables in {}\n", core::format_table(table), full.mesh.nodes(),
+                            time.seconds(), campaign_options.out.string()),
+                json.dump());
+}
+
+void reduce(const ReduceOptions& options) {
+  const Stopwatch time;
+  const solver::Case machine_case = open_case(options.case_path, options.size);
+  const solver::FullModel full = build(machine_case, options.out);
+  const ReducedCase made = make_reduced_model(full, machine_case, options.order, options.resume, options.out);
+  nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()},
+                         {"basis_s", made.summary.basis_seconds}, {"seconds", time.seconds()}};
+  std::string orders = "order: training error um\n";
+  for (const auto& [order, error] : made.summary.order_error_um) {
+    orders += fmt::format("  {:4}: {:.4f}\n", order, error);
+    json["orders"].push_back({{"order", order}, {"error_um", error}});
+  }
+  for (const auto& e : made.model.errors)
+    json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um}});
+  print_summary(options,
+                fmt::format("{}\n{}\n{}\n{} in {:.0f} s\n", made.summary.brief(), orders, error_table(made.model.errors),
+                            (options.out / "model.rom.h5").string(), time.seconds()),
+                json.dump());
+}
+
+}  // namespace thermotwin::tools

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Steps that several verbs share: the case with its size, the full model with its mesh cache, the
+// campaign, the reduced model with its errors on held-out loads.
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "reduction/reduce.h"
+#include "reduction/reduced_model.h"
+#include "solver/campaign.h"
+#include "tools/options.h"
+
+namespace thermotwin::tools {
+
+struct Stopwatch {
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+};
+
+/// Largest resident memory of this process so far, GiB.
+double peak_memory_GiB();
+
+/// The case with the size asked for on the command line (empty: its own).
+solver::Case open_case(const std::filesystem::path& path, const std::string& size);
+
+solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out);
+
+std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
+                                               const std::vector<std::string>& names);
+
+struct ReducedCase {
+  reduction::ReducedModel model;
+  reduction::ReduceSummary summary;
+  double campaign_seconds = 0;
+  std::size_t loads = 0, poses = 0;
+};
+
+/// Campaign on the training and held-out loads, reduction, errors on the held-out ones; writes
+/// model.rom.h5 and the campaign's tables.
+ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
+                               int order, bool resume, const std::filesystem::path& out);
+
+/// The model of --model, or one made from the case.
+reduction::ReducedModel model_for(const std::filesystem::path& case_path,
+                                  const std::filesystem::path& model,
+                                  const std::filesystem::path& out);
+
+/// Table of held-out errors for the terminal.
+std::string error_table(const std::vector<reduction::ReductionErrors>& errors);
+
+}  // namespace thermotwin::tools

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// What the command line asks for, one struct a verb, and the verbs themselves. A verb prints its
+// results to stdout (text, or one JSON object) and returns normally, or throws a core::Error.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace thermotwin::tools {
+
+struct CommonOptions {
+  std::filesystem::path out = "out";
+  int threads = 0;          ///< 0: all cores
+  bool quiet = false, json = false;
+};
+
+struct RunOptions : CommonOptions {
+  std::filesystem::path case_path;
+  std::string size;         ///< empty: the case's own
+  bool resume = false;
+};
+struct MeshOptions : CommonOptions {
+  std::filesystem::path machine;
+  std::string size = "coarse";
+};
+struct SimulateOptions : CommonOptions {
+  std::filesystem::path case_path;
+  std::string size, load, pose;
+  double fields_every_s = 3600;
+};
+struct CampaignOptions : CommonOptions {
+  std::filesystem::path case_path;
+  std::string size;
+  std::vector<std::string> loads;
+  bool resume = false;
+};
+struct ReduceOptions : CommonOptions {
+  std::filesystem::path case_path;
+  std::string size;
+  int order = 0;
+  bool resume = false;
+};
+struct CompensateOptions : CommonOptions {
+  std::filesystem::path model;
+  std::string in = "-";     ///< the offsets go to CommonOptions::out, "-" for stdout
+  bool no_sensors = false;
+  double step_s = 60;
+};
+struct EvaluateOptions : CommonOptions {
+  std::filesystem::path case_path, data, model;
+  double train_until_h = 24;
+};
+struct DiagnoseOptions : CommonOptions {
+  std::filesystem::path case_path, data, model;
+};
+struct ValidateOptions : CommonOptions {
+  std::filesystem::path case_path, model;
+  std::vector<std::string> loads;
+  int draws = 5;
+  double size_factor = 0.7;
+};
+
+void run(const RunOptions& options);
+void mesh_machine(const MeshOptions& options);
+void simulate(const SimulateOptions& options);
+void campaign(const CampaignOptions& options);
+void reduce(const ReduceOptions& options);
+void compensate(const CompensateOptions& options);
+void evaluate(const EvaluateOptions& options);
+void diagnose(const DiagnoseOptions& options);
+void validate(const ValidateOptions& options);
+
+/// Prints the summary of a verb: the text, or the JSON object where --json asks for it.
+void print_summary(const CommonOptions& options, const std::string& text, const std::string& json);
+
+}  // namespace thermotwin::tools

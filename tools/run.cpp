@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The main job: mesh, campaign, reduced model, compensation of an unseen program on a machine
+// measured virtually, diagnosis of a measurement, measured drift; a screenful of what was found.
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cstdlib>
+#include <optional>
+
+#include "compensation/evaluate.h"
+#include "compensation/validation.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/progress.h"
+#include "diagnosis/diagnose.h"
+#include "diagnosis/hypothesis.h"
+#include "solver/tcp.h"
+#include "solver/vtk_output.h"
+#include "tools/chain.h"
+#include "tools/options.h"
+
+namespace thermotwin::tools {
+namespace {
+
+/// The measurement that the case names, or one of the machine that it describes.
+compensation::Measurement measurement_of(const solver::Case& machine_case, const std::filesystem::path& out) {
+  if (!machine_case.measurement.empty()) return compensation::read_measurement(machine_case.measurement);
+  const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
+  const auto folder = out / "measurement";
+  const std::string made_from = core::content_hash(fmt::format(
+      "{} {} {} {} {} {} {} {}", machine_case.machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
+      wrong.seed, wrong.size_factor, wrong.refine));
+  const auto stamp = folder / "made_from.txt";
+  if (std::filesystem::exists(stamp) && core::read_file(stamp) == made_from)
+    return compensation::read_measurement(folder);
+
+  diagnosis::Parameter effect;
+  effect.kind = wrong.kind;
+  effect.where = wrong.where;
+  effect.name = "factor";
+  const mesh::Machine machine = diagnosis::with_parameter(
+      compensation::perturbed(machine_case.machine, wrong.seed), effect, wrong.factor);
+  compensation::VirtualOptions options;
+  options.size_factor = wrong.size_factor * mesh::size_factor(machine_case.machine, machine_case.size);
+  options.refine = wrong.refine;
+  options.seed = wrong.seed;
+  options.mesh_cache = out / "cache";
+  const solver::FullModel full = solver::build_full_model(machine, {options.size_factor, options.mesh_cache});
+  core::log_line(fmt::format("measuring a machine of {} nodes virtually, {}", full.mesh.nodes(), wrong.load));
+  compensation::write_measurement(
+      folder, compensation::measure_virtually(full, machine_case.load(wrong.load), machine_case.check_points, options));
+  core::write_file(stamp, made_from);
+  return compensation::read_measurement(folder);
+}
+
+/// Temperature and deformation of one training load at its warmest output, and the poses' errors.
+void write_pictures(const solver::FullModel& full, const solver::Case& machine_case,
+                    const std::filesystem::path& out, const std::string& load) {
+  const mesh::Machine& machine = machine_case.machine;
+  solver::CampaignOptions options;
+  options.keep_snapshots = true;
+  const auto poses = mesh::workspace_poses(machine);
+  options.poses = {poses[poses.size() / 2]};
+  const solver::LoadResult result = solver::run_campaign(full, {machine_case.load(load)}, options).front();
+  Eigen::Index warmest = 0;
+  const Eigen::VectorXd dz = result.tcp.column("dz_um"), dy = result.tcp.column("dy_um"), dx = result.tcp.column("dx_um");
+  (dx.array().square() + dy.array().square() + dz.array().square()).maxCoeff(&warmest);
+  const Eigen::VectorXd state = result.snapshots.col(warmest);
+  const Eigen::VectorXd temperature_C = (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix();
+  const mesh::Pose& pose = options.poses.front();
+  const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
+  const double time = result.sensors.values(warmest, 0);
+  const auto folder = out / "fields";
+  const std::string name = load + ".vtu";
+  solver::write_fields(folder / name, full.mesh, pose, temperature_C, displacement);
+  solver::write_pvd(folder / (load + ".pvd"), {{time, name}});
+
+  std::vector<solver::TcpError> errors;
+  for (const mesh::Pose& p : poses) {
+    const solver::OutputRows rows = full.elastic.output_rows(p);
+    errors.push_back(solver::tcp_error(machine, p, rows.tool * state, rows.table_axis * state, rows.table_own * state));
+  }
+  solver::write_poses(folder / "poses.vtp", machine, poses, errors);
+  if (std::getenv("DISPLAY"))
+    solver::write_picture(out / "machine.png", full.mesh, pose, temperature_C, displacement, 3000,
+                          fmt::format("{}: {} after {:.1f} h, deformation x 3000", machine.name, load, time / 3600));
+  else
+    core::log_line("no display: machine.png is left out (xvfb-run -a gives one)");
+}
+
+/// One line per axis of the best model on the measured drift, or nothing where there are no data.
+std::optional<compensation::Evaluation> measured_drift() {
+  const char* folder = std::getenv("THERMOTWIN_DATA");
+  if (!folder) return std::nullopt;
+  const auto data = std::filesystem::path(folder) / "measured_drift";
+  if (!std::filesystem::exists(data / "data.csv")) return std::nullopt;
+  return compensation::evaluate(compensation::read_measurement(data), nullptr, {});
+}
+
+}  // namespace
+
+void run(const RunOptions& options) {
+  const Stopwatch total;
+  const solver::Case machine_case = open_case(options.case_path, options.size);
+  const mesh::Machine& machine = machine_case.machine;
+  if (machine_case.measurement.empty() && !machine_case.measured_machine)
+    throw core::InputError(machine_case.folder.string() + "/case.toml", "neither measurement nor [measured_machine]",
+                           "one of them, for the diagnosis");
+
+  nlohmann::json json = {{"machine", machine.name}, {"size", machine_case.size}};
+  std::string text;
+
+  Stopwatch step;
+  const solver::FullModel full = build(machine_case, options.out);
+  Eigen::Index elements = 0;
+  for (const mesh::TetMesh& body : full.mesh.bodies) elements += body.elements();
+  text += fmt::format("mesh        {} bodies, {} nodes, {} tetrahedra, {} joints ({}); {:.0f} s\n", machine.bodies.size(),
+                      full.mesh.nodes(), elements, machine.joints.size(), machine_case.size, step.seconds());
+  json["mesh"] = {{"bodies", machine.bodies.size()}, {"nodes", full.mesh.nodes()}, {"elements", elements}};
+
+  step = {};
+  const ReducedCase made = make_reduced_model(full, machine_case, 0, options.resume, options.out);
+  text += fmt::format("campaign    {} load programs x {} poses; {:.0f} s\n", made.loads, made.poses, made.campaign_seconds);
+  text += fmt::format("reduced     order {} for {} unknowns; basis and projection {:.0f} s\n", made.summary.order,
+                      full.thermal.size, made.summary.basis_seconds + made.summary.projection_seconds);
+  json["campaign"] = {{"loads", made.loads}, {"poses", made.poses}, {"seconds", made.campaign_seconds}};
+  json["reduced"]["order"] = made.summary.order;
+  for (const reduction::ReductionErrors& e : made.model.errors) {
+    text += fmt::format("  held out  {:18} reduced against full: {:.3f} um at most, {:.2f} % of the peak {:.1f} um\n", e.load,
+                        e.max_um, 100 * e.max_um / e.peak_um, e.peak_um);
+    json["reduced"]["heldout"].push_back({{"load", e.load}, {"max_um", e.max_um}, {"peak_um", e.peak_um}});
+  }
+
+  step = {};
+  compensation::ValidationOptions validation_options;
+  validation_options.loads = {machine_case.holdout.front()};
+  validation_options.draws = 1;
+  validation_options.machine.size_factor *= mesh::size_factor(machine, machine_case.size);
+  validation_options.machine.mesh_cache = options.out / "cache";
+  const auto validation = compensation::validate_online(machine_case, made.model, validation_options);
+  const std::string& unseen = validation_options.loads.front();
+  const double bare = validation.median_reduction(unseen, false), sensed = validation.median_reduction(unseen, true);
+  double before = 0, after = 0;
+  for (const auto& row : validation.rows) {
+    before += row.rms_before_um * row.rms_before_um / static_cast<double>(validation.rows.size());
+    after += row.rms_sensors_um * row.rms_sensors_um / static_cast<double>(validation.rows.size());
+  }
+  text += fmt::format(
+      "compensated {} on a machine measured virtually ({} nodes, perturbed parameters, noise), {} check points:\n"
+      "            RMS {:.1f} um -> {:.1f} um, {:.1f} % removed; without temperature sensors {:.1f} %; {:.0f} s\n",
+      unseen, validation.measured_nodes, validation.rows.size(), std::sqrt(before), std::sqrt(after), sensed, bare,
+      step.seconds());
+  json["compensation"] = {{"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}};
+
+  step = {};
+  const compensation::Measurement measurement = measurement_of(machine_case, options.out);
+  compensation::require_fits(measurement, machine);
+  const diagnosis::Diagnosis found = diagnosis::diagnose(made.model, measurement, {});
+  diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model);
+  text += fmt::format("diagnosis   {}\n            TCP residual on held-out time {:.2f} -> {:.2f} um ({:.0f} %, 95 % interval {:.0f} to {:.0f} %); {:.0f} s\n",
+                      found.sentence, found.heldout_rms_before_um, found.heldout_rms_after_um, found.reduction_percent,
+                      found.ci95_low_percent, found.ci95_high_percent, step.seconds());
+  json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(found));
+
+  write_pictures(full, machine_case, options.out, machine_case.train.back());
+
+  if (const auto drift = measured_drift()) {
+    text += "measured    drift of a real machine, models fitted on the first day, RMS reduction on the later days:\n           ";
+    for (const auto& row : drift->rows)
+      if (row.part != "training") {
+        text += fmt::format(" {} {} {} {:.0f} %;", row.model, row.channel, row.part, row.measures.rms_reduction_percent);
+        json["measured_drift"].push_back({{"model", row.model}, {"channel", row.channel}, {"part", row.part},
+                                          {"rms_reduction_percent", row.measures.rms_reduction_percent}});
+      }
+    text += "\n";
+    core::write_csv(options.out / "evaluation" / "measured_drift.csv", drift->predictions);
+  }
+
+  text += fmt::format(
+      "look at     {0}/machine.png, {0}/diagnosis/report.html, {0}/fields/*.pvd and poses.vtp (ParaView),\n"
+      "            {0}/campaign/*/tcp.csv, {0}/model.rom.h5\n"
+      "total       {1:.0f} s, peak memory {2:.2f} GiB\n",
+      options.out.string(), total.seconds(), peak_memory_GiB());
+  json["seconds"] = total.seconds();
+  json["peak_memory_GiB"] = peak_memory_GiB();
+  core::write_file(options.out / "summary.json", json.dump(1) + "\n");
+  print_summary(options, text, json.dump());
+}
+
+}  // namespace thermotwin::tools
