@@ -155,27 +155,34 @@ long resident_kB() {
 }
 
 TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
-  Compensator compensator(nominal());
-  const auto run = [&](long rows) {
+  const auto run = [](long count) {
     Compensator fresh(nominal());
-    EndlessRows source("time_s,spindle.speed_rpm,air.T_C,axis.X.position_mm,axis.B.position_deg,T_nose_C,T_bed_C\n", rows);
+    EndlessRows source("time_s,spindle.speed_rpm,air.T_C,axis.X.position_mm,axis.B.position_deg,T_nose_C,T_bed_C\n", count);
     Drain drain;
     std::istream in(&source);
     std::ostream out(&drain);
-    EXPECT_EQ(compensate_stream(fresh, nominal().machine, in, "rows", out, false), rows);
-    EXPECT_GT(drain.bytes, 20 * rows);
+    EXPECT_EQ(compensate_stream(fresh, nominal().machine, in, "rows", out, false), count);
+    EXPECT_GT(drain.bytes, 20 * count);
   };
   run(5000);
   const long before = resident_kB();
   const auto begin = std::chrono::steady_clock::now();
-  constexpr long rows = 100000;
+#ifdef __SANITIZE_ADDRESS__
+  constexpr long rows = 20000;
+  constexpr bool memory_is_ours = false;  // freed memory stays in the sanitizer's quarantine
+#else
+  constexpr long rows = 1000000;
+  constexpr bool memory_is_ours = true;
+#endif
   run(rows);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("  %.0f rows/s at order %d, %ld kB more than before\n", rows / seconds, static_cast<int>(nominal().system.order()),
+  std::printf("  %.0f rows/s at order %d, %ld kB more than before\n", static_cast<double>(rows) / seconds, static_cast<int>(nominal().system.order()),
               resident_kB() - before);
-  EXPECT_LT(resident_kB() - before, 2000);
+  if (memory_is_ours) {
+    EXPECT_LT(resident_kB() - before, 2000);
+  }
   // The aim is 20,000 rows/s on a machine that does nothing else; a loaded or instrumented one is slower.
-  EXPECT_GT(rows / seconds, 2000.0);
+  EXPECT_GT(static_cast<double>(rows) / seconds, 2000.0);
 }
 
 }  // namespace
