@@ -4,8 +4,9 @@
 
 Machine coordinates in mm, all axes at home: X = Y = 0 in the middle of their travel, Z = 0 at the
 bottom of its travel; the table top's centre is the origin and the tool tip stands at (0, 0, 100).
-x right, y to the rear, z up. Written beside this script: one STEP a body, but the table as
-binary STL and the spindle shaft as OBJ, so that both ways of import are used. Run: python3 make_cad.py [FOLDER]
+x right, y to the rear, z up. Written beside this script: one STEP a body, but the table as binary
+STL and the spindle shaft as OBJ, so that both ways of import are used.
+Run: python3 make_cad.py [FOLDER]
 """
 import math
 import os
@@ -243,6 +244,7 @@ def write_surface(path, name, size, per_turn):
 
 def main():
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.dirname(os.path.abspath(__file__))
+    os.makedirs(folder, exist_ok=True)
     gmsh.initialize([sys.argv[0]])
     gmsh.option.setNumber("General.Terminal", 0)
     total = 0.0
@@ -252,10 +254,10 @@ def main():
         gmsh.model.add(name)
         make()
         occ.synchronize()
-        # Leave one solid only: tools of a revolution keep their face otherwise.
         solids = gmsh.model.getEntities(3)
         if len(solids) != 1:
             raise SystemExit(f"{name}: {len(solids)} solids instead of one")
+        # The profile of a turned solid would stay as a loose face.
         kept = {tag for _, tag in gmsh.model.getBoundary(solids, oriented=False)}
         occ.remove([e for e in gmsh.model.getEntities(2) if e[1] not in kept], recursive=True)
         occ.synchronize()
