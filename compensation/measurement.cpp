@@ -89,7 +89,8 @@ MeasuredChannel read_channel(const core::Node& node, std::vector<std::string>& s
   const Kind& kind = kind_named(node.choice("kind", kind_words()));
   channel.kind = kind.kind;
   channel.unit = node.choice("unit", kind.units);
-  const bool observed = channel.kind == ChannelKind::temperature || channel.kind == ChannelKind::displacement;
+  const bool observed = channel.kind == ChannelKind::displacement ||
+                        (channel.kind == ChannelKind::temperature && !node.has("input"));
   // What a model is compared with must say how good it is; what drives it may go without.
   channel.uncertainty = observed ? node.number("uncertainty", core::positive) : node.number_or("uncertainty", 0.0, core::non_negative);
   channel.sensor = node.text_or("sensor", "");

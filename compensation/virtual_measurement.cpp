@@ -167,6 +167,10 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
     for (Index i = 0; i < times; ++i) held[i] = values[std::min(i + 1, times - 1)];
     MeasuredChannel channel;
     describe_input(name, channel);
+    if (channel.kind == ChannelKind::temperature && options.sensor_noise_K > 0) {
+      channel.uncertainty = options.sensor_noise_K;  // the control reads the air from a sensor too
+      for (double& value : held) value += options.sensor_noise_K * normal();
+    }
     builder.add(channel, held);
   }
   for (const mesh::SensorSpec& sensor : machine.sensors) {
