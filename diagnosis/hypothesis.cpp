@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -58,33 +59,17 @@ bool measures(const compensation::Measurement& measurement, const std::string& i
                      [&](const auto& channel) { return channel.input == input; });
 }
 
-Parameter ratio(const std::string& kind, const std::string& where, const core::Uncertain& nominal,
-                double least_std, double cause_std) {
-  Parameter p;
-  p.kind = kind;
-  p.where = where;
-  p.name = "factor";
-  p.unit = "1";
-  p.nominal = 1.0;
-  p.nominal_std = std::max(nominal.std_percent / 100.0, least_std);
+/// A candidate: uncertain by nominal_std where the machine is right, by cause_std where it is wrong.
+Parameter candidate(const std::string& kind, const std::string& where, double nominal_std, double cause_std) {
+  Parameter p = make_parameter(kind, where);
+  p.nominal_std = nominal_std;
   p.cause_std = std::max(cause_std, 3.0 * p.nominal_std);
-  p.low = 0.0;
-  p.high = 8.0;
   return p;
 }
 
-Parameter offset(const std::string& kind, const std::string& where, double nominal_std, double cause_std) {
-  Parameter p;
-  p.kind = kind;
-  p.where = where;
-  p.name = "offset";
-  p.unit = "K";
-  p.nominal = 0.0;
-  p.nominal_std = nominal_std;
-  p.cause_std = std::max(cause_std, 3.0 * nominal_std);
-  p.low = -30.0;
-  p.high = 30.0;
-  return p;
+Parameter ratio(const std::string& kind, const std::string& where, const core::Uncertain& nominal,
+                double least_std, double cause_std) {
+  return candidate(kind, where, std::max(nominal.std_percent / 100.0, least_std), cause_std);
 }
 
 /// An ambient whose own channel is measured does not follow: its offset then acts nowhere.
@@ -108,6 +93,25 @@ const std::vector<Kind>& known_kinds() {
   return kinds;
 }
 
+Parameter make_parameter(const std::string& kind, const std::string& where) {
+  std::vector<std::string> known;
+  for (const Kind& k : known_kinds()) {
+    known.push_back(k.kind);
+    if (k.kind != kind) continue;
+    Parameter p;
+    p.kind = kind;
+    p.where = where;
+    p.name = k.name;
+    p.unit = k.unit;
+    const bool is_ratio = k.sense == "ratio";
+    p.nominal = is_ratio ? 1.0 : 0.0;
+    p.low = is_ratio ? 0.0 : -30.0;
+    p.high = is_ratio ? 8.0 : 30.0;
+    return p;
+  }
+  throw InputError("diagnosis", "kind '" + kind + "'", "one of: " + core::join(known));
+}
+
 std::vector<Parameter> candidate_parameters(const Machine& machine,
                                             const compensation::Measurement& measurement) {
   std::vector<Parameter> found;
@@ -126,7 +130,7 @@ std::vector<Parameter> candidate_parameters(const Machine& machine,
     // Where nothing is measured, the file's own uncertainty of the temperature is what counts.
     if (!measures(measurement, ambient.id + ".T_C"))
       std = std::max(std, std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0);
-    found.push_back(offset("ambient_offset", ambient.id, std, 2.0));
+    found.push_back(candidate("ambient_offset", ambient.id, std, 2.0));
   }
   for (const auto& coolant : machine.coolants) {
     found.push_back(ratio("coolant_flow", coolant.id, coolant.flow, least_source_std, 0.5));
@@ -134,12 +138,12 @@ std::vector<Parameter> candidate_parameters(const Machine& machine,
       found.push_back(ratio("coolant_coupling", coolant.id + "." + segment.id, segment.film_coefficient,
                             least_contact_std, 0.6));
     if (!measures(measurement, "coolant." + coolant.id + ".inlet_T_C"))
-      found.push_back(offset("control_sensor_offset", coolant.id, least_offset_std, 2.0));
+      found.push_back(candidate("control_sensor_offset", coolant.id, least_offset_std, 2.0));
   }
   for (const auto& channel : measurement.channels) {
     if (channel.kind != compensation::ChannelKind::temperature || channel.sensor.empty()) continue;
     if (machine.sensor_index(channel.sensor) < 0) continue;
-    found.push_back(offset("sensor_offset", channel.id, std::max(channel.uncertainty, 0.01), 2.0));
+    found.push_back(candidate("sensor_offset", channel.id, std::max(channel.uncertainty, 0.01), 2.0));
     found.back().item = channel.sensor;
   }
   return found;
@@ -174,9 +178,8 @@ MachineValue machine_value(Machine& machine, const Parameter& parameter) {
                   &segment.film_coefficient.value};
     throw InputError("diagnosis", "coolant_coupling of '" + id + "'", "<coolant>.<segment> of the machine");
   }
-  std::vector<std::string> known;
-  for (const Kind& k : known_kinds()) known.push_back(k.kind);
-  throw InputError("diagnosis", "kind '" + kind + "'", "one of: " + core::join(known));
+  make_parameter(kind, id);  // says which kinds there are
+  throw std::logic_error("kind '" + kind + "' is listed but changes nothing");
 }
 
 double changed_value(double in_file, const Parameter& parameter, double value) {

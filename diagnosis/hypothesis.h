@@ -31,6 +31,10 @@ struct Kind {
 };
 const std::vector<Kind>& known_kinds();
 
+/// The parameter of a kind at an item, with the kind's name, unit and nominal value.
+/// @throws InputError: unknown kind
+Parameter make_parameter(const std::string& kind, const std::string& where);
+
 /// Every parameter of every kind that machine and measurement offer.
 std::vector<Parameter> candidate_parameters(const mesh::Machine& machine,
                                             const compensation::Measurement& measurement);

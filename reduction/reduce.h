@@ -17,7 +17,7 @@ namespace thermotwin::reduction {
 
 struct ReduceOptions {
   double tolerance_um = 0.05;      ///< TCP error of the training loads, all poses, translations
-  Eigen::Index max_order = 160;
+  Eigen::Index max_order = 240;
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
 };
 

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cstdlib>
+#include <map>
 #include <optional>
 
 #include "compensation/evaluate.h"
@@ -16,6 +17,7 @@
 #include "core/progress.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/hypothesis.h"
+#include "diagnosis/machine_value.h"
 #include "solver/tcp.h"
 #include "solver/vtk_output.h"
 #include "tools/chain.h"
@@ -36,10 +38,7 @@ compensation::Measurement measurement_of(const solver::Case& machine_case, const
   if (std::filesystem::exists(stamp) && core::read_file(stamp) == made_from)
     return compensation::read_measurement(folder);
 
-  diagnosis::Parameter effect;
-  effect.kind = wrong.kind;
-  effect.where = wrong.where;
-  effect.name = "factor";
+  const diagnosis::Parameter effect = diagnosis::make_parameter(wrong.kind, wrong.where);
   const mesh::Machine machine = diagnosis::with_parameter(
       compensation::perturbed(machine_case.machine, wrong.seed), effect, wrong.factor);
   compensation::VirtualOptions options;
@@ -97,6 +96,38 @@ std::optional<compensation::Evaluation> measured_drift() {
   const auto data = std::filesystem::path(folder) / "measured_drift";
   if (!std::filesystem::exists(data / "data.csv")) return std::nullopt;
   return compensation::evaluate(compensation::read_measurement(data), nullptr, {});
+}
+
+/// A line per model: RMS removed per axis on each held-out day.
+std::string drift_lines(const compensation::Evaluation& drift, nlohmann::json& json) {
+  std::map<std::string, std::map<std::string, std::string>> lines;
+  for (const auto& row : drift.rows) {
+    if (row.part == "training") continue;
+    std::string& days = lines[row.model][row.channel];
+    days += fmt::format("{}{:.0f}", days.empty() ? "" : ", ", row.measures.rms_reduction_percent);
+    json["measured_drift"].push_back({{"model", row.model}, {"channel", row.channel}, {"part", row.part},
+                                      {"rms_reduction_percent", row.measures.rms_reduction_percent}});
+  }
+  std::string text;
+  for (const auto& [model, channels] : lines) {
+    text += fmt::format("            {:18}", model);
+    for (const auto& [channel, days] : channels) text += fmt::format("  {} {} %", channel, days);
+    text += '\n';
+  }
+  return text;
+}
+
+/// What is hidden in a measurement that was made here, as a ratio of the nominal machine's value.
+std::string hidden_truth(const solver::Case& machine_case) {
+  if (!machine_case.measured_machine || !machine_case.measurement.empty()) return "";
+  const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
+  mesh::Machine nominal = machine_case.machine;
+  mesh::Machine measured = compensation::perturbed(machine_case.machine, wrong.seed);
+  const diagnosis::Parameter effect = diagnosis::make_parameter(wrong.kind, wrong.where);
+  const double ratio = *diagnosis::machine_value(measured, effect).value * wrong.factor /
+                       *diagnosis::machine_value(nominal, effect).value;
+  return fmt::format("            hidden in the virtual measurement of {}: {} of {} x {:.3g}\n", wrong.load, wrong.kind,
+                     wrong.where, ratio);
 }
 
 }  // namespace
@@ -159,22 +190,14 @@ void run(const RunOptions& options) {
   compensation::require_fits(measurement, machine);
   const diagnosis::Diagnosis found = diagnosis::diagnose(made.model, measurement, {});
   diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model);
-  text += fmt::format("diagnosis   {}\n            TCP residual on held-out time {:.2f} -> {:.2f} um ({:.0f} %, 95 % interval {:.0f} to {:.0f} %); {:.0f} s\n",
-                      found.sentence, found.heldout_rms_before_um, found.heldout_rms_after_um, found.reduction_percent,
-                      found.ci95_low_percent, found.ci95_high_percent, step.seconds());
+  text += fmt::format("diagnosis   {}\n{}", found.sentence, hidden_truth(machine_case));
   json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(found));
 
   write_pictures(full, machine_case, options.out, machine_case.train.back());
 
   if (const auto drift = measured_drift()) {
-    text += "measured    drift of a real machine, models fitted on the first day, RMS reduction on the later days:\n           ";
-    for (const auto& row : drift->rows)
-      if (row.part != "training") {
-        text += fmt::format(" {} {} {} {:.0f} %;", row.model, row.channel, row.part, row.measures.rms_reduction_percent);
-        json["measured_drift"].push_back({{"model", row.model}, {"channel", row.channel}, {"part", row.part},
-                                          {"rms_reduction_percent", row.measures.rms_reduction_percent}});
-      }
-    text += "\n";
+    text += "measured    drift of a real machine, models fitted on its first day; RMS removed on the days after:\n" +
+            drift_lines(*drift, json);
     core::write_csv(options.out / "evaluation" / "measured_drift.csv", drift->predictions);
   }
 
