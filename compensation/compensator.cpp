@@ -213,8 +213,13 @@ struct Compensator::Work {
 
   /// Ends the step of the state at the last row's time.
   void close_step() {
+    constexpr double nothing = 1e-6;  // s: no heat flows, but a step's matrix would overflow
     const double duration = inputs.duration();
     const VectorXd& mean = inputs.take();
+    if (duration < nothing) {
+      step_end = time;
+      return;
+    }
     const int parts = std::max(1, static_cast<int>(std::ceil(duration / options.step_s * (1.0 - 1e-9))));
     const double part = rounded(duration / parts);
     for (int i = 0; i < parts; ++i) {
@@ -313,6 +318,10 @@ struct Compensator::Work {
       throw core::InputError("compensator time", started ? fmt::format("{} s after {} s", at, time) : fmt::format("{} s", at),
                              "times that rise from row to row");
     }
+    if (started && at - time > longest_gap_s) {
+      throw core::InputError("compensator time", fmt::format("{} s after {} s", at, time),
+                             fmt::format("rows at most {} s apart", longest_gap_s));
+    }
     bool missing_input = false;
     const VectorXd& defaults = operating.channels().defaults();
     for (Index k = 0; k < given.size(); ++k) {
@@ -348,11 +357,12 @@ struct Compensator::Work {
 };
 
 Compensator::Compensator(const reduction::ReducedModel& model, const CompensatorOptions& options) {
-  const auto require_positive = [](const char* name, double value) {
-    if (!(value > 0.0)) throw core::InputError(std::string("compensator ") + name, fmt::format("{}", value), "more than 0 s");
+  const auto require_duration = [](const char* name, double value) {
+    if (!(value >= 1e-3 && value <= 86400.0))
+      throw core::InputError(std::string("compensator ") + name, fmt::format("{}", value), "0.001 s to 86400 s");
   };
-  require_positive("step_s", options.step_s);
-  require_positive("correction_s", options.correction_s);
+  require_duration("step_s", options.step_s);
+  require_duration("correction_s", options.correction_s);
   work_ = std::make_unique<Work>(model, options);
 }
 Compensator::~Compensator() = default;

@@ -18,8 +18,12 @@
 
 namespace thermotwin::compensation {
 
+/// Longest time between two rows, s: beyond it (a clock that was set, a machine long off) the state
+/// says nothing any more, and the compensator is to be started anew.
+inline constexpr double longest_gap_s = 30 * 86400.0;
+
 struct CompensatorOptions {
-  double step_s = 60.0;          ///< longest step of the thermal state
+  double step_s = 60.0;          ///< longest step of the thermal state, 1 ms to a day
   double correction_s = 300.0;   ///< the observer corrects at the first end of a step after this time
   bool use_sensors = true;
   double start_C = 20.0;         ///< uniform start where no sensor tells better
@@ -51,7 +55,7 @@ class Compensator {
   /// @param row        (channels) values that hold since the last row; not_given keeps the last. An
   ///   ambient that starts at its default counts as not measured (see ErrorModel::start).
   /// @param sensors_C  (sensors) readings, NaN where missing; empty: none
-  /// @throws InputError if time runs backwards
+  /// @throws InputError if time runs backwards or leaps further than longest_gap_s
   const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C);
 
   /// Predicted TCP error at a pose for the present state.

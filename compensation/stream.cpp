@@ -23,6 +23,8 @@ namespace {
 using core::InputError;
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+/// No quantity of a machine is larger in its unit; what is would make every later state infinite.
+constexpr double largest = 1e10;
 
 std::string_view trimmed(std::string_view text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
@@ -90,6 +92,10 @@ class RowReader {
       fail(number_, fmt::format("time {}: {} s after {} s", time_ < last_time_ ? "runs backwards" : "stands still", time_, last_time_),
            "times that rise from row to row");
     }
+    if (time_ - last_time_ > longest_gap_s && std::isfinite(last_time_)) {
+      fail(number_, fmt::format("time leaps: {} s after {} s", time_, last_time_),
+           fmt::format("rows at most {} s apart; after a longer break start anew", longest_gap_s));
+    }
     last_time_ = time_;
     return true;
   }
@@ -152,9 +158,9 @@ class RowReader {
     const char* first = cell.data() + (cell.front() == '+' && cell.size() > 1 && cell[1] != '-' ? 1 : 0);
     const char* const last = cell.data() + cell.size();
     const auto [end, error] = std::from_chars(first, last, value);
-    if (end == last && error == std::errc() && !std::isinf(value)) return value;
+    if (end == last && error == std::errc() && !(std::abs(value) > largest)) return value;
     if (end == last && error == std::errc::result_out_of_range && cell.find("e-") != std::string_view::npos) return 0.0;
-    throw InputError(fmt::format("{}:{} {}", name_, number_, columns_[column].name), shown(cell), "a finite number, blank or nan (missing)");
+    throw InputError(fmt::format("{}:{} {}", name_, number_, columns_[column].name), shown(cell), fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));
   }
 
   std::istream& in_;

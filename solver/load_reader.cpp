@@ -35,6 +35,8 @@ class LoadReader {
     program.corners_.push_back(0.0);
     for (const Node& phase : root.tables("phase")) read_phase(phase, program);
     if (program.start_.empty()) throw InputError(root.place(), "no phase", "one or more [[phase]]");
+    require_affordable(root, "time_step_s", program.time_step_, program.duration());
+    require_affordable(root, "output_s", program.output_, program.duration());
     root.finish();
     return program;
   }
@@ -81,6 +83,14 @@ class LoadReader {
     if (given != 1)
       throw InputError(phase.place(), given == 0 ? "no duration" : "more than one duration", "one of: duration_h, duration_min, duration_s");
     return duration;
+  }
+
+  /// A slip of a digit in a duration or step must not fill the memory.
+  static void require_affordable(const Node& root, const char* key, double interval, double duration) {
+    constexpr double most = 1e7;
+    if (duration / interval > most)
+      throw InputError(root.place(key), fmt::format("{} s in a program of {} s", interval, duration),
+                       fmt::format("at most {:.0f} intervals: {} s or more", most, duration / most));
   }
 
   /// A number, or [from, to] for a ramp over the phase.

@@ -120,6 +120,16 @@ TEST(Compensator, LongRowsAreDividedAndShortOnesJoined) {
   EXPECT_LT((joined.tcp(poses[2]).error - fine.errors.back()[2].error).norm(), 0.05e-6);
 }
 
+TEST(Compensator, ARowThatComesAtOnceAfterAnotherDoesNoHarm) {
+  Compensator compensator(nominal()), calm(nominal());
+  VectorXd row = compensator.channels().defaults();
+  row[compensator.channels().index("spindle.speed_rpm")] = 6000.0;
+  for (const double time : {0.0, 1e-300, 61.0, 61.0 + 1e-9, 122.0, 3000.0}) compensator.step(time, row, {});
+  for (const double time : {0.0, 61.0, 122.0, 3000.0}) calm.step(time, row, {});
+  ASSERT_TRUE(compensator.state().allFinite());
+  EXPECT_LT((compensator.state() - calm.state()).norm(), 1e-6 * calm.state().norm());
+}
+
 TEST(Compensator, OffsetsCancelTheErrorAtTheRowsOwnPose) {
   Compensator compensator(nominal());
   ASSERT_EQ(compensator.axes(), (std::vector<std::string>{"X", "Y", "Z"}));
@@ -287,6 +297,7 @@ TEST(Compensator, WrongCallsAreInputErrors) {
   expect_input_error([&] { compensator.step(99.0, row, {}); }, {"99 s after 100 s"});
   expect_input_error([&] { compensator.step(100.0, row, {}); }, {"rise"});
   expect_input_error([&] { compensator.step(missing, row, {}); }, {"time"});
+  expect_input_error([&] { compensator.step(1e12, row, {}); }, {"1000000000000 s after 100 s"});
   expect_input_error([&] { compensator.step(200.0, row.head(3), {}); }, {"3 values"});
   expect_input_error([&] { compensator.step(200.0, row, VectorXd::Zero(2)); }, {"2 readings"});
   CompensatorOptions options;

@@ -98,6 +98,7 @@ TEST(Layers, HeavyLibrariesStayOutOfHeadersAndInOneFile) {
       {"toml++", std::regex("^toml\\+\\+/.*")}, {"VTK", std::regex("^vtk[A-Z].*\\.h")}};
   std::map<std::string, std::set<std::string>> users;  // library and folder -> files
   for (const Source& source : sources_below(layers)) {
+    if (source.path == "tools/benchmarks/bare_cholmod.cpp") continue;  // what we are measured against
     for (const std::string& name : includes_of(source.text)) {
       for (const auto& [library, pattern] : heavy) {
         if (!std::regex_match(name, pattern)) continue;

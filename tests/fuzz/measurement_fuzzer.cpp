@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Any bytes as a measurement folder: the first line break that follows "---" ends channels.toml and
-// begins data.csv. Either a measurement or an InputError.
+// begins data.csv. Either a measurement that every data model can be judged on, or an InputError.
 #include <unistd.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -11,22 +12,37 @@
 
 #include "compensation/evaluate.h"
 #include "core/error.h"
+#include "tests/fuzz/require.h"
+
+using namespace thermotwin;
+
+namespace {
+
+struct Folder {
+  std::filesystem::path path = std::filesystem::temp_directory_path() / ("thermotwin_fuzz_" + std::to_string(::getpid()));
+  Folder() { std::filesystem::create_directories(path); }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  void write(const char* name, const std::string& content) const {
+    std::ofstream(path / name, std::ios::binary | std::ios::trunc) << content;
+  }
+};
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("thermotwin_fuzz_" + std::to_string(::getpid()));
-  std::filesystem::create_directories(folder);
+  static const Folder folder;
   const std::string text(reinterpret_cast<const char*>(data), size);
   const std::size_t mark = text.find("---\n");
-  const auto write = [](const std::filesystem::path& path, const std::string& content) {
-    std::ofstream(path, std::ios::binary | std::ios::trunc) << content;
-  };
-  write(folder / "channels.toml", text.substr(0, mark));
-  write(folder / "data.csv", mark == std::string::npos ? std::string() : text.substr(mark + 4));
+  folder.write("channels.toml", text.substr(0, mark));
+  folder.write("data.csv", mark == std::string::npos ? std::string() : text.substr(mark + 4));
   try {
-    const auto measurement = thermotwin::compensation::read_measurement(folder);
-    thermotwin::compensation::evaluate(measurement, nullptr, {});
-  } catch (const thermotwin::core::InputError&) {
+    const compensation::Measurement measurement = compensation::read_measurement(folder.path);
+    const compensation::Evaluation evaluation = compensation::evaluate(measurement, nullptr, {});
+    require(!evaluation.predictions.values.array().isInf().any(), "predictions are finite or missing");
+  } catch (const core::InputError&) {
   }
   return 0;
 }

@@ -121,6 +121,8 @@ TEST(LoadProgram, RefusesWhatTheMachineCannotDo) {
                           "[[phase.axis]]\nid = \"X\"\nspeed_rpm = 10", "[[phase.axis]]\nid = \"X\""})
     EXPECT_THROW(parse(phase_with(bad)), core::InputError) << bad;
   EXPECT_THROW(parse("schema = 1\n"), core::InputError);
+  EXPECT_THROW(parse("schema = 1\noutput_s = 0.001\n[[phase]]\nduration_h = 3\n"), core::InputError);
+  EXPECT_THROW(parse("schema = 1\ntime_step_s = 0.01\n[[phase]]\nduration_h = 1e5\n"), core::InputError);
   EXPECT_THROW(parse("schema = 1\n[[phase]]\nname = \"no duration\"\n"), core::InputError);
   EXPECT_NO_THROW(parse(phase_with("air_C = 22")));
 }

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The reduced model: its time step against the full model's on the same load, and what it costs.
+#include <fmt/format.h>
+
+#include "core/file.h"
+#include "tools/benchmarks/report.h"
+#include "tools/benchmarks/subjects.h"
+
+#include <nlohmann/json.hpp>
+
+namespace thermotwin::bench {
+namespace {
+
+Command reduce(const Settings& s, const std::filesystem::path& out, bool resume) {
+  Command command;
+  command.words = {s.thermotwin.string(), "reduce", s.case_path.string(), "--size", s.size, "--out", out.string(), "--quiet", "--json",
+                   "--threads", std::to_string(s.threads)};
+  if (resume) command.words.push_back("--resume");
+  command.output = s.work / "reduce.json";
+  return command;
+}
+
+}  // namespace
+
+std::filesystem::path model_of(const Settings& settings) {
+  if (!settings.model.empty()) return settings.model;
+  const auto folder = settings.work / ("reduced_" + settings.size);
+  if (!std::filesystem::exists(folder / "model.rom.h5")) run(reduce(settings, folder, true));
+  return folder / "model.rom.h5";
+}
+
+std::string reduction_subject(const Settings& settings) {
+  Report report("reduction, " + settings.size);
+  std::filesystem::path model = settings.model;
+  if (model.empty()) {
+    const auto folder = settings.work / ("reduced_" + settings.size);
+    std::filesystem::remove_all(folder / "campaign");
+    const Outcome first = run(reduce(settings, folder, false)), again = run(reduce(settings, folder, true));
+    const nlohmann::json json = nlohmann::json::parse(core::read_file(settings.work / "reduce.json"));
+    report.figure("campaign of the case and reduction", duration(first.seconds), settings.threads, first.peak_MiB);
+    report.figure("  of it: reduction, order " + std::to_string(json.at("order").get<int>()), duration(again.seconds), settings.threads, again.peak_MiB);
+    report.figure("  of it: candidates and basis", duration(json.at("basis_s").get<double>()), settings.threads);
+    for (const auto& load : json.at("heldout"))
+      report.note(fmt::format("held out {}: reduced against full {:.3f} um at most, peak {:.1f} um", load.at("load").get<std::string>(),
+                              load.at("max_um").get<double>(), load.at("peak_um").get<double>()));
+    model = folder / "model.rom.h5";
+  }
+  for (const std::string load : {"validation_21C", "air_cutting"}) {
+    std::vector<double> reduced, full;
+    Outcome last;
+    for (int i = 0; i < settings.pairs; ++i) {
+      Command command;
+      command.words = {(settings.programs / "bench_worker").string(), "steps", "--case", settings.case_path.string(), "--size", settings.size,
+                       "--folder", settings.work.string(), "--model", model.string(), "--load", load, "--steps",
+                       std::to_string(2 * settings.steps), "--threads", "1"};
+      command.cores = 1;
+      last = run(command);
+      reduced.push_back(last["reduced"]);
+      full.push_back(last["full"]);
+    }
+    report.compare(fmt::format("step of {}, order {}", load, last["order"]), reduced, full,
+                   fmt::format("full model, {} unknowns", last["unknowns"]), 1, last.peak_MiB, 0);
+    if (load == "air_cutting") report.figure("TCP error at a pose", duration(last["tcp"]), 1);
+    report.note(fmt::format("{}: sensors of both models {:.1e} K apart after {} steps", load, last["sensors_apart_K"], 2 * settings.steps));
+  }
+  return report.text();
+}
+
+}  // namespace thermotwin::bench

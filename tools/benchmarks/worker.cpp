@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is measured of thermotwin itself: one piece of work a process, so that its peak memory is its
+// own. Prints lines "name value"; times in seconds.
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <iostream>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "core/thread_pool.h"
+#include "reduction/model_file.h"
+#include "solver/campaign.h"
+#include "solver/elastic_assembly.h"
+#include "solver/sparse_factor.h"
+#include "tools/benchmarks/body_case.h"
+#include "tools/benchmarks/report.h"
+#include "tools/benchmarks/stopwatch.h"
+
+using namespace thermotwin;
+using bench::print;
+using bench::Stopwatch;
+
+namespace {
+
+struct Options {
+  std::string case_path = "cases/vmc5", size = "coarse", body = "column", set = "ambient", load;
+  std::filesystem::path folder, model, out;
+  int steps = 100, threads = 1, decks = 6;
+  long rows = 100000;
+  bool apart = false;
+};
+
+struct Setup {
+  solver::Case machine_case;
+  double factor;
+  explicit Setup(const Options& options) : machine_case(solver::read_case(options.case_path)), factor(mesh::size_factor(machine_case.machine, options.size)) {}
+  mesh::MachineMesh mesh(const Options& options) const {
+    return mesh::build_machine_mesh(machine_case.machine, {factor, options.folder / "cache"});
+  }
+};
+
+/// Coefficients of each step of a load program, chillers at the reference temperature.
+std::vector<solver::Coefficients> coefficients(const solver::OperatingModel& model, const solver::LoadProgram& load,
+                                               const std::vector<double>& ends) {
+  const Eigen::VectorXd inlet = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.machine().coolants.size()));
+  std::vector<solver::Coefficients> all;
+  double from = 0.0;
+  for (const double end : ends) {
+    all.push_back(model.coefficients(load.row(from, end), inlet));
+    from = end;
+  }
+  return all;
+}
+
+std::vector<double> first_steps(const solver::LoadProgram& load, int steps) {
+  std::vector<double> ends = load.step_ends();
+  ends.resize(std::min(ends.size(), static_cast<std::size_t>(steps)));
+  return ends;
+}
+
+void write_files(const Options& options) {
+  const Setup setup(options);
+  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  bench::write_plain(options.folder / "body.txt", one);
+  bench::write_decks(options.folder, one, options.decks);
+  print("nodes", static_cast<double>(one.mesh.nodes()));
+  print("elements", static_cast<double>(one.mesh.bodies[0].elements()));
+}
+
+void heat(const Options& options) {
+  const Setup setup(options);
+  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  Stopwatch time;
+  const solver::ThermalSystem system = solver::assemble_thermal(one.mesh);
+  print("assembly", time.seconds());
+  const solver::OperatingModel model(one.mesh.machine, system.layout);
+  const std::vector<solver::Coefficients> c{model.coefficients(model.channels().defaults(), Eigen::VectorXd(0))};
+  solver::ThermalIntegrator integrator(system);
+  Eigen::MatrixXd state = integrator.uniform(0.0);
+  time = {};
+  integrator.advance(state, c, one.step_s);
+  print("first_step", time.seconds());
+  std::vector<double> each;
+  for (int i = 1; i < options.steps; ++i) {
+    time = {};
+    integrator.advance(state, c, one.step_s);
+    each.push_back(time.seconds());
+  }
+  print("step", bench::median(each));
+  print("largest_K", state.maxCoeff());
+  print("mean_K", state.mean());
+}
+
+void elastic(const Options& options) {
+  const Setup setup(options);
+  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  const mesh::TetMesh& mesh = one.mesh.bodies[0];
+  Stopwatch time;
+  const solver::ElasticBody body = solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
+  print("assembly", time.seconds());
+  time = {};
+  solver::SparseFactorOptions factor_options;
+  factor_options.block = 3;
+  const solver::SparseFactor factor(body.stiffness, factor_options);
+  print("factor", time.seconds());
+  print("factor_nonzeros", factor.nonzeros());
+  time = {};
+  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * mesh.nodes(), 3 * bench::load_nodes);
+  for (int i = 0; i < bench::load_nodes; ++i)
+    for (int k = 0; k < 3; ++k) loads(3 * bench::load_node(mesh.nodes(), i) + k, 3 * i + k) = 1.0;
+  solver::clear_fixed(body, loads);
+  const Eigen::MatrixXd rows = body.thermal_load.transpose() * factor.solve(loads);
+  print("rows", time.seconds());
+  print("rows_norm", rows.norm());
+}
+
+/// Nine programs of one time grid, as a block or each by itself.
+void loads(const Options& options) {
+  const Setup setup(options);
+  const mesh::MachineMesh mesh = setup.mesh(options);
+  const solver::ThermalSystem system = solver::assemble_thermal(mesh);
+  const solver::OperatingModel model(mesh.machine, system.layout);
+  std::vector<std::string> names;
+  if (options.set == "ambient") {
+    for (int i = 1; i <= 9; ++i) names.push_back(fmt::format("ambient_{}", i));
+  } else {
+    names = {"spindle_3000", "spindle_6000", "spindle_12000", "x_rapid", "y_rapid", "z_rapid", "table_150", "table_600", "table_1200"};
+  }
+  std::vector<std::vector<solver::Coefficients>> c;
+  std::vector<double> ends;
+  for (const std::string& name : names) {
+    const solver::LoadProgram load = setup.machine_case.load(name);
+    const std::vector<double> own = first_steps(load, options.steps);
+    if (!ends.empty() && own != ends) throw core::InputError(name, "other time steps than " + names[0], "loads of one time grid");
+    ends = own;
+    c.push_back(coefficients(model, load, ends));
+  }
+  Stopwatch time;
+  const std::size_t width = options.apart ? 1 : names.size();
+  double checksum = 0;
+  for (std::size_t first = 0; first < names.size(); first += width) {
+    solver::ThermalIntegrator integrator(system);
+    Eigen::MatrixXd state = integrator.uniform(0.0).replicate(1, static_cast<Eigen::Index>(width));
+    for (std::size_t i = 0; i < ends.size(); ++i) {
+      std::vector<solver::Coefficients> now;
+      for (std::size_t l = first; l < first + width; ++l) now.push_back(c[l][i]);
+      integrator.advance(state, now, ends[i] - (i == 0 ? 0.0 : ends[i - 1]));
+    }
+    checksum += state.sum();
+  }
+  print("load_step", time.seconds() / static_cast<double>(names.size() * ends.size()));
+  print("mean_K", checksum / static_cast<double>(static_cast<std::size_t>(system.size) * names.size()));
+  print("unknowns", static_cast<double>(system.size));
+}
+
+void poses(const Options& options) {
+  const Setup setup(options);
+  const mesh::MachineMesh mesh = setup.mesh(options);
+  const solver::ThermalSystem system = solver::assemble_thermal(mesh);
+  Stopwatch time;
+  const solver::ElasticModel model(mesh, system);
+  print("model", time.seconds());
+  print("factor", model.summary().factor_seconds);
+  print("unit_solves", static_cast<double>(model.summary().unit_solves));
+  const std::vector<mesh::Pose> grid = mesh::workspace_poses(mesh.machine);
+  std::vector<double> each;
+  for (const mesh::Pose& pose : grid) {
+    time = {};
+    if (!model.output_rows(pose).tool.allFinite()) throw core::SolverError("rows that are not finite");
+    each.push_back(time.seconds());
+  }
+  print("pose", bench::median(each));
+  time = {};
+  core::parallel_for(0, grid.size(), [&](std::size_t i) { model.output_rows(grid[i]); });
+  print("all_poses", time.seconds());
+  print("poses", static_cast<double>(grid.size()));
+  print("nodes", static_cast<double>(mesh.nodes()));
+}
+
+/// The same steps of a load on the full and on the reduced model, in turns of ten steps.
+void steps(const Options& options) {
+  const Setup setup(options);
+  const mesh::MachineMesh mesh = setup.mesh(options);
+  const solver::ThermalSystem system = solver::assemble_thermal(mesh);
+  const reduction::ReducedModel reduced = reduction::read_model(options.model);
+  const solver::LoadProgram load = setup.machine_case.load(options.load);
+  const std::vector<double> ends = first_steps(load, options.steps);
+  const solver::OperatingModel model(mesh.machine, system.layout);
+  const std::vector<solver::Coefficients> c = coefficients(model, load, ends);
+  solver::ThermalIntegrator full(system);
+  reduction::ReducedStepper stepper(reduced.system);
+  Eigen::MatrixXd state = full.uniform(load.initial_C() - mesh.machine.reference_C);
+  Eigen::VectorXd small = stepper.uniform(load.initial_C() - mesh.machine.reference_C);
+  double full_s = 0, reduced_s = 0;
+  for (std::size_t first = 0; first < ends.size(); first += 10) {
+    const std::size_t last = std::min(ends.size(), first + 10);
+    const auto size = [&](std::size_t i) { return ends[i] - (i == 0 ? 0.0 : ends[i - 1]); };
+    Stopwatch time;
+    for (std::size_t i = first; i < last; ++i) full.advance(state, {c[i]}, size(i));
+    full_s += time.seconds();
+    time = {};
+    for (std::size_t i = first; i < last; ++i) stepper.advance(small, c[i], size(i));
+    reduced_s += time.seconds();
+  }
+  const auto count = static_cast<double>(ends.size());
+  const mesh::Pose home = mesh::home_pose(mesh.machine);
+  Stopwatch time;
+  double sum = 0;
+  for (int i = 0; i < 1000; ++i) sum += reduced.tcp(small, home).error[0];
+  print("tcp", time.seconds() / 1000);
+  print("tcp_um", 1e3 * sum);
+  print("full", full_s / count);
+  print("reduced", reduced_s / count);
+  print("order", static_cast<double>(reduced.system.order()));
+  print("unknowns", static_cast<double>(system.size));
+  // Sensors of both at the end: the same physics was run.
+  print("sensors_apart_K", (full.sensors(state) - stepper.sensors(small)).cwiseAbs().maxCoeff());
+}
+
+/// A CSV of what a control sends once a second: speeds that change every minutes, axes that move.
+void rows(const Options& options) {
+  const reduction::ReducedModel model = reduction::read_model(options.model);
+  const mesh::Machine& machine = model.machine;
+  std::FILE* file = std::fopen(options.out.c_str(), "wb");
+  if (file == nullptr) throw core::InputError(options.out.string(), "cannot be written", "a file in a folder with room");
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "time_s,spindle.speed_rpm,air.T_C");
+  std::vector<const mesh::Axis*> linear;
+  for (const mesh::Axis& axis : machine.axes)
+    if (axis.kind == mesh::AxisKind::linear) linear.push_back(&axis);
+  for (const mesh::Axis* axis : linear) fmt::format_to(out, ",axis.{0}.position_mm,axis.{0}.feed_mm_min", axis->id);
+  for (const mesh::SensorSpec& sensor : machine.sensors) fmt::format_to(out, ",{}_C", sensor.id);
+  text.push_back('\n');
+  for (long i = 0; i < options.rows; ++i) {
+    const auto t = static_cast<double>(i);
+    const double speed = i / 600 % 3 * 0.25 * machine.spindle_max_rpm;
+    fmt::format_to(out, "{},{},{:.2f}", i, speed, machine.reference_C + 2.0 * std::sin(t / 14000.0));
+    for (std::size_t a = 0; a < linear.size(); ++a) {
+      const mesh::Axis& axis = *linear[a];
+      const double middle = 0.5 * (axis.low + axis.high), reach = 0.45 * (axis.high - axis.low);
+      fmt::format_to(out, ",{:.3f},{}", 1e3 * (middle + reach * std::sin(t / (7.0 + 3.0 * static_cast<double>(a)))), 6000);
+    }
+    for (std::size_t s = 0; s < machine.sensors.size(); ++s)
+      fmt::format_to(out, ",{:.3f}", machine.reference_C + 4.0 * (1.0 - std::exp(-t / (4000.0 + 3000.0 * static_cast<double>(s)))));
+    text.push_back('\n');
+    if (text.size() > (1U << 20U) || i + 1 == options.rows) {
+      const bool whole = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+      if (!whole) throw core::InputError(options.out.string(), "cannot be written", "a place with room on the disk");
+      text.clear();
+    }
+  }
+  if (std::fclose(file) != 0) throw core::InputError(options.out.string(), "cannot be written", "a place with room on the disk");
+  print("rows", static_cast<double>(options.rows));
+  print("order", static_cast<double>(model.system.order()));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"one piece of work of thermotwin, timed; started by tools/bench"};
+  app.require_subcommand(1);
+  Options options;
+  const std::vector<std::pair<std::string, void (*)(const Options&)>> works = {
+      {"files", write_files}, {"heat", heat}, {"elastic", elastic}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"rows", rows}};
+  for (const auto& [name, work] : works) {
+    CLI::App* verb = app.add_subcommand(name);
+    verb->add_option("--case", options.case_path);
+    verb->add_option("--size", options.size);
+    verb->add_option("--body", options.body);
+    verb->add_option("--set", options.set);
+    verb->add_option("--load", options.load);
+    verb->add_option("--folder", options.folder);
+    verb->add_option("--model", options.model);
+    verb->add_option("--out", options.out);
+    verb->add_option("--steps", options.steps);
+    verb->add_option("--threads", options.threads);
+    verb->add_option("--deck-steps", options.decks);
+    verb->add_option("--rows", options.rows);
+    verb->add_flag("--apart", options.apart);
+    verb->callback([&options, work = work] {
+      core::set_quiet(true);
+      core::set_thread_count(options.threads);
+      work(options);
+    });
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error);
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return 4;
+  }
+  return 0;
+}
