@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -18,7 +19,7 @@
 #include "tools/benchmarks/stopwatch.h"
 
 using thermotwin::bench::print;
-using thermotwin::bench::Stopwatch;
+using thermotwin::bench::ProcessorTime;
 using Sparse = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
@@ -136,7 +137,7 @@ class Factor {
 };
 
 void heat(const Problem& p, int steps) {
-  Stopwatch time;
+  ProcessorTime time;
   const auto n = static_cast<Eigen::Index>(p.points.size());
   Triplets capacity, conduction;
   Eigen::VectorXd source = Eigen::VectorXd::Zero(n);
@@ -182,7 +183,7 @@ void heat(const Problem& p, int steps) {
 }
 
 void elastic(const Problem& p) {
-  Stopwatch time;
+  ProcessorTime time;
   const auto n = static_cast<Eigen::Index>(p.points.size());
   const double lambda = p.young * p.poisson / ((1 + p.poisson) * (1 - 2 * p.poisson)), mu = p.young / (2 * (1 + p.poisson));
   std::vector<char> held(static_cast<std::size_t>(3 * n), 0);

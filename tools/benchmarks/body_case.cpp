@@ -179,8 +179,9 @@ void write_decks(const std::filesystem::path& folder, const BodyCase& one, int s
     held += fmt::format("{}, {}, {}\n", dof / 3 + 1, dof % 3 + 1, dof % 3 + 1);
   std::string warm = "*TEMPERATURE\n";
   for (Eigen::Index i = 0; i < mesh.nodes(); ++i) warm += fmt::format("{}, {:.9e}\n", i + 1, mesh.points(2, i));  // 1 K/m upwards
-  core::write_file(folder / "read.inp", start + held + "*NO ANALYSIS\n*STEP\n*STATIC\n" + warm + "*END STEP\n");
-  core::write_file(folder / "bend.inp", start + held + "*STEP\n*STATIC\n" + warm + "*NODE PRINT, NSET=NALL\nU\n*END STEP\n");
+  const std::string bend = "*STEP\n*STATIC\n" + warm + "*NODE PRINT, NSET=NALL\nU\n*END STEP\n";
+  core::write_file(folder / "bend_short.inp", start + held + bend);
+  core::write_file(folder / "bend_long.inp", start + held + bend + bend + bend);
 }
 
 }  // namespace thermotwin::bench

@@ -32,8 +32,8 @@ inline Eigen::Index load_node(Eigen::Index nodes, int i) { return nodes * i / lo
 
 void write_plain(const std::filesystem::path& file, const BodyCase& one);
 
-/// Decks NAME.inp in the folder: "read" only reads the mesh; "heat_short" and "heat_long" take 2 and
-/// 2 + steps time steps of heat conduction; "bend" is one static thermo-elastic step.
+/// Decks NAME.inp in the folder: "heat_short" and "heat_long" take 2 and 2 + steps time steps of heat
+/// conduction, "bend_short" and "bend_long" one and three static thermo-elastic steps.
 void write_decks(const std::filesystem::path& folder, const BodyCase& one, int steps);
 
 }  // namespace thermotwin::bench

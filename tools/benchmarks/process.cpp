@@ -81,6 +81,8 @@ Outcome run(const Command& command) {
   }
   Outcome outcome;
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const auto seconds = [](const timeval& time) { return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec); };
+  outcome.processor_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   outcome.peak_MiB = static_cast<double>(usage.ru_maxrss) / 1024.0;
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
     throw core::SolverError(fmt::format("{} failed (status {}): {}", command.words[0], status,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// One run of a program from outside: wall time, peak memory by the kernel's account, and the numbers
-// that it prints as lines "name value".
+// One run of a program from outside: wall and processor time, peak memory by the kernel's account, and
+// the numbers that it prints as lines "name value".
 
 #include <filesystem>
 #include <map>
@@ -19,7 +19,7 @@ struct Command {
 };
 
 struct Outcome {
-  double seconds = 0, peak_MiB = 0;
+  double seconds = 0, processor_seconds = 0, peak_MiB = 0;
   std::map<std::string, double> values;
   /// @throws SolverError if the program did not print the name
   double operator[](const std::string& name) const;

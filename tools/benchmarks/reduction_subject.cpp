@@ -63,6 +63,7 @@ std::string reduction_subject(const Settings& settings) {
     if (load == "air_cutting") report.figure("TCP error at a pose", duration(last["tcp"]), 1);
     report.note(fmt::format("{}: sensors of both models {:.1e} K apart after {} steps", load, last["sensors_apart_K"], 2 * settings.steps));
   }
+  report.note("steps: one processor, its time; campaign and reduction: wall time");
   return report.text();
 }
 

@@ -6,9 +6,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <fstream>
-#include <functional>
 #include <iostream>
 
 #include "core/error.h"
@@ -24,6 +23,7 @@
 
 using namespace thermotwin;
 using bench::print;
+using bench::ProcessorTime;
 using bench::Stopwatch;
 
 namespace {
@@ -76,7 +76,7 @@ void write_files(const Options& options) {
 void heat(const Options& options) {
   const Setup setup(options);
   const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
-  Stopwatch time;
+  ProcessorTime time;
   const solver::ThermalSystem system = solver::assemble_thermal(one.mesh);
   print("assembly", time.seconds());
   const solver::OperatingModel model(one.mesh.machine, system.layout);
@@ -101,7 +101,7 @@ void elastic(const Options& options) {
   const Setup setup(options);
   const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
   const mesh::TetMesh& mesh = one.mesh.bodies[0];
-  Stopwatch time;
+  ProcessorTime time;
   const solver::ElasticBody body = solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
   print("assembly", time.seconds());
   time = {};
@@ -201,7 +201,7 @@ void steps(const Options& options) {
   for (std::size_t first = 0; first < ends.size(); first += 10) {
     const std::size_t last = std::min(ends.size(), first + 10);
     const auto size = [&](std::size_t i) { return ends[i] - (i == 0 ? 0.0 : ends[i - 1]); };
-    Stopwatch time;
+    ProcessorTime time;
     for (std::size_t i = first; i < last; ++i) full.advance(state, {c[i]}, size(i));
     full_s += time.seconds();
     time = {};
@@ -210,7 +210,7 @@ void steps(const Options& options) {
   }
   const auto count = static_cast<double>(ends.size());
   const mesh::Pose home = mesh::home_pose(mesh.machine);
-  Stopwatch time;
+  ProcessorTime time;
   double sum = 0;
   for (int i = 0; i < 1000; ++i) sum += reduced.tcp(small, home).error[0];
   print("tcp", time.seconds() / 1000);
