@@ -127,6 +127,14 @@ void check_columns(Measurement& measurement, const std::string& channels_file) {
                        "a column for each channel (nearest: " + core::nearest(channel.id, data.columns) + ")");
     }
     channel.column = *column;
+    if (channel.kind != ChannelKind::state) continue;
+    for (Eigen::Index i = 0; i < data.rows(); ++i) {
+      const double value = data.values(i, *column);
+      if (value < 0.0 || value > 1.0) {
+        throw InputError(fmt::format("{}:{} {}", data.source, core::Table::line_of_row(i), channel.id), fmt::format("{}", value),
+                         "a state: 0 (off) to 1 (on), or nan");
+      }
+    }
   }
   for (std::size_t i = 1; i < data.columns.size(); ++i) {
     if (std::find(ids.begin(), ids.end(), data.columns[i]) != ids.end()) continue;

@@ -48,6 +48,7 @@ struct Column {
   enum class Target { time, channel, sensor } target;
   Eigen::Index index;
   std::string name;
+  bool state = false;  ///< off, on or a share of the time between
 };
 
 class RowReader {
@@ -78,6 +79,9 @@ class RowReader {
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       const char* const cell_end = std::find(at, end, ',');
       const double value = number({at, static_cast<std::size_t>(cell_end - at)}, c);
+      // A film or a flow times a negative state would make the model unstable.
+      if (columns_[c].state && (value < 0.0 || value > 1.0))
+        fail(number_, fmt::format("{} = {}", columns_[c].name, value), "a state: 0 (off) to 1 (on)");
       switch (columns_[c].target) {
         case Column::Target::time: time_ = value; break;
         case Column::Target::channel: row_[columns_[c].index] = value; break;
@@ -141,7 +145,7 @@ class RowReader {
         columns_.push_back({Column::Target::time, 0, column});
         has_time = true;
       } else if (const int index = channels.index(column); index >= 0) {
-        columns_.push_back({Column::Target::channel, index, column});
+        columns_.push_back({Column::Target::channel, index, column, column.ends_with(".on")});
       } else if (column.size() > 2 && column.ends_with("_C") && machine.sensor_index(column.substr(0, column.size() - 2)) >= 0) {
         columns_.push_back({Column::Target::sensor, machine.sensor_index(column.substr(0, column.size() - 2)), column});
       } else {

@@ -228,7 +228,7 @@ JointSpec read_joint(const Node& node, Draft& draft) {
     joint.master = draft.refer(node, "master", "surface");
     joint.axis = draft.refer_or_empty(node, "axis", "axis");
   }
-  joint.conductance = node.uncertain("conductance_W_m2K", core::non_negative);
+  joint.conductance = node.uncertain("conductance_W_m2K", {0.0, 1e9});
   joint.stiffness_normal =
       scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), per_mm3);
   joint.stiffness_tangential =
@@ -351,7 +351,7 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   machine.name = root.text("name");
   machine.kinematic_chain = root.text_or("kinematic_chain", "");
   machine.reference_C = root.number_or("reference_C", 20.0, {-50.0, 100.0});
-  machine.spindle_max_rpm = root.number_or("spindle_max_rpm", 0.0, core::non_negative);
+  machine.spindle_max_rpm = root.number_or("spindle_max_rpm", 0.0, {0.0, 1e6});
   if (const auto sizes = root.table_if("mesh")) {
     const Range allowed{0.01, 100.0};
     machine.coarse = sizes->number_or("coarse", machine.coarse, allowed);

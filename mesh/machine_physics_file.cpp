@@ -14,7 +14,9 @@ using core::Node;
 
 namespace {
 
+// Bounds are generous, but catch a wrong unit and what would overflow in a product.
 constexpr core::Range share{0.0, 1.0};
+constexpr double largest_power = 1e9;  // W
 
 AmbientSpec read_ambient(const Node& node, Draft& draft) {
   AmbientSpec ambient;
@@ -83,7 +85,7 @@ FilmSpec read_film(const Node& node, Draft& draft) {
     refuse(node, "factor", "factor belongs to a law; kind = \"constant\" has film_coefficient_W_m2K");
   } else {
     refuse(node, "film_coefficient_W_m2K", of_constant);
-    film.coefficient = node.uncertain_or("factor", {1.0, 0.0}, core::non_negative);
+    film.coefficient = node.uncertain_or("factor", {1.0, 0.0}, {0.0, 1e3});
   }
   if (kind == "free_convection") {
     film.kind = FilmKind::free_convection;
@@ -101,7 +103,7 @@ FilmSpec read_film(const Node& node, Draft& draft) {
     film.kind = FilmKind::rotating_disc;
     film.axis = node.text("axis");
     if (film.axis != "spindle") draft.references.push_back({"rotary axis", film.axis, node.place("axis")});
-    film.radius = node.number("radius_mm", core::positive) * millimetre;
+    film.radius = node.number("radius_mm", {0.01, 1e5}) * millimetre;
     film.fraction = node.number_or("fraction", 1.0, share);
   } else {
     for (const char* key : {"axis", "radius_mm", "fraction"}) refuse(node, key, "kind = \"rotating_disc\"");
@@ -116,13 +118,13 @@ FilmSpec read_film(const Node& node, Draft& draft) {
 CoolantSpec read_coolant(const Node& node, Draft& draft) {
   CoolantSpec coolant;
   coolant.id = draft.define(node, "coolant");
-  coolant.flow = node.uncertain("flow_kg_s", core::positive);
+  coolant.flow = node.uncertain("flow_kg_s", {1e-9, 1e4});
   coolant.specific_heat = node.number_or("specific_heat_J_kgK", coolant.specific_heat, {10.0, 20000.0});
   coolant.density = node.number_or("density_kg_m3", coolant.density, {0.01, 30000.0});
   coolant.guide_sensor = draft.refer_or_empty(node, "guide_sensor", "sensor");
   if (coolant.guide_sensor.empty()) draft.references.push_back({"ambient", "air", node.place()});
   coolant.guide_offset = node.number_or("guide_offset_K", 0.0, {-100.0, 100.0});
-  coolant.time_constant = node.number_or("time_constant_s", coolant.time_constant, core::positive);
+  coolant.time_constant = node.number_or("time_constant_s", coolant.time_constant, {1e-3, 1e9});
   std::vector<std::string> seen;
   for (const Node& part : node.tables("segment")) {
     CoolantSegment segment;
@@ -130,7 +132,7 @@ CoolantSpec read_coolant(const Node& node, Draft& draft) {
     core::require_unique_id(segment.id, part.place("id"), seen);
     segment.surface = draft.refer(part, "surface", "surface");
     segment.film_coefficient = part.uncertain("film_coefficient_W_m2K", {0.0, 1e6});
-    segment.volume = part.number_or("volume_l", 0.5, core::positive) * 1e-3;
+    segment.volume = part.number_or("volume_l", 0.5, {1e-6, 1e6}) * 1e-3;
     part.finish();
     coolant.segments.push_back(std::move(segment));
   }
@@ -156,6 +158,9 @@ PowerLaw read_law(const Node& node, Draft& draft) {
     if (law.at[i] < 0.0 && !law.input.ends_with(".T_C"))
       throw InputError(node.place("at"), fmt::format("{}", law.at[i]),
                        "numbers >= 0: the absolute value of the input is used");
+    if (std::abs(law.power[i]) > largest_power)
+      throw InputError(node.place("power_W"), fmt::format("{}", law.power[i]),
+                       fmt::format("at most {:.0e} W", largest_power));
     if (i > 0 && !(law.at[i] > law.at[i - 1]))
       throw InputError(node.place("at"), fmt::format("{} after {}", law.at[i], law.at[i - 1]),
                        "rising numbers");
@@ -187,7 +192,7 @@ SourceSpec read_source(const Node& node, Draft& draft) {
     refuse(node, "drive_loss_share", "together with drive");
   else
     source.drive_loss_share = node.number_or("drive_loss_share", 1.0, share);
-  source.scale = node.uncertain_or("scale", {1.0, 0.0}, core::non_negative);
+  source.scale = node.uncertain_or("scale", {1.0, 0.0}, {0.0, 1e6});
   for (const Node& law : node.tables("law")) source.laws.push_back(read_law(law, draft));
   double total = 0.0;
   for (const Node& place : node.tables("place")) {

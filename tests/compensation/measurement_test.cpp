@@ -124,6 +124,9 @@ TEST(Measurement, MistakesInDataNameLineAndColumn) {
   expect_input_error(with("time_s,T1,n,dz@1,dz@2\n0,1,1,1,1\n"), {"column 5", "dz@2", "nearest: dz@1"});
   expect_input_error(with("time_s,T1,n,dz@1\n"), {"no rows"});
   expect_input_error(with(""), {"data.csv"});
+  const std::string fluid = std::string(channels_text) + "[[channel]]\nid = \"fluid\"\nkind = \"state\"\nunit = \"1\"\ninput = \"cutting_fluid.on\"\n";
+  EXPECT_NO_THROW(Folder(fluid, "time_s,T1,n,dz@1,fluid\n0,1,1,1,nan\n5,1,1,1,0.5\n").read());
+  expect_input_error([&] { Folder(fluid, "time_s,T1,n,dz@1,fluid\n0,1,1,1,0\n5,1,1,1,2\n").read(); }, {"data.csv:3 fluid", "2", "0 (off) to 1 (on)"});
 }
 
 TEST(Measurement, FitsAMachineOrSaysWhyNot) {

@@ -100,6 +100,7 @@ TEST(CompensateStream, MistakesAreNamedWithLineAndColumn) {
   expect_input_error(with("time_s,air.T_C\n0,1e999\n"), {"rows.csv:2 air.T_C"});
   expect_input_error(with("time_s,air.T_C\n0,inf\n"), {"rows.csv:2 air.T_C"});
   expect_input_error(with("time_s,T_nose_C\n0,1e300\n"), {"rows.csv:2 T_nose_C", "1e300", "at most 1e+10"});
+  expect_input_error(with("time_s,cutting_fluid.on\n0,-1\n"), {"rows.csv:2", "cutting_fluid.on = -1", "0 (off) to 1 (on)"});
   expect_input_error(with("time_s\n0\n1700000000\n"), {"rows.csv:3", "leaps", "1700000000 s after 0 s"});
 }
 

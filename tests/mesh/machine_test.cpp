@@ -155,6 +155,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"divide = [2, 1, 1]", "divide = [2, 0, 1]", {"divide"}},
         Mistake{"sectors = 8", "sectors = 8\ndivide = [1, 1, 1]", {"divide"}},
         Mistake{"conductance_W_m2K = 50", "conductance_W_m2K = -50", {"conductance", "-50"}},
+        Mistake{"conductance_W_m2K = 50", "conductance_W_m2K = 1e300", {"conductance", "1e+300"}},
         Mistake{"carrier = \"bed\"", "carrier = \"table\"", {"'X'", "B, C"}},
         Mistake{"follows = \"air\"", "follows = \"foundation\"", {"follows itself"}},
         Mistake{"kind = \"free_convection\"\nfactor",

@@ -19,7 +19,7 @@
 #include "tools/benchmarks/stopwatch.h"
 
 using thermotwin::bench::print;
-using thermotwin::bench::ProcessorTime;
+using thermotwin::bench::Watch;
 using Sparse = Eigen::SparseMatrix<double>;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
@@ -137,7 +137,7 @@ class Factor {
 };
 
 void heat(const Problem& p, int steps) {
-  ProcessorTime time;
+  Watch time;
   const auto n = static_cast<Eigen::Index>(p.points.size());
   Triplets capacity, conduction;
   Eigen::VectorXd source = Eigen::VectorXd::Zero(n);
@@ -162,14 +162,14 @@ void heat(const Problem& p, int steps) {
   const Sparse e = matrix(n, n, capacity), k = matrix(n, n, conduction);
   print("assembly", time.seconds());
   // SDIRK2 (Alexander 1977): both stages solve with E/(gamma h) + K.
-  time = {};
+  time.restart();
   const double gamma = 1.0 - std::sqrt(0.5), shift = 1.0 / (gamma * p.step), a = (1.0 - gamma) / gamma;
   Factor factor(shift * e + k, 1);
   print("factor", time.seconds());
   Eigen::VectorXd temperature = Eigen::VectorXd::Zero(n);
   std::vector<double> each;
   for (int i = 0; i < steps; ++i) {
-    time = {};
+    time.restart();
     const Eigen::VectorXd imbalance = source - k * temperature;
     const Eigen::VectorXd first = factor.solve(imbalance);
     const Eigen::VectorXd second = factor.solve(imbalance - a * (k * first));
@@ -183,7 +183,7 @@ void heat(const Problem& p, int steps) {
 }
 
 void elastic(const Problem& p) {
-  ProcessorTime time;
+  Watch time;
   const auto n = static_cast<Eigen::Index>(p.points.size());
   const double lambda = p.young * p.poisson / ((1 + p.poisson) * (1 - 2 * p.poisson)), mu = p.young / (2 * (1 + p.poisson));
   std::vector<char> held(static_cast<std::size_t>(3 * n), 0);
@@ -208,11 +208,11 @@ void elastic(const Problem& p) {
   }
   const Sparse k = matrix(3 * n, 3 * n, stiffness), f = matrix(3 * n, n, load);
   print("assembly", time.seconds());
-  time = {};
+  time.restart();
   Factor factor(k, 3);
   print("factor", time.seconds());
   print("factor_nonzeros", factor.nonzeros());
-  time = {};
+  time.restart();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(3 * n, 3 * static_cast<Eigen::Index>(p.loaded.size()));
   for (std::size_t i = 0; i < p.loaded.size(); ++i)
     for (int c = 0; c < 3; ++c) {

@@ -4,11 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 
 #include "core/text.h"
 
 namespace thermotwin::bench {
 namespace {
+
+/// Long measurements show what they have found so far.
+void tell(const std::vector<std::string>& row) { std::fprintf(stderr, "  %s: %s; %s\n", row[0].c_str(), row[1].c_str(), row[3].c_str()); }
 
 std::string memory(double MiB) { return MiB > 0 ? fmt::format("{:.0f}", MiB) : "-"; }
 
@@ -45,10 +49,12 @@ void Report::compare(const std::string& what, const std::vector<double>& ours, c
   rows_.push_back({what, duration(median(ours)), duration(median(other)),
                    fmt::format("{:.3g} ({:.3g} .. {:.3g})", median(ratios), *least, *most), alternative, std::to_string(threads),
                    memory(ours_MiB) + ", " + memory(other_MiB)});
+  tell(rows_.back());
 }
 
 void Report::figure(const std::string& what, const std::string& value, int threads, double peak_MiB) {
   rows_.push_back({what, value, "-", "-", "-", std::to_string(threads), memory(peak_MiB)});
+  tell(rows_.back());
 }
 
 std::string Report::text() const {

@@ -113,7 +113,7 @@ void whole_machine(const Settings& s, Report& report) {
                  "a new elastic model a pose (one measured, times the poses)", s.threads, last.peak_MiB, 0);
   report.figure(fmt::format("  of it: factors and {} unit solves", last["unit_solves"]), duration(last["model"]), s.threads);
   report.figure("  of it: rows of one pose", duration(last["pose"]), s.threads);
-  report.note(fmt::format("whole machine: {} nodes; {} steps a load; wall time", last["nodes"], steps));
+  report.note(fmt::format("whole machine: {} nodes; {} steps a load; {}", last["nodes"], steps, s.threads == 1 ? "one processor, its time" : "wall time"));
 }
 
 }  // namespace

@@ -2,26 +2,27 @@
 #pragma once
 // Time inside a benchmark program, and how it tells what it found.
 
-#include <chrono>
 #include <cstdio>
 #include <ctime>
 
 namespace thermotwin::bench {
 
-struct Stopwatch {
-  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
-};
+/// One thread: time that this process had a processor for, which other work on the machine hardly
+/// changes. More threads: wall time, which is what they are for.
+class Watch {
+ public:
+  explicit Watch(int threads = 1) : clock_(threads == 1 ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC), start_(now()) {}
+  double seconds() const { return now() - start_; }
+  void restart() { start_ = now(); }
 
-/// Time that this process had a processor for: what one thread needs, whoever else is at work.
-struct ProcessorTime {
-  static double now() {
+ private:
+  double now() const {
     timespec time{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    clock_gettime(clock_, &time);
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
   }
-  double start = now();
-  double seconds() const { return now() - start; }
+  clockid_t clock_;
+  double start_;
 };
 
 inline void print(const char* name, double value) { std::printf("%s %.12g\n", name, value); }

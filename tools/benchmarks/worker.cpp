@@ -23,8 +23,7 @@
 
 using namespace thermotwin;
 using bench::print;
-using bench::ProcessorTime;
-using bench::Stopwatch;
+using bench::Watch;
 
 namespace {
 
@@ -76,19 +75,19 @@ void write_files(const Options& options) {
 void heat(const Options& options) {
   const Setup setup(options);
   const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
-  ProcessorTime time;
+  Watch time(options.threads);
   const solver::ThermalSystem system = solver::assemble_thermal(one.mesh);
   print("assembly", time.seconds());
   const solver::OperatingModel model(one.mesh.machine, system.layout);
   const std::vector<solver::Coefficients> c{model.coefficients(model.channels().defaults(), Eigen::VectorXd(0))};
   solver::ThermalIntegrator integrator(system);
   Eigen::MatrixXd state = integrator.uniform(0.0);
-  time = {};
+  time.restart();
   integrator.advance(state, c, one.step_s);
   print("first_step", time.seconds());
   std::vector<double> each;
   for (int i = 1; i < options.steps; ++i) {
-    time = {};
+    time.restart();
     integrator.advance(state, c, one.step_s);
     each.push_back(time.seconds());
   }
@@ -101,16 +100,16 @@ void elastic(const Options& options) {
   const Setup setup(options);
   const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
   const mesh::TetMesh& mesh = one.mesh.bodies[0];
-  ProcessorTime time;
+  Watch time(options.threads);
   const solver::ElasticBody body = solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
   print("assembly", time.seconds());
-  time = {};
+  time.restart();
   solver::SparseFactorOptions factor_options;
   factor_options.block = 3;
   const solver::SparseFactor factor(body.stiffness, factor_options);
   print("factor", time.seconds());
   print("factor_nonzeros", factor.nonzeros());
-  time = {};
+  time.restart();
   Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * mesh.nodes(), 3 * bench::load_nodes);
   for (int i = 0; i < bench::load_nodes; ++i)
     for (int k = 0; k < 3; ++k) loads(3 * bench::load_node(mesh.nodes(), i) + k, 3 * i + k) = 1.0;
@@ -141,7 +140,7 @@ void loads(const Options& options) {
     ends = own;
     c.push_back(coefficients(model, load, ends));
   }
-  Stopwatch time;
+  Watch time(options.threads);
   const std::size_t width = options.apart ? 1 : names.size();
   double checksum = 0;
   for (std::size_t first = 0; first < names.size(); first += width) {
@@ -163,7 +162,7 @@ void poses(const Options& options) {
   const Setup setup(options);
   const mesh::MachineMesh mesh = setup.mesh(options);
   const solver::ThermalSystem system = solver::assemble_thermal(mesh);
-  Stopwatch time;
+  Watch time(options.threads);
   const solver::ElasticModel model(mesh, system);
   print("model", time.seconds());
   print("factor", model.summary().factor_seconds);
@@ -171,12 +170,12 @@ void poses(const Options& options) {
   const std::vector<mesh::Pose> grid = mesh::workspace_poses(mesh.machine);
   std::vector<double> each;
   for (const mesh::Pose& pose : grid) {
-    time = {};
+    time.restart();
     if (!model.output_rows(pose).tool.allFinite()) throw core::SolverError("rows that are not finite");
     each.push_back(time.seconds());
   }
   print("pose", bench::median(each));
-  time = {};
+  time.restart();
   core::parallel_for(0, grid.size(), [&](std::size_t i) { model.output_rows(grid[i]); });
   print("all_poses", time.seconds());
   print("poses", static_cast<double>(grid.size()));
@@ -201,16 +200,16 @@ void steps(const Options& options) {
   for (std::size_t first = 0; first < ends.size(); first += 10) {
     const std::size_t last = std::min(ends.size(), first + 10);
     const auto size = [&](std::size_t i) { return ends[i] - (i == 0 ? 0.0 : ends[i - 1]); };
-    ProcessorTime time;
+    Watch time(options.threads);
     for (std::size_t i = first; i < last; ++i) full.advance(state, {c[i]}, size(i));
     full_s += time.seconds();
-    time = {};
+    time.restart();
     for (std::size_t i = first; i < last; ++i) stepper.advance(small, c[i], size(i));
     reduced_s += time.seconds();
   }
   const auto count = static_cast<double>(ends.size());
   const mesh::Pose home = mesh::home_pose(mesh.machine);
-  ProcessorTime time;
+  Watch time(options.threads);
   double sum = 0;
   for (int i = 0; i < 1000; ++i) sum += reduced.tcp(small, home).error[0];
   print("tcp", time.seconds() / 1000);
