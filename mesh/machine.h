@@ -132,6 +132,10 @@ struct CoolantSpec {
   std::string guide_sensor;         ///< id; "" follows the ambient "air"
   double guide_offset = 0;          ///< K, set point minus guide reading
   double time_constant = 120;       ///< s, of the chiller's outlet
+  bool two_point = false;           ///< its compressor switches; else the outlet follows the set point
+  double band = 1.0;                ///< K, two_point: runs from set point + band / 2 down to - band / 2
+  double pull_down = 5.0;           ///< K below the set point that the running compressor heads for
+  double drift_up = 5.0;            ///< K above it that the outlet heads for while it rests
   std::vector<CoolantSegment> segments;
 };
 

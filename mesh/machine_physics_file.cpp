@@ -125,6 +125,16 @@ CoolantSpec read_coolant(const Node& node, Draft& draft) {
   if (coolant.guide_sensor.empty()) draft.references.push_back({"ambient", "air", node.place()});
   coolant.guide_offset = node.number_or("guide_offset_K", 0.0, {-100.0, 100.0});
   coolant.time_constant = node.number_or("time_constant_s", coolant.time_constant, {1e-3, 1e9});
+  coolant.two_point = node.choice_or("control", "lag", {"lag", "two_point"}) == "two_point";
+  if (coolant.two_point) {
+    coolant.band = node.number_or("band_K", coolant.band, core::positive);
+    // An outlet that heads for a place inside the band would never switch.
+    const core::Range beyond{0.5001 * coolant.band, 1e3};
+    coolant.pull_down = node.number_or("pull_down_K", std::max(coolant.pull_down, coolant.band), beyond);
+    coolant.drift_up = node.number_or("drift_up_K", std::max(coolant.drift_up, coolant.band), beyond);
+  } else {
+    for (const char* key : {"band_K", "pull_down_K", "drift_up_K"}) refuse(node, key, "control = \"two_point\"");
+  }
   std::vector<std::string> seen;
   for (const Node& part : node.tables("segment")) {
     CoolantSegment segment;

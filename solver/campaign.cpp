@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/campaign.h"
 
+#include <algorithm>
 #include <map>
+#include <set>
 
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "solver/campaign_files.h"
+#include "solver/campaign_recorder.h"
 #include "solver/tcp.h"
 
 namespace thermotwin::solver {
 namespace {
-
-constexpr Eigen::Index rows_per_pose = 19;  // tool 6, table axis 6, table own 7
 
 /// Output rows of all poses in one matrix: a time costs one product for the whole workspace.
 Eigen::MatrixXd stack_rows(const FullModel& model, const std::vector<mesh::Pose>& poses) {
@@ -30,74 +31,107 @@ Eigen::MatrixXd stack_rows(const FullModel& model, const std::vector<mesh::Pose>
   return rows;
 }
 
-/// Means of the channels between outputs; the first row is that of the first step.
-core::Table input_table(const LoadProgram& load, const Channels& channels, double refine) {
-  const std::vector<double> outputs = load.output_times(), ends = load.step_ends(refine);
-  core::Table table;
-  table.columns = {"time_s"};
-  table.columns.insert(table.columns.end(), channels.names().begin(), channels.names().end());
-  table.values.resize(static_cast<Eigen::Index>(outputs.size()), 1 + channels.size());
-  std::size_t step = 0;
-  double from = 0.0;
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    Eigen::VectorXd mean = Eigen::VectorXd::Zero(channels.size());
-    const double begin = from;
-    while (step < ends.size() && from < outputs[i] - 1e-9) {
-      mean += (ends[step] - from) * load.row(from, ends[step]);
-      from = ends[step++];
-    }
-    mean = from > begin ? Eigen::VectorXd(mean / (from - begin)) : load.row(0.0, ends.front());
-    table.values(static_cast<Eigen::Index>(i), 0) = outputs[i];
-    table.values.row(static_cast<Eigen::Index>(i)).tail(channels.size()) = mean.transpose();
-  }
-  return table;
+using Block = std::vector<const LoadProgram*>;
+
+std::filesystem::path checkpoint_path(const CampaignOptions& options, const std::string& first_load) {
+  return options.checkpoints / ("checkpoint_" + first_load + ".bin");
 }
 
-class Recorder {
- public:
-  Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
-           const Channels& channels, const CampaignOptions& options)
-      : machine_(model.mesh.machine), poses_(poses) {
-    const auto outputs = static_cast<Eigen::Index>(load.output_times().size());
-    result_.load = load.name();
-    result_.tcp.columns = {"time_s"};
-    for (const std::string& name : mesh::pose_columns(machine_)) result_.tcp.columns.push_back(name);
-    for (const std::string& name : tcp_columns()) result_.tcp.columns.push_back(name);
-    result_.tcp.values.resize(outputs * static_cast<Eigen::Index>(poses.size()),
-                              static_cast<Eigen::Index>(result_.tcp.columns.size()));
-    result_.sensors.columns = {"time_s"};
-    for (const mesh::SensorSpec& sensor : machine_.sensors) result_.sensors.columns.push_back(sensor.id + "_C");
-    result_.sensors.values.resize(outputs, static_cast<Eigen::Index>(result_.sensors.columns.size()));
-    result_.inputs = input_table(load, channels, options.refine);
-    if (options.keep_snapshots) result_.snapshots.resize(model.thermal.size, outputs);
-  }
+std::string block_hash(const std::vector<std::string>& loads, const std::map<std::string, std::string>& hashes,
+                       const CampaignOptions& options) {
+  std::vector<std::string> of_loads{options.keep_snapshots ? "with snapshots" : ""};
+  for (const std::string& load : loads) of_loads.push_back(hashes.at(load));
+  return hash_of_block(of_loads);
+}
 
-  void add(const OutputState& output, const Eigen::MatrixXd& rows) {
-    const auto index = static_cast<Eigen::Index>(output.index);
-    const Eigen::VectorXd values = rows * output.state;
-    for (std::size_t i = 0; i < poses_.size(); ++i) {
-      const Eigen::Index first = rows_per_pose * static_cast<Eigen::Index>(i);
-      const TcpError error = tcp_error(machine_, poses_[i], values.segment<6>(first), values.segment<6>(first + 6),
-                                       values.segment<7>(first + 12));
-      const Eigen::VectorXd position = mesh::pose_values(machine_, poses_[i]);
-      auto row = result_.tcp.values.row(index * static_cast<Eigen::Index>(poses_.size()) + static_cast<Eigen::Index>(i));
-      row[0] = output.time;
-      row.segment(1, position.size()) = position.transpose();
-      row.tail(18) = tcp_values(error).transpose();
+std::vector<std::string> names(const Block& block) {
+  std::vector<std::string> result;
+  for (const LoadProgram* load : block) result.push_back(load->name());
+  return result;
+}
+
+/// Loads that a stopped campaign ran together, to go on together: their bits depend on each other.
+std::vector<Block> stopped_blocks(const std::vector<LoadProgram>& loads, const std::map<std::string, std::string>& hashes,
+                                  const CampaignOptions& options) {
+  std::vector<std::filesystem::path> files;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(options.checkpoints, ignored))
+    if (entry.path().filename().string().starts_with("checkpoint_") && entry.path().extension() == ".bin") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  std::vector<Block> blocks;
+  for (const std::filesystem::path& file : files) {
+    const auto owner = Checkpoint::owner(file);
+    Block block;
+    if (owner)
+      for (const std::string& member : owner->members)
+        for (const LoadProgram& load : loads)
+          if (load.name() == member) block.push_back(&load);
+    // One of loads that are not asked for now is none of our business.
+    if (owner && block.empty()) continue;
+    if (!owner || block.size() != owner->members.size() || block_hash(owner->members, hashes, options) != owner->hash ||
+        checkpoint_path(options, owner->members.front()) != file) {
+      core::warn(file.string() + " is damaged, or belongs to another machine, mesh, load or options; it is not used");
+      continue;
     }
-    result_.sensors.values(index, 0) = output.time;
-    for (Eigen::Index s = 0; s < output.sensors_K.size(); ++s)
-      result_.sensors.values(index, 1 + s) = machine_.reference_C + output.sensors_K[s];
-    if (result_.snapshots.size() > 0) result_.snapshots.col(index) = output.state;
+    blocks.push_back(std::move(block));
   }
+  return blocks;
+}
 
-  LoadResult take() { return std::move(result_); }
-
- private:
-  const mesh::Machine& machine_;
-  const std::vector<mesh::Pose>& poses_;
-  LoadResult result_;
-};
+/// Runs loads of one time grid; their results are written as soon as they are complete, so that a
+/// stopped campaign keeps them.
+std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& operating, const Block& block,
+                                  const std::vector<mesh::Pose>& poses, const Eigen::MatrixXd& rows,
+                                  const std::map<std::string, std::string>& hashes, const CampaignOptions& options) {
+  std::optional<Checkpoint> checkpoint;
+  if (!options.checkpoints.empty())
+    checkpoint.emplace(checkpoint_path(options, block.front()->name()), block_hash(names(block), hashes, options), names(block),
+                       options.checkpoint_s, options.resume);
+  std::vector<Recorder> recorders;
+  recorders.reserve(block.size());
+  for (const LoadProgram* load : block)
+    recorders.emplace_back(model, *load, poses, operating.channels(), options,
+                           checkpoint ? options.checkpoints / ("snapshots_" + load->name() + ".bin") : std::filesystem::path());
+  if (checkpoint) {
+    checkpoint->save_rest = [&](core::BinaryWriter& out) {
+      for (Recorder& recorder : recorders) recorder.save(out);
+    };
+    checkpoint->load_rest = [&](core::BinaryReader& in) {
+      for (Recorder& recorder : recorders) recorder.load(in);
+    };
+  }
+  SimulationOptions simulation;
+  simulation.refine = options.refine;
+  simulation.start = options.start;
+  simulation.checkpoint = checkpoint ? &*checkpoint : nullptr;
+  const auto record = [&](const OutputState& output) {
+    recorders[output.load].add(output, rows);
+    if (options.on_output) options.on_output(*block[output.load], output);
+  };
+  RunSummary summary;
+  const TimeScheme scheme = block.front()->time().scheme;
+  if (scheme == TimeScheme::adaptive && !options.backward_euler) {
+    AdaptiveIntegrator integrator(model.thermal);
+    summary = simulate_adaptive(integrator, operating, *block.front(), simulation, record);
+  } else {
+    IntegratorOptions integrator_options;
+    integrator_options.backward_euler = options.backward_euler || scheme == TimeScheme::backward_euler;
+    ThermalIntegrator integrator(model.thermal, integrator_options);
+    summary = simulate(integrator, operating, block, simulation, record);
+    summary.factorisations = integrator.statistics().factorisations;
+    summary.iterations = integrator.statistics().iterations;
+  }
+  std::vector<LoadResult> results;
+  for (std::size_t l = 0; l < block.size(); ++l) {
+    LoadResult result = recorders[l].take();
+    result.run = summary;
+    if (!options.out.empty()) write_result(options.out / result.load, result, hashes.at(result.load));
+    results.push_back(std::move(result));
+  }
+  if (checkpoint) checkpoint->remove();
+  for (const Recorder& recorder : recorders) recorder.discard_spool();
+  return results;
+}
 
 }  // namespace
 
@@ -116,46 +150,35 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
       options.poses.empty() ? mesh::workspace_poses(model.mesh.machine) : options.poses;
   std::map<std::string, LoadResult> finished;
   std::map<std::string, std::string> hashes;
+  if (!options.out.empty() || !options.checkpoints.empty()) {
+    const std::string mesh_hash = hash_of_mesh(model.mesh);
+    for (const LoadProgram& load : loads) hashes[load.name()] = hash_of_load(model, mesh_hash, load, poses, options);
+  }
+  std::vector<Block> blocks;
+  if (options.resume && !options.checkpoints.empty()) blocks = stopped_blocks(loads, hashes, options);
+  std::set<std::string> placed;
+  for (const Block& block : blocks)
+    for (const LoadProgram* load : block) placed.insert(load->name());
   std::vector<LoadProgram> open;
-  const std::string mesh_hash = options.out.empty() ? std::string() : hash_of_mesh(model.mesh);
   for (const LoadProgram& load : loads) {
-    if (!options.out.empty()) {
-      hashes[load.name()] = hash_of_load(model, mesh_hash, load, poses, options);
-      if (options.resume)
-        if (auto result = read_result(options.out / load.name(), load.name(), hashes[load.name()], options.keep_snapshots)) {
-          finished.emplace(load.name(), std::move(*result));
-          continue;
-        }
-    }
+    if (placed.contains(load.name())) continue;
+    if (!options.out.empty() && options.resume)
+      if (auto result = read_result(options.out / load.name(), load.name(), hashes[load.name()], options.keep_snapshots)) {
+        finished.emplace(load.name(), std::move(*result));
+        continue;
+      }
     open.push_back(load);
   }
+  for (Block& block : blocks_of_equal_grid(open, options.refine)) blocks.push_back(std::move(block));
 
-  if (!open.empty()) {
+  if (!blocks.empty()) {
     const Eigen::MatrixXd rows = stack_rows(model, poses);
     const OperatingModel operating(model.mesh.machine, model.thermal.layout);
-    IntegratorOptions integrator_options;
-    integrator_options.backward_euler = options.backward_euler;
-    SimulationOptions simulation_options;
-    simulation_options.refine = options.refine;
-    for (const auto& block : blocks_of_equal_grid(open, options.refine)) {
-      ThermalIntegrator integrator(model.thermal, integrator_options);
-      std::vector<Recorder> recorders;
-      std::vector<std::size_t> outputs_left;
-      recorders.reserve(block.size());
-      for (const LoadProgram* load : block) {
-        recorders.emplace_back(model, *load, poses, operating.channels(), options);
-        outputs_left.push_back(load->output_times().size());
-      }
-      simulate(integrator, operating, block, simulation_options, [&](const OutputState& output) {
-        recorders[output.load].add(output, rows);
-        if (--outputs_left[output.load] > 0) return;
-        // Written as soon as it is complete, so that a stopped campaign keeps it.
-        LoadResult result = recorders[output.load].take();
+    for (const Block& block : blocks)
+      for (LoadResult& result : run_block(model, operating, block, poses, rows, hashes, options)) {
         const std::string name = result.load;
-        if (!options.out.empty()) write_result(options.out / name, result, hashes[name]);
         finished.emplace(name, std::move(result));
-      });
-    }
+      }
   }
   std::vector<LoadResult> results;
   for (const LoadProgram& load : loads) results.push_back(std::move(finished.at(load.name())));

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // A case and its campaign: all load programs on the full model, the TCP error at all poses of the
-// workspace grid, written load by load (tcp.csv, sensors.csv) so that a stopped campaign resumes.
+// workspace grid, written load by load (tcp.csv, sensors.csv) so that a stopped campaign resumes,
+// within a load from its last checkpoint with the same bits.
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +40,7 @@ struct Case {
   std::optional<MeasuredMachine> measured_machine;  ///< [measured_machine]; used where measurement is empty
   std::vector<mesh::Pose> check_points;
   double tolerance_um = 0.1;
+  std::optional<TimeOptions> time;             ///< [time]; for loads without one
 
   LoadProgram load(const std::string& name) const;  ///< @throws InputError with the known names
   std::vector<std::string> load_names() const;      ///< all files of loads/, sorted
@@ -60,6 +63,7 @@ struct LoadResult {
   core::Table sensors;   ///< time_s, <sensor>_C
   core::Table inputs;    ///< time_s and the channel rows (means since the last output)
   Eigen::MatrixXd snapshots;  ///< (size x outputs) temperatures, if asked for
+  RunSummary run;        ///< of the block that the load ran in; empty where files were read
 };
 
 struct CampaignOptions {
@@ -68,7 +72,13 @@ struct CampaignOptions {
   bool backward_euler = false;
   bool keep_snapshots = false;
   std::filesystem::path out;       ///< empty: nothing is written; else out/<load>/tcp.csv ...
-  bool resume = false;             ///< loads with complete files of the same inputs are read, not run
+  bool resume = false;             ///< loads with complete files of the same inputs are read, not run;
+                                   ///< others go on from their checkpoints
+  std::filesystem::path checkpoints;  ///< folder; empty: none are written or read
+  double checkpoint_s = 60;        ///< wall clock seconds between two
+  Eigen::VectorXd start;           ///< (size) K above the reference; empty: initial_C of each load
+  /// Called at each output after it is recorded; a resumed run may repeat the last ones.
+  std::function<void(const LoadProgram&, const OutputState&)> on_output;
 };
 
 std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& loads,

@@ -42,8 +42,11 @@ std::string hash_of_mesh(const mesh::MachineMesh& mesh) {
 
 std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, const LoadProgram& load,
                          const std::vector<mesh::Pose>& poses, const CampaignOptions& options) {
-  std::string bytes = "campaign 1 " + model.mesh.machine.hash + mesh_hash + load.name();
-  bytes += options.backward_euler ? " first order" : " second order";
+  std::string bytes = "campaign 2 " + model.mesh.machine.hash + mesh_hash + load.name();
+  const TimeOptions time = load.time();
+  bytes += options.backward_euler ? "backward_euler" : word(time.scheme);
+  if (time.scheme == TimeScheme::adaptive) append(bytes, Eigen::Vector4d(time.tolerance_K, time.shortest_step, time.longest_step, options.refine));
+  append(bytes, options.start);
   // The program as the model sees it: every step and its row.
   const std::vector<double> ends = load.step_ends(options.refine), outputs = load.output_times();
   append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(ends.data(), static_cast<Eigen::Index>(ends.size()))));
@@ -52,6 +55,12 @@ std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, c
   double from = 0.0;
   for (double end : ends) append(bytes, load.row(from, end)), from = end;
   for (const mesh::Pose& pose : poses) append(bytes, pose);
+  return core::content_hash(bytes);
+}
+
+std::string hash_of_block(const std::vector<std::string>& hashes_of_loads) {
+  std::string bytes;
+  for (const std::string& hash : hashes_of_loads) bytes += hash;
   return core::content_hash(bytes);
 }
 

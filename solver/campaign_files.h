@@ -14,6 +14,8 @@ namespace thermotwin::solver {
 std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, const LoadProgram& load,
                          const std::vector<mesh::Pose>& poses, const CampaignOptions& options);
 std::string hash_of_mesh(const mesh::MachineMesh& mesh);
+/// Of loads that run together, which their bits depend on.
+std::string hash_of_block(const std::vector<std::string>& hashes_of_loads);
 
 void write_result(const std::filesystem::path& folder, const LoadResult& result, const std::string& hash);
 

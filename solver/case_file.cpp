@@ -28,7 +28,9 @@ LoadProgram Case::load(const std::string& name) const {
                                (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"),
                            known.empty() ? "files loads/<name>.toml, there are none" : core::join(known));
   }
-  return LoadProgram::read(folder / "loads" / (name + ".toml"), machine);
+  LoadProgram program = LoadProgram::read(folder / "loads" / (name + ".toml"), machine);
+  if (time && !program.has_time()) program.set_time(*time);
+  return program;
 }
 
 Case read_case(const std::filesystem::path& path) {
@@ -52,6 +54,7 @@ Case read_case(const std::filesystem::path& path) {
     result.tolerance_um = reduction->number_or("tolerance_um", result.tolerance_um, core::positive);
     reduction->finish();
   }
+  if (const auto scheme = root.table_if("time")) result.time = read_time(*scheme);
   if (const auto points = root.table_if("check_points")) {
     for (const std::string& text : points->texts_or_empty("poses"))
       result.check_points.push_back(mesh::parse_pose(result.machine, text, points->place("poses")));

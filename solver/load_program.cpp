@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/load_program.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +20,7 @@ int steps_in(double length, double longest) { return std::max(1, static_cast<int
 double LoadProgram::duration() const { return corners_.back(); }
 
 std::vector<double> LoadProgram::output_times() const {
+  if (!chosen_outputs_.empty()) return chosen_outputs_;
   std::vector<double> times;
   const double end = duration(), tolerance = 1e-9 * end;
   for (long i = 0; static_cast<double>(i) * output_ < end - tolerance; ++i) times.push_back(static_cast<double>(i) * output_);
@@ -25,38 +28,66 @@ std::vector<double> LoadProgram::output_times() const {
   return times;
 }
 
-std::vector<double> LoadProgram::step_ends(double refine) const {
-  std::vector<double> stops = output_times();
-  stops.insert(stops.end(), corners_.begin(), corners_.end());
-  std::sort(stops.begin(), stops.end());
-  const double tolerance = 1e-9 * duration();
+void LoadProgram::choose_outputs(std::vector<double> times, const std::string& place) {
+  const double end = duration(), tolerance = 1e-9 * end;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!(times[i] >= 0.0 && times[i] <= end + tolerance))
+      throw core::InputError(place, fmt::format("output at {} s", times[i]), fmt::format("0 to {} s, the length of '{}'", end, name_));
+    if (i > 0 && !(times[i] > times[i - 1] + tolerance))
+      throw core::InputError(place, fmt::format("{} s after {} s", times[i], times[i - 1]), "rising times");
+    times[i] = std::min(times[i], end);
+  }
+  if (!times.empty() && !(times.back() > 0.0)) throw core::InputError(place, "no output after the start", "at least one time above 0");
+  chosen_outputs_ = std::move(times);
+}
+
+std::vector<double> LoadProgram::stops() const {
+  std::vector<double> all = output_times();
+  all.insert(all.end(), corners_.begin(), corners_.end());
+  std::sort(all.begin(), all.end());
+  const double tolerance = 1e-9 * duration(), end = chosen_outputs_.empty() ? duration() : chosen_outputs_.back();
   std::vector<double> kept;
-  for (double stop : stops)
-    if (kept.empty() || stop - kept.back() > tolerance) kept.push_back(stop);
-  kept.back() = duration();
+  for (double stop : all)
+    if (stop > tolerance && stop <= end + tolerance && (kept.empty() || stop - kept.back() > tolerance)) kept.push_back(stop);
+  kept.back() = end;
+  return kept;
+}
+
+bool LoadProgram::is_corner(double time) const {
+  return std::any_of(corners_.begin(), corners_.end(), [&](double corner) { return std::abs(corner - time) <= 1e-9 * duration(); });
+}
+
+std::vector<double> LoadProgram::step_ends(double refine) const {
   std::vector<double> ends;
-  for (std::size_t i = 1; i < kept.size(); ++i) {
-    const double length = kept[i] - kept[i - 1];
+  double from = 0.0;
+  for (double stop : stops()) {
+    const double length = stop - from;
     const int steps = steps_in(length, time_step_ * refine);
-    for (int k = 1; k <= steps; ++k) ends.push_back(k == steps ? kept[i] : kept[i - 1] + length * k / steps);
+    for (int k = 1; k <= steps; ++k) ends.push_back(k == steps ? stop : from + length * k / steps);
+    from = stop;
   }
   return ends;
 }
 
+std::size_t LoadProgram::phase_index(double time) const {
+  const auto after = std::upper_bound(corners_.begin(), corners_.end(), time) - corners_.begin();
+  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, static_cast<std::ptrdiff_t>(start_.size()) - 1));
+}
+
 Eigen::VectorXd LoadProgram::row(double from, double to) const {
   const double middle = 0.5 * (from + to);
-  const auto after = std::upper_bound(corners_.begin(), corners_.end(), middle) - corners_.begin();
-  const auto phase = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, static_cast<std::ptrdiff_t>(start_.size()) - 1));
-  const double s = (middle - corners_[phase]) / (corners_[phase + 1] - corners_[phase]);
+  return row_at(middle, middle);
+}
+
+Eigen::VectorXd LoadProgram::row_at(double time, double inside) const {
+  const std::size_t phase = phase_index(inside);
+  const double s = (time - corners_[phase]) / (corners_[phase + 1] - corners_[phase]);
   Eigen::VectorXd values = start_[phase];
   for (Eigen::Index i = 0; i < values.size(); ++i)
     if (end_[phase][i] != values[i] && std::isfinite(values[i])) values[i] += s * (end_[phase][i] - values[i]);
   return values;
 }
 
-std::string LoadProgram::phase_at(double time) const {
-  const auto after = std::upper_bound(corners_.begin(), corners_.end(), time) - corners_.begin();
-  return phase_names_[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, static_cast<std::ptrdiff_t>(phase_names_.size()) - 1))];
-}
+std::string LoadProgram::phase_at(double time) const { return phase_names_[phase_index(time)]; }
 
 }  // namespace thermotwin::solver

@@ -8,10 +8,12 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "solver/channels.h"
+#include "solver/time_options.h"
 
 namespace thermotwin::solver {
 
@@ -31,18 +33,37 @@ class LoadProgram {
   /// Ends of the time steps: corners of the program and at most time_step_s apart, evenly divided
   /// in each phase. @param refine  divides the longest step (0.5: half as long)
   std::vector<double> step_ends(double refine = 1.0) const;
-  /// Times of output, s: 0, multiples of output_s, and the end; all of them are step ends.
+  /// Times of output, s: 0, multiples of output_s, and the end, or those chosen; all but 0 are step ends.
   std::vector<double> output_times() const;
+  /// Times in place of the multiples of output_s, rising, in [0, duration]; the run ends with the
+  /// last one. None: back to the multiples.
+  /// @throws InputError
+  void choose_outputs(std::vector<double> times, const std::string& place);
+  /// Where a step has to end: corners and output times, rising, without 0.
+  std::vector<double> stops() const;
+  bool is_corner(double time) const;
   /// Mean of the channels over [from, to], which lies in one phase.
   Eigen::VectorXd row(double from, double to) const;
+  /// The channels at a time, by the phase that holds `inside`.
+  Eigen::VectorXd row_at(double time, double inside) const;
   std::string phase_at(double time) const;             ///< name of the phase
+
+  /// Its own [time], else what was set here (by its case, or the command line), else the defaults.
+  TimeOptions time() const { return time_.value_or(TimeOptions{}); }
+  bool has_time() const { return time_.has_value(); }
+  void set_time(const TimeOptions& time) { time_ = time; }
+  double output_interval() const { return output_; }   ///< s
 
  private:
   friend class LoadReader;
   LoadProgram() = default;
 
+  std::size_t phase_index(double time) const;
+
   std::string name_, title_;
   double initial_C_ = 20, time_step_ = 60, output_ = 300;
+  std::optional<TimeOptions> time_;
+  std::vector<double> chosen_outputs_;
   std::vector<double> corners_;                        ///< phases + 1, s
   std::vector<Eigen::VectorXd> start_, end_;           ///< rows at the ends of each phase
   std::vector<std::string> phase_names_;

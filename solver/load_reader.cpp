@@ -2,6 +2,7 @@
 // loads/*.toml, key by key as cases/README.md says.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -31,6 +32,7 @@ class LoadReader {
     program.initial_C_ = root.number_or("initial_C", machine_.reference_C, temperatures);
     program.time_step_ = root.number_or("time_step_s", 60.0, {1e-3, 1e6});
     program.output_ = root.number_or("output_s", 300.0, {1e-3, 1e7});
+    if (const auto time = root.table_if("time")) program.time_ = read_time(*time);
     if (const auto position = root.table_if("position")) read_positions(*position);
     program.corners_.push_back(0.0);
     for (const Node& phase : root.tables("phase")) read_phase(phase, program);
@@ -222,6 +224,31 @@ class LoadReader {
   Channels channels_;
   Eigen::VectorXd row_;  // what holds until a phase says otherwise; axes stand
 };
+
+TimeOptions read_time(const Node& node) {
+  TimeOptions time;
+  const std::string scheme = node.choice_or("scheme", "adaptive", {"fixed", "backward_euler", "adaptive"});
+  if (scheme == "adaptive") {
+    time.scheme = TimeScheme::adaptive;
+    time.tolerance_K = node.number_or("tolerance_K", time.tolerance_K, {1e-8, 10.0});
+    time.shortest_step = node.number_or("shortest_step_s", time.shortest_step, {1e-6, 1e6});
+    time.longest_step = node.number_or("longest_step_s", std::max(time.longest_step, time.shortest_step), {time.shortest_step, 1e7});
+  } else {
+    if (scheme == "backward_euler") time.scheme = TimeScheme::backward_euler;
+    for (const char* key : {"tolerance_K", "shortest_step_s", "longest_step_s"})
+      if (node.has(key)) throw InputError(node.place(key), "a key of the adaptive scheme", "scheme = \"adaptive\", or time_step_s of the load");
+  }
+  node.finish();
+  return time;
+}
+
+std::string word(TimeScheme scheme) {
+  switch (scheme) {
+    case TimeScheme::backward_euler: return "backward_euler";
+    case TimeScheme::adaptive: return "adaptive";
+    default: return "fixed";
+  }
+}
 
 LoadProgram LoadProgram::read(const std::filesystem::path& path, const mesh::Machine& machine) {
   return LoadReader(machine).read(core::Config::load(path), path);

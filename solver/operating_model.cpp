@@ -205,37 +205,4 @@ Coefficients OperatingModel::coefficients(const Eigen::VectorXd& row, const Eige
   return out;
 }
 
-Eigen::VectorXd chiller_set_points(const mesh::Machine& machine, const Eigen::VectorXd& sensors_K, double air_K) {
-  Eigen::VectorXd set(static_cast<Eigen::Index>(machine.coolants.size()));
-  for (std::size_t i = 0; i < machine.coolants.size(); ++i) {
-    const mesh::CoolantSpec& coolant = machine.coolants[i];
-    const double guide = coolant.guide_sensor.empty() ? air_K : sensors_K[machine.sensor_index(coolant.guide_sensor)];
-    set[static_cast<Eigen::Index>(i)] = guide + coolant.guide_offset;
-  }
-  return set;
-}
-
-Chiller::Chiller(const mesh::Machine& machine, const Channels& channels, Eigen::VectorXd start_K)
-    : reference_C_(machine.reference_C), outlet_K_(std::move(start_K)) {
-  for (const mesh::CoolantSpec& coolant : machine.coolants)
-    circuits_.push_back({channels.index("coolant." + coolant.id + ".on"), channels.index("coolant." + coolant.id + ".inlet_T_C"),
-                         coolant.guide_sensor.empty() ? -1 : machine.sensor_index(coolant.guide_sensor), coolant.guide_offset,
-                         coolant.time_constant});
-}
-
-const Eigen::VectorXd& Chiller::advance(const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_K, double air_K,
-                                        double step_s) {
-  for (std::size_t i = 0; i < circuits_.size(); ++i) {
-    const Circuit& circuit = circuits_[i];
-    double& outlet = outlet_K_[static_cast<Eigen::Index>(i)];
-    if (std::isfinite(row[circuit.inlet])) {
-      outlet = row[circuit.inlet] - reference_C_;
-    } else if (row[circuit.on] > 0.0) {
-      const double set = (circuit.guide < 0 ? air_K : sensors_K[circuit.guide]) + circuit.offset;
-      outlet = set + (outlet - set) * std::exp(-step_s / circuit.time_constant);
-    }
-  }
-  return outlet_K_;
-}
-
 }  // namespace thermotwin::solver

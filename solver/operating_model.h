@@ -15,6 +15,7 @@
 #include "mesh/machine.h"
 #include "mesh/machine_mesh.h"
 #include "solver/channels.h"
+#include "solver/chiller.h"
 
 namespace thermotwin::solver {
 
@@ -100,31 +101,6 @@ class OperatingModel {
   std::vector<int> joint_first_term_, joint_ambient_, coolant_on_, source_drive_;
   struct LawChannel { int channel; bool magnitude; };
   std::vector<std::vector<LawChannel>> law_channels_;
-};
-
-/// What the chillers aim at, K above the reference: reading of the guide sensor (air where there is
-/// none) plus guide offset.
-/// @param sensors_K  (sensors) readings, with the sensors' own offsets
-Eigen::VectorXd chiller_set_points(const mesh::Machine& machine, const Eigen::VectorXd& sensors_K,
-                                   double air_K);
-
-/// Outlet of the chillers: first-order lag towards guide sensor + offset, exact over a step in
-/// which the guide reading stands. A measured inlet in the row takes its place; a circuit that is
-/// off keeps its temperature.
-class Chiller {
- public:
-  /// @param start_K  (coolants) first outlet temperatures above the reference
-  Chiller(const mesh::Machine& machine, const Channels& channels, Eigen::VectorXd start_K);
-  /// @param sensors_K  (sensors) readings with the sensors' own offsets, at the start of the step
-  const Eigen::VectorXd& advance(const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_K,
-                                 double air_K, double step_s);
-  const Eigen::VectorXd& outlet_K() const { return outlet_K_; }
-
- private:
-  struct Circuit { int on, inlet, guide; double offset, time_constant; };
-  std::vector<Circuit> circuits_;   // guide -1: the air
-  double reference_C_ = 0;
-  Eigen::VectorXd outlet_K_;
 };
 
 }  // namespace thermotwin::solver

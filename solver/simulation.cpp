@@ -23,12 +23,6 @@ struct Drive {
   VectorXd row;
 };
 
-int air_index(const mesh::Machine& machine) {
-  for (std::size_t i = 0; i < machine.ambients.size(); ++i)
-    if (machine.ambients[i].id == "air") return static_cast<int>(i);
-  return -1;
-}
-
 std::string label(const std::vector<const LoadProgram*>& programs) {
   return programs.size() == 1 ? "thermal run '" + programs.front()->name() + "'"
                               : fmt::format("thermal run of {} loads", programs.size());
@@ -36,9 +30,32 @@ std::string label(const std::vector<const LoadProgram*>& programs) {
 
 }  // namespace
 
-void simulate(ThermalStepper& stepper, const OperatingModel& model, const std::vector<const LoadProgram*>& programs,
-              const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output) {
-  if (programs.empty()) return;
+int air_index(const mesh::Machine& machine) {
+  for (std::size_t i = 0; i < machine.ambients.size(); ++i)
+    if (machine.ambients[i].id == "air") return static_cast<int>(i);
+  return -1;
+}
+
+VectorXd sensor_offsets(const mesh::Machine& machine) {
+  VectorXd offsets(static_cast<Index>(machine.sensors.size()));
+  for (Index s = 0; s < offsets.size(); ++s) offsets[s] = machine.sensors[static_cast<std::size_t>(s)].offset;
+  return offsets;
+}
+
+std::string RunSummary::brief() const {
+  std::string text = fmt::format("{} steps of {:.4g} to {:.4g} s, {} factorisations, {} iterations", steps, shortest_step,
+                                 longest_step, factorisations, iterations);
+  if (rejected > 0) text += fmt::format(", {} tries repeated", rejected);
+  if (over_tolerance > 0) text += fmt::format(", {} shortest steps above the tolerance", over_tolerance);
+  if (!switches.empty()) text += fmt::format(", {} compressor switches", switches.size());
+  if (resumed_at > 0) text += fmt::format("; resumed at {:.0f} s", resumed_at);
+  return text;
+}
+
+RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const std::vector<const LoadProgram*>& programs,
+                    const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output) {
+  RunSummary summary;
+  if (programs.empty()) return summary;
   const mesh::Machine& machine = model.machine();
   const std::vector<double> ends = programs.front()->step_ends(options.refine);
   const std::vector<double> outputs = programs.front()->output_times();
@@ -49,13 +66,13 @@ void simulate(ThermalStepper& stepper, const OperatingModel& model, const std::v
 
   const int air = air_index(machine);
   const auto air_K = [&](const VectorXd& row) { return air >= 0 ? model.ambient_K(air, row) : 0.0; };
-  VectorXd offsets(static_cast<Index>(machine.sensors.size()));
-  for (Index s = 0; s < offsets.size(); ++s) offsets[s] = machine.sensors[static_cast<std::size_t>(s)].offset;
+  const VectorXd offsets = sensor_offsets(machine);
 
   const auto loads = static_cast<Index>(programs.size());
   Eigen::MatrixXd state(stepper.size(), loads);
   for (Index l = 0; l < loads; ++l)
-    state.col(l) = stepper.uniform(programs[static_cast<std::size_t>(l)]->initial_C() - machine.reference_C);
+    state.col(l) = options.start.size() > 0 ? options.start
+                                            : stepper.uniform(programs[static_cast<std::size_t>(l)]->initial_C() - machine.reference_C);
   Eigen::MatrixXd readings = stepper.sensors(state).colwise() + offsets;
 
   std::vector<Drive> drives;
@@ -66,22 +83,46 @@ void simulate(ThermalStepper& stepper, const OperatingModel& model, const std::v
     drives.push_back(std::move(drive));
   }
 
-  std::size_t next_output = 0;
+  std::size_t next_output = 0, done = 0;
+  const auto save = [&](core::BinaryWriter& out) {
+    out.count(static_cast<std::int64_t>(done));
+    out.count(static_cast<std::int64_t>(next_output));
+    out.matrix(state);
+    for (const Drive& drive : drives) drive.chiller->save(out);
+    stepper.save(out);
+  };
+  const auto load = [&](core::BinaryReader& in) {
+    done = static_cast<std::size_t>(in.count());
+    next_output = static_cast<std::size_t>(in.count());
+    state = in.matrix();
+    for (Drive& drive : drives) drive.chiller->load(in);
+    stepper.load(in);
+  };
   const auto report = [&](double time) {
+    if (next_output >= outputs.size() || time < outputs[next_output] - 1e-9 * ends.back()) return;
     for (std::size_t l = 0; l < drives.size(); ++l) {
       const auto column = static_cast<Index>(l);
       on_output({l, next_output, time, state.col(column), readings.col(column), drives[l].row});
     }
     ++next_output;
   };
-  report(0.0);
+  if (options.checkpoint && options.checkpoint->restore(load)) {
+    readings = stepper.sensors(state).colwise() + offsets;
+    summary.resumed_at = done > 0 ? ends[done - 1] : 0.0;
+  } else {
+    report(0.0);
+  }
 
   std::optional<core::Progress> progress;
-  if (options.progress) progress.emplace(label(programs), ends.size());
+  if (options.progress) progress.emplace(label(programs), ends.size() - done);
   std::vector<Coefficients> coefficients(drives.size());
-  double time = 0.0;
-  for (double end : ends) {
-    const double step = end - time;
+  summary.shortest_step = ends.back();
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const double time = i > 0 ? ends[i - 1] : 0.0, end = ends[i], step = end - time;
+    summary.shortest_step = std::min(summary.shortest_step, step);
+    summary.longest_step = std::max(summary.longest_step, step);
+    ++summary.steps;
+    if (i < done) continue;
     for (std::size_t l = 0; l < drives.size(); ++l) {
       Drive& drive = drives[l];
       drive.row = drive.program->row(time, end);
@@ -90,13 +131,20 @@ void simulate(ThermalStepper& stepper, const OperatingModel& model, const std::v
     }
     stepper.advance(state, coefficients, step);
     readings = stepper.sensors(state).colwise() + offsets;
-    time = end;
-    if (next_output < outputs.size() && end >= outputs[next_output] - 1e-9 * ends.back()) report(end);
-    if (progress)
-      progress->advance();
-    else
-      core::check_interrupt();
+    done = i + 1;
+    report(end);
+    try {
+      if (progress)
+        progress->advance();
+      else
+        core::check_interrupt();
+    } catch (const core::Interrupted&) {
+      if (options.checkpoint) options.checkpoint->write(save);
+      throw;
+    }
+    if (options.checkpoint && done < ends.size() && options.checkpoint->due()) options.checkpoint->write(save);
   }
+  return summary;
 }
 
 std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs, double refine) {
@@ -104,9 +152,11 @@ std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vec
   for (const LoadProgram& program : programs) {
     const auto ends = program.step_ends(refine);
     const auto outputs = program.output_times();
+    const TimeScheme scheme = program.time().scheme;
     bool placed = false;
     for (auto& block : blocks)
-      if (!placed && block.front()->step_ends(refine) == ends && block.front()->output_times() == outputs) {
+      if (!placed && scheme != TimeScheme::adaptive && block.front()->time().scheme == scheme &&
+          block.front()->step_ends(refine) == ends && block.front()->output_times() == outputs) {
         block.push_back(&program);
         placed = true;
       }

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The main loop: a load program drives a thermal stepper (full or reduced) with chillers in the
-// loop. Several programs that share their time grid run as one block.
+// loop. Several programs that share their time grid run as one block; a program with error control
+// runs alone, on steps of its own: its grid would be that of the most demanding load of a block, and
+// its result would depend on its neighbours.
 
 #include <functional>
+#include <string>
 #include <vector>
 
+#include "solver/checkpoint.h"
 #include "solver/load_program.h"
 #include "solver/operating_model.h"
+#include "solver/thermal_adaptive.h"
 #include "solver/thermal_system.h"
 
 namespace thermotwin::solver {
@@ -15,6 +20,8 @@ namespace thermotwin::solver {
 struct SimulationOptions {
   double refine = 1.0;        ///< factor of the longest time step
   bool progress = true;
+  Eigen::VectorXd start;      ///< (size) K above the reference at time 0; empty: initial_C of the program
+  Checkpoint* checkpoint = nullptr;  ///< where the run goes on from, and what it leaves
 };
 
 /// What is known at an output time of one load.
@@ -27,15 +34,40 @@ struct OutputState {
   const Eigen::VectorXd& row;            ///< channels of the step that ended here
 };
 
-/// Runs programs with equal step_ends() as one block.
-/// @param on_output  called in order of time for each load at each output time
-/// @throws InputError if the time grids differ; Interrupted
-void simulate(ThermalStepper& stepper, const OperatingModel& model,
-              const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
-              const std::function<void(const OutputState&)>& on_output);
+/// How a run went.
+struct RunSummary {
+  long steps = 0, rejected = 0;          ///< accepted steps; tries that were repeated
+  long over_tolerance = 0;               ///< steps of the shortest length that were kept all the same
+  long factorisations = 0, iterations = 0, most_factors = 0;
+  double shortest_step = 0, longest_step = 0;  ///< s
+  struct Switch { double time; int coolant; bool running; };
+  std::vector<Switch> switches;          ///< of compressors, adaptive runs
+  double resumed_at = 0;                 ///< s; > 0: went on from a checkpoint
+  std::string brief() const;
+};
 
-/// Groups programs into blocks of equal time grids, in order.
+/// Runs programs with equal step_ends() as one block.
+/// @param on_output  called in order of time for each load at each output time; after a resumed
+///                   start only for outputs that the checkpoint does not hold
+/// @throws InputError if the time grids differ; Interrupted (a last checkpoint is then written)
+RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
+                    const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
+                    const std::function<void(const OutputState&)>& on_output);
+
+/// Runs one program with error control: steps of output interval times powers of two, ends at
+/// corners, output times and compressor switches, these located on the dense output.
+RunSummary simulate_adaptive(AdaptiveIntegrator& integrator, const OperatingModel& model,
+                             const LoadProgram& program, const SimulationOptions& options,
+                             const std::function<void(const OutputState&)>& on_output);
+
+/// Groups programs into blocks of equal time grids, in order; one with error control is alone.
 std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(
     const std::vector<LoadProgram>& programs, double refine = 1.0);
+
+/// Index of the ambient "air", -1 if the machine has none.
+int air_index(const mesh::Machine& machine);
+
+/// Set points and readings: the sensors' own offsets, (sensors) K.
+Eigen::VectorXd sensor_offsets(const mesh::Machine& machine);
 
 }  // namespace thermotwin::solver

@@ -60,10 +60,13 @@ class BlockSolver {
 
   /// First half of a solve, all columns: x := A_bb^-1 b for the body nodes; fluid rows are copied.
   void solve_bodies(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x) const;
+  /// The same, as well as an iteration needs it.
+  void precondition_bodies(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x) const { solve_bodies(b, x); }
   /// Second half for one column.
   void finish(Eigen::Ref<Eigen::VectorXd> x, const FluidFactor& fluids, bool transpose = false) const;
 
   const SparseFactor& factor() const { return *factor_; }
+  double memory_bytes() const { return factor_->memory_bytes(); }
 
  private:
   std::optional<SparseFactor> factor_;

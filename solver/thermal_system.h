@@ -10,6 +10,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/binary.h"
 #include "mesh/machine_mesh.h"
 #include "solver/operating_model.h"
 
@@ -45,6 +46,9 @@ class ThermalStepper {
                        double step_s) = 0;
   /// (sensors x loads) K above the reference
   virtual Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const = 0;
+  /// What the next steps' bits depend on besides the state, for a checkpoint.
+  virtual void save(core::BinaryWriter&) const {}
+  virtual void load(core::BinaryReader&) {}
 };
 
 /// Time scheme: two-stage, stiffly accurate, second-order SDIRK (Alexander 1977),
@@ -56,6 +60,7 @@ struct IntegratorOptions {
   int max_iterations = 60;
   int refactor_above = 8;       ///< iterations worth a new factor while coefficients keep changing
   bool backward_euler = false;  ///< first order instead, for comparison and for virtual machines
+  double factor_memory = 1e9;   ///< bytes that factors beyond the first may take
 };
 
 /// One CHOLMOD factor of the mean operator serves all loads and steps while it is close enough;
@@ -72,6 +77,8 @@ class ThermalIntegrator final : public ThermalStepper {
   Eigen::VectorXd uniform(double temperature_K) const override;
   void advance(Eigen::MatrixXd& state, const std::vector<Coefficients>& c, double step_s) override;
   Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override;
+  void save(core::BinaryWriter& out) const override;
+  void load(core::BinaryReader& in) override;
 
   struct Statistics { long steps = 0, factorisations = 0, iterations = 0; };
   const Statistics& statistics() const { return statistics_; }

@@ -101,6 +101,17 @@ TEST(MachineFile, ReadingAsksForTheCadFiles) {
 }
 
 // Each row: text to replace, its replacement, words that the message must hold.
+TEST(MachineFile, ACoolerMaySwitch) {
+  EXPECT_FALSE(small().coolants[0].two_point);
+  const std::string guided = "guide_sensor = \"T1\"\n";
+  const mesh::Machine m = mesh::parse_machine(
+      replaced(machine_text(), guided, guided + "control = \"two_point\"\nband_K = 1.5\npull_down_K = 6\ndrift_up_K = 2\n"), "machine.toml");
+  EXPECT_TRUE(m.coolants[0].two_point);
+  EXPECT_DOUBLE_EQ(m.coolants[0].band, 1.5);
+  EXPECT_DOUBLE_EQ(m.coolants[0].pull_down, 6.0);
+  EXPECT_DOUBLE_EQ(m.coolants[0].drift_up, 2.0);
+}
+
 using Mistake = std::tuple<const char*, const char*, std::vector<const char*>>;
 class MachineMistake : public testing::TestWithParam<Mistake> {};
 
@@ -117,6 +128,8 @@ TEST_P(MachineMistake, IsNamed) {
 INSTANTIATE_TEST_SUITE_P(
     All, MachineMistake,
     testing::Values(
+        Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\nband_K = 1\n", {"band_K", "two_point"}},
+        Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\ncontrol = \"two_point\"\nband_K = 3\npull_down_K = 1\n", {"pull_down_K"}},
         Mistake{"schema = 1", "schema = 2", {"schema"}}, Mistake{"[tcp]", "[tpc]", {"tcp"}},
         Mistake{"density_kg_m3 = 7200", "density_g_cm3 = 7.2", {"density"}},
         Mistake{"young_GPa = 120", "young_GPa = 120e9", {"young_GPa", "2000"}},

@@ -194,4 +194,42 @@ TEST(Simulation, TheChillerFollowsTheReadingOfItsSensor) {
   EXPECT_LT(rise, 7.0);
 }
 
+TEST(LoadProgram, TimeSchemeIsReadAndChecked) {
+  const mesh::Machine machine = test::slide_machine();
+  const auto read = [&](const std::string& time) {
+    return LoadProgram::parse("schema = 1\n" + time + "[[phase]]\nduration_h = 2\n", "p.toml", machine);
+  };
+  EXPECT_FALSE(read("").has_time());
+  EXPECT_EQ(read("").time().scheme, TimeScheme::fixed);
+  EXPECT_EQ(read("[time]\n").time().scheme, TimeScheme::adaptive);
+  const TimeOptions time = read("[time]\nscheme = \"adaptive\"\ntolerance_K = 0.002\nlongest_step_s = 900\nshortest_step_s = 0.5\n").time();
+  EXPECT_EQ(time.tolerance_K, 0.002);
+  EXPECT_EQ(time.longest_step, 900.0);
+  EXPECT_EQ(time.shortest_step, 0.5);
+  EXPECT_EQ(read("[time]\nscheme = \"backward_euler\"\n").time().scheme, TimeScheme::backward_euler);
+  const auto message = [&](const std::string& text) -> std::string {
+    try {
+      read(text);
+    } catch (const core::InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message("[time]\nscheme = \"rk4\"\n").find("adaptive"), std::string::npos);
+  EXPECT_NE(message("[time]\ntolerance_K = -1\n").find("time.tolerance_K"), std::string::npos);
+  EXPECT_NE(message("[time]\nscheme = \"fixed\"\ntolerance_K = 0.1\n").find("adaptive"), std::string::npos);
+  EXPECT_NE(message("[time]\nlongest_step_s = 0.001\nshortest_step_s = 0.5\n").find("longest_step_s"), std::string::npos);
+}
+
+TEST(LoadProgram, AdaptiveProgramsRunAlone) {
+  const mesh::Machine machine = test::slide_machine();
+  const auto read = [&](const std::string& time) {
+    return LoadProgram::parse("schema = 1\n" + time + "[[phase]]\nduration_h = 2\n", "p.toml", machine);
+  };
+  const std::vector<LoadProgram> programs{read(""), read("[time]\n"), read(""), read("[time]\n"), read("[time]\nscheme = \"backward_euler\"\n")};
+  const auto blocks = blocks_of_equal_grid(programs);
+  ASSERT_EQ(blocks.size(), 4u);
+  EXPECT_EQ(blocks[0].size(), 2u);
+}
+
 }  // namespace thermotwin::solver
