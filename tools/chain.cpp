@@ -55,7 +55,7 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   ReducedCase made;
   const Stopwatch campaign_time;
   solver::CampaignOptions options;
-  options.out = out / "campaign";
+  options.out = options.checkpoints = out / "campaign";
   options.resume = resume;
   options.keep_snapshots = true;
   const auto training = load_programs(machine_case, machine_case.train);
@@ -151,8 +151,9 @@ void campaign(const CampaignOptions& options) {
   const auto programs = load_programs(machine_case, names);
   const solver::FullModel full = build(machine_case, options.out);
   solver::CampaignOptions campaign_options;
-  campaign_options.out = options.out / "campaign";
+  campaign_options.out = campaign_options.checkpoints = options.out / "campaign";
   campaign_options.resume = options.resume;
+  campaign_options.checkpoint_s = options.checkpoint_every_s;
   const auto results = solver::run_campaign(full, programs, campaign_options);
   std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um"}};
   nlohmann::json json = {{"nodes", full.mesh.nodes()}, {"seconds", time.seconds()}};

@@ -28,6 +28,12 @@ void add_size(CLI::App& verb, std::string& size) {
   verb.add_option("--size", size, "mesh: coarse, standard, fine, or a factor of the element sizes");
 }
 
+void add_checkpoint(CLI::App& verb, double& every_s) {
+  verb.add_option("--checkpoint-every", every_s, "seconds of computing between checkpoints")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
 template <class Options>
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& text,
                    const std::string& example, Options& options, void (*verb)(const Options&)) {
@@ -75,6 +81,18 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("--fields-every", simulate.fields_every_s, "seconds between fields in fields.pvd")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  verb->add_option("--output-times", simulate.output_times, "results at these times only, s: 0,600,3600; the run ends with the last")
+      ->delimiter(',')
+      ->check(CLI::NonNegativeNumber);
+  auto* from = verb->add_option("--start-from", simulate.start_from, "start with the temperatures of a fields .vtu, of any mesh of the machine");
+  auto* sensors = verb->add_option("--start-from-sensors", simulate.start_from_sensors,
+                                   "start with the smoothest field that agrees with a table of <sensor>_C (sensors.csv)");
+  from->excludes(sensors);
+  verb->add_option("--start-time", simulate.start_time_s, "time in that table, s (absent: its first row)")
+      ->needs(sensors)
+      ->check(CLI::NonNegativeNumber);
+  verb->add_flag("--resume", simulate.resume, "go on from the checkpoint of a stopped run with the same inputs");
+  add_checkpoint(*verb, simulate.checkpoint_every_s);
   add_size(*verb, simulate.size);
 
   tools::CampaignOptions campaign;
@@ -83,7 +101,8 @@ int parse_and_run(int argc, char** argv) {
                   "thermotwin campaign cases/vmc5 --resume", campaign, &tools::campaign);
   verb->add_option("CASE", campaign.case_path, "case folder or case.toml")->required();
   verb->add_option("--load", campaign.loads, "only these load programs (absent: train and holdout of the case)");
-  verb->add_flag("--resume", campaign.resume, "keep loads that are finished");
+  verb->add_flag("--resume", campaign.resume, "keep loads that are finished, go on with one that was stopped");
+  add_checkpoint(*verb, campaign.checkpoint_every_s);
   add_size(*verb, campaign.size);
 
   tools::ReduceOptions reduce;

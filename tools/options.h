@@ -28,12 +28,18 @@ struct SimulateOptions : CommonOptions {
   std::filesystem::path case_path;
   std::string size, load, pose;
   double fields_every_s = 3600;
+  std::vector<double> output_times;         ///< s; empty: every output_s of the load
+  std::filesystem::path start_from, start_from_sensors;
+  double start_time_s = -1;                 ///< of start_from_sensors; negative: its first row
+  bool resume = false;
+  double checkpoint_every_s = 60;
 };
 struct CampaignOptions : CommonOptions {
   std::filesystem::path case_path;
   std::string size;
   std::vector<std::string> loads;
   bool resume = false;
+  double checkpoint_every_s = 60;
 };
 struct ReduceOptions : CommonOptions {
   std::filesystem::path case_path;

@@ -3,11 +3,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include <cmath>
+#include <algorithm>
 
 #include "core/file.h"
+#include "core/progress.h"
 #include "core/text.h"
 #include "solver/elastic_model.h"
+#include "solver/start_field.h"
 #include "solver/tcp.h"
 #include "solver/vtk_output.h"
 #include "tools/chain.h"
@@ -15,40 +17,78 @@
 
 namespace thermotwin::tools {
 
+namespace {
+
+/// Which outputs become fields: all that were chosen, else one every so often, and the last.
+std::vector<std::size_t> field_outputs(const std::vector<double>& times, const SimulateOptions& options) {
+  std::vector<std::size_t> chosen;
+  double next = 0;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (options.output_times.empty() && times[i] < next - 1e-6 && i + 1 < times.size()) continue;
+    next = times[i] + options.fields_every_s;
+    chosen.push_back(i);
+  }
+  return chosen;
+}
+
+Eigen::VectorXd start_field(const SimulateOptions& options, const solver::FullModel& full, const solver::LoadProgram& program) {
+  if (!options.start_from.empty()) {
+    const solver::StartField start = solver::field_from_vtu(options.start_from, full.mesh, full.thermal);
+    core::log_line(fmt::format("start from {}: nodes are at most {:.2g} mm outside its mesh", options.start_from.string(), 1e3 * start.farthest));
+    return start.temperature;
+  }
+  if (options.start_from_sensors.empty()) return {};
+  const core::Table table = core::read_csv(options.start_from_sensors);
+  core::require_time_column(table);
+  const double time = options.start_time_s >= 0 || table.rows() == 0 ? options.start_time_s : table.values(0, 0);
+  return solver::field_from_sensors(table, time, solver::OperatingModel(full.mesh.machine, full.thermal.layout), program, full.thermal);
+}
+
+}  // namespace
+
 void simulate(const SimulateOptions& options) {
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size);
   const mesh::Machine& machine = machine_case.machine;
-  const solver::LoadProgram program = machine_case.load(options.load);
+  solver::LoadProgram program = machine_case.load(options.load);
+  if (!options.output_times.empty()) program.choose_outputs(options.output_times, "--output-times");
   const mesh::Pose pose = options.pose.empty() ? mesh::home_pose(machine)
                                                : mesh::parse_pose(machine, options.pose, "--pose");
   const solver::FullModel full = build(machine_case, options.out);
 
+  const auto folder = options.out / "simulate" / program.name();
   solver::CampaignOptions campaign;
   campaign.poses = {pose};
-  campaign.keep_snapshots = true;
+  campaign.start = start_field(options, full, program);
+  campaign.checkpoints = folder;
+  campaign.checkpoint_s = options.checkpoint_every_s;
+  campaign.resume = options.resume;
+  const std::vector<double> times = program.output_times();
+  const std::vector<std::size_t> fields = field_outputs(times, options);
+  std::vector<std::pair<double, std::string>> files;
+  for (std::size_t field : fields) files.emplace_back(times[field], fmt::format("fields/{:06d}.vtu", files.size()));
+  campaign.on_output = [&](const solver::LoadProgram&, const solver::OutputState& output) {
+    const auto at = std::find(fields.begin(), fields.end(), output.index);
+    if (at == fields.end()) return;
+    const auto number = at - fields.begin();
+    const Eigen::VectorXd state = output.state;
+    solver::write_fields(folder / files[static_cast<std::size_t>(number)].second, full.mesh, pose,
+                         (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(),
+                         full.elastic.displacement(state, pose), output.time);
+    // What there is so far can be looked at while the run goes on.
+    solver::write_pvd(folder / "fields.pvd", {files.begin(), files.begin() + number + 1});
+  };
   const solver::LoadResult result = solver::run_campaign(full, {program}, campaign).front();
-
-  const auto folder = options.out / "simulate" / program.name();
   core::write_csv(folder / "tcp.csv", result.tcp);
   core::write_csv(folder / "sensors.csv", result.sensors);
-  std::vector<std::pair<double, std::string>> files;
-  double next = 0;
-  for (Eigen::Index i = 0; i < result.snapshots.cols(); ++i) {
-    const double now = result.sensors.values(i, 0);
-    if (now < next - 1e-6 && i + 1 < result.snapshots.cols()) continue;
-    next = now + options.fields_every_s;
-    const std::string name = fmt::format("fields/{:06d}.vtu", files.size());
-    const Eigen::VectorXd state = result.snapshots.col(i);
-    solver::write_fields(folder / name, full.mesh, pose,
-                         (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(),
-                         full.elastic.displacement(state, pose));
-    files.emplace_back(now, name);
-  }
-  solver::write_pvd(folder / "fields.pvd", files);
 
   nlohmann::json json = {{"load", program.name()}, {"pose", mesh::format_pose(machine, pose)},
-                         {"nodes", full.mesh.nodes()}, {"folder", folder.string()}};
+                         {"nodes", full.mesh.nodes()}, {"folder", folder.string()},
+                         {"steps", result.run.steps}, {"rejected", result.run.rejected},
+                         {"factorisations", result.run.factorisations}, {"iterations", result.run.iterations},
+                         {"resumed_at_s", result.run.resumed_at}};
+  for (const auto& at : result.run.switches)
+    json["switches"].push_back({{"time_s", at.time}, {"coolant", machine.coolants[static_cast<std::size_t>(at.coolant)].id}, {"running", at.running}});
   std::vector<std::vector<std::string>> table{{"TCP error", "at the end", "largest"}};
   for (const char* column : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) {
     const Eigen::VectorXd values = result.tcp.column(column);
@@ -57,9 +97,10 @@ void simulate(const SimulateOptions& options) {
     json["tcp"][column] = {{"end", end}, {"largest", largest}};
   }
   print_summary(options,
-                fmt::format("{} ({}), pose {}\n{}\n{} nodes, {} fields, {:.0f} s; open {} in ParaView\n", program.name(),
-                            program.title(), mesh::format_pose(machine, pose), core::format_table(table),
-                            full.mesh.nodes(), files.size(), time.seconds(), (folder / "fields.pvd").string()),
+                fmt::format("{} ({}), pose {}\n{}\n{}: {}\n{} nodes, {} fields, {:.0f} s, {:.2f} GiB; open {} in ParaView\n",
+                            program.name(), program.title(), mesh::format_pose(machine, pose), core::format_table(table),
+                            word(program.time().scheme), result.run.brief(), full.mesh.nodes(), files.size(), time.seconds(),
+                            peak_memory_GiB(), (folder / "fields.pvd").string()),
                 json.dump());
 }
 
