@@ -179,7 +179,12 @@ void ErrorModel::advance(const Interval& interval) {
     };
     for (const int term : quantity.terms) {
       if (interval.p[term] == 0.0) continue;
-      rate.noalias() -= interval.p[term] * (system.terms[static_cast<std::size_t>(term)] * state);
+      const MatrixXd& matrix = system.terms[static_cast<std::size_t>(term)];
+      if (system.layout.terms[static_cast<std::size_t>(term)].kind == solver::TermKind::coolant_flow) {
+        rate.noalias() -= interval.p[term] * (matrix * state);
+      } else {
+        rate.noalias() -= interval.p[term] * (matrix.selfadjointView<Eigen::Lower>() * state);  // half the memory
+      }
       for (const int input : inputs_of_term_[static_cast<std::size_t>(term)]) add_input(input, interval.q[input]);
     }
     for (const int input : quantity.inputs) add_input(input, interval.q[input]);

@@ -35,6 +35,62 @@ bool is_identity(const Eigen::MatrixXd& matrix) {
   return matrix == Eigen::MatrixXd::Identity(matrix.rows(), matrix.cols());
 }
 
+/// Lower triangles of symmetric matrices, column by column without gaps: their weighted sum is bound
+/// by memory, and this is half of it.
+class PackedTriangles {
+ public:
+  PackedTriangles(const std::vector<Eigen::MatrixXd>& matrices, const std::vector<bool>& symmetric) {
+    for (std::size_t j = 0; j < matrices.size(); ++j) {
+      if (symmetric[j]) packed_.push_back(pack(matrices[j]));
+      place_.push_back(symmetric[j] ? static_cast<int>(packed_.size()) - 1 : -1);
+    }
+  }
+  bool holds(std::size_t j) const { return place_[j] >= 0; }
+
+  static Eigen::VectorXd pack(const Eigen::MatrixXd& matrix) {
+    const Eigen::Index r = matrix.rows();
+    Eigen::VectorXd packed(r * (r + 1) / 2);
+    for (Eigen::Index column = 0, at = 0; column < r; at += r - column, ++column)
+      packed.segment(at, r - column) = matrix.col(column).tail(r - column);
+    return packed;
+  }
+  static void unpack(const Eigen::VectorXd& packed, Eigen::MatrixXd& matrix) {
+    const Eigen::Index r = matrix.rows();
+    for (Eigen::Index column = 0, at = 0; column < r; at += r - column, ++column)
+      matrix.col(column).tail(r - column) = packed.segment(at, r - column);
+    matrix.triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
+  }
+
+  /// sum += factors[k] * triangle of matrix terms[k], four at a time.
+  void add(const std::vector<std::pair<std::size_t, double>>& terms, Eigen::VectorXd& sum) const {
+    const auto of = [&](std::size_t k) -> const Eigen::VectorXd& {
+      return packed_[static_cast<std::size_t>(place_[terms[k].first])];
+    };
+    std::size_t k = 0;
+    for (; k + 4 <= terms.size(); k += 4)
+      sum += terms[k].second * of(k) + terms[k + 1].second * of(k + 1) + terms[k + 2].second * of(k + 2) +
+             terms[k + 3].second * of(k + 3);
+    for (; k < terms.size(); ++k) sum += terms[k].second * of(k);
+  }
+
+ private:
+  std::vector<Eigen::VectorXd> packed_;
+  std::vector<int> place_;
+};
+
+bool is_symmetric(const Eigen::MatrixXd& matrix) { return matrix == matrix.transpose(); }
+
+std::vector<bool> symmetric_terms(const ReducedSystem& system) {
+  std::vector<bool> symmetric;
+  for (const Eigen::MatrixXd& term : system.terms) symmetric.push_back(is_symmetric(term));
+  return symmetric;
+}
+
+/// What a matrix has beside the mirror image of its lower triangle.
+Eigen::MatrixXd beside_triangle(const Eigen::MatrixXd& matrix) {
+  return matrix - Eigen::MatrixXd(matrix.selfadjointView<Eigen::Lower>());
+}
+
 }  // namespace
 
 struct ReducedStepper::Work {
@@ -45,6 +101,10 @@ struct ReducedStepper::Work {
   Eigen::VectorXd p, q, heat;    ///< of the last step; heat = inputs * q
   Eigen::MatrixXd conduction;    ///< K0 + sum p K at conduction_p, brought to p where it is needed
   Eigen::VectorXd conduction_p;
+  PackedTriangles triangles;
+  Eigen::VectorXd constant_triangle, triangle;  ///< of K0 and of the sum's symmetric part
+  Eigen::MatrixXd constant_flows, flows;        ///< what is not symmetric: coolant transport
+  std::vector<std::pair<std::size_t, double>> changes;
   bool has_conduction = false, has_heat = false;
   int differences = 0;
 
@@ -59,8 +119,14 @@ struct ReducedStepper::Work {
   std::array<Eigen::VectorXd, max_refinements> direction, image;
 
   Work(const ReducedSystem& s, const StepperOptions& o)
-      : system(s), options(o), identity_capacity(is_identity(s.capacity)) {
+      : system(s),
+        options(o),
+        identity_capacity(is_identity(s.capacity)),
+        triangles(s.terms, symmetric_terms(s)),
+        constant_triangle(PackedTriangles::pack(s.conduction)) {
     const Eigen::Index r = s.order();
+    constant_flows = flows = beside_triangle(s.conduction);
+    changes.reserve(s.terms.size());
     conduction.resize(r, r);
     shifted.resize(r, r);
     for (Eigen::VectorXd* v : {&heat, &start, &stage, &right_hand_side, &residual, &column}) v->setZero(r);
@@ -79,18 +145,26 @@ struct ReducedStepper::Work {
     Eigen::Index changed = 0;
     for (Eigen::Index j = 0; j < terms; ++j) changed += p(j) != conduction_p(j);
     if (has_conduction && changed == 0) return;
-    if (!has_conduction || 2 * changed > terms || ++differences > exact_sum_after) {
-      conduction = system.conduction;
-      for (Eigen::Index j = 0; j < terms; ++j) {
-        if (p(j) != 0.0) conduction += p(j) * system.terms[static_cast<std::size_t>(j)];
-      }
+    const bool afresh = !has_conduction || 2 * changed > terms || ++differences > exact_sum_after;
+    if (afresh) {
+      triangle = constant_triangle;
+      flows = constant_flows;
       differences = 0;
-    } else {
-      for (Eigen::Index j = 0; j < terms; ++j) {
-        const double difference = p(j) - conduction_p(j);
-        if (difference != 0.0) conduction += difference * system.terms[static_cast<std::size_t>(j)];
+    }
+    changes.clear();
+    for (Eigen::Index j = 0; j < terms; ++j) {
+      const double amount = afresh ? p(j) : p(j) - conduction_p(j);
+      const auto term = static_cast<std::size_t>(j);
+      if (amount == 0.0) continue;
+      if (triangles.holds(term)) {
+        changes.emplace_back(term, amount);
+      } else {
+        flows += amount * system.terms[term];
       }
     }
+    triangles.add(changes, triangle);
+    PackedTriangles::unpack(triangle, conduction);
+    conduction += flows;
     conduction_p = p;
     has_conduction = true;
   }

@@ -242,7 +242,7 @@ TEST(Reduce, WithoutTrainingTheKrylovBasisAloneIsGood) {
     const ReductionErrors errors = compare(
         c.results[i], simulate_reduced(model, c.full.mesh.machine, c.loads[i], mesh::workspace_poses(c.full.mesh.machine)));
     std::printf("Krylov only, order 60, load %s: at most %.4f um of %.1f\n", errors.load.c_str(), errors.max_um, errors.peak_um);
-    EXPECT_LT(errors.max_um, 0.2);
+    EXPECT_LT(errors.max_um, 0.3);
   }
 }
 
