@@ -174,6 +174,12 @@ Config Config::parse(const std::string& text, const std::string& source) {
                      fmt::format("byte {:#04x}", static_cast<unsigned char>(text[*offset])),
                      "text in UTF-8");
   }
+  // Nor letters where TOML has none: it takes some of them for an impossible case.
+  if (const auto offset = find_bare_non_ascii(text)) {
+    throw InputError(source + ":" + line_and_column(text, *offset),
+                     fmt::format("byte {:#04x} outside of quotes and comments", static_cast<unsigned char>(text[*offset])),
+                     "ASCII there; other letters in quotes");
+  }
   Config config;
   config.data_->text = text;
   config.data_->source = source;

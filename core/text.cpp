@@ -125,4 +125,45 @@ std::optional<std::size_t> find_invalid_utf8(std::string_view text) {
   return std::nullopt;
 }
 
+namespace {
+
+/// Offset after the quoted text that begins at the offset. One that is not closed ends with its line
+/// (a triple one with the document), where a parser stops too.
+std::size_t after_quotes(std::string_view toml, std::size_t start) {
+  const char quote = toml[start];
+  const std::string fence(3, quote);
+  const bool triple = toml.substr(start, 3) == fence;
+  std::size_t i = start + (triple ? 3 : 1);
+  while (i < toml.size()) {
+    if (quote == '"' && toml[i] == '\\') {
+      i += 2;
+    } else if (triple && toml.substr(i, 3) == fence) {
+      i += 3;
+      for (int more = 0; more < 2 && i < toml.size() && toml[i] == quote; ++more) ++i;
+      return i;
+    } else if (!triple && (toml[i] == quote || toml[i] == '\n')) {
+      return i + 1;
+    } else {
+      ++i;
+    }
+  }
+  return toml.size();
+}
+
+}  // namespace
+
+std::optional<std::size_t> find_bare_non_ascii(std::string_view toml) {
+  std::size_t i = toml.starts_with("\xEF\xBB\xBF") ? 3 : 0;
+  while (i < toml.size()) {
+    const char c = toml[i];
+    if (static_cast<unsigned char>(c) >= 0x80) return i;
+    if (c == '#') {
+      i = std::min(toml.find('\n', i), toml.size());
+    } else {
+      i = c == '"' || c == '\'' ? after_quotes(toml, i) : i + 1;
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace thermotwin::core

@@ -25,4 +25,8 @@ std::string format_table(const std::vector<std::vector<std::string>>& rows);
 /// Offset of the first byte that is not well-formed UTF-8 (RFC 3629); nothing if all is well.
 std::optional<std::size_t> find_invalid_utf8(std::string_view text);
 
+/// Offset of the first byte of a TOML document that is not ASCII and stands neither in a quoted text
+/// nor in a comment; nothing if there is none. A byte order mark at the start is passed over.
+std::optional<std::size_t> find_bare_non_ascii(std::string_view toml);
+
 }  // namespace thermotwin::core

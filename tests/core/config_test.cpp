@@ -184,6 +184,7 @@ TEST(Config, BrokenFilesSayLineAndColumn) {
   expect_holds(problem("a = 1\na = 2\n"), {"machine.toml:2:"});
   expect_holds(problem("a = 1\nb = \"\xCC\x83\xCC\""), {"machine.toml:2:8", "0xcc", "UTF-8"});
   expect_holds(problem("\xFF"), {"machine.toml:1:1"});
+  expect_holds(problem("a = \"ä\" # ä\nb = ä\n"), {"machine.toml:2:5", "0xc3", "quotes"});
 }
 
 TEST(Config, LoadsAFileAndKeepsItsText) {

@@ -58,5 +58,18 @@ TEST(Text, Utf8) {
   EXPECT_EQ(bad_at("\xF8\x88\x80\x80\x80"), 0);
 }
 
+TEST(Text, OtherLettersMayStandInQuotesAndComments) {
+  for (const char* good : {"", "a = 1", "\xEF\xBB\xBF" "a = 1", "a = \"ä\"", "a = 'ä' # µm", "# ä\na = 1",
+                           "a = \"\"\"\nä \"\" ä\"\"\"", "a = \"\\\"ä\"", "a = '\\'\nb = 'ä'", "a = \"\"\"ä\"\"\"\"\"\n"})
+    EXPECT_EQ(find_bare_non_ascii(good), std::nullopt) << good;
+  EXPECT_EQ(find_bare_non_ascii("ä = 1"), 0U);
+  EXPECT_EQ(find_bare_non_ascii("a = 1 ä"), 6U);
+  EXPECT_EQ(find_bare_non_ascii("a\xEF\xBB\xBF"), 1U);
+  EXPECT_EQ(find_bare_non_ascii("a = \"x\"ä"), 7U);
+  EXPECT_EQ(find_bare_non_ascii("a = '\\'ä"), 7U);
+  EXPECT_EQ(find_bare_non_ascii("a = '''x'''ä"), 11U);
+  EXPECT_EQ(find_bare_non_ascii("# c\nä"), 4U);
+}
+
 }  // namespace
 }  // namespace thermotwin::core
