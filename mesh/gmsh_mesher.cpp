@@ -170,13 +170,17 @@ RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& te
     for (const auto& [type, stride] : {std::pair{tet4, 4}, std::pair{tet10, 10}}) {
       Tags tags, corner;
       gmsh::model::mesh::getElementsByType(type, tags, corner, volume);
-      raw.quadratic = raw.quadratic || (type == tet10 && !tags.empty());
+      // Gmsh's last two edges are the other way round.
+      constexpr std::size_t gmsh_edge[6] = {4, 5, 6, 7, 9, 8};
       for (std::size_t e = 0; e < tags.size(); ++e) {
         const std::size_t first = e * static_cast<std::size_t>(stride);
         tets_of_volume[volume].push_back(static_cast<int>(raw.tets.size()));
         raw.tets.push_back({nodes(corner[first]), nodes(corner[first + 1]), nodes(corner[first + 2]),
                             nodes(corner[first + 3])});
         raw.tet_labels.push_back(static_cast<long>(tags[e]));
+        if (type != tet10) continue;
+        raw.edges.emplace_back();
+        for (std::size_t i = 0; i < 6; ++i) raw.edges.back()[i] = nodes(corner[first + gmsh_edge[i]]);
       }
     }
   return raw;

@@ -40,8 +40,8 @@ void check_surface(const Surface& surface, const std::string& body);
 /// @throws InputError for an unknown extension; MeshError as described above
 TetMesh import_body(const std::filesystem::path& path, const ImportOptions& options);
 
-/// Reads an existing tetrahedral mesh (.msh, .vtu, .inp). Quadratic tetrahedra lose their
-/// mid-side nodes, with a warning.
+/// Reads an existing tetrahedral mesh (.msh, .vtu, .inp), linear or quadratic as it is; edges of
+/// quadratic tetrahedra are made straight, with a warning if they were not.
 TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& options);
 
 /// Writes points, tets, and the point arrays given, as .vtu (VTK XML, appended, LZ4).

@@ -192,7 +192,6 @@ class InpReader {
     }
     nodes_per_element_ = quadratic ? 10 : triangle6 ? 6 : linear ? 4 : 3;
     const bool solid = linear || quadratic;
-    raw_.quadratic = raw_.quadratic || quadratic;
     Set* set = nullptr;
     if (const std::string* elset = options.find("ELSET")) set = &set_named(element_sets_, *elset);
     data_ = [this, set, solid](const std::vector<std::string_view>& cells) {
@@ -210,24 +209,25 @@ class InpReader {
   }
 
   void add_element(bool solid) {
-    std::array<int, 4> corner{};
-    for (std::size_t i = 0; i < (solid ? 4u : 3u); ++i) {
+    std::array<int, 10> nodes{};
+    for (std::size_t i = 0; i + 1 < pending_.size(); ++i) {
       const auto node = node_index_.find(pending_[i + 1]);
       if (node == node_index_.end())
         fail(fmt::format("element {} refers to node {}", pending_[0], pending_[i + 1]),
              "nodes given before by *NODE", pending_line_);
-      corner[i] = node->second;
+      nodes[i] = node->second;
     }
     auto& index = solid ? tet_index_ : triangle_index_;
     if (tet_index_.count(pending_[0]) + triangle_index_.count(pending_[0]) > 0)
       fail(fmt::format("element {} again", pending_[0]), "each element once", pending_line_);
     index.emplace(pending_[0], static_cast<int>(solid ? raw_.tets.size() : triangles_.size()));
     if (solid) {
-      raw_.tets.push_back(corner);
+      raw_.tets.push_back({nodes[0], nodes[1], nodes[2], nodes[3]});
+      if (nodes_per_element_ == 10) raw_.edges.push_back({nodes[4], nodes[5], nodes[6], nodes[7], nodes[8], nodes[9]});
       raw_.tet_labels.push_back(pending_[0]);
       raw_.tet_lines.push_back(pending_line_);
     } else {
-      triangles_.push_back({corner[0], corner[1], corner[2]});
+      triangles_.push_back({nodes[0], nodes[1], nodes[2]});
     }
   }
 

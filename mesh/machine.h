@@ -21,6 +21,7 @@ struct Material {
   double density = 0;               ///< kg/m^3
   Uncertain specific_heat;          ///< J/(kg K)
   double conductivity = 0;          ///< W/(m K)
+  std::optional<Eigen::Matrix3d> conductivity_tensor;  ///< W/(m K), instead; axes of the body's home frame
   Uncertain expansion;              ///< 1/K
   double young = 0;                 ///< Pa
   double poisson = 0;
@@ -187,6 +188,8 @@ struct Machine {
   std::string name, kinematic_chain;
   double reference_C = 20.0;        ///< temperature at which the machine has no error
   double coarse = 1.0, standard = 0.55, fine = 0.32;  ///< size factors
+  int order = 1;                    ///< of the tetrahedra: 1 linear, 2 quadratic
+  bool lumped_capacity = false;     ///< diagonal capacity matrix instead of the consistent one
   double spindle_max_rpm = 0;
   std::vector<Material> materials;
   std::vector<BodySpec> bodies;

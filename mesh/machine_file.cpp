@@ -2,6 +2,7 @@
 // The structure of a machine from machine.toml: materials, bodies, axes, surfaces, joints, TCP.
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -61,13 +62,33 @@ void refuse(const Node& node, const std::string& key, const std::string& reason)
 
 namespace {
 
+/// Three numbers: the diagonal; six: xx, yy, zz, xy, yz, zx.
+Eigen::Matrix3d read_tensor(const Node& node, const std::string& key) {
+  std::vector<double> v = node.numbers(key);
+  if (v.size() == 3) v.resize(6, 0.0);
+  const std::string allowed = "[xx, yy, zz] or [xx, yy, zz, xy, yz, zx], positive definite, main values up to 5000";
+  if (v.size() != 6) throw InputError(node.place(key), fmt::format("{} numbers", v.size()), allowed);
+  Eigen::Matrix3d tensor;
+  tensor << v[0], v[3], v[5], v[3], v[1], v[4], v[5], v[4], v[2];
+  const Eigen::Vector3d main = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvalues();
+  if (!(main[0] >= 1e-3 && main[2] <= 5000.0))
+    throw InputError(node.place(key), fmt::format("main values {:.4g}, {:.4g}, {:.4g}", main[0], main[1], main[2]), allowed);
+  return tensor;
+}
+
 Material read_material(const Node& node, Draft& draft) {
   // Generous bounds that still catch a wrong unit.
   Material material;
   material.id = draft.define(node, "material");
   material.density = node.number("density_kg_m3", {1.0, 30000.0});
   material.specific_heat = node.uncertain("specific_heat_J_kgK", {10.0, 20000.0});
-  material.conductivity = node.number("conductivity_W_mK", {1e-3, 5000.0});
+  if (node.has("conductivity_tensor_W_mK")) {
+    refuse(node, "conductivity_W_mK", "either conductivity_W_mK or conductivity_tensor_W_mK");
+    material.conductivity_tensor = read_tensor(node, "conductivity_tensor_W_mK");
+    material.conductivity = material.conductivity_tensor->trace() / 3.0;
+  } else {
+    material.conductivity = node.number("conductivity_W_mK", {1e-3, 5000.0});
+  }
   material.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
   material.young = node.number("young_GPa", {1e-3, 2000.0}) * 1e9;
   material.poisson = node.number("poisson", {-0.99, 0.499});
@@ -357,6 +378,8 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
     machine.coarse = sizes->number_or("coarse", machine.coarse, allowed);
     machine.standard = sizes->number_or("standard", machine.standard, allowed);
     machine.fine = sizes->number_or("fine", machine.fine, allowed);
+    machine.order = sizes->integer_or("order", machine.order, 1, 2);
+    machine.lumped_capacity = sizes->choice_or("capacity", "consistent", {"consistent", "lumped"}) == "lumped";
     sizes->finish();
   }
   reader::read_structure(root, draft, files_must_exist);

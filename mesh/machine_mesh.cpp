@@ -52,6 +52,11 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
   core::Progress progress("mesh of '" + machine.name + "'", std::max<std::size_t>(1, machine.bodies.size()));
   for (const BodySpec& body : machine.bodies) {  // one after the other: Gmsh has one global state
     result.bodies.push_back(mesh_body(body, options));
+    TetMesh& made = result.bodies.back();
+    if (machine.order == 1 && made.order() == 2)
+      core::warn("body '" + body.id + "': " + body.cad.filename().string() +
+                 ": quadratic tetrahedra are used as linear ones, without their edge nodes; order = 2 keeps them");
+    set_order(made, machine.order);
     result.first_node.push_back(result.first_node.back() + result.bodies.back().nodes());
     progress.advance();
   }

@@ -28,7 +28,7 @@ struct MeshOptions {
   std::filesystem::path cache;         ///< folder for meshes already made; empty: none
 };
 
-/// Imports and meshes every body, resolves every surface.
+/// Imports and meshes every body, in the machine's order, and resolves every surface.
 /// @throws MeshError; InputError for a rule that matches nothing (with place and what is near)
 MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& options);
 

@@ -15,8 +15,8 @@ namespace thermotwin::mesh {
 namespace {
 
 // To be raised whenever the same input would give another mesh or another file.
-constexpr const char* mesher_version = "1";
-constexpr std::string_view magic = "thermotwin mesh 1\n";
+constexpr const char* mesher_version = "2";
+constexpr std::string_view magic = "thermotwin mesh 2\n";
 constexpr std::uint32_t byte_order = 0x01020304;
 constexpr std::size_t hash_length = 16;
 
@@ -105,7 +105,9 @@ std::optional<TetMesh> read_cached(const std::filesystem::path& file) {
   TetMesh mesh;
   reader.matrix(mesh.points, 3);
   reader.matrix(mesh.tets, 4);
+  reader.matrix(mesh.tet_edges, 6);
   reader.matrix(mesh.faces, 3);
+  reader.matrix(mesh.face_edges, 3);
   reader.matrix(mesh.face_tet, 1);
   const auto groups = reader.number<std::int64_t>();
   for (std::int64_t g = 0; g < groups && reader.ok(); ++g) {
@@ -124,7 +126,9 @@ void write_cached(const std::filesystem::path& file, const TetMesh& mesh) {
   writer.number(byte_order);
   writer.matrix(mesh.points);
   writer.matrix(mesh.tets);
+  writer.matrix(mesh.tet_edges);
   writer.matrix(mesh.faces);
+  writer.matrix(mesh.face_edges);
   writer.matrix(mesh.face_tet);
   writer.number<std::int64_t>(static_cast<std::int64_t>(mesh.groups.size()));
   for (const auto& [name, faces] : mesh.groups) {

@@ -42,6 +42,41 @@ void check_tets(const RawMesh& raw, const std::string& body) {
   }
 }
 
+constexpr double largest_bow = 0.25;  // of an edge node off the middle, over the edge's length
+constexpr double straight = 1e-6;
+
+/// Puts the nodes of all edges into the middle. @throws MeshError, see finish
+void straighten(const RawMesh& raw, const std::string& body, double unit_m, std::vector<Eigen::Vector3d>& points) {
+  std::map<std::pair<int, int>, int> middle;
+  double largest = 0.0;
+  std::set<int> moved;
+  for (std::size_t e = 0; e < raw.tets.size(); ++e)
+    for (std::size_t i = 0; i < 6; ++i) {
+      const auto [low, high] = std::minmax(raw.tets[e][static_cast<std::size_t>(tet_edge[i][0])],
+                                           raw.tets[e][static_cast<std::size_t>(tet_edge[i][1])]);
+      const int node = raw.edges[e][i];
+      const auto at = static_cast<std::size_t>(node);
+      const Eigen::Vector3d a = raw.points[static_cast<std::size_t>(low)], b = raw.points[static_cast<std::size_t>(high)];
+      const double off = (raw.points[at] - 0.5 * (a + b)).norm(), length = (b - a).norm();
+      if (!(off <= largest_bow * length) || middle.emplace(std::pair(low, high), node).first->second != node) {
+        std::string place = "body '" + body + "': " + raw.source;
+        if (!raw.tet_lines.empty()) place += fmt::format(":{}", raw.tet_lines[e]);
+        throw core::MeshError(place,
+                              fmt::format("element {}: node {} on the edge of nodes {} and {}{}", raw.tet_labels[e],
+                                          raw.node_labels[at], raw.node_labels[static_cast<std::size_t>(low)],
+                                          raw.node_labels[static_cast<std::size_t>(high)],
+                                          off <= largest_bow * length ? " is not that of a neighbour" : " is far from its middle"),
+                              "one node near the middle of each edge, in the order of the format");
+      }
+      if (off > straight * length) moved.insert(node);
+      largest = std::max(largest, off);
+      points[at] = 0.5 * (a + b);
+    }
+  if (!moved.empty())
+    core::warn(fmt::format("body '{}': {}: edges are kept straight: {} edge nodes move by up to {:.3g} mm", body,
+                           raw.source, moved.size(), 1e3 * unit_m * largest));
+}
+
 }  // namespace
 
 TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
@@ -50,28 +85,40 @@ TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
                           "a tetrahedral volume mesh");
   check_tets(raw, options.body);
   TetMesh mesh;
+  const bool quadratic = raw.edges.size() == raw.tets.size();
+  std::vector<Eigen::Vector3d> points = raw.points;
+  if (quadratic) straighten(raw, options.body, options.unit_m, points);
   std::vector<int> renumber(raw.points.size(), -1);
   for (const auto& tet : raw.tets)
     for (const int node : tet) renumber[static_cast<std::size_t>(node)] = 0;
+  if (quadratic)
+    for (const auto& edges : raw.edges)
+      for (const int node : edges) renumber[static_cast<std::size_t>(node)] = 0;
   int nodes = 0;
   for (int& number : renumber)
     if (number == 0) number = nodes++;
   const auto orphans = raw.points.size() - static_cast<std::size_t>(nodes);
-  if (raw.quadratic)
-    core::warn(fmt::format(
-        "body '{}': {}: quadratic tetrahedra are used as linear ones, without their mid-side nodes",
-        options.body, raw.source));
+  if (!quadratic && !raw.edges.empty())
+    core::warn(fmt::format("body '{}': {}: linear and quadratic tetrahedra are mixed; all are read as linear ones",
+                           options.body, raw.source));
   else if (orphans > 0)
     core::warn(fmt::format("body '{}': {}: {} nodes belong to no tetrahedron and are left out", options.body,
                            raw.source, orphans));
   mesh.points.resize(3, nodes);
   for (std::size_t i = 0; i < renumber.size(); ++i)
-    if (renumber[i] >= 0) mesh.points.col(renumber[i]) = options.unit_m * raw.points[i];
+    if (renumber[i] >= 0) mesh.points.col(renumber[i]) = options.unit_m * points[i];
   mesh.tets.resize(4, static_cast<Eigen::Index>(raw.tets.size()));
   for (std::size_t e = 0; e < raw.tets.size(); ++e)
     for (int i = 0; i < 4; ++i)
       mesh.tets(i, static_cast<Eigen::Index>(e)) =
           renumber[static_cast<std::size_t>(raw.tets[e][static_cast<std::size_t>(i)])];
+  if (quadratic) {
+    mesh.tet_edges.resize(6, mesh.elements());
+    for (std::size_t e = 0; e < raw.edges.size(); ++e)
+      for (std::size_t i = 0; i < 6; ++i)
+        mesh.tet_edges(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(e)) =
+            renumber[static_cast<std::size_t>(raw.edges[e][i])];
+  }
   check_extent(mesh.points, options.body);
   build_boundary(mesh, options.body);
 

@@ -20,13 +20,17 @@ struct RawMesh {
   std::vector<std::array<int, 4>> tets;                   ///< indices into points
   std::vector<long> tet_labels;
   std::vector<int> tet_lines;                             ///< line in the file; empty: unknown
-  bool quadratic = false;                                 ///< mid-side nodes were left out
+  std::vector<std::array<int, 6>> edges;                  ///< edge nodes of the tets, see tet_edge; empty or
+                                                          ///< shorter than tets: some are linear
   std::map<std::string, std::vector<std::array<int, 3>>> face_sets;
   std::map<std::string, std::vector<int>> node_sets;      ///< faces with all three nodes in it
   std::map<std::string, std::vector<int>> element_sets;   ///< boundary faces of these elements
 };
 
-/// @throws MeshError naming the element of the file that is inverted, flat or has a node twice
+/// Quadratic if all tetrahedra are; edge nodes that a file has off the middle are moved there, with
+/// a warning. Where only some are quadratic, all become linear.
+/// @throws MeshError naming the element of the file that is inverted, flat or has a node twice, or
+///         whose edge nodes are not beside the middle of its edges or not those of its neighbours
 TetMesh finish(const RawMesh& raw, const ImportOptions& options);
 
 /// Abaqus or CalculiX text. @throws InputError with source and line

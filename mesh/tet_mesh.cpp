@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "core/error.h"
 
@@ -18,6 +19,14 @@ using Triple = std::array<int, 3>;
 
 // The four faces of a tetrahedron of positive volume, seen from outside.
 constexpr int local_face[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
+
+/// Place in tet_edge of the edge between two corners.
+int edge_between(int a, int b) {
+  for (int edge = 0; edge < 6; ++edge)
+    if ((tet_edge[edge][0] == a && tet_edge[edge][1] == b) || (tet_edge[edge][0] == b && tet_edge[edge][1] == a))
+      return edge;
+  return -1;
+}
 
 struct Side {
   Triple key;  ///< sorted nodes
@@ -64,6 +73,13 @@ void check_elements(const TetMesh& mesh, const std::string& body) {
           fail(body, fmt::format("element {} has node {} twice", e, nodes[i]), "four different nodes");
       used[static_cast<std::size_t>(nodes[i])] = 1;
     }
+    if (mesh.order() == 2)
+      for (const int node : mesh.tet_edges.col(e)) {
+        if (node < 0 || node >= mesh.nodes())
+          fail(body, fmt::format("element {} refers to node {}", e, node),
+               fmt::format("nodes 0 .. {}", mesh.nodes() - 1));
+        used[static_cast<std::size_t>(node)] = 1;
+      }
     double longest = 0.0;
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < i; ++j)
@@ -151,11 +167,16 @@ void build_boundary(TetMesh& mesh, const std::string& body) {
   }
   std::sort(boundary.begin(), boundary.end());
   mesh.faces.resize(3, static_cast<Eigen::Index>(boundary.size()));
+  mesh.face_edges.resize(3, mesh.order() == 2 ? mesh.faces.cols() : 0);
   mesh.face_tet.resize(static_cast<Eigen::Index>(boundary.size()));
   for (std::size_t i = 0; i < boundary.size(); ++i) {
     const auto [element, local] = boundary[i];
     for (int k = 0; k < 3; ++k)
       mesh.faces(k, static_cast<Eigen::Index>(i)) = mesh.tets(local_face[local][k], element);
+    if (mesh.order() == 2)
+      for (int k = 0; k < 3; ++k)
+        mesh.face_edges(k, static_cast<Eigen::Index>(i)) = mesh.tet_edges(
+            edge_between(local_face[local][face_edge[k][0]], local_face[local][face_edge[k][1]]), element);
     mesh.face_tet[static_cast<Eigen::Index>(i)] = element;
   }
 }
@@ -178,6 +199,81 @@ std::vector<int> find_faces(const TetMesh& mesh, const Eigen::Matrix3Xi& triangl
     if (place != known.end() && place->first == key) found[i] = place->second;
   }
   return found;
+}
+
+namespace {
+
+void promote(TetMesh& mesh) {
+  struct Edge {
+    int low, high, element, local;
+    bool operator<(const Edge& other) const {
+      return std::tie(low, high, element) < std::tie(other.low, other.high, other.element);
+    }
+  };
+  std::vector<Edge> edges;
+  edges.reserve(static_cast<std::size_t>(6 * mesh.elements()));
+  for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
+    for (int i = 0; i < 6; ++i) {
+      const auto [low, high] = std::minmax(mesh.tets(tet_edge[i][0], e), mesh.tets(tet_edge[i][1], e));
+      edges.push_back({low, high, e, i});
+    }
+  std::sort(edges.begin(), edges.end());
+  mesh.tet_edges.resize(6, mesh.elements());
+  std::vector<std::pair<int, int>> ends;
+  auto next = static_cast<int>(mesh.nodes());
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const Edge& edge = edges[i];
+    if (i == 0 || edge.low != edges[i - 1].low || edge.high != edges[i - 1].high) {
+      ends.emplace_back(edge.low, edge.high);
+      ++next;
+    }
+    mesh.tet_edges(edge.local, edge.element) = next - 1;
+  }
+  const Eigen::Index corners = mesh.nodes();
+  mesh.points.conservativeResize(3, next);
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    mesh.points.col(corners + static_cast<Eigen::Index>(i)) =
+        0.5 * (mesh.points.col(ends[i].first) + mesh.points.col(ends[i].second));
+}
+
+void demote(TetMesh& mesh) {
+  std::vector<int> number(static_cast<std::size_t>(mesh.nodes()), -1);
+  for (Eigen::Index e = 0; e < mesh.elements(); ++e)
+    for (const int node : mesh.tets.col(e)) number[static_cast<std::size_t>(node)] = 0;
+  int corners = 0;
+  for (std::size_t i = 0; i < number.size(); ++i)
+    if (number[i] == 0) {
+      mesh.points.col(corners) = mesh.points.col(static_cast<Eigen::Index>(i)).eval();
+      number[i] = corners++;
+    }
+  mesh.points.conservativeResize(3, corners);
+  const auto renumber = [&](int node) { return number[static_cast<std::size_t>(node)]; };
+  mesh.tets = mesh.tets.unaryExpr(renumber).eval();
+  mesh.faces = mesh.faces.unaryExpr(renumber).eval();
+  mesh.tet_edges.resize(6, 0);
+  mesh.face_edges.resize(3, 0);
+}
+
+/// Corner of element e that is this node.
+int corner_of(const TetMesh& mesh, Eigen::Index e, int node) {
+  int corner = 0;
+  while (mesh.tets(corner, e) != node) ++corner;
+  return corner;
+}
+
+}  // namespace
+
+void set_order(TetMesh& mesh, int order) {
+  if (order == mesh.order()) return;
+  if (order == 1) return demote(mesh);
+  promote(mesh);
+  mesh.face_edges.resize(3, mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Eigen::Index e = mesh.face_tet[f];
+    for (int k = 0; k < 3; ++k)
+      mesh.face_edges(k, f) = mesh.tet_edges(edge_between(corner_of(mesh, e, mesh.faces(face_edge[k][0], f)),
+                                                          corner_of(mesh, e, mesh.faces(face_edge[k][1], f))), e);
+  }
 }
 
 Quality quality(const TetMesh& mesh) {

@@ -25,6 +25,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "mesh/raw_mesh.h"
+#include "mesh/shape.h"
 
 namespace thermotwin::mesh {
 
@@ -114,10 +115,10 @@ RawMesh read_vtu(const std::filesystem::path& path) {
     };
     const std::string group = by_cell(c);
     if (type == VTK_TETRA || type == VTK_QUADRATIC_TETRA) {
-      raw.quadratic = raw.quadratic || type == VTK_QUADRATIC_TETRA;
       if (!group.empty()) raw.element_sets[group].push_back(static_cast<int>(raw.tets.size()));
       raw.tets.push_back({node(0), node(1), node(2), node(3)});
       raw.tet_labels.push_back(c);
+      if (type == VTK_QUADRATIC_TETRA) raw.edges.push_back({node(4), node(5), node(6), node(7), node(8), node(9)});
     } else if (type == VTK_TRIANGLE || type == VTK_QUADRATIC_TRIANGLE) {
       if (!group.empty()) raw.face_sets[group].push_back({node(0), node(1), node(2)});
     } else if (grid->GetCell(c)->GetCellDimension() == 3) {
@@ -145,15 +146,17 @@ void write_vtu(const std::filesystem::path& path, const TetMesh& mesh) {
   names->SetName("group_names");
   grid->Allocate(mesh.elements());
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
-    const vtkIdType ids[4] = {mesh.tets(0, e), mesh.tets(1, e), mesh.tets(2, e), mesh.tets(3, e)};
-    grid->InsertNextCell(VTK_TETRA, 4, ids);
+    const TetNodes nodes = tet_nodes(mesh, e);
+    const Eigen::Matrix<vtkIdType, Eigen::Dynamic, 1> ids = nodes.cast<vtkIdType>();
+    grid->InsertNextCell(mesh.order() == 2 ? VTK_QUADRATIC_TETRA : VTK_TETRA, ids.size(), ids.data());
     group->InsertNextValue(0);
   }
   for (const auto& [name, faces] : mesh.groups) {
     names->InsertNextValue(name);
     for (const int face : faces) {
-      const vtkIdType ids[3] = {mesh.faces(0, face), mesh.faces(1, face), mesh.faces(2, face)};
-      grid->InsertNextCell(VTK_TRIANGLE, 3, ids);
+      const FaceNodes nodes = face_nodes(mesh, face);
+      const Eigen::Matrix<vtkIdType, Eigen::Dynamic, 1> ids = nodes.cast<vtkIdType>();
+      grid->InsertNextCell(ids.size() == 6 ? VTK_QUADRATIC_TRIANGLE : VTK_TRIANGLE, ids.size(), ids.data());
       group->InsertNextValue(static_cast<int>(names->GetNumberOfValues()));
     }
   }

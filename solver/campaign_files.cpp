@@ -36,6 +36,7 @@ std::string hash_of_mesh(const mesh::MachineMesh& mesh) {
   for (const mesh::TetMesh& body : mesh.bodies) {
     append(bytes, body.points);
     append(bytes, body.tets);
+    append(bytes, body.tet_edges);
   }
   return core::content_hash(bytes);
 }

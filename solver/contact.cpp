@@ -11,6 +11,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "mesh/shape.h"
 #include "mesh/triangle_tree.h"
 
 namespace thermotwin::solver {
@@ -29,17 +30,16 @@ struct SubPoint {
   double share;  // of the triangle's area
 };
 
-/// The triangle cut into n^2 equal ones, each with the three-point rule of degree 2: exact for the
-/// product of two shape functions where the whole triangle is in contact, and fine enough for the
-/// edge of the contact where it is not.
-std::vector<SubPoint> sub_points(int n) {
+/// The triangle cut into n^2 equal ones, each with a rule exact for the product of two shape
+/// functions of this order where the whole triangle is in contact, and fine enough for the edge of
+/// the contact where it is not.
+std::vector<SubPoint> sub_points(int n, int order) {
+  const std::vector<mesh::FacePoint>& rule = mesh::face_rule(2 * order);
   std::vector<SubPoint> points;
-  points.reserve(static_cast<std::size_t>(3 * n * n));
-  const double share = 1.0 / (3.0 * n * n);
+  points.reserve(rule.size() * static_cast<std::size_t>(n * n));
   const auto add = [&](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-    points.push_back({(4 * a + b + c) / 6, share});
-    points.push_back({(a + 4 * b + c) / 6, share});
-    points.push_back({(a + b + 4 * c) / 6, share});
+    for (const mesh::FacePoint& point : rule)
+      points.push_back({point.at[0] * a + point.at[1] * b + point.at[2] * c, point.share / (n * n)});
   };
   const auto corner = [&](int i, int j) {
     return Vector3d(static_cast<double>(n - i - j) / n, static_cast<double>(i) / n, static_cast<double>(j) / n);
@@ -248,7 +248,7 @@ std::vector<ContactPoint> find_contact(const mesh::MachineMesh& mesh, const mesh
   std::vector<ContactPoint> contact;
 
   if (joint.master.empty()) {
-    const std::vector<SubPoint> points = sub_points(1);
+    const std::vector<SubPoint> points = sub_points(1, slave.order());
     for (int face : slave_faces) {
       const double area = slave.face_area(face);
       const Vector3d normal = slave.face_normal(face);
@@ -263,7 +263,9 @@ std::vector<ContactPoint> find_contact(const mesh::MachineMesh& mesh, const mesh
   const std::vector<int>& master_faces = faces_of(mesh, joint.master);
   const MasterSurface master(body_of(mesh, joint.master), master_faces);
   const Eigen::Isometry3d master_from_slave = master_from_home.inverse() * slave_from_home;
-  const std::vector<SubPoint> rules[3] = {sub_points(2), sub_points(3), sub_points(4)}, fine_rule = sub_points(12);
+  const int order = std::max(slave.order(), body_of(mesh, joint.master).order());
+  const std::vector<SubPoint> rules[3] = {sub_points(2, order), sub_points(3, order), sub_points(4, order)};
+  const std::vector<SubPoint> fine_rule = sub_points(12, 1);
   std::vector<int> candidates;
   for (int face : slave_faces) {
     // A slave triangle that is long against the master's needs more points to see all of them.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/elastic_assembly.h"
 
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
 
@@ -9,24 +9,6 @@
 
 namespace thermotwin::solver {
 namespace {
-
-/// Gradients of the four shape functions (columns), 1/m, and the volume, m^3.
-struct Shape {
-  Eigen::Matrix<double, 3, 4> gradient;
-  double volume;
-};
-
-Shape shape_of(const mesh::TetMesh& mesh, Eigen::Index element) {
-  const auto tet = mesh.tets.col(element);
-  Eigen::Matrix3d edges;
-  for (int i = 0; i < 3; ++i) edges.col(i) = mesh.points.col(tet[i + 1]) - mesh.points.col(tet[0]);
-  Shape shape;
-  shape.volume = edges.determinant() / 6.0;
-  const Eigen::Matrix3d inverse = edges.inverse();
-  for (int i = 0; i < 3; ++i) shape.gradient.col(i + 1) = inverse.row(i).transpose();
-  shape.gradient.col(0) = -inverse.colwise().sum().transpose();
-  return shape;
-}
 
 struct Lame {
   double lambda, mu, thermal;  ///< Pa, Pa, Pa/K
@@ -109,41 +91,69 @@ ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& ma
   std::vector<char> is_fixed(static_cast<std::size_t>(3 * nodes), 0);
   for (Eigen::Index dof : body.fixed) is_fixed[static_cast<std::size_t>(dof)] = 1;
 
-  std::vector<Eigen::Triplet<double>> stiffness, load;
-  stiffness.reserve(static_cast<std::size_t>(144 * mesh.elements()));
-  load.reserve(static_cast<std::size_t>(48 * mesh.elements()));
+  body.stiffness = elastic_stiffness(mesh, material);
   double diagonal = 0.0;
-  for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
-    const Shape shape = shape_of(mesh, e);
-    const auto tet = mesh.tets.col(e);
-    for (int a = 0; a < 4; ++a) {
-      const Eigen::Vector3d ga = shape.gradient.col(a);
-      const Eigen::Vector3d force = shape.volume * lame.thermal * 0.25 * ga;
-      for (int b = 0; b < 4; ++b) {
-        for (int i = 0; i < 3; ++i) load.emplace_back(3 * tet[a] + i, tet[b], force[i]);
-        const Eigen::Vector3d gb = shape.gradient.col(b);
-        const Eigen::Matrix3d block =
-            shape.volume * (lame.lambda * ga * gb.transpose() + lame.mu * gb * ga.transpose() +
-                            lame.mu * ga.dot(gb) * Eigen::Matrix3d::Identity());
-        if (a == b) diagonal += block.trace();
-        for (int i = 0; i < 3; ++i) {
-          const Eigen::Index row = 3 * tet[a] + i;
-          if (is_fixed[static_cast<std::size_t>(row)]) continue;
-          for (int j = 0; j < 3; ++j) {
-            const Eigen::Index column = 3 * tet[b] + j;
-            if (!is_fixed[static_cast<std::size_t>(column)]) stiffness.emplace_back(row, column, block(i, j));
-          }
-        }
-      }
-    }
-  }
-  diagonal /= static_cast<double>(3 * nodes);
-  for (Eigen::Index dof : body.fixed) stiffness.emplace_back(dof, dof, diagonal);
-  body.stiffness.resize(3 * nodes, 3 * nodes);
-  body.stiffness.setFromTriplets(stiffness.begin(), stiffness.end());
-  body.thermal_load.resize(3 * nodes, nodes);
-  body.thermal_load.setFromTriplets(load.begin(), load.end());
+  for (Eigen::Index i = 0; i < 3 * nodes; ++i) diagonal += body.stiffness.coeff(i, i) / static_cast<double>(3 * nodes);
+  for (int column = 0; column < body.stiffness.outerSize(); ++column)
+    for (SparseMatrix::InnerIterator it(body.stiffness, column); it; ++it)
+      if (is_fixed[static_cast<std::size_t>(it.row())] || is_fixed[static_cast<std::size_t>(column)])
+        it.valueRef() = it.row() == column ? diagonal : 0.0;
+  body.thermal_load = thermal_load(mesh, material);
   return body;
+}
+
+SparseMatrix elastic_stiffness(const mesh::TetMesh& mesh, const mesh::Material& material) {
+  const Lame lame = lame_of(material);
+  const std::vector<mesh::TetPoint>& rule = mesh::tet_rule(2 * (mesh.order() - 1));
+  std::vector<mesh::TetSlopes> slopes;
+  for (const mesh::TetPoint& point : rule) slopes.push_back(mesh::tet_slopes(mesh.order(), point.at));
+  const Eigen::Index n = slopes.front().rows();
+  ElementMatrix stiffness(mesh, 3, 3);
+  Eigen::MatrixXd element(3 * n, 3 * n);
+  for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
+    const Eigen::Matrix<double, 4, 3> to_space = mesh::barycentric_gradients(mesh, e);
+    const double volume = mesh.volume(e);
+    element.setZero();
+    for (std::size_t p = 0; p < rule.size(); ++p) {
+      const mesh::TetGradients g = slopes[p] * to_space;
+      const double lambda = rule[p].share * volume * lame.lambda, mu = rule[p].share * volume * lame.mu;
+      for (Eigen::Index a = 0; a < n; ++a)
+        for (Eigen::Index b = 0; b < n; ++b) {
+          const Eigen::Vector3d ga = g.row(a), gb = g.row(b);
+          auto block = element.block<3, 3>(3 * a, 3 * b);
+          block.noalias() += lambda * ga * gb.transpose();
+          block.noalias() += mu * gb * ga.transpose();
+          block.diagonal().array() += mu * ga.dot(gb);
+        }
+    }
+    stiffness.add(mesh::tet_nodes(mesh, e), element);
+  }
+  return stiffness.take();
+}
+
+SparseMatrix thermal_load(const mesh::TetMesh& mesh, const mesh::Material& material) {
+  const Lame lame = lame_of(material);
+  // Integral of dN_a/dL_k N_b over an element of volume 1.
+  const Eigen::Index n = mesh.order() == 1 ? 4 : 10;
+  std::array<Eigen::MatrixXd, 4> integral;
+  integral.fill(Eigen::MatrixXd::Zero(n, n));
+  for (const mesh::TetPoint& point : mesh::tet_rule(2 * mesh.order() - 1)) {
+    const mesh::TetSlopes slopes = mesh::tet_slopes(mesh.order(), point.at);
+    const mesh::TetValues values = mesh::tet_shape(mesh.order(), point.at);
+    for (int k = 0; k < 4; ++k)
+      integral[static_cast<std::size_t>(k)] += point.share * slopes.col(k) * values.transpose();
+  }
+  ElementMatrix load(mesh, 3, 1);
+  Eigen::MatrixXd element(3 * n, n);
+  for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
+    const Eigen::Matrix<double, 4, 3> to_space = mesh.volume(e) * lame.thermal * mesh::barycentric_gradients(mesh, e);
+    element.setZero();
+    for (int k = 0; k < 4; ++k)
+      for (Eigen::Index a = 0; a < n; ++a)
+        element.middleRows<3>(3 * a) += to_space.row(k).transpose() * integral[static_cast<std::size_t>(k)].row(a);
+    load.add(mesh::tet_nodes(mesh, e), element);
+  }
+  return load.take();
 }
 
 void clear_fixed(const ElasticBody& body, Eigen::MatrixXd& loads) {
@@ -155,20 +165,29 @@ Eigen::MatrixXd element_stress(const mesh::TetMesh& mesh, const mesh::Material& 
                                const Eigen::VectorXd& temperature) {
   const Lame lame = lame_of(material);
   Eigen::MatrixXd stress(6, mesh.elements());
-  for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
-    const Shape shape = shape_of(mesh, e);
-    Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
-    double mean = 0.0;
-    for (int a = 0; a < 4; ++a) {
-      const Eigen::Index node = mesh.tets(a, e);
-      gradient += displacement.segment<3>(3 * node) * shape.gradient.col(a).transpose();
-      mean += 0.25 * temperature[node];
-    }
-    const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
-    const Eigen::Matrix3d s = 2.0 * lame.mu * strain +
-        (lame.lambda * strain.trace() - lame.thermal * mean) * Eigen::Matrix3d::Identity();
-    stress.col(e) << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0);
+  for (Eigen::Index e = 0; e < mesh.elements(); ++e)
+    stress.col(e) = stress_at(mesh, material, displacement, temperature, e, Eigen::Vector4d::Constant(0.25));
+  return stress;
+}
+
+Vector6 stress_at(const mesh::TetMesh& mesh, const mesh::Material& material, const Eigen::VectorXd& displacement,
+                  const Eigen::VectorXd& temperature, Eigen::Index element, const Eigen::Vector4d& at) {
+  const Lame lame = lame_of(material);
+  const mesh::TetNodes nodes = mesh::tet_nodes(mesh, element);
+  const mesh::TetGradients slopes =
+      mesh::tet_slopes(mesh.order(), at) * mesh::barycentric_gradients(mesh, element);
+  const mesh::TetValues values = mesh::tet_shape(mesh.order(), at);
+  Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
+  double warm = 0.0;
+  for (Eigen::Index a = 0; a < nodes.size(); ++a) {
+    gradient += displacement.segment<3>(3 * nodes[a]) * slopes.row(a);
+    warm += values[a] * temperature[nodes[a]];
   }
+  const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
+  const Eigen::Matrix3d s = 2.0 * lame.mu * strain +
+      (lame.lambda * strain.trace() - lame.thermal * warm) * Eigen::Matrix3d::Identity();
+  Vector6 stress;
+  stress << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0);
   return stress;
 }
 

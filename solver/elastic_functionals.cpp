@@ -15,8 +15,9 @@ namespace {
 /// Node -> its share of the surface, m^2.
 std::map<Eigen::Index, double> nodal_areas(const mesh::TetMesh& mesh, const std::vector<int>& faces) {
   std::map<Eigen::Index, double> areas;
+  const Eigen::Matrix3Xi& nodes = mesh.order() == 1 ? mesh.faces : mesh.face_edges;
   for (int face : faces)
-    for (int i = 0; i < 3; ++i) areas[mesh.faces(i, face)] += mesh.face_area(face) / 3.0;
+    for (int i = 0; i < 3; ++i) areas[nodes(i, face)] += mesh.face_area(face) / 3.0;
   return areas;
 }
 
@@ -104,24 +105,15 @@ SkinPoint skin_point(const mesh::TetMesh& mesh, const mesh::TriangleTree& skin,
   const auto nearest = skin.nearest(place);
   SkinPoint found;
   found.distance = nearest.distance;
-  std::array<Eigen::Vector3d, 3> corner;
-  for (std::size_t i = 0; i < 3; ++i) {
-    found.node[i] = mesh.faces(static_cast<Eigen::Index>(i), nearest.triangle);
-    corner[i] = mesh.points.col(found.node[i]);
-  }
-  const Eigen::Vector3d normal = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Eigen::Vector3d part =
-        (corner[(i + 1) % 3] - nearest.point).cross(corner[(i + 2) % 3] - nearest.point);
-    found.weight[static_cast<Eigen::Index>(i)] = part.dot(normal) / normal.squaredNorm();
-  }
+  found.node = mesh::face_nodes(mesh, nearest.triangle);
+  found.weight = mesh::face_shape(mesh.order(), mesh::face_barycentric(mesh, nearest.triangle, nearest.point));
   return found;
 }
 
 Functional point_motion(const SkinPoint& point, const Eigen::Vector3d& direction) {
   Functional functional;
-  for (std::size_t i = 0; i < 3; ++i)
-    add(functional, point.node[i], point.weight[static_cast<Eigen::Index>(i)] * direction);
+  for (Eigen::Index i = 0; i < point.node.size(); ++i)
+    add(functional, point.node[i], point.weight[i] * direction);
   tidy(functional);
   return functional;
 }

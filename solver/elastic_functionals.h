@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/tet_mesh.h"
+#include "mesh/shape.h"
 #include "mesh/triangle_tree.h"
 
 namespace thermotwin::solver {
@@ -22,7 +22,8 @@ void tidy(Functional& functional);
 /// Sum of weight * u. @param displacement (3n) of the body
 double evaluate(const Functional& functional, const Eigen::Ref<const Eigen::VectorXd>& displacement);
 
-/// Least-squares rigid motion of a surface, weighted by nodal areas: three translations at the
+/// Least-squares rigid motion of a surface, weighted by nodal areas (the integrals of the shape
+/// functions: of a quadratic triangle its edge nodes have a third each, its corners none): three translations at the
 /// point (m), then three rotations (rad). @throws MeshError if the surface is a line or empty
 std::array<Functional, 6> rigid_motion(const mesh::TetMesh& mesh, const std::vector<int>& faces,
                                        const Eigen::Vector3d& point, const std::string& surface);
@@ -34,8 +35,8 @@ Functional radial_growth(const mesh::TetMesh& mesh, const std::vector<int>& face
 
 /// Interpolation at the point of the skin nearest to a place.
 struct SkinPoint {
-  std::array<Eigen::Index, 3> node{};
-  Eigen::Vector3d weight;
+  mesh::FaceNodes node;      ///< 3, or 6 of a quadratic mesh
+  mesh::FaceValues weight;
   double distance = 0;  ///< m, to the place
 };
 SkinPoint skin_point(const mesh::TetMesh& mesh, const mesh::TriangleTree& skin,

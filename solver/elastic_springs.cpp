@@ -64,9 +64,11 @@ Functional mean_motion(const mesh::TetMesh& body, const PadContact& contact, boo
   Functional functional;
   for (const ContactPoint* point : contact.points) {
     const int face = slave ? point->slave_face : point->master_face;
-    const Vector3d& weights = slave ? point->slave_weights : point->master_weights;
-    for (int i = 0; i < 3; ++i)
-      add_weighted(functional, body.faces(i, face), point->area / contact.area * weights[i] * direction);
+    const mesh::FaceNodes nodes = mesh::face_nodes(body, face);
+    const mesh::FaceValues values =
+        mesh::face_shape(body.order(), slave ? point->slave_weights : point->master_weights);
+    for (Eigen::Index i = 0; i < nodes.size(); ++i)
+      add_weighted(functional, nodes[i], point->area / contact.area * values[i] * direction);
   }
   tidy(functional);
   return functional;
@@ -300,9 +302,8 @@ Spring SpringSet::spring_of(const Scale& scale, const mesh::Machine& machine,
   const double to = (head - scale.start).dot(scale.direction);
   const double low = std::min(from, to), high = std::max(from, to), sign = to >= from ? 1.0 : -1.0;
   const auto add = [&](const SkinPoint& point, double weight) {
-    for (std::size_t i = 0; i < 3; ++i)
-      spring.expansion.emplace_back(point.node[i],
-                                    sign * scale.expansion * weight * point.weight[static_cast<Eigen::Index>(i)]);
+    for (Eigen::Index i = 0; i < point.node.size(); ++i)
+      spring.expansion.emplace_back(point.node[i], sign * scale.expansion * weight * point.weight[i]);
   };
   // A reading point beyond the tape's ends sees the end's temperature.
   const double first = scale.stations.front().at, last = scale.stations.back().at;

@@ -3,13 +3,13 @@
 
 #include <Eigen/Dense>
 #include <cmath>
-#include <limits>
+#include <map>
 
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
-#include "mesh/triangle_tree.h"
 #include "solver/contact.h"
+#include "solver/thermal_elements.h"
 #include "solver/thermal_system.h"
 
 namespace thermotwin::solver {
@@ -29,9 +29,6 @@ SparseMatrix from_triplets(Index rows, Index columns, const Triplets& triplets) 
   return matrix;
 }
 
-/// Sums by row: place and weight of a load vector that is mostly zero.
-using SparseColumn = std::vector<std::pair<int, double>>;
-
 void put_column(Triplets& triplets, int column, const SparseColumn& values, double scale = 1.0) {
   for (const auto& [row, value] : values) triplets.emplace_back(row, column, scale * value);
 }
@@ -43,7 +40,7 @@ struct FaceSet {
   int first_node;
   double area;
 
-  Eigen::Vector3i nodes(int face) const { return body->faces.col(face).array() + first_node; }
+  mesh::FaceNodes nodes(int face) const { return mesh::face_nodes(*body, face).array() + first_node; }
 };
 
 FaceSet face_set(const MachineMesh& mesh, const std::string& id) {
@@ -60,48 +57,52 @@ FaceSet face_set(const MachineMesh& mesh, const std::string& id) {
 
 /// Adds the integral of N N^T over the surface.
 void add_surface_mass(Triplets& triplets, const FaceSet& set) {
+  const Eigen::MatrixXd& mass = face_mass(set.body->order());
   for (int face : *set.faces) {
-    const Eigen::Vector3i nodes = set.nodes(face);
-    const double a = set.body->face_area(face) / 12.0;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) triplets.emplace_back(nodes[i], nodes[j], i == j ? 2 * a : a);
+    const mesh::FaceNodes nodes = set.nodes(face);
+    const double area = set.body->face_area(face);
+    for (Index i = 0; i < nodes.size(); ++i)
+      for (Index j = 0; j < nodes.size(); ++j) triplets.emplace_back(nodes[i], nodes[j], area * mass(i, j));
   }
 }
 
 /// Integral of N over the surface.
 SparseColumn surface_load(const FaceSet& set) {
   SparseColumn load;
+  const mesh::FaceValues shares = face_load(set.body->order());
   for (int face : *set.faces) {
-    const Eigen::Vector3i nodes = set.nodes(face);
-    const double a = set.body->face_area(face) / 3.0;
-    for (int i = 0; i < 3; ++i) load.emplace_back(nodes[i], a);
+    const mesh::FaceNodes nodes = set.nodes(face);
+    const double area = set.body->face_area(face);
+    for (Index i = 0; i < nodes.size(); ++i)
+      if (shares[i] != 0.0) load.emplace_back(nodes[i], area * shares[i]);
   }
   return load;
 }
 
-/// Capacity and conduction of one body, global numbers.
-void add_body(const MachineMesh& mesh, std::size_t b, Triplets& capacity, Triplets& conduction) {
-  const TetMesh& body = mesh.bodies[b];
-  const mesh::Material& material = mesh.machine.material(mesh.machine.bodies[b].material);
-  const int first = static_cast<int>(mesh.first_node[b]);
-  capacity.reserve(static_cast<std::size_t>(16 * body.elements()));
-  conduction.reserve(static_cast<std::size_t>(16 * body.elements()));
-  for (Index e = 0; e < body.elements(); ++e) {
-    Eigen::Matrix4d corners;
-    corners.row(0).setOnes();
-    for (int i = 0; i < 4; ++i) corners.col(i).tail<3>() = body.points.col(body.tets(i, e));
-    // Columns of the inverse's transpose hold the gradients of the four shape functions.
-    const Eigen::Matrix<double, 4, 3> gradients = corners.inverse().rightCols<3>();
-    const double volume = body.volume(e);
-    const Eigen::Matrix4d k = material.conductivity * volume * gradients * gradients.transpose();
-    const double m = material.density * material.specific_heat.value * volume / 20.0;
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) {
-        const int row = first + body.tets(i, e), column = first + body.tets(j, e);
-        capacity.emplace_back(row, column, i == j ? 2 * m : m);
-        conduction.emplace_back(row, column, k(i, j));
+/// The bodies' matrices on the diagonal, then the fluid nodes' own entries.
+SparseMatrix on_diagonal(const std::vector<SparseMatrix>& bodies, const std::vector<Index>& first_node, Index size,
+                         const std::vector<double>& fluids) {
+  Index entries = static_cast<Index>(fluids.size());
+  for (const SparseMatrix& body : bodies) entries += body.nonZeros();
+  SparseMatrix matrix(size, size);
+  matrix.resizeNonZeros(entries);
+  int* outer = matrix.outerIndexPtr();
+  int at = 0;
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (Index column = 0; column < bodies[b].cols(); ++column) {
+      *outer++ = at;
+      for (SparseMatrix::InnerIterator it(bodies[b], column); it; ++it, ++at) {
+        matrix.innerIndexPtr()[at] = static_cast<int>(first_node[b] + it.row());
+        matrix.valuePtr()[at] = it.value();
       }
+    }
+  for (std::size_t f = 0; f < fluids.size(); ++f, ++at) {
+    *outer++ = at;
+    matrix.innerIndexPtr()[at] = static_cast<int>(first_node.back()) + static_cast<int>(f);
+    matrix.valuePtr()[at] = fluids[f];
   }
+  *outer = at;
+  return matrix;
 }
 
 /// One joint at one grid node: its matrix, and where frictional heat of its two sides goes.
@@ -125,25 +126,41 @@ JointTerm joint_term(const MachineMesh& mesh, const mesh::JointSpec& joint, doub
                    master < 0 ? still : mesh::body_transform(machine, master, pose));
   JointTerm term;
   Triplets triplets;
-  triplets.reserve(36 * contact.size());
-  for (const ContactPoint& c : contact) {
-    int nodes[6];
-    double v[6];
-    const int sides = c.master_face < 0 ? 3 : 6;
-    for (int i = 0; i < 3; ++i) {
-      nodes[i] = static_cast<int>(mesh.first_node[static_cast<std::size_t>(slave)]) +
-                 mesh.bodies[static_cast<std::size_t>(slave)].faces(i, c.slave_face);
-      v[i] = c.slave_weights[i];
-      term.slave_load.emplace_back(nodes[i], c.area * v[i]);
-      if (sides == 3) continue;
-      nodes[3 + i] = static_cast<int>(mesh.first_node[static_cast<std::size_t>(master)]) +
-                     mesh.bodies[static_cast<std::size_t>(master)].faces(i, c.master_face);
-      v[3 + i] = -c.master_weights[i];
-      term.master_load.emplace_back(nodes[3 + i], c.area * c.master_weights[i]);
+  SparseColumn jump;  // temperature of the slave less that of the master, by nodes
+  const auto add_side = [&](int body, int face, const Vector3d& at, double sign, double area, SparseColumn& load) {
+    const TetMesh& side = mesh.bodies[static_cast<std::size_t>(body)];
+    const auto first = static_cast<int>(mesh.first_node[static_cast<std::size_t>(body)]);
+    const mesh::FaceNodes nodes = mesh::face_nodes(side, face);
+    const mesh::FaceValues values = mesh::face_shape(side.order(), at);
+    for (Index i = 0; i < nodes.size(); ++i) {
+      jump.emplace_back(first + nodes[i], sign * values[i]);
+      load.emplace_back(first + nodes[i], area * values[i]);
     }
-    for (int i = 0; i < sides; ++i)
-      for (int j = 0; j < sides; ++j) triplets.emplace_back(nodes[i], nodes[j], c.area * v[i] * v[j]);
+  };
+  // Points of one pair of triangles share their nodes: they are added up before they take memory.
+  struct Pair {
+    SparseColumn jump;
+    Eigen::MatrixXd sum;
+  };
+  std::map<int, Pair> pairs;  // of the slave's triangle, by the master's
+  for (std::size_t i = 0; i < contact.size(); ++i) {
+    const ContactPoint& c = contact[i];
+    jump.clear();
+    add_side(slave, c.slave_face, c.slave_weights, 1.0, c.area, term.slave_load);
+    if (c.master_face >= 0) add_side(master, c.master_face, c.master_weights, -1.0, c.area, term.master_load);
+    Eigen::VectorXd v(static_cast<Index>(jump.size()));
+    for (std::size_t k = 0; k < jump.size(); ++k) v[static_cast<Index>(k)] = jump[k].second;
+    Pair& pair = pairs[c.master_face];
+    if (pair.jump.empty()) pair = {jump, Eigen::MatrixXd::Zero(v.size(), v.size())};
+    pair.sum += c.area * v * v.transpose();
     term.area += c.area;
+    if (i + 1 < contact.size() && contact[i + 1].slave_face == c.slave_face) continue;
+    for (const auto& [face, done] : pairs)
+      for (std::size_t row = 0; row < done.jump.size(); ++row)
+        for (std::size_t column = 0; column < done.jump.size(); ++column)
+          triplets.emplace_back(done.jump[row].first, done.jump[column].first,
+                                done.sum(static_cast<Index>(row), static_cast<Index>(column)));
+    pairs.clear();
   }
   term.matrix = from_triplets(size, size, triplets);
   return term;
@@ -197,50 +214,15 @@ SparseColumn joint_source(const MachineMesh& mesh, const mesh::JointSpec& joint,
   return load;
 }
 
-/// Interpolation weights at the point of the body that is nearest to p.
-SparseColumn interpolation_at(const TetMesh& body, int first_node, const Vector3d& p) {
-  SparseColumn weights;
-  for (Index e = 0; e < body.elements(); ++e) {
-    const Vector3d a = body.points.col(body.tets(0, e));
-    Eigen::Matrix3d edges;
-    double reach = 0.0;
-    for (int i = 0; i < 3; ++i) {
-      edges.col(i) = body.points.col(body.tets(i + 1, e)) - a;
-      reach = std::max(reach, edges.col(i).cwiseAbs().maxCoeff());
-    }
-    if ((p - a).cwiseAbs().maxCoeff() > reach) continue;
-    const Vector3d w = edges.partialPivLu().solve(p - a);
-    if (w.minCoeff() < -1e-9 || w.sum() > 1.0 + 1e-9) continue;
-    weights.emplace_back(first_node + body.tets(0, e), 1.0 - w.sum());
-    for (int i = 0; i < 3; ++i) weights.emplace_back(first_node + body.tets(i + 1, e), w[i]);
-    return weights;
-  }
-  double best = std::numeric_limits<double>::infinity();
-  for (Index f = 0; f < body.face_count(); ++f) {
-    const Vector3d a = body.points.col(body.faces(0, f)), b = body.points.col(body.faces(1, f)),
-                   c = body.points.col(body.faces(2, f));
-    const Vector3d q = mesh::nearest_on_triangle(p, a, b, c);
-    const double distance = (q - p).norm();
-    if (distance >= best) continue;
-    best = distance;
-    const Vector3d n = (b - a).cross(c - a);
-    Vector3d w((b - q).cross(c - q).dot(n), (c - q).cross(a - q).dot(n), (a - q).cross(b - q).dot(n));
-    w = w.cwiseMax(0.0) / w.cwiseMax(0.0).sum();
-    weights.clear();
-    for (int i = 0; i < 3; ++i) weights.emplace_back(first_node + body.faces(i, f), w[i]);
-  }
-  return weights;
-}
-
 SparseMatrix assemble_sensors(const MachineMesh& mesh, Index size) {
   Triplets triplets;
   const mesh::Machine& machine = mesh.machine;
   for (std::size_t s = 0; s < machine.sensors.size(); ++s) {
     const int body = machine.body_index(machine.sensors[s].body);
     const SparseColumn weights =
-        interpolation_at(mesh.bodies[static_cast<std::size_t>(body)],
-                         static_cast<int>(mesh.first_node[static_cast<std::size_t>(body)]), machine.sensors[s].point);
-    for (const auto& [node, weight] : weights) triplets.emplace_back(static_cast<int>(s), node, weight);
+        interpolation_at(mesh.bodies[static_cast<std::size_t>(body)], machine.sensors[s].point);
+    const auto first = static_cast<int>(mesh.first_node[static_cast<std::size_t>(body)]);
+    for (const auto& [node, weight] : weights) triplets.emplace_back(static_cast<int>(s), first + node, weight);
   }
   return from_triplets(static_cast<Index>(machine.sensors.size()), size, triplets);
 }
@@ -273,21 +255,18 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
   system.size = fluid;
   const Index n = system.size;
 
-  std::vector<Triplets> capacities(mesh.bodies.size()), conductions(mesh.bodies.size());
-  core::parallel_for(0, mesh.bodies.size(), [&](std::size_t b) { add_body(mesh, b, capacities[b], conductions[b]); });
-  Triplets capacity, conduction;
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
-    capacity.insert(capacity.end(), capacities[b].begin(), capacities[b].end());
-    conduction.insert(conduction.end(), conductions[b].begin(), conductions[b].end());
-  }
-  for (std::size_t c = 0; c < machine.coolants.size(); ++c)
-    for (std::size_t s = 0; s < machine.coolants[c].segments.size(); ++s) {
-      const int node = first_fluid[c] + static_cast<int>(s);
-      const mesh::CoolantSpec& coolant = machine.coolants[c];
-      capacity.emplace_back(node, node, coolant.density * coolant.specific_heat * coolant.segments[s].volume);
-    }
-  system.capacity = from_triplets(n, n, capacity);
-  system.conduction = from_triplets(n, n, conduction);
+  std::vector<SparseMatrix> capacities(mesh.bodies.size()), conductions(mesh.bodies.size());
+  core::parallel_for(0, mesh.bodies.size(), [&](std::size_t b) {
+    BodyHeat heat = assemble_heat(mesh.bodies[b], machine.material(machine.bodies[b].material), machine.lumped_capacity);
+    capacities[b] = std::move(heat.capacity);
+    conductions[b] = std::move(heat.conduction);
+  });
+  std::vector<double> fluids;
+  for (const mesh::CoolantSpec& coolant : machine.coolants)
+    for (const mesh::CoolantSegment& segment : coolant.segments)
+      fluids.push_back(coolant.density * coolant.specific_heat * segment.volume);
+  system.capacity = on_diagonal(capacities, mesh.first_node, n, fluids);
+  system.conduction = on_diagonal(conductions, mesh.first_node, n, std::vector<double>(fluids.size(), 0.0));
 
   std::vector<std::vector<JointTerm>> joints = joint_terms(mesh, system.layout, n);
   Triplets inputs;

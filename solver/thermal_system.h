@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Matrices of the affine equation on the full mesh. Unknowns: nodes of all bodies (numbered as
-// MachineMesh::first_node says), then one fluid node per coolant segment. Linear tetrahedra,
-// consistent capacity. Contacts are integrated on the slave's triangles against the closest point
+// MachineMesh::first_node says), then one fluid node per coolant segment. Tetrahedra of the mesh's
+// order, consistent or lumped capacity (thermal_elements.h). Contacts are integrated on the slave's triangles against the closest point
 // of the master at each grid node of the joint. Coolant flow is upwind, its matrix not symmetric,
 // G + G^T >= 0; all others are symmetric and non-negative.
 
@@ -12,11 +12,10 @@
 
 #include "core/binary.h"
 #include "mesh/machine_mesh.h"
+#include "solver/element_matrix.h"
 #include "solver/operating_model.h"
 
 namespace thermotwin::solver {
-
-using SparseMatrix = Eigen::SparseMatrix<double>;  ///< column major, both triangles stored
 
 struct ThermalSystem {
   Layout layout;

@@ -21,6 +21,8 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/units.h"
+#include "mesh/shape.h"
+#include "solver/stress.h"
 
 namespace thermotwin::solver {
 namespace {
@@ -39,12 +41,32 @@ void add_text(vtkFieldData* fields, const std::string& name, const std::vector<s
   fields->AddArray(array);
 }
 
-vtkNew<vtkFloatArray> vector_array(const char* name, vtkIdType tuples) {
+vtkNew<vtkFloatArray> vector_array(const char* name, vtkIdType tuples, int components = 3) {
   vtkNew<vtkFloatArray> array;
   array->SetName(name);
-  array->SetNumberOfComponents(3);
+  array->SetNumberOfComponents(components);
   array->SetNumberOfTuples(tuples);
   return array;
+}
+
+/// Point arrays of the stress, turned from the bodies' frames into the machine's.
+void add_stress(vtkUnstructuredGrid* grid, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
+                const Eigen::MatrixXd& stress) {
+  constexpr double mega = 1e6;
+  auto tensor = vector_array("stress_MPa", mesh.nodes(), 6), mises = vector_array("von_mises_MPa", mesh.nodes(), 1);
+  const char* components[] = {"xx", "yy", "zz", "xy", "yz", "zx"};
+  for (int i = 0; i < 6; ++i) tensor->SetComponentName(i, components[i]);
+  const Eigen::VectorXd equivalent = von_mises(stress);
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+    const Eigen::Matrix3d turn = mesh::body_transform(mesh.machine, static_cast<int>(b), pose).linear();
+    for (Eigen::Index node = mesh.first_node[b]; node < mesh.first_node[b + 1]; ++node) {
+      const Vector6 in_machine = turned(stress.col(node), turn) / mega;
+      tensor->SetTuple(node, in_machine.data());
+      mises->SetValue(node, static_cast<float>(equivalent[node] / mega));
+    }
+  }
+  grid->GetPointData()->AddArray(tensor);
+  grid->GetPointData()->AddArray(mises);
 }
 
 template <class Writer, class Data>
@@ -64,7 +86,7 @@ void write_by(const std::filesystem::path& path, Data* data) {
 
 void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& mesh,
                   const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
-                  const Eigen::Matrix3Xd& displacement, double time_s) {
+                  const Eigen::Matrix3Xd& displacement, double time_s, const Eigen::MatrixXd& stress) {
   const mesh::Machine& machine = mesh.machine;
   vtkNew<vtkUnstructuredGrid> grid;
   vtkNew<vtkPoints> points;
@@ -93,15 +115,16 @@ void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& me
       moved->SetTuple(node, u.data());
     }
     for (Eigen::Index e = 0; e < body.elements(); ++e) {
-      vtkIdType tet[4];
-      for (int i = 0; i < 4; ++i) tet[i] = mesh.first_node[b] + body.tets(i, e);
-      grid->InsertNextCell(VTK_TETRA, 4, tet);
+      const mesh::TetNodes nodes = mesh::tet_nodes(body, e);
+      const Eigen::Matrix<vtkIdType, Eigen::Dynamic, 1> tet = nodes.cast<vtkIdType>().array() + mesh.first_node[b];
+      grid->InsertNextCell(body.order() == 2 ? VTK_QUADRATIC_TETRA : VTK_TETRA, tet.size(), tet.data());
       body_of_cell->InsertNextValue(static_cast<int>(b));
     }
   }
   grid->SetPoints(points);
   grid->GetPointData()->AddArray(temperature);
   grid->GetPointData()->AddArray(moved);
+  if (stress.cols() > 0) add_stress(grid, mesh, pose, stress);
   grid->GetPointData()->SetActiveScalars("temperature_C");
   grid->GetCellData()->AddArray(body_of_cell);
   add_number(grid->GetFieldData(), "TimeValue", time_s);

@@ -27,6 +27,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "mesh/shape.h"
 #include "solver/vtk_output.h"
 
 namespace thermotwin::solver {
@@ -48,19 +49,27 @@ vtkNew<vtkPolyData> deformed_skin(const mesh::MachineMesh& mesh, const mesh::Pos
     const mesh::TetMesh& body = mesh.bodies[b];
     const Eigen::Isometry3d frame = mesh::body_transform(mesh.machine, static_cast<int>(b), pose);
     for (Eigen::Index face = 0; face < body.face_count(); ++face) {
-      vtkIdType corners[3];
-      for (int i = 0; i < 3; ++i) {
-        const Eigen::Index node = mesh.first_node[b] + body.faces(i, face);
+      const mesh::FaceNodes nodes = mesh::face_nodes(body, face);
+      vtkIdType at_node[6] = {};
+      for (Eigen::Index i = 0; i < nodes.size(); ++i) {
+        const Eigen::Index node = mesh.first_node[b] + nodes[i];
         vtkIdType& at = place[static_cast<std::size_t>(node)];
         if (at < 0) {
           const Eigen::Vector3d moved =
-              frame * Eigen::Vector3d(body.points.col(body.faces(i, face)) + exaggeration * displacement.col(node));
+              frame * Eigen::Vector3d(body.points.col(nodes[i]) + exaggeration * displacement.col(node));
           at = points->InsertNextPoint(moved.data());
           temperature->InsertNextValue(static_cast<float>(temperature_C[node]));
         }
-        corners[i] = at;
+        at_node[i] = at;
       }
-      triangles->InsertNextCell(3, corners);
+      // A quadratic triangle is drawn as four.
+      static constexpr int whole[3] = {0, 1, 2}, quarters[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
+      const bool quadratic = nodes.size() == 6;
+      for (int part = 0; part < (quadratic ? 4 : 1); ++part) {
+        vtkIdType corners[3];
+        for (int i = 0; i < 3; ++i) corners[i] = at_node[quadratic ? quarters[part][i] : whole[i]];
+        triangles->InsertNextCell(3, corners);
+      }
     }
   }
   vtkNew<vtkPolyData> skin;

@@ -30,8 +30,9 @@ double peak_memory_GiB() {
   return static_cast<double>(usage.ru_maxrss) / (1024.0 * 1024.0);
 }
 
-solver::Case open_case(const std::filesystem::path& path, const std::string& size) {
+solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order) {
   solver::Case machine_case = solver::read_case(path);
+  if (mesh_order > 0) machine_case.machine.order = mesh_order;
   if (!size.empty()) machine_case.size = size;
   mesh::size_factor(machine_case.machine, machine_case.size);
   return machine_case;
@@ -70,7 +71,8 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   reduce_options.order = order;
   reduce_options.tolerance_um = machine_case.tolerance_um;
   made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary);
-  made.model.size = fmt::format("{} ({} nodes)", machine_case.size, full.mesh.nodes());
+  made.model.size = fmt::format("{} ({} nodes{})", machine_case.size, full.mesh.nodes(),
+                                machine_case.machine.order == 2 ? ", quadratic" : "");
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
   made.model.errors.clear();
@@ -87,7 +89,7 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path,
   if (!model.empty()) return reduction::read_model(model);
   if (case_path.empty())
     throw core::UsageError("a CASE or --model model.rom.h5 is needed");
-  const solver::Case machine_case = open_case(case_path, "");
+  const solver::Case machine_case = open_case(case_path, "", 0);
   return make_reduced_model(build(machine_case, out), machine_case, 0, true, out).model;
 }
 
@@ -103,12 +105,13 @@ void mesh_machine(const MeshOptions& options) {
   const std::filesystem::path file = std::filesystem::is_directory(options.machine)
                                          ? options.machine / "machine.toml"
                                          : options.machine;
-  const mesh::Machine machine = mesh::read_machine(file);
+  mesh::Machine machine = mesh::read_machine(file);
+  if (options.mesh_order > 0) machine.order = options.mesh_order;
   const mesh::MachineMesh meshed = mesh::build_machine_mesh(
       machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
   std::vector<std::vector<std::string>> table{
       {"body", "material", "nodes", "elements", "quality min", "mean", "edge mm", "mass kg"}};
-  nlohmann::json json = {{"machine", machine.name}, {"nodes", meshed.nodes()}};
+  nlohmann::json json = {{"machine", machine.name}, {"nodes", meshed.nodes()}, {"order", machine.order}};
   double mass = 0;
   for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
     const mesh::TetMesh& body = meshed.bodies[b];
@@ -134,15 +137,16 @@ void mesh_machine(const MeshOptions& options) {
   }
   json["mass_kg"] = mass;
   print_summary(options,
-                fmt::format("{}\n{}\n{}: {} bodies, {} nodes, {:.0f} kg; meshes in {}\n", core::format_table(table),
-                            core::format_table(surfaces), machine.name, machine.bodies.size(), meshed.nodes(),
-                            mass, (options.out / "mesh").string()),
+                fmt::format("{}\n{}\n{}: {} bodies, {} nodes of {} tetrahedra, {:.0f} kg; meshes in {}\n",
+                            core::format_table(table), core::format_table(surfaces), machine.name,
+                            machine.bodies.size(), meshed.nodes(), machine.order == 2 ? "quadratic" : "linear", mass,
+                            (options.out / "mesh").string()),
                 json.dump());
 }
 
 void campaign(const CampaignOptions& options) {
   const Stopwatch time;
-  const solver::Case machine_case = open_case(options.case_path, options.size);
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   std::vector<std::string> names = options.loads;
   if (names.empty()) {
     names = machine_case.train;
@@ -171,7 +175,7 @@ void campaign(const CampaignOptions& options) {
 
 void reduce(const ReduceOptions& options) {
   const Stopwatch time;
-  const solver::Case machine_case = open_case(options.case_path, options.size);
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   const solver::FullModel full = build(machine_case, options.out);
   const ReducedCase made = make_reduced_model(full, machine_case, options.order, options.resume, options.out);
   nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()},

@@ -24,8 +24,9 @@ struct Stopwatch {
 /// Largest resident memory of this process so far, GiB.
 double peak_memory_GiB();
 
-/// The case with the size asked for on the command line (empty: its own).
-solver::Case open_case(const std::filesystem::path& path, const std::string& size);
+/// The case with the size (empty: its own) and the order of tetrahedra (0: its own) asked for on the
+/// command line.
+solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order);
 
 solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out);
 

@@ -58,7 +58,7 @@ void diagnose(const DiagnoseOptions& options) {
 }
 
 void validate(const ValidateOptions& options) {
-  const solver::Case machine_case = open_case(options.case_path, "");
+  const solver::Case machine_case = open_case(options.case_path, "", 0);
   const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
   compensation::ValidationOptions settings;
   settings.loads = options.loads.empty() ? machine_case.holdout : options.loads;

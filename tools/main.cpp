@@ -24,8 +24,11 @@ void add_common(CLI::App& verb, tools::CommonOptions& options) {
   verb.add_flag("--json", options.json, "summary as one JSON object on stdout");
 }
 
-void add_size(CLI::App& verb, std::string& size) {
+/// `reduce` has an --order of its own.
+void add_mesh(CLI::App& verb, std::string& size, int& order, const std::string& order_name = "--mesh-order,--order") {
   verb.add_option("--size", size, "mesh: coarse, standard, fine, or a factor of the element sizes");
+  verb.add_option(order_name, order, "tetrahedra: 1 linear, 2 quadratic (absent: as machine.toml says)")
+      ->check(CLI::Range(1, 2));
 }
 
 void add_checkpoint(CLI::App& verb, double& every_s) {
@@ -62,14 +65,14 @@ int parse_and_run(int argc, char** argv) {
                             "compensation of an unseen program, diagnosis of a measurement",
                             "thermotwin run cases/vmc5 --out out", run, &tools::run);
   verb->add_option("CASE", run.case_path, "case folder or case.toml")->required();
-  add_size(*verb, run.size);
+  add_mesh(*verb, run.size, run.mesh_order);
   verb->add_flag("--resume", run.resume, "go on where a stopped run with the same inputs ended");
 
   tools::MeshOptions mesh;
   verb = add_verb(app, "mesh", "builds and checks the mesh; quality table; .vtu",
                   "thermotwin mesh cases/vmc5/machine.toml --size standard", mesh, &tools::mesh_machine);
   verb->add_option("MACHINE", mesh.machine, "machine.toml, or the folder that holds it")->required();
-  add_size(*verb, mesh.size);
+  add_mesh(*verb, mesh.size, mesh.mesh_order);
 
   tools::SimulateOptions simulate;
   verb = add_verb(app, "simulate", "one load on the full model: fields.pvd, sensors.csv, tcp.csv",
@@ -93,7 +96,7 @@ int parse_and_run(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   verb->add_flag("--resume", simulate.resume, "go on from the checkpoint of a stopped run with the same inputs");
   add_checkpoint(*verb, simulate.checkpoint_every_s);
-  add_size(*verb, simulate.size);
+  add_mesh(*verb, simulate.size, simulate.mesh_order);
 
   tools::CampaignOptions campaign;
   verb = add_verb(app, "campaign", "load programs on the full model, the TCP error at all poses: "
@@ -103,7 +106,7 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("--load", campaign.loads, "only these load programs (absent: train and holdout of the case)");
   verb->add_flag("--resume", campaign.resume, "keep loads that are finished, go on with one that was stopped");
   add_checkpoint(*verb, campaign.checkpoint_every_s);
-  add_size(*verb, campaign.size);
+  add_mesh(*verb, campaign.size, campaign.mesh_order);
 
   tools::ReduceOptions reduce;
   verb = add_verb(app, "reduce", "reduced state-space model model.rom.h5; order and error table",
@@ -112,7 +115,7 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("--order", reduce.order, "order of the model (0: the smallest that meets the case's tolerance)")
       ->check(CLI::Range(0, 2000));
   verb->add_flag("--resume", reduce.resume, "keep campaign results that are finished");
-  add_size(*verb, reduce.size);
+  add_mesh(*verb, reduce.size, reduce.mesh_order, "--mesh-order");
 
   tools::CompensateOptions compensate;
   verb = add_verb(app, "compensate", "streams rows of what a control knows in, axis offsets out, row by row",

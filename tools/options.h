@@ -18,15 +18,18 @@ struct CommonOptions {
 struct RunOptions : CommonOptions {
   std::filesystem::path case_path;
   std::string size;         ///< empty: the case's own
+  int mesh_order = 0;       ///< of the tetrahedra, 1 or 2; 0: the machine's own
   bool resume = false;
 };
 struct MeshOptions : CommonOptions {
   std::filesystem::path machine;
   std::string size = "coarse";
+  int mesh_order = 0;
 };
 struct SimulateOptions : CommonOptions {
   std::filesystem::path case_path;
   std::string size, load, pose;
+  int mesh_order = 0;
   double fields_every_s = 3600;
   std::vector<double> output_times;         ///< s; empty: every output_s of the load
   std::filesystem::path start_from, start_from_sensors;
@@ -37,6 +40,7 @@ struct SimulateOptions : CommonOptions {
 struct CampaignOptions : CommonOptions {
   std::filesystem::path case_path;
   std::string size;
+  int mesh_order = 0;
   std::vector<std::string> loads;
   bool resume = false;
   double checkpoint_every_s = 60;
@@ -44,6 +48,7 @@ struct CampaignOptions : CommonOptions {
 struct ReduceOptions : CommonOptions {
   std::filesystem::path case_path;
   std::string size;
+  int mesh_order = 0;
   int order = 0;
   bool resume = false;
 };

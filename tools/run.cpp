@@ -19,6 +19,7 @@
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/machine_value.h"
 #include "solver/tcp.h"
+#include "solver/stress.h"
 #include "solver/vtk_output.h"
 #include "tools/chain.h"
 #include "tools/options.h"
@@ -32,8 +33,8 @@ compensation::Measurement measurement_of(const solver::Case& machine_case, const
   const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
   const auto folder = out / "measurement";
   const std::string made_from = core::content_hash(fmt::format(
-      "{} {} {} {} {} {} {} {}", machine_case.machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
-      wrong.seed, wrong.size_factor, wrong.refine));
+      "{} {} {} {} {} {} {} {} {} {}", machine_case.machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
+      wrong.seed, wrong.size_factor, wrong.refine, machine_case.size, machine_case.machine.order));
   const auto stamp = folder / "made_from.txt";
   if (std::filesystem::exists(stamp) && core::read_file(stamp) == made_from)
     return compensation::read_measurement(folder);
@@ -73,7 +74,8 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
   const double time = result.sensors.values(warmest, 0);
   const auto folder = out / "fields";
   const std::string name = load + ".vtu";
-  solver::write_fields(folder / name, full.mesh, pose, temperature_C, displacement);
+  solver::write_fields(folder / name, full.mesh, pose, temperature_C, displacement, time,
+                       solver::MachineStress(full.mesh).nodal(displacement, state));
   solver::write_pvd(folder / (load + ".pvd"), {{time, name}});
 
   std::vector<solver::TcpError> errors;
@@ -134,7 +136,7 @@ std::string hidden_truth(const solver::Case& machine_case) {
 
 void run(const RunOptions& options) {
   const Stopwatch total;
-  const solver::Case machine_case = open_case(options.case_path, options.size);
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   const mesh::Machine& machine = machine_case.machine;
   if (machine_case.measurement.empty() && !machine_case.measured_machine)
     throw core::InputError(machine_case.folder.string() + "/case.toml", "neither measurement nor [measured_machine]",

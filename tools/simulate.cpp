@@ -10,6 +10,7 @@
 #include "core/text.h"
 #include "solver/elastic_model.h"
 #include "solver/start_field.h"
+#include "solver/stress.h"
 #include "solver/tcp.h"
 #include "solver/vtk_output.h"
 #include "tools/chain.h"
@@ -48,7 +49,7 @@ Eigen::VectorXd start_field(const SimulateOptions& options, const solver::FullMo
 
 void simulate(const SimulateOptions& options) {
   const Stopwatch time;
-  const solver::Case machine_case = open_case(options.case_path, options.size);
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   const mesh::Machine& machine = machine_case.machine;
   solver::LoadProgram program = machine_case.load(options.load);
   if (!options.output_times.empty()) program.choose_outputs(options.output_times, "--output-times");
@@ -67,14 +68,16 @@ void simulate(const SimulateOptions& options) {
   const std::vector<std::size_t> fields = field_outputs(times, options);
   std::vector<std::pair<double, std::string>> files;
   for (std::size_t field : fields) files.emplace_back(times[field], fmt::format("fields/{:06d}.vtu", files.size()));
+  const solver::MachineStress stress(full.mesh);
   campaign.on_output = [&](const solver::LoadProgram&, const solver::OutputState& output) {
     const auto at = std::find(fields.begin(), fields.end(), output.index);
     if (at == fields.end()) return;
     const auto number = at - fields.begin();
     const Eigen::VectorXd state = output.state;
+    const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
     solver::write_fields(folder / files[static_cast<std::size_t>(number)].second, full.mesh, pose,
-                         (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(),
-                         full.elastic.displacement(state, pose), output.time);
+                         (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(), displacement,
+                         output.time, stress.nodal(displacement, state));
     // What there is so far can be looked at while the run goes on.
     solver::write_pvd(folder / "fields.pvd", {files.begin(), files.begin() + number + 1});
   };

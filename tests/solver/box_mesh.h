@@ -73,6 +73,16 @@ inline mesh::MachineMesh machine_mesh(mesh::Machine machine, std::vector<mesh::T
   return result;
 }
 
+/// The same machine with tetrahedra of this order.
+inline mesh::MachineMesh with_order(mesh::MachineMesh mesh, int order) {
+  mesh.machine.order = order;
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+    mesh::set_order(mesh.bodies[b], order);
+    mesh.first_node[b + 1] = mesh.first_node[b] + mesh.bodies[b].nodes();
+  }
+  return mesh;
+}
+
 inline mesh::Material steel() {
   mesh::Material m;
   m.id = "steel";

@@ -55,6 +55,24 @@ TEST_F(VtkOutput, FieldsCanBeReadBack) {
   EXPECT_NEAR((read.points.col(first) - mesh_.bodies[4].points.col(0) - Eigen::Vector3d(0, 0, 0.05)).norm(), 0.0, 1e-9);
 }
 
+TEST_F(VtkOutput, QuadraticCellsAndStresses) {
+  const mesh::MachineMesh quadratic = test::with_order(mesh_, 2);
+  Eigen::MatrixXd stress = Eigen::MatrixXd::Zero(6, quadratic.nodes());
+  stress.row(0).setConstant(5e6);
+  const auto path = folder_ / "quadratic.vtu";
+  write_fields(path, quadratic, pose_, Eigen::VectorXd::Constant(quadratic.nodes(), 21.0),
+               Eigen::Matrix3Xd::Zero(3, quadratic.nodes()), 0.0, stress);
+  const std::string text = head(path);
+  for (const char* name : {"stress_MPa", "von_mises_MPa"}) EXPECT_NE(text.find(name), std::string::npos) << name;
+  mesh::ImportOptions options;
+  options.body = "all";
+  options.unit_m = 1.0;
+  const mesh::TetMesh read = mesh::read_tet_mesh(path, options);
+  EXPECT_EQ(read.order(), 2);
+  EXPECT_EQ(read.nodes(), quadratic.nodes());
+  EXPECT_TRUE(read.tet_edges.leftCols(quadratic.bodies[0].elements()) == quadratic.bodies[0].tet_edges);
+}
+
 TEST_F(VtkOutput, CollectionListsTimes) {
   write_pvd(folder_ / "fields.pvd", {{0.0, "fields_0000.vtu"}, {300.0, "fields_0001.vtu"}});
   const std::string text = core::read_file(folder_ / "fields.pvd");
