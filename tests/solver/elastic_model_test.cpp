@@ -38,21 +38,6 @@ test::BoxMachineOptions afloat() {
   return options;
 }
 
-TEST(ElasticModel, RowsAgreeWithDisplacements) {
-  const Model model(box_machine_mesh());
-  const Eigen::VectorXd temperature = test::uneven_temperature(model.mesh, model.thermal.size);
-  for (const mesh::Pose& pose : {box_pose(0, 0), box_pose(0.137, -0.061), box_pose(-0.2, 0.1)}) {
-    const OutputRows rows = model.elastic.output_rows(pose);
-    const auto direct = model.elastic.outputs_of(model.elastic.displacement(temperature, pose), pose);
-    const Vector6 tool = rows.tool * temperature, axis = rows.table_axis * temperature;
-    const Vector7 own = rows.table_own * temperature;
-    EXPECT_LT((tool - direct.tool).norm(), 1e-9 * direct.tool.norm());
-    EXPECT_LT((axis - direct.table_axis).norm(), 1e-9 * direct.table_axis.norm());
-    EXPECT_LT((own - direct.table_own).norm(), 1e-9 * direct.table_own.norm());
-    EXPECT_GT(direct.tool.head<3>().norm(), 1e-6);
-  }
-}
-
 TEST(ElasticModel, SameBitsForAnyNumberOfThreads) {
   const auto rows_with = [](int threads) {
     core::set_thread_count(threads);

@@ -10,14 +10,16 @@
 #include "solver/sparse_factor.h"
 #include "solver/thermal_system.h"
 #include "tests/solver/box_mesh.h"
-#include "tests/solver/calculix_deck.h"
+#include "tests/verification/calculix_deck.h"
+#include "tests/verification/table.h"
 
 namespace thermotwin::solver {
 namespace {
 
 /// L-shaped body: an upright wall on a foot, cut from a structured box.
-mesh::TetMesh angle_bracket() {
-  const mesh::TetMesh box = test::box_mesh({0, 0, 0}, {0.32, 0.12, 0.4}, {16, 6, 20});
+mesh::TetMesh angle_bracket(int order) {
+  const mesh::TetMesh box = order == 1 ? test::box_mesh({0, 0, 0}, {0.32, 0.12, 0.4}, {16, 6, 20})
+                                       : test::box_mesh({0, 0, 0}, {0.32, 0.12, 0.4}, {16, 3, 20});
   std::vector<int> number(static_cast<std::size_t>(box.nodes()), -1);
   mesh::TetMesh bracket;
   std::vector<Eigen::Index> kept;
@@ -45,10 +47,11 @@ mesh::TetMesh angle_bracket() {
     else if (normal.y() > 0.9) bracket.groups["side"].push_back(f);
     else if (normal.x() > 0.9) bracket.groups["front"].push_back(f);
   }
+  mesh::set_order(bracket, order);
   return bracket;
 }
 
-TEST(CalculiX, SteadyTemperatureAndThermalDisplacement) {
+void compare(int order) {
   if (!test::have_ccx()) GTEST_SKIP() << "CalculiX (ccx) is not installed";
   const double reference_C = 20.0, power = 60.0, side_film = 25.0, foot_film = 150.0;
   mesh::Machine machine;
@@ -65,7 +68,7 @@ TEST(CalculiX, SteadyTemperatureAndThermalDisplacement) {
   source.laws = {{"machine.on", {0.0, 1.0}, {0.0, power}}};
   source.places = {{"top", "", 1.0, 0.5}};
   machine.sources = {source};
-  const mesh::MachineMesh mesh = test::machine_mesh(machine, {angle_bracket()});
+  const mesh::MachineMesh mesh = test::machine_mesh(machine, {angle_bracket(order)});
   const mesh::TetMesh& body = mesh.bodies[0];
 
   const ThermalSystem system = assemble_thermal(mesh);
@@ -97,7 +100,10 @@ TEST(CalculiX, SteadyTemperatureAndThermalDisplacement) {
 
   const Eigen::VectorXd mine_C = temperature.array() + reference_C;
   const double temperature_difference = (ccx_temperature.row(0).transpose() - mine_C).cwiseAbs().maxCoeff();
-  EXPECT_LT(temperature_difference, 0.01);
+  const std::string element = order == 1 ? "C3D4" : "C3D10";
+  const test::Figure of_heat{"bracket, P" + std::to_string(order), "CalculiX, the same mesh of " + element,
+                             "largest difference of steady T, K"};
+  test::expect_value(of_heat, 0.0, temperature_difference, 0.01);
   EXPECT_GT(mine_C.maxCoeff() - mine_C.minCoeff(), 5.0);  // a case with something to compare
 
   // The same supports and the temperatures of ccx itself.
@@ -112,11 +118,13 @@ TEST(CalculiX, SteadyTemperatureAndThermalDisplacement) {
   const double largest = ccx_motion.colwise().norm().maxCoeff();
   const double difference = (ccx_motion - mine).colwise().norm().maxCoeff();
   EXPECT_GT(largest, 10e-6);
-  EXPECT_LT(difference, 0.005 * largest);
-  RecordProperty("temperature_difference_K", std::to_string(temperature_difference));
-  RecordProperty("displacement_difference_percent", std::to_string(100.0 * difference / largest));
+  test::expect_value({of_heat.name, of_heat.source, "largest difference of displacement, % of the largest"}, 0.0,
+                     100.0 * difference / largest, 0.5);
   std::filesystem::remove_all(folder);
 }
+
+TEST(CalculiX, LinearTetrahedra) { compare(1); }
+TEST(CalculiX, QuadraticTetrahedra) { compare(2); }
 
 }  // namespace
 }  // namespace thermotwin::solver

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Decks for CalculiX (ccx) of one body, and the tables of its .dat file: steady heat and static
-// thermo-elasticity with linear tetrahedra (C3D4).
+// thermo-elasticity with linear or quadratic tetrahedra (C3D4, C3D10).
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include <string>
 
 #include "mesh/machine.h"
-#include "mesh/tet_mesh.h"
+#include "mesh/shape.h"
 
 namespace thermotwin::test {
 
@@ -33,9 +33,12 @@ inline std::string ccx_model(const mesh::TetMesh& mesh, const mesh::Material& ma
   std::string text = "*NODE, NSET=NALL\n";
   for (Eigen::Index i = 0; i < mesh.nodes(); ++i)
     text += fmt::format("{}, {:.12e}, {:.12e}, {:.12e}\n", i + 1, mesh.points(0, i), mesh.points(1, i), mesh.points(2, i));
-  text += "*ELEMENT, TYPE=C3D4, ELSET=EALL\n";
-  for (Eigen::Index e = 0; e < mesh.elements(); ++e)
-    text += fmt::format("{}, {}, {}, {}, {}\n", e + 1, mesh.tets(0, e) + 1, mesh.tets(1, e) + 1, mesh.tets(2, e) + 1, mesh.tets(3, e) + 1);
+  text += fmt::format("*ELEMENT, TYPE={}, ELSET=EALL\n", mesh.order() == 2 ? "C3D10" : "C3D4");
+  for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
+    text += fmt::format("{}", e + 1);
+    for (const int node : mesh::tet_nodes(mesh, e)) text += fmt::format(", {}", node + 1);
+    text += "\n";
+  }
   text += "*MATERIAL, NAME=M\n";
   text += fmt::format("*ELASTIC\n{:.9e}, {:.9e}\n", material.young, material.poisson);
   text += fmt::format("*EXPANSION, ZERO={:.6f}\n{:.9e}\n", reference_C, material.expansion.value);
