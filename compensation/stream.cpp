@@ -111,6 +111,7 @@ class RowReader {
  private:
   bool next_line() {
     if (!std::getline(in_, line_)) {
+      core::check_interrupt();  // an input that waits for rows may end for that reason
       if (in_.bad()) throw InputError(name_, fmt::format("cannot be read after line {}", number_), "a readable file or pipe");
       return false;
     }

@@ -22,8 +22,9 @@ std::string why(int error_number) {
   return std::generic_category().message(error_number);
 }
 
-[[noreturn]] void fail(const fs::path& path, const char* what, int error_number) {
-  throw InputError(fmt::format("{}: cannot be {}: {}", path.string(), what, why(error_number)));
+[[noreturn]] void fail(const fs::path& path, const std::string& what, int error_number) {
+  throw InputError(path.string(), fmt::format("cannot be {}: {}", what, why(error_number)),
+                   what == "read" ? "a file that is there and may be read" : "a place with room and permission");
 }
 
 /// A file descriptor that closes itself; close() tells whether that went well.
@@ -94,7 +95,7 @@ void make_folder_of(const fs::path& path) {
   if (folder.empty()) return;
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) throw InputError(fmt::format("{}: cannot be made: {}", folder.string(), why(error.value())));
+  if (error) fail(folder, "made", error.value());
 }
 
 /// The file that a link stands for, so that the link survives the rename.
@@ -110,6 +111,28 @@ bool is_special(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error) && !fs::is_regular_file(path, error);
 }
+
+/// An empty folder that is gone at the end, with all that is left in it.
+class StagingFolder {
+ public:
+  explicit StagingFolder(const fs::path& path) : path_(path) {
+    std::error_code error;
+    fs::remove_all(path_, error);
+    fs::create_directories(path_, error);
+    if (error) fail(path_, "made", error.value());
+  }
+  ~StagingFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  StagingFolder(const StagingFolder&) = delete;
+  StagingFolder& operator=(const StagingFolder&) = delete;
+
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
 
 void rename_to(const fs::path& temporary, const fs::path& path) {
   if (::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "written", errno);
@@ -165,6 +188,29 @@ void write_file_by(const fs::path& path, const std::function<void(const fs::path
     synchronise(file, path);
   }
   rename_to(temporary.path(), target);
+}
+
+void write_files_by(const fs::path& folder, const std::function<std::vector<fs::path>(const fs::path& staged)>& writer) {
+  // Within the folder, so that moving the files is no copy.
+  const StagingFolder staged(folder / fmt::format("part-{}", ::getpid()));
+  std::vector<fs::path> files;
+  try {
+    files = writer(staged.path());
+  } catch (const InputError& error) {
+    // The user knows the file by the name that it was to have.
+    std::string message = error.what();
+    if (const auto at = message.find(staged.path().string()); at != std::string::npos)
+      message.replace(at, staged.path().string().size(), folder.string());
+    throw InputError(message);
+  }
+  if (files.empty()) return;
+  std::error_code error;
+  fs::remove(folder / files.back(), error);
+  if (error) fail(folder / files.back(), "replaced", error.value());
+  for (const fs::path& file : files) {
+    make_folder_of(folder / file);
+    rename_to(staged.path() / file, folder / file);
+  }
 }
 
 std::string content_hash(std::string_view bytes) {

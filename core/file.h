@@ -8,6 +8,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace thermotwin::core {
 
@@ -23,6 +24,13 @@ void write_file(const std::filesystem::path& path, std::string_view text);
 /// @throws what writer throws, after the temporary file was removed
 void write_file_by(const std::filesystem::path& path,
                    const std::function<void(const std::filesystem::path& temporary)>& writer);
+
+/// Writes files that belong together. The writer fills an empty folder and returns their names in
+/// it; these then replace the files of the same names in folder. The last one vouches for the
+/// others: it goes first and comes back last.
+/// @throws what writer throws, InputError; if the writer fails, nothing in folder has changed
+void write_files_by(const std::filesystem::path& folder,
+                    const std::function<std::vector<std::filesystem::path>(const std::filesystem::path& staged)>& writer);
 
 /// 64-bit FNV-1a of the bytes, as 16 hexadecimal digits; stable across machines.
 std::string content_hash(std::string_view bytes);

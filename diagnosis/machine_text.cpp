@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
 #include <vector>
 
@@ -151,6 +152,15 @@ std::pair<std::size_t, std::size_t> number_span(const std::string& text, const S
   return {statement.begin, statement.begin};
 }
 
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + '"';
+}
+
 /// A TOML float or integer that reads back as the same double.
 std::string written(double number) { return fmt::format("{}", number); }
 
@@ -195,6 +205,21 @@ std::string changed_text(const std::string& text, const std::string& source, con
   else
     ++at, added += "\n";
   return changed.insert(at, added);
+}
+
+std::string with_cad_paths(const std::string& text, const mesh::Machine& machine) {
+  std::string changed = text;
+  for (const mesh::BodySpec& body : machine.bodies) {
+    std::error_code error;
+    const std::filesystem::path file = std::filesystem::absolute(body.cad, error).lexically_normal();
+    if (error || !std::filesystem::is_regular_file(file, error)) continue;
+    const std::vector<Statement> all = outline(changed);
+    Section section;
+    if (!find_table(changed, all, "body", body.id, 0, all.size(), section)) continue;
+    if (const Statement* key = find_key(all, section, "cad"))
+      changed.replace(key->begin, key->end - key->begin, quoted(file.string()));
+  }
+  return changed;
 }
 
 }  // namespace thermotwin::diagnosis

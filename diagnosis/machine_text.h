@@ -7,6 +7,7 @@
 #include <string>
 
 #include "diagnosis/machine_value.h"
+#include "mesh/machine.h"
 
 namespace thermotwin::diagnosis {
 
@@ -17,5 +18,9 @@ namespace thermotwin::diagnosis {
 /// @throws InputError if the table, written as [[table]], or a number cannot be found
 std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place,
                          double number, const std::string& comment);
+
+/// The text with the whole path for each body's CAD file that can be found, so that it may stand in
+/// another folder. @param machine  what was read from the text, at its own place
+std::string with_cad_paths(const std::string& text, const mesh::Machine& machine);
 
 }  // namespace thermotwin::diagnosis

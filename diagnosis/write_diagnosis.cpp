@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The files of a diagnosis, each whole or not at all.
 #include <system_error>
+#include <vector>
 
 #include "core/file.h"
 #include "diagnosis/diagnose.h"
+#include "diagnosis/machine_text.h"
 #include "diagnosis/report.h"
 #include "reduction/model_file.h"
 
@@ -11,22 +13,32 @@ namespace thermotwin::diagnosis {
 
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
                      const reduction::ReducedModel& model) {
-  core::write_csv(out / "residuals.csv", diagnosis.series);
-  if (!diagnosis.extended_machine_text.empty()) {
-    reduction::ReducedModel extended = model;
-    extended.machine = mesh::parse_machine(diagnosis.extended_machine_text, model.machine.path);
-    core::write_file(out / "extended" / "machine.toml", diagnosis.extended_machine_text);
-    reduction::write_model(out / "extended" / "model.rom.h5", extended);
-  } else {
-    // An extension of an earlier diagnosis would contradict this one.
-    std::error_code ignored;
-    std::filesystem::remove(out / "extended" / "machine.toml", ignored);
-    std::filesystem::remove(out / "extended" / "model.rom.h5", ignored);
-    std::filesystem::remove(out / "extended", ignored);
-  }
-  core::write_file(out / "report.html", report_html(diagnosis, model.machine));
-  // Last: who finds it finds the rest as well.
-  core::write_file(out / "diagnosis.json", diagnosis_json(diagnosis));
+  using std::filesystem::path;
+  const bool extends = !diagnosis.extended_machine_text.empty();
+  core::write_files_by(out, [&](const path& staged) {
+    std::vector<path> files{"residuals.csv", "report.html"};
+    core::write_csv(staged / "residuals.csv", diagnosis.series);
+    core::write_file(staged / "report.html", report_html(diagnosis, model.machine));
+    if (extends) {
+      const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
+      const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine);
+      reduction::ReducedModel extended = model;
+      extended.machine = mesh::parse_machine(text, model.machine.path);
+      core::write_file(staged / machine_file, text);
+      reduction::write_model(staged / model_file, extended);
+      files.insert(files.end(), {machine_file, model_file});
+    }
+    // Last: who finds it finds the rest as well.
+    core::write_file(staged / "diagnosis.json", diagnosis_json(diagnosis));
+    files.emplace_back("diagnosis.json");
+    return files;
+  });
+  if (extends) return;
+  // An extension of an earlier diagnosis would contradict this one.
+  std::error_code ignored;
+  std::filesystem::remove(out / "extended" / "machine.toml", ignored);
+  std::filesystem::remove(out / "extended" / "model.rom.h5", ignored);
+  std::filesystem::remove(out / "extended", ignored);
 }
 
 }  // namespace thermotwin::diagnosis

@@ -9,6 +9,7 @@
 #include "mesh/import.h"
 #include "mesh/mesh_cache.h"
 #include "mesh/selection.h"
+#include "mesh/sensor_check.h"
 
 namespace thermotwin::mesh {
 
@@ -61,6 +62,7 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
     progress.advance();
   }
   result.surfaces = resolve_surfaces(machine, result.bodies);
+  check_sensors(machine, result.bodies);
   return result;
 }
 

@@ -162,18 +162,17 @@ void write_vtu(const std::filesystem::path& path, const TetMesh& mesh) {
   }
   grid->GetCellData()->AddArray(group);
   if (names->GetNumberOfValues() > 0) grid->GetFieldData()->AddArray(names);
-  core::write_file_by(path, [&](const std::filesystem::path& temporary) {
-    vtkNew<vtkXMLUnstructuredGridWriter> writer;
-    ErrorCatcher errors(writer);
-    writer->SetFileName(temporary.c_str());
-    writer->SetInputData(grid);
-    writer->SetDataModeToAppended();
-    writer->EncodeAppendedDataOff();
-    writer->SetCompressorTypeToLZ4();
-    if (writer->Write() != 1 || !errors.message.empty())
-      throw core::InputError(path.string(), "writing failed (" + errors.message.substr(0, 200) + ")",
-                             "a writable folder with free space");
-  });
+  // Into memory: on a full disk VTK leaves a cut-off file and reports success.
+  vtkNew<vtkXMLUnstructuredGridWriter> writer;
+  ErrorCatcher errors(writer);
+  writer->WriteToOutputStringOn();
+  writer->SetInputData(grid);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToLZ4();
+  if (writer->Write() != 1 || !errors.message.empty())
+    throw core::SolverError(path.string() + ": VTK could not make the file (" + errors.message.substr(0, 200) + ")");
+  core::write_file(path, writer->GetOutputString());
 }
 
 }  // namespace thermotwin::mesh

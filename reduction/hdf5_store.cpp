@@ -78,13 +78,17 @@ struct StoreWriter::File {
   std::string name;
   Handle id;
 
-  File(const std::filesystem::path& path, const std::string& name_in_messages)
-      : name(name_in_messages), id(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose) {
-    check(id.good());
-  }
+  explicit File(const std::string& name_in_messages) : name(name_in_messages), id(in_memory(), H5Fclose) { check(id.good()); }
 
+  /// The library does not survive a disk that fills up: it ends in a crash. So it never sees one.
+  static hid_t in_memory() {
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    constexpr std::size_t growth = 1u << 20;
+    H5Pset_fapl_core(access, growth, 0);
+    return H5Fcreate("model", H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  }
   void check(bool good) const {
-    if (!good) throw InputError(name + ": cannot be written (disk full, or no permission)");
+    if (!good) throw core::SolverError(name + ": HDF5 could not make the file (out of memory)");
   }
   Handle text_type(const std::string& stored) const {
     Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
@@ -124,8 +128,7 @@ struct StoreWriter::File {
   }
 };
 
-StoreWriter::StoreWriter(const std::filesystem::path& path, const std::string& name)
-    : file_(std::make_unique<File>(path, name)) {}
+StoreWriter::StoreWriter(const std::string& name) : file_(std::make_unique<File>(name)) {}
 StoreWriter::~StoreWriter() = default;
 
 void StoreWriter::group(const std::string& path) {
@@ -187,9 +190,14 @@ void StoreWriter::text(const std::string& path, const std::string& value) {
   file_->check(set.good() && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, stored.data()) >= 0);
 }
 
-void StoreWriter::finish() {
+std::string StoreWriter::finish() {
   file_->check(H5Fflush(file_->id, H5F_SCOPE_GLOBAL) >= 0);
+  const ssize_t size = H5Fget_file_image(file_->id, nullptr, 0);
+  file_->check(size > 0);
+  std::string bytes(static_cast<std::size_t>(size), '\0');
+  file_->check(H5Fget_file_image(file_->id, bytes.data(), bytes.size()) == size);
   file_->check(file_->id.close());
+  return bytes;
 }
 
 // ---------------------------------------------------------------- reading

@@ -17,8 +17,8 @@ using IntRows = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMaj
 
 class StoreWriter {
  public:
-  /// @param name  of the file for messages  @throws InputError (every member: disk full, permission)
-  StoreWriter(const std::filesystem::path& path, const std::string& name);
+  /// @param name  of the file for messages  @throws SolverError (every member: out of memory)
+  explicit StoreWriter(const std::string& name);
   ~StoreWriter();
 
   void group(const std::string& path);
@@ -35,8 +35,8 @@ class StoreWriter {
              Eigen::Index columns);
   void integers(const std::string& path, const IntRows& values);
   void text(const std::string& path, const std::string& value);
-  /// Everything is written after this, or it throws.
-  void finish();
+  /// The bytes of the file; nothing may be added afterwards.
+  std::string finish();
 
  private:
   struct File;

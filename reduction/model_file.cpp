@@ -223,11 +223,9 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
 }  // namespace
 
 void write_model(const fs::path& path, const ReducedModel& model) {
-  core::write_file_by(path, [&](const fs::path& temporary) {
-    StoreWriter writer(temporary, path.string());
-    write_all(writer, model);
-    writer.finish();
-  });
+  StoreWriter writer(path.string());
+  write_all(writer, model);
+  core::write_file(path, writer.finish());
 }
 
 ReducedModel read_model(const fs::path& path) {

@@ -2,6 +2,8 @@
 #include "solver/campaign_files.h"
 
 #include <cstring>
+#include <string_view>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -17,7 +19,7 @@ void append(std::string& bytes, const Matrix& matrix) {
                static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar));
 }
 
-std::optional<Eigen::MatrixXd> parse_matrix(const std::string& bytes) {
+std::optional<Eigen::MatrixXd> parse_matrix(std::string_view bytes) {
   std::int64_t shape[2];
   if (bytes.size() < sizeof shape) return std::nullopt;
   std::memcpy(shape, bytes.data(), sizeof shape);
@@ -65,18 +67,28 @@ std::string hash_of_block(const std::vector<std::string>& hashes_of_loads) {
   return core::content_hash(bytes);
 }
 
-void write_result(const std::filesystem::path& folder, const LoadResult& result, const std::string& hash) {
-  std::error_code ignored;
-  std::filesystem::remove(folder / "done", ignored);  // from here on the folder is not complete
-  core::write_csv(folder / "tcp.csv", result.tcp);
-  core::write_csv(folder / "sensors.csv", result.sensors);
-  core::write_csv(folder / "inputs.csv", result.inputs);
-  if (result.snapshots.size() > 0) {
-    std::string bytes;
-    append(bytes, result.snapshots);
-    core::write_file(folder / "snapshots.bin", bytes);
-  }
-  core::write_file(folder / "done", hash + "\n");
+void write_result(const std::filesystem::path& folder, LoadResult& result, const std::string& hash) {
+  core::write_files_by(folder, [&](const std::filesystem::path& staged) {
+    std::vector<std::filesystem::path> files;
+    const auto write_table = [&](const char* name, core::Table& table) {
+      core::write_csv(staged / name, table);
+      table = core::read_csv(staged / name);
+      files.emplace_back(name);
+    };
+    write_table("tcp.csv", result.tcp);
+    write_table("sensors.csv", result.sensors);
+    write_table("inputs.csv", result.inputs);
+    if (result.snapshots.size() > 0) {
+      // A later result without snapshots leaves these, so they say themselves what they belong to.
+      std::string bytes = hash;
+      append(bytes, result.snapshots);
+      core::write_file(staged / "snapshots.bin", bytes);
+      files.emplace_back("snapshots.bin");
+    }
+    core::write_file(staged / "done", hash + "\n");
+    files.emplace_back("done");
+    return files;
+  });
 }
 
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
@@ -87,7 +99,9 @@ std::optional<LoadResult> read_result(const std::filesystem::path& folder, const
     if (!std::filesystem::exists(folder / "done") || core::read_file(folder / "done") != hash + "\n") return std::nullopt;
     if (snapshots) {
       if (!std::filesystem::exists(folder / "snapshots.bin")) return std::nullopt;
-      auto matrix = parse_matrix(core::read_file(folder / "snapshots.bin"));
+      const std::string bytes = core::read_file(folder / "snapshots.bin");
+      if (!bytes.starts_with(hash)) return std::nullopt;
+      auto matrix = parse_matrix(std::string_view(bytes).substr(hash.size()));
       if (!matrix) return std::nullopt;
       result.snapshots = std::move(*matrix);
     }

@@ -17,7 +17,9 @@ std::string hash_of_mesh(const mesh::MachineMesh& mesh);
 /// Of loads that run together, which their bits depend on.
 std::string hash_of_block(const std::vector<std::string>& hashes_of_loads);
 
-void write_result(const std::filesystem::path& folder, const LoadResult& result, const std::string& hash);
+/// Writes the result and rounds its tables to what the files hold, so that a resumed campaign goes
+/// on with the same numbers. An earlier result stays until the new one is complete.
+void write_result(const std::filesystem::path& folder, LoadResult& result, const std::string& hash);
 
 /// The result, if the folder holds a complete one of this hash (with snapshots, if wanted).
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,

@@ -71,15 +71,15 @@ void add_stress(vtkUnstructuredGrid* grid, const mesh::MachineMesh& mesh, const 
 
 template <class Writer, class Data>
 void write_by(const std::filesystem::path& path, Data* data) {
-  core::write_file_by(path, [&](const std::filesystem::path& temporary) {
-    vtkNew<Writer> writer;
-    writer->SetFileName(temporary.c_str());
-    writer->SetInputData(data);
-    writer->SetDataModeToAppended();
-    writer->EncodeAppendedDataOff();
-    writer->SetCompressorTypeToLZ4();
-    if (writer->Write() != 1) throw core::InputError(path.string(), "cannot be written", "a folder with free space and permission");
-  });
+  // Into memory: on a full disk VTK leaves a cut-off file and reports success.
+  vtkNew<Writer> writer;
+  writer->WriteToOutputStringOn();
+  writer->SetInputData(data);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToLZ4();
+  if (writer->Write() != 1) throw core::SolverError(path.string() + ": VTK could not make the file (out of memory)");
+  core::write_file(path, writer->GetOutputString());
 }
 
 }  // namespace

@@ -20,6 +20,7 @@
 #include <vtkScalarBarActor.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
@@ -219,14 +220,14 @@ void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& me
   image->SetInputBufferTypeToRGB();
   image->ReadFrontBufferOff();
   image->Update();
-  core::write_file_by(png, [&](const std::filesystem::path& temporary) {
-    vtkNew<vtkPNGWriter> writer;
-    writer->SetFileName(temporary.c_str());
-    writer->SetInputConnection(image->GetOutputPort());
-    writer->Write();
-    if (writer->GetErrorCode() != 0)
-      throw core::InputError(png.string(), "cannot be written", "a folder with free space and permission");
-  });
+  vtkNew<vtkPNGWriter> writer;
+  writer->WriteToMemoryOn();
+  writer->SetInputConnection(image->GetOutputPort());
+  writer->Write();
+  vtkUnsignedCharArray* bytes = writer->GetResult();
+  if (writer->GetErrorCode() != 0 || bytes == nullptr)
+    throw core::SolverError(png.string() + ": VTK could not make the picture (out of memory)");
+  core::write_file(png, {reinterpret_cast<const char*>(bytes->GetPointer(0)), static_cast<std::size_t>(bytes->GetNumberOfValues())});
 }
 
 }  // namespace thermotwin::solver

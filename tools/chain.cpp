@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,7 @@
 #include <iostream>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "mesh/import.h"
@@ -22,6 +24,7 @@ void print_summary(const CommonOptions& options, const std::string& text, const 
   if (const std::string& shown = options.json ? json : text; shown.empty() || shown.back() != '\n')
     std::cout << '\n';
   std::cout.flush();
+  if (!std::cout) throw core::InputError("standard output", "cannot be written", "a terminal, file or pipe with room");
 }
 
 double peak_memory_GiB() {
@@ -38,7 +41,15 @@ solver::Case open_case(const std::filesystem::path& path, const std::string& siz
   return machine_case;
 }
 
+void require_writable(const std::filesystem::path& out) {
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error) throw core::InputError("--out " + out.string(), error.message(), "a folder, or a place for a new one");
+  if (::access(out.c_str(), W_OK | X_OK) != 0) throw core::InputError("--out " + out.string(), "no permission", "a folder that may be written");
+}
+
 solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out) {
+  require_writable(out);
   return solver::build_full_model(
       machine_case.machine,
       {mesh::size_factor(machine_case.machine, machine_case.size), out / "cache"});
@@ -47,7 +58,11 @@ solver::FullModel build(const solver::Case& machine_case, const std::filesystem:
 std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
                                                const std::vector<std::string>& names) {
   std::vector<solver::LoadProgram> programs;
-  for (const std::string& name : names) programs.push_back(machine_case.load(name));
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    if (std::find(names.begin(), name, *name) != name)
+      throw core::InputError("load program '" + *name + "'", "named twice", "each load program once");
+    programs.push_back(machine_case.load(*name));
+  }
   return programs;
 }
 
@@ -86,7 +101,16 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
 reduction::ReducedModel model_for(const std::filesystem::path& case_path,
                                   const std::filesystem::path& model,
                                   const std::filesystem::path& out) {
-  if (!model.empty()) return reduction::read_model(model);
+  if (!model.empty()) {
+    reduction::ReducedModel made = reduction::read_model(model);
+    if (case_path.empty()) return made;
+    const mesh::Machine machine = open_case(case_path, "").machine;
+    if (machine.hash == made.machine.hash)
+      made.machine = machine;  // the same, and it knows where its CAD files are
+    else
+      core::warn(fmt::format("{} was made from another machine.toml than {}", model.string(), machine.path.string()));
+    return made;
+  }
   if (case_path.empty())
     throw core::UsageError("a CASE or --model model.rom.h5 is needed");
   const solver::Case machine_case = open_case(case_path, "", 0);
@@ -107,6 +131,7 @@ void mesh_machine(const MeshOptions& options) {
                                          : options.machine;
   mesh::Machine machine = mesh::read_machine(file);
   if (options.mesh_order > 0) machine.order = options.mesh_order;
+  require_writable(options.out);
   const mesh::MachineMesh meshed = mesh::build_machine_mesh(
       machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
   std::vector<std::vector<std::string>> table{
@@ -126,8 +151,15 @@ void mesh_machine(const MeshOptions& options) {
     json["bodies"].push_back({{"id", machine.bodies[b].id}, {"nodes", body.nodes()},
                               {"elements", body.elements()}, {"quality_min", quality.minimum},
                               {"quality_mean", quality.mean}, {"mass_kg", kg}});
-    mesh::write_vtu(options.out / "mesh" / (machine.bodies[b].id + ".vtu"), body);
   }
+  core::write_files_by(options.out / "mesh", [&](const std::filesystem::path& staged) {
+    std::vector<std::filesystem::path> files;
+    for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
+      files.emplace_back(machine.bodies[b].id + ".vtu");
+      mesh::write_vtu(staged / files.back(), meshed.bodies[b]);
+    }
+    return files;
+  });
   std::vector<std::vector<std::string>> surfaces{{"surface", "triangles", "area cm2"}};
   for (std::size_t s = 0; s < machine.surfaces.size(); ++s) {
     const double area = meshed.surface_area(static_cast<int>(s));
@@ -176,6 +208,7 @@ void campaign(const CampaignOptions& options) {
 void reduce(const ReduceOptions& options) {
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
+  for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
   const solver::FullModel full = build(machine_case, options.out);
   const ReducedCase made = make_reduced_model(full, machine_case, options.order, options.resume, options.out);
   nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()},

@@ -28,6 +28,9 @@ double peak_memory_GiB();
 /// command line.
 solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order);
 
+/// Makes the folder for results. @throws InputError before any work is lost
+void require_writable(const std::filesystem::path& out);
+
 solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out);
 
 std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,

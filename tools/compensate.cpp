@@ -2,6 +2,9 @@
 #include "compensation/compensator.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
 
 #include <fstream>
 #include <iostream>
@@ -11,11 +14,15 @@
 #include "core/progress.h"
 #include "reduction/model_file.h"
 #include "tools/chain.h"
+#include "tools/descriptor_input.h"
 #include "tools/options.h"
 
 namespace thermotwin::tools {
 
 void compensate(const CompensateOptions& options) {
+  const bool from_stdin = options.in == "-", to_stdout = options.out == "-";
+  if (to_stdout && options.json)
+    throw core::UsageError("--json and the offsets would both go to standard output; allowed: --json with --out FILE");
   const reduction::ReducedModel model = reduction::read_model(options.model);
   compensation::CompensatorOptions settings;
   settings.use_sensors = !options.no_sensors;
@@ -23,30 +30,42 @@ void compensate(const CompensateOptions& options) {
   compensation::Compensator compensator(model, settings);
 
   std::ios::sync_with_stdio(false);
+  DescriptorInput standard_input(STDIN_FILENO);
   std::ifstream file;
-  if (options.in != "-") {
+  if (!from_stdin) {
     file.open(options.in, std::ios::binary);
     if (!file) throw core::InputError(options.in, "cannot be read", "a CSV file, or - for standard input");
   }
-  std::istream& in = options.in == "-" ? std::cin : file;
-  const std::string in_name = options.in == "-" ? "standard input" : options.in;
+  std::istream piped(&standard_input);
+  std::istream& in = from_stdin ? piped : file;
+  const std::string in_name = from_stdin ? "standard input" : options.in;
 
   const Stopwatch time;
   long rows = 0;
-  if (options.out == "-") {
+  if (to_stdout) {
     // A control waits for each answer: rows are flushed one by one.
     rows = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, true);
   } else {
     core::write_file_by(options.out, [&](const std::filesystem::path& temporary) {
       std::ofstream out(temporary, std::ios::binary);
-      rows = compensation::compensate_stream(compensator, model.machine, in, in_name, out, false);
-      out.flush();
-      if (!out) throw core::InputError(options.out.string(), "could not be written", "a place with room on the disk");
+      try {
+        rows = compensation::compensate_stream(compensator, model.machine, in, in_name, out, false);
+      } catch (const core::InputError&) {
+        if (out) throw;
+        throw core::InputError(options.out.string(), "cannot be written", "a place with room and permission");
+      }
     });
   }
-  core::log_line(fmt::format("compensate: {} rows in {:.2f} s ({:.0f} rows/s), order {}, peak memory {:.2f} GiB", rows,
-                             time.seconds(), static_cast<double>(rows) / time.seconds(), model.system.order(),
-                             peak_memory_GiB()));
+  const double seconds = time.seconds(), rate = static_cast<double>(rows) / seconds, memory = peak_memory_GiB();
+  const std::string text = fmt::format("compensate: {} rows in {:.2f} s ({:.0f} rows/s), order {}, peak memory {:.2f} GiB", rows,
+                                       seconds, rate, model.system.order(), memory);
+  if (to_stdout) {
+    core::log_line(text);
+    return;
+  }
+  const nlohmann::json json = {{"rows", rows}, {"seconds", seconds}, {"order", model.system.order()},
+                               {"peak_memory_GiB", memory}, {"offsets", options.out.string()}};
+  print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 
 }  // namespace thermotwin::tools

@@ -5,6 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 #include "compensation/evaluate.h"
 #include "compensation/validation.h"
 #include "core/error.h"
@@ -13,6 +15,34 @@
 #include "tools/options.h"
 
 namespace thermotwin::tools {
+namespace {
+
+std::string evaluate_instead(const std::filesystem::path& data) {
+  return "; for data that belong to no machine model use: thermotwin evaluate --data " + data.string();
+}
+
+/// @throws InputError unless the measurement is one of the machine
+void require_measured_on(const mesh::Machine& machine, const compensation::Measurement& measurement) {
+  const bool names_machine = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                         [](const auto& channel) { return !channel.quantity.empty() || !channel.input.empty(); });
+  try {
+    compensation::require_fits(measurement, machine);
+  } catch (const core::InputError& error) {
+    if (names_machine) throw;
+    throw core::InputError(std::string(error.what()) + evaluate_instead(measurement.folder));
+  }
+}
+
+/// The reduced model of the verb; a measurement that does not fit is refused before any long work.
+reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
+                                 const std::filesystem::path& model, const std::filesystem::path& out) {
+  if (model.empty()) require_measured_on(open_case(case_path, "").machine, measurement);
+  reduction::ReducedModel made = model_for(case_path, model, out);
+  require_measured_on(made.machine, measurement);
+  return made;
+}
+
+}  // namespace
 
 void evaluate(const EvaluateOptions& options) {
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
@@ -21,8 +51,7 @@ void evaluate(const EvaluateOptions& options) {
   const bool has_model = !options.model.empty() || !options.case_path.empty();
   compensation::Evaluation evaluation;
   if (has_model) {
-    const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
-    compensation::require_fits(measurement, model.machine);
+    const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
     evaluation = compensation::evaluate(measurement, &model, settings);
   } else {
     evaluation = compensation::evaluate(measurement, nullptr, settings);
@@ -40,9 +69,11 @@ void evaluate(const EvaluateOptions& options) {
 }
 
 void diagnose(const DiagnoseOptions& options) {
+  if (options.case_path.empty() && options.model.empty())
+    throw core::UsageError("diagnose needs the machine that was measured: a CASE or --model model.rom.h5" +
+                           evaluate_instead(options.data));
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
-  const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
-  compensation::require_fits(measurement, model.machine);
+  const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
   const diagnosis::Diagnosis result = diagnosis::diagnose(model, measurement, {});
   const auto folder = options.out / "diagnosis";
   diagnosis::write_diagnosis(folder, result, model);

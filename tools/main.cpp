@@ -2,12 +2,16 @@
 // The command line: parses, sets threads and quiet, calls the verb, maps errors to exit status.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <new>
+#include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "core/thread_pool.h"
 #include "tools/options.h"
 
@@ -50,6 +54,28 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& te
     verb(options);
   });
   return command;
+}
+
+/// What is wrong with the command line, with the nearest known word for one that is unknown.
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
+  const auto verbs = app.get_subcommands();
+  const CLI::App& at = verbs.empty() ? app : *verbs.front();
+  const auto is_option = [](const std::string& word) { return word.size() > 1 && word.front() == '-'; };
+  const std::vector<std::string> extras = at.remaining();
+  if (const auto option = std::find_if(extras.begin(), extras.end(), is_option); option != extras.end()) {
+    std::vector<std::string> known;
+    for (const CLI::Option* of : at.get_options())
+      for (const std::string& name : of->get_lnames()) known.push_back("--" + name);
+    const std::string name = option->substr(0, option->find('='));
+    return "unknown option '" + name + "' (nearest: " + core::nearest(name, known) + ")";
+  }
+  if (verbs.empty() && !extras.empty()) {
+    std::vector<std::string> known;
+    for (const CLI::App* verb : app.get_subcommands({})) known.push_back(verb->get_name());
+    return "unknown verb '" + extras.front() + "'; one of: " + core::join(known) + " (nearest: " +
+           core::nearest(extras.front(), known) + ")";
+  }
+  return error.what();
 }
 
 int parse_and_run(int argc, char** argv) {
@@ -163,7 +189,7 @@ int parse_and_run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
-    std::cerr << "thermotwin: " << error.what() << "\n";
+    std::cerr << "thermotwin: " << usage_message(app, error) << "\n";
     const auto verbs = app.get_subcommands();
     std::cerr << "try: thermotwin " << (verbs.empty() ? "" : verbs.front()->get_name() + " ") << "--help\n";
     return 2;

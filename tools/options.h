@@ -53,8 +53,9 @@ struct ReduceOptions : CommonOptions {
   bool resume = false;
 };
 struct CompensateOptions : CommonOptions {
+  CompensateOptions() { out = "-"; }  ///< a file here, "-" for stdout
   std::filesystem::path model;
-  std::string in = "-";     ///< the offsets go to CommonOptions::out, "-" for stdout
+  std::string in = "-";
   bool no_sensors = false;
   double step_s = 60;
 };

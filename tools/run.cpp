@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <vector>
 
 #include "compensation/evaluate.h"
 #include "compensation/validation.h"
@@ -18,8 +19,9 @@
 #include "diagnosis/diagnose.h"
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/machine_value.h"
-#include "solver/tcp.h"
+#include "solver/campaign_files.h"
 #include "solver/stress.h"
+#include "solver/tcp.h"
 #include "solver/vtk_output.h"
 #include "tools/chain.h"
 #include "tools/options.h"
@@ -27,31 +29,70 @@
 namespace thermotwin::tools {
 namespace {
 
+/// The machine that is measured where there is no measurement.
+mesh::Machine measured_machine(const solver::Case& machine_case) {
+  const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
+  try {
+    return diagnosis::with_parameter(compensation::perturbed(machine_case.machine, wrong.seed),
+                                     diagnosis::make_parameter(wrong.kind, wrong.where), wrong.factor);
+  } catch (const core::InputError& error) {
+    throw core::InputError((machine_case.folder / "case.toml").string() + " measured_machine.where: " + error.what());
+  }
+}
+
+/// What only the last steps of the chain need should not be missed after the long ones.
+void require_whole_chain(const solver::Case& machine_case) {
+  const std::string file = (machine_case.folder / "case.toml").string();
+  const auto require = [&](bool given, const char* key, const char* allowed) {
+    if (!given) throw core::InputError(file + " " + key, "missing or empty", allowed);
+  };
+  require(!machine_case.train.empty(), "train", "one or more load programs to reduce the model from");
+  require(!machine_case.holdout.empty(), "holdout", "one or more load programs to judge the model on");
+  require(!machine_case.check_points.empty(), "check_points.poses", "one or more poses to judge the compensation at");
+  require(!machine_case.measurement.empty() || machine_case.measured_machine, "measurement",
+          "a measurement, or [measured_machine] to make one; the diagnosis needs it");
+  load_programs(machine_case, machine_case.train);
+  load_programs(machine_case, machine_case.holdout);
+  if (!machine_case.measurement.empty()) {
+    compensation::require_fits(compensation::read_measurement(machine_case.measurement), machine_case.machine);
+  } else {
+    measured_machine(machine_case);
+    machine_case.load(machine_case.measured_machine->load);
+  }
+}
+
 /// The measurement that the case names, or one of the machine that it describes.
-compensation::Measurement measurement_of(const solver::Case& machine_case, const std::filesystem::path& out) {
+compensation::Measurement measurement_of(const solver::Case& machine_case, bool resume, const std::filesystem::path& out) {
   if (!machine_case.measurement.empty()) return compensation::read_measurement(machine_case.measurement);
   const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
-  const auto folder = out / "measurement";
-  const std::string made_from = core::content_hash(fmt::format(
-      "{} {} {} {} {} {} {} {} {} {}", machine_case.machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
-      wrong.seed, wrong.size_factor, wrong.refine, machine_case.size, machine_case.machine.order));
-  const auto stamp = folder / "made_from.txt";
-  if (std::filesystem::exists(stamp) && core::read_file(stamp) == made_from)
-    return compensation::read_measurement(folder);
-
-  const diagnosis::Parameter effect = diagnosis::make_parameter(wrong.kind, wrong.where);
-  const mesh::Machine machine = diagnosis::with_parameter(
-      compensation::perturbed(machine_case.machine, wrong.seed), effect, wrong.factor);
+  const mesh::Machine machine = measured_machine(machine_case);
   compensation::VirtualOptions options;
   options.size_factor = wrong.size_factor * mesh::size_factor(machine_case.machine, machine_case.size);
   options.refine = wrong.refine;
   options.seed = wrong.seed;
   options.mesh_cache = out / "cache";
-  const solver::FullModel full = solver::build_full_model(machine, {options.size_factor, options.mesh_cache});
+
+  const auto folder = out / "measurement";
+  const mesh::MeshOptions mesh_options{options.size_factor, options.mesh_cache};
+  std::string inputs = fmt::format("{} {} {} {} {} {} {} {}", machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
+                                   wrong.seed, options.size_factor, wrong.refine);
+  inputs += solver::hash_of_mesh(mesh::build_machine_mesh(machine, mesh_options));
+  inputs += core::read_file(machine_case.folder / "loads" / (wrong.load + ".toml"));
+  for (const mesh::Pose& pose : machine_case.check_points) inputs += mesh::format_pose(machine, pose) + " ";
+  const std::string made_from = core::content_hash(inputs) + "\n";
+  const auto stamp = folder / "made_from.txt";
+  if (resume && std::filesystem::exists(stamp) && core::read_file(stamp) == made_from)
+    return compensation::read_measurement(folder);
+
+  const solver::FullModel full = solver::build_full_model(machine, mesh_options);
   core::log_line(fmt::format("measuring a machine of {} nodes virtually, {}", full.mesh.nodes(), wrong.load));
-  compensation::write_measurement(
-      folder, compensation::measure_virtually(full, machine_case.load(wrong.load), machine_case.check_points, options));
-  core::write_file(stamp, made_from);
+  const compensation::Measurement measured =
+      compensation::measure_virtually(full, machine_case.load(wrong.load), machine_case.check_points, options);
+  core::write_files_by(folder, [&](const std::filesystem::path& staged) {
+    compensation::write_measurement(staged, measured);
+    core::write_file(staged / "made_from.txt", made_from);
+    return std::vector<std::filesystem::path>{"data.csv", "channels.toml", "made_from.txt"};
+  });
   return compensation::read_measurement(folder);
 }
 
@@ -72,18 +113,20 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
   const mesh::Pose& pose = options.poses.front();
   const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
   const double time = result.sensors.values(warmest, 0);
-  const auto folder = out / "fields";
-  const std::string name = load + ".vtu";
-  solver::write_fields(folder / name, full.mesh, pose, temperature_C, displacement, time,
-                       solver::MachineStress(full.mesh).nodal(displacement, state));
-  solver::write_pvd(folder / (load + ".pvd"), {{time, name}});
 
   std::vector<solver::TcpError> errors;
   for (const mesh::Pose& p : poses) {
     const solver::OutputRows rows = full.elastic.output_rows(p);
     errors.push_back(solver::tcp_error(machine, p, rows.tool * state, rows.table_axis * state, rows.table_own * state));
   }
-  solver::write_poses(folder / "poses.vtp", machine, poses, errors);
+  core::write_files_by(out / "fields", [&](const std::filesystem::path& staged) {
+    const std::string name = load + ".vtu", series = load + ".pvd";
+    solver::write_fields(staged / name, full.mesh, pose, temperature_C, displacement, time,
+                         solver::MachineStress(full.mesh).nodal(displacement, state));
+    solver::write_poses(staged / "poses.vtp", machine, poses, errors);
+    solver::write_pvd(staged / series, {{time, name}});
+    return std::vector<std::filesystem::path>{name, "poses.vtp", series};
+  });
   if (std::getenv("DISPLAY"))
     solver::write_picture(out / "machine.png", full.mesh, pose, temperature_C, displacement, 3000,
                           fmt::format("{}: {} after {:.1f} h, deformation x 3000", machine.name, load, time / 3600));
@@ -124,10 +167,9 @@ std::string hidden_truth(const solver::Case& machine_case) {
   if (!machine_case.measured_machine || !machine_case.measurement.empty()) return "";
   const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
   mesh::Machine nominal = machine_case.machine;
-  mesh::Machine measured = compensation::perturbed(machine_case.machine, wrong.seed);
+  mesh::Machine measured = measured_machine(machine_case);
   const diagnosis::Parameter effect = diagnosis::make_parameter(wrong.kind, wrong.where);
-  const double ratio = *diagnosis::machine_value(measured, effect).value * wrong.factor /
-                       *diagnosis::machine_value(nominal, effect).value;
+  const double ratio = *diagnosis::machine_value(measured, effect).value / *diagnosis::machine_value(nominal, effect).value;
   return fmt::format("            hidden in the virtual measurement of {}: {} of {} x {:.3g}\n", wrong.load, wrong.kind,
                      wrong.where, ratio);
 }
@@ -138,9 +180,7 @@ void run(const RunOptions& options) {
   const Stopwatch total;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   const mesh::Machine& machine = machine_case.machine;
-  if (machine_case.measurement.empty() && !machine_case.measured_machine)
-    throw core::InputError(machine_case.folder.string() + "/case.toml", "neither measurement nor [measured_machine]",
-                           "one of them, for the diagnosis");
+  require_whole_chain(machine_case);
 
   nlohmann::json json = {{"machine", machine.name}, {"size", machine_case.size}};
   std::string text;
@@ -188,7 +228,7 @@ void run(const RunOptions& options) {
   json["compensation"] = {{"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}};
 
   step = {};
-  const compensation::Measurement measurement = measurement_of(machine_case, options.out);
+  const compensation::Measurement measurement = measurement_of(machine_case, options.resume, options.out);
   compensation::require_fits(measurement, machine);
   const diagnosis::Diagnosis found = diagnosis::diagnose(made.model, measurement, {});
   diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model);

@@ -78,6 +78,56 @@ TEST(File, WriterReplacesTheFile) {
   EXPECT_EQ(file_count(folder.path()), 1U);
 }
 
+std::vector<fs::path> write_both(const fs::path& staged, const std::string& text) {
+  write_file(staged / "deep/table.csv", text);
+  write_file(staged / "done", text);
+  return {"deep/table.csv", "done"};
+}
+
+TEST(Files, ThatBelongTogetherAreReplacedTogether) {
+  const TemporaryFolder folder;
+  const fs::path results = folder / "results";
+  write_file(results / "other", "before");
+  write_files_by(results, [](const fs::path& staged) { return write_both(staged, "first"); });
+  write_files_by(results, [&](const fs::path& staged) {
+    EXPECT_EQ(read_file(results / "done"), "first") << "the earlier ones stay while the new ones are made";
+    return write_both(staged, "second");
+  });
+  EXPECT_EQ(read_file(results / "deep/table.csv"), "second");
+  EXPECT_EQ(read_file(results / "done"), "second");
+  EXPECT_EQ(read_file(results / "other"), "before");
+  EXPECT_EQ(file_count(results), 3U);
+}
+
+TEST(Files, ThatBelongTogetherStayWhenTheWriterFails) {
+  const TemporaryFolder folder;
+  write_files_by(folder.path(), [](const fs::path& staged) { return write_both(staged, "before"); });
+  const std::string message = message_of<InputError>([&] {
+    write_files_by(folder.path(), [](const fs::path& staged) -> std::vector<fs::path> {
+      write_both(staged, "after");
+      throw InputError((staged / "third.csv").string(), "cannot be written", "room");
+    });
+  });
+  EXPECT_EQ(message, (folder / "third.csv").string() + ": cannot be written; allowed: room");
+  EXPECT_EQ(read_file(folder / "deep/table.csv"), "before");
+  EXPECT_EQ(read_file(folder / "done"), "before");
+  EXPECT_EQ(file_count(folder.path()), 2U) << "nothing is left of the attempt";
+}
+
+// A stop between two of the renames must not leave a mark that vouches for a mixture.
+TEST(Files, TheLastOneIsGoneWhileTheOthersMove) {
+  const TemporaryFolder folder;
+  write_files_by(folder.path(), [](const fs::path& staged) { return write_both(staged, "before"); });
+  EXPECT_THROW(write_files_by(folder.path(),
+                              [](const fs::path& staged) -> std::vector<fs::path> {
+                                write_both(staged, "after");
+                                return {"deep/table.csv", "promised, never written", "done"};
+                              }),
+               InputError);
+  EXPECT_EQ(read_file(folder / "deep/table.csv"), "after");
+  EXPECT_FALSE(fs::exists(folder / "done"));
+}
+
 TEST(File, LinkSurvives) {
   const TemporaryFolder folder;
   write_file(folder / "target.csv", "before");

@@ -2,13 +2,17 @@
 #include "diagnosis/hypothesis.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <set>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/file.h"
+#include "diagnosis/machine_text.h"
 #include "diagnosis/machine_value.h"
 #include "lumped_machine.h"
 
@@ -140,6 +144,23 @@ TEST(Hypothesis, two_changes_follow_each_other) {
   const mesh::Machine two = mesh::parse_machine(diagnosis::extended_text(one, b, 1.0, 0.1, ""), machine.path);
   EXPECT_DOUBLE_EQ(two.sources[2].scale.value, 2.0);
   EXPECT_DOUBLE_EQ(two.sensors[4].offset, 1.0);
+}
+
+TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
+  const auto folder = std::filesystem::temp_directory_path() / ("thermotwin_cad_" + std::to_string(::getpid()));
+  core::write_file(folder / "cad/bed \"old\".stl", "solid");
+  const std::string text =
+      "[[body]]\nid = \"bed\"\ncad = 'cad/bed \"old\".stl'  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n";
+  mesh::Machine machine;
+  machine.bodies.resize(2);
+  machine.bodies[0].id = "bed";
+  machine.bodies[0].cad = folder / "cad/bed \"old\".stl";
+  machine.bodies[1].id = "slide";
+  machine.bodies[1].cad = folder / "cad/none.stl";
+  const std::string found = diagnosis::with_cad_paths(text, machine);
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(found, "[[body]]\nid = \"bed\"\ncad = \"" + folder.string() +
+                       "/cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n");
 }
 
 TEST(Hypothesis, unusual_texts_are_read_or_refused) {

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `evaluate` and `diagnose` with and without a machine.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <set>
+
+#include "core/table.h"
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+using nlohmann::json;
+
+/// A drift that lags behind two temperatures, of something that is no machine of ours.
+void write_drift(const Toy& toy) {
+  std::string data = "time_s,T_hall,T_frame,z\n";
+  double frame = 20, z = 0;
+  for (int i = 0; i < 600; ++i) {
+    const double time = 300.0 * i, hall = 20 + 2 * std::sin(time / 20000.0);
+    frame += (hall - frame) * 0.02;
+    z = 5 * (frame - 20) - 2 * (hall - 20);
+    data += std::to_string(time) + "," + std::to_string(hall) + "," + std::to_string(frame) + "," + std::to_string(z) + "\n";
+  }
+  toy.write("drift/data.csv", data);
+  toy.write("drift/channels.toml",
+            "[[channel]]\nid = \"T_hall\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.05\nsensor = \"hall\"\n"
+            "[[channel]]\nid = \"T_frame\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.05\nsensor = \"frame\"\n"
+            "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\ndirection = \"z\"\n");
+}
+
+TEST(Evaluate, NeedsNoMachine) {
+  const Toy toy;
+  write_drift(toy);
+  const Result result = toy.run({"evaluate", "--data", toy.file("drift"), "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  std::set<std::string> models;
+  for (const json& row : summary["rows"]) {
+    models.insert(row["model"]);
+    // z is a sum of the two temperatures, so the regression that may use both has it all.
+    if (row["model"] == "static_regression") {
+      EXPECT_GT(row["rms_reduction_percent"], 99.0) << row;
+    }
+  }
+  EXPECT_EQ(models, (std::set<std::string>{"first_order", "static_regression"}));
+  const core::Table predictions = core::read_csv(summary["predictions"].get<std::string>());
+  EXPECT_EQ(predictions.rows(), 600);
+  EXPECT_TRUE(predictions.find("z_measured").has_value());
+}
+
+TEST(Evaluate, JudgesTheMachineBesideTheDataModels) {
+  const Toy toy;
+  const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();
+  const Result result = toy.run({"evaluate", toy.path(), "--data", data, "--model", model, "--train-until", "3", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  std::set<std::string> models;
+  const json summary = json::parse(result.out);
+  for (const json& row : summary["rows"]) models.insert(row["model"]);
+  EXPECT_EQ(models, (std::set<std::string>{"first_order", "static_regression", "reduced_model", "reduced_model_sensors"}));
+}
+
+TEST(Diagnose, WithoutAMachineSaysThatEvaluateIsForThat) {
+  const Toy toy;
+  write_drift(toy);
+  const Result bare = toy.run({"diagnose", "--data", toy.file("drift")});
+  EXPECT_EQ(bare.status, 2);
+  for (const char* words : {"CASE", "--model", "thermotwin evaluate --data "}) EXPECT_SAYS(bare.err, words);
+  // Refused at once: nothing is meshed or simulated for it.
+  const Result foreign = toy.run({"diagnose", toy.path(), "--data", toy.file("drift")});
+  EXPECT_EQ(foreign.status, 3);
+  for (const char* words : {"channels.toml", "'hall'", "T1, T2, T3, T4", "thermotwin evaluate --data "}) EXPECT_SAYS(foreign.err, words);
+  EXPECT_TRUE(files_in(toy.out()).empty());
+}
+
+TEST(Diagnose, ModelAloneWillDo) {
+  const Toy toy;
+  const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();
+  const Result result = toy.run({"diagnose", "--model", model, "--data", data});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.out, "spindle.bearings");
+  EXPECT_EQ(read(toy.result("diagnosis/diagnosis.json")), read(toy_run() / "diagnosis/diagnosis.json"));
+}
+
+TEST(Diagnose, ModelOfAnotherMachineIsPointedOut) {
+  const Toy toy;
+  toy.edit("machine.toml", "conductivity_W_mK = 46", "conductivity_W_mK = 47");
+  const Result result = toy.run({"diagnose", toy.path(), "--model", (toy_run() / "model.rom.h5").string(), "--data",
+                                 (toy_run() / "measurement").string(), "--quiet"});
+  EXPECT_EQ(result.status, 0);
+  EXPECT_SAYS(result.err, "another machine.toml");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases

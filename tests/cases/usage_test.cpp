@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The command line itself: help, wrong words, what goes to which output.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <sstream>
+
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+/// The verbs that the program itself says it has.
+std::vector<std::string> verbs() {
+  std::istringstream help(thermotwin({"--help"}).out);
+  std::vector<std::string> found;
+  bool listed = false;
+  for (std::string line; std::getline(help, line);) {
+    if (line == "Subcommands:") {
+      listed = true;
+    } else if (listed) {
+      std::string word;
+      if (!(std::istringstream(line) >> word)) break;
+      if (line.size() > 2 && line[2] != ' ') found.push_back(word);
+    }
+  }
+  return found;
+}
+
+TEST(Usage, EveryVerbExplainsItselfWithAnExample) {
+  const std::vector<std::string> all = verbs();
+  for (const char* verb : {"run", "mesh", "simulate", "campaign", "reduce", "compensate", "evaluate", "diagnose"})
+    EXPECT_NE(std::find(all.begin(), all.end(), verb), all.end()) << verb;
+  for (const std::string& verb : all) {
+    const Result help = thermotwin({verb, "--help"});
+    EXPECT_EQ(help.status, 0) << verb;
+    EXPECT_EQ(help.err, "") << verb;
+    const std::size_t example = help.out.find("Example:");
+    ASSERT_NE(example, std::string::npos) << verb;
+    EXPECT_NE(help.out.find("thermotwin " + verb + " ", example), std::string::npos) << verb;
+    for (const char* option : {"--out", "--threads", "--quiet", "--json"}) EXPECT_SAYS(help.out, option) << verb;
+  }
+}
+
+TEST(Usage, HelpAndVersionAreNoErrors) {
+  const Result help = thermotwin({"--help"});
+  EXPECT_EQ(help.status, 0);
+  EXPECT_SAYS(help.out, "130 interrupted");
+  const Result version = thermotwin({"--version"});
+  EXPECT_EQ(version.status, 0);
+  EXPECT_TRUE(version.out.starts_with("thermotwin ")) << version.out;
+}
+
+TEST(Usage, WrongWordsGetTheNearestRightOne) {
+  struct Wrong {
+    std::vector<std::string> arguments;
+    std::vector<std::string> said;
+  };
+  const std::string toy = toy_case().string();
+  const std::vector<Wrong> all = {
+      {{"simulat", toy}, {"'simulat'", "nearest: simulate"}},
+      {{"run", toy, "--treads", "2"}, {"'--treads'", "nearest: --threads"}},
+      {{"run", toy, "--threads", "two"}, {"--threads", "two", "0 to 1024"}},
+      {{"run", toy, "--threads", "-1"}, {"--threads", "-1", "0 to 1024"}},
+      {{"run"}, {"CASE"}},
+      {{"simulate", toy}, {"--load"}},
+      {{"mesh", toy, "more"}, {"more"}},
+      {{"evaluate", toy}, {"--data"}},
+      {{"compensate", "model.rom.h5", "--json"}, {"--json", "--out FILE"}},
+      {{"--treads"}, {"'--treads'"}},
+      {{}, {"--help"}},
+  };
+  for (const Wrong& wrong : all) {
+    const Result result = thermotwin(wrong.arguments);
+    EXPECT_EQ(result.status, 2) << result.err;
+    EXPECT_EQ(result.out, "");
+    for (const std::string& words : wrong.said) EXPECT_SAYS(result.err, words);
+  }
+}
+
+TEST(Usage, ResultsGoToStdoutAndProgressToStderr) {
+  const Toy toy;
+  const std::vector<std::string> mesh{"mesh", toy.path()};
+  const Result plain = toy.run(mesh);
+  EXPECT_EQ(plain.status, 0);
+  EXPECT_SAYS(plain.out, "x_slide");
+  EXPECT_FALSE(nlohmann::json::accept(plain.out));
+
+  const Result campaign = toy.run({"simulate", toy.path(), "--load", "ambient", "--quiet"});
+  EXPECT_EQ(campaign.status, 0);
+  EXPECT_EQ(campaign.err, "");
+  EXPECT_SAYS(campaign.out, "dz_um");
+}
+
+// One object and nothing else, for every verb; where something went wrong, nothing at all.
+TEST(Usage, JsonIsOneObjectOnStdout) {
+  const Toy toy;
+  toy.take_results();
+  const std::string model = toy.result("model.rom.h5").string(), data = toy.result("measurement").string();
+  std::vector<std::vector<std::string>> calls = {
+      {"mesh", toy.path()},
+      {"simulate", toy.path(), "--load", "ambient", "--pose", "X=20,B=30"},
+      {"campaign", toy_case().string(), "--resume"},
+      {"reduce", toy_case().string(), "--resume", "--order", "30"},
+      {"evaluate", "--data", data},
+      {"evaluate", toy_case().string(), "--data", data, "--model", model},
+      {"diagnose", toy_case().string(), "--data", data, "--model", model},
+      {"validate", toy_case().string(), "--model", model, "--draws", "1"},
+  };
+  for (auto& call : calls) {
+    call.insert(call.end(), {"--json", "--quiet"});
+    const Result result = toy.run(call);
+    EXPECT_EQ(result.status, 0) << call.front() << ": " << result.err;
+    EXPECT_EQ(result.err, "") << call.front();
+    const auto json = nlohmann::json::parse(result.out, nullptr, false);
+    EXPECT_TRUE(json.is_object()) << call.front() << ": " << result.out;
+    EXPECT_GT(json.size(), 0U) << call.front();
+  }
+  const Result wrong = toy.run({"simulate", toy.path(), "--load", "nosuch", "--json"});
+  EXPECT_EQ(wrong.status, 3);
+  EXPECT_EQ(wrong.out, "");
+  EXPECT_NE(wrong.err, "");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/sensor_check.h"
+
+#include <gtest/gtest.h>
+
+#include "samples.h"
+
+using namespace thermotwin;
+
+namespace {
+
+/// Message for a sensor at a point (m) of a box of 400 x 200 x 100 mm with elements of 20 mm.
+std::string refused(const Eigen::Vector3d& point) {
+  mesh::TetMesh box = samples::box_mesh({0.4, 0.2, 0.1}, 3);
+  mesh::build_boundary(box, "box");
+  mesh::Machine machine;
+  machine.path = "m/machine.toml";
+  machine.bodies.resize(1);
+  machine.bodies[0].id = "box";
+  machine.bodies[0].element_size = 0.02;
+  machine.sensors.resize(1);
+  machine.sensors[0].id = "T1";
+  machine.sensors[0].body = "box";
+  machine.sensors[0].point = point;
+  return samples::message_of([&] { mesh::check_sensors(machine, {box}); });
+}
+
+TEST(SensorCheck, InOnAndBesideTheBodyIsFine) {
+  EXPECT_EQ(refused({0.2, 0.1, 0.05}), "") << "deep inside, further from the surface than an element";
+  EXPECT_EQ(refused({0.4, 0.2, 0.1}), "");
+  EXPECT_EQ(refused({0.2, 0.1, 0.119}), "");
+}
+
+TEST(SensorCheck, FarOffIsRefusedWithItsDistance) {
+  const std::string message = refused({0.2, 0.1, 0.15});
+  for (const char* words : {"machine.toml", "'T1'", "[200, 100, 150]", "50 mm outside body 'box'", "element_size_mm = 20"})
+    EXPECT_NE(message.find(words), std::string::npos) << words << " in: " << message;
+  EXPECT_NE(refused({0.43, 0.21, 0.05}).find("31.6 mm"), std::string::npos) << "sqrt(30^2 + 10^2) beside an edge";
+}
+
+}  // namespace
