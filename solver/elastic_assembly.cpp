@@ -66,7 +66,6 @@ std::array<Eigen::Index, 6> choose_supports(const ElasticBody& body, const Eigen
 
 ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& material,
                              const std::string& name) {
-  const Lame lame = lame_of(material);
   const Eigen::Index nodes = mesh.nodes();
   ElasticBody body;
 
@@ -163,7 +162,6 @@ void clear_fixed(const ElasticBody& body, Eigen::MatrixXd& loads) {
 Eigen::MatrixXd element_stress(const mesh::TetMesh& mesh, const mesh::Material& material,
                                const Eigen::VectorXd& displacement,
                                const Eigen::VectorXd& temperature) {
-  const Lame lame = lame_of(material);
   Eigen::MatrixXd stress(6, mesh.elements());
   for (Eigen::Index e = 0; e < mesh.elements(); ++e)
     stress.col(e) = stress_at(mesh, material, displacement, temperature, e, Eigen::Vector4d::Constant(0.25));

@@ -104,7 +104,7 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path,
   if (!model.empty()) {
     reduction::ReducedModel made = reduction::read_model(model);
     if (case_path.empty()) return made;
-    const mesh::Machine machine = open_case(case_path, "").machine;
+    const mesh::Machine machine = open_case(case_path, "", 0).machine;
     if (machine.hash == made.machine.hash)
       made.machine = machine;  // the same, and it knows where its CAD files are
     else

@@ -36,7 +36,7 @@ void require_measured_on(const mesh::Machine& machine, const compensation::Measu
 /// The reduced model of the verb; a measurement that does not fit is refused before any long work.
 reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
                                  const std::filesystem::path& model, const std::filesystem::path& out) {
-  if (model.empty()) require_measured_on(open_case(case_path, "").machine, measurement);
+  if (model.empty()) require_measured_on(open_case(case_path, "", 0).machine, measurement);
   reduction::ReducedModel made = model_for(case_path, model, out);
   require_measured_on(made.machine, measurement);
   return made;

@@ -136,7 +136,7 @@ TEST(WholeChain, ParaviewFilesOpenAgain) {
   const VtkFile fields = read_vtk(toy_run() / "fields/warm_up.vtu");
   EXPECT_EQ(fields.points, nodes);
   EXPECT_EQ(fields.cells, parsed(toy_run() / "summary.json")["mesh"]["elements"]);
-  EXPECT_EQ(fields.point_arrays, (std::vector<std::string>{"temperature_C", "displacement_um"}));
+  EXPECT_EQ(fields.point_arrays, (std::vector<std::string>{"temperature_C", "displacement_um", "stress_MPa", "von_mises_MPa"}));
   EXPECT_TRUE(fields.finite);
   EXPECT_GT(fields.time, 0);
   EXPECT_GT(fields.highest_C, 30);

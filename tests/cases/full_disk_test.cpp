@@ -25,14 +25,6 @@ std::string run_without_room(const Toy& toy, const std::vector<std::string>& arg
   return result.err;
 }
 
-TEST(FullDisk, CsvOfASimulation) {
-  const Toy toy;
-  const std::vector<std::string> simulate{"simulate", toy.path(), "--load", "mixed"};
-  ASSERT_EQ(toy.run(simulate).status, 0);
-  toy.edit("loads/mixed.toml", "spindle_rpm = 6000", "spindle_rpm = 7000");
-  EXPECT_SAYS(run_without_room(toy, simulate, 4000), "tcp.csv");
-}
-
 // The tables have room, the fields have not: the tables of the earlier run stay with its fields.
 TEST(FullDisk, FieldsOfASimulation) {
   const Toy toy;

@@ -52,26 +52,6 @@ mesh::Machine observed_machine() {
 
 }  // namespace
 
-TEST(StartField, ComesFromAQuadraticMeshWithItsShapeFunctions) {
-  const mesh::MachineMesh from = test::with_order(test::slide_mesh(1), 2), to = test::slide_mesh(2);
-  const auto field = [](const mesh::MachineMesh& mesh) {
-    Eigen::VectorXd values = Eigen::VectorXd::Zero(mesh.nodes());
-    for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
-      for (Eigen::Index i = 0; i < mesh.bodies[b].nodes(); ++i) {
-        const Eigen::Vector3d p = mesh.bodies[b].points.col(i);
-        values[mesh.first_node[b] + i] = 30.0 * p.x() * p.x() - 100.0 * p.y() * p.z() + 2.0;
-      }
-    return values;
-  };
-  const auto file = scratch("quadratic.vtu");
-  write_fields(file, from, mesh::home_pose(from.machine), (field(from).array() + from.machine.reference_C).matrix(),
-               Eigen::Matrix3Xd::Zero(3, from.nodes()));
-  const StartField start = field_from_vtu(file, to, assemble_thermal(to));
-  EXPECT_LT((start.temperature.head(to.nodes()) - field(to)).cwiseAbs().maxCoeff(), 1e-5);
-  EXPECT_LT(start.farthest, 1e-6);
-  std::filesystem::remove(file);
-}
-
 TEST(StartField, ComesFromAnotherMeshAtAnotherPose) {
   const mesh::Machine machine = test::slide_machine();
   const mesh::MachineMesh coarse = test::slide_mesh(1), fine = test::slide_mesh(2);
