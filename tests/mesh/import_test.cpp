@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <numbers>
 
 #include "core/file.h"
@@ -221,6 +222,13 @@ TEST(Import, BrokenSurfaceFiles) {
   EXPECT_NE(
       message_of([&] { mesh::import_body(folder.path() / "absent.stl", options(0.03)); }).find("absent.stl"),
       std::string::npos);
+}
+
+TEST(Import, LibrariesKeepTheirOwnEigen) {
+  // See cmake/eigen_stays_inside.map.
+  if (std::system("command -v nm > /dev/null 2>&1") != 0) GTEST_SKIP() << "nm is not installed";
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  EXPECT_NE(std::system(("nm -D --defined-only '" + self + "' | grep -q 5Eigen").c_str()), 0);
 }
 
 TEST(Import, VtuRoundTripKeepsGroups) {
