@@ -13,6 +13,7 @@
 #include "compensation/output_map.h"
 #include "core/error.h"
 #include "core/units.h"
+#include "solver/simulation.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -26,13 +27,6 @@ using Eigen::VectorXd;
 constexpr double start_uniform_K = 0.5, start_shape_K = 0.2, least_start_K = 0.03;
 /// What the observer does not estimate, as a share of the offset: expansions, stiffness, the mesh.
 constexpr double offset_error_share = 0.03;
-
-int air_index(const mesh::Machine& machine) {
-  for (std::size_t i = 0; i < machine.ambients.size(); ++i) {
-    if (machine.ambients[i].id == "air") return static_cast<int>(i);
-  }
-  return -1;
-}
 
 /// Times differ by rounding; steps that are meant equal must be equal to reuse a factor.
 double rounded(double duration) { return duration > 1e-3 ? std::round(duration * 1e6) / 1e6 : duration; }
@@ -63,7 +57,6 @@ struct Compensator::Work {
   OutputMap map;
   ErrorModel errors;
   InputMean inputs;
-  int air;
   VectorXd sensor_offset;                 ///< reading in K above the reference minus state's temperature
   double model_error = 0;                 ///< m, of the reduced against the full model
 
@@ -88,10 +81,9 @@ struct Compensator::Work {
 
   Work(const reduction::ReducedModel& m, const CompensatorOptions& o)
       : model(m), options(o), operating(m.machine, m.system.layout), stepper(m.system), map(m), errors(m),
-        inputs(m.machine, operating.channels()), air(air_index(m.machine)) {
+        inputs(m.machine, operating.channels()) {
     const Index sensors = m.system.sensors.rows(), order = m.system.order();
-    sensor_offset.resize(sensors);
-    for (Index s = 0; s < sensors; ++s) sensor_offset[s] = m.machine.sensors[static_cast<std::size_t>(s)].offset;
+    sensor_offset = solver::sensor_offsets(m.machine, m.system.layout);
     for (const reduction::ReductionErrors& error : m.errors) model_error = std::max(model_error, error.rms_um * core::units::um);
     row = operating.channels().defaults();
     given_at = VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity());
@@ -124,8 +116,6 @@ struct Compensator::Work {
     moment_sum.setZero();
     innovation_count.setZero();
   }
-
-  double air_K(const VectorXd& at) const { return air >= 0 ? operating.ambient_K(air, at) : 0.0; }
 
   /// Readings that the chillers see: measured ones where there are, else predicted.
   void guide_readings(VectorXd& readings) const {
@@ -164,9 +154,9 @@ struct Compensator::Work {
     for (Index s = 0; s < readings.size(); ++s) {
       if (std::isfinite(reading_K[s])) readings[s] = reading_K[s];
     }
-    const VectorXd outlet = solver::chiller_set_points(model.machine, readings, air_K(row));
-    chiller.emplace(model.machine, operating.channels(), outlet);
-    operating.coefficients(row, outlet, coefficients);
+    const VectorXd outlet = solver::chiller_set_points(model.machine, model.system.layout, readings, operating.guide_K(row));
+    chiller.emplace(model.machine, model.system.layout, operating.channels(), outlet);
+    operating.coefficients(row, outlet, readings, coefficients);
     errors.start(coefficients, uniform_std, shape_std, ambient_gap);
     if (by_sensors) {
       innovations.clear();
@@ -192,8 +182,8 @@ struct Compensator::Work {
   /// Moves the state on by one step in which the row stands.
   void advance(const VectorXd& mean, double duration) {
     guide_readings(predicted_K);
-    const VectorXd& outlet = chiller->advance(mean, predicted_K, air_K(mean), duration);
-    operating.coefficients(mean, outlet, coefficients);
+    const VectorXd& outlet = chiller->advance(mean, predicted_K, operating.guide_K(mean), duration);
+    operating.coefficients(mean, outlet, predicted_K, coefficients);
     before = state;
     stepper.advance(state, coefficients, duration);
     change = state - before;
@@ -310,9 +300,10 @@ struct Compensator::Work {
     if (given.size() != row.size()) {
       throw core::InputError("compensator row", fmt::format("{} values", given.size()), fmt::format("{}, one for each channel", row.size()));
     }
-    if (sensors_C.size() != 0 && sensors_C.size() != reading_K.size()) {
+    const auto sensors = static_cast<Index>(model.machine.sensors.size());
+    if (sensors_C.size() != 0 && sensors_C.size() != sensors) {
       throw core::InputError("compensator sensors", fmt::format("{} readings", sensors_C.size()),
-                             fmt::format("none or {}, one for each sensor", reading_K.size()));
+                             fmt::format("none or {}, one for each sensor", sensors));
     }
     if (!std::isfinite(at) || (started && !(at > time))) {
       throw core::InputError("compensator time", started ? fmt::format("{} s after {} s", at, time) : fmt::format("{} s", at),
@@ -334,7 +325,8 @@ struct Compensator::Work {
       }
     }
     const bool sensing = options.use_sensors && sensors_C.size() > 0;
-    for (Index s = 0; s < reading_K.size(); ++s) reading_K[s] = sensing ? sensors_C[s] - model.machine.reference_C : solver::not_given;
+    // What coefficients follow beside the sensors is never measured.
+    for (Index s = 0; s < sensors; ++s) reading_K[s] = sensing ? sensors_C[s] - model.machine.reference_C : solver::not_given;
 
     if (!started) {
       start(at);

@@ -148,7 +148,11 @@ void ErrorModel::start(const solver::Coefficients& coefficients, double uniform_
   }
   prior_[machine] = uniform_K;
   prior_.segment(machine + 1, shapes).setConstant(shape_K);
-  for (Index s = 0; s < sensors; ++s) prior_[machine + start_modes_ + s] = model_.machine.sensors[static_cast<std::size_t>(s)].uncertainty;
+  constexpr double no_sensor_K = 1e-6;  // what is observed beside the sensors has no offset
+  for (Index s = 0; s < sensors; ++s) {
+    const auto i = static_cast<std::size_t>(s);
+    prior_[machine + start_modes_ + s] = i < model_.machine.sensors.size() ? model_.machine.sensors[i].uncertainty : no_sensor_K;
+  }
   memory_.tail(sensors).setConstant(machine_memory);
   mean_ = VectorXd::Zero(all);
   for (Index k = 0; k < machine; ++k) {

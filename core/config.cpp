@@ -318,15 +318,15 @@ std::vector<std::string> Node::texts_or_empty(const std::string& key) const {
   return has(key) ? texts(key) : std::vector<std::string>();
 }
 
-Eigen::MatrixX2d Node::points2(const std::string& key) const {
-  const std::string allowed = "an array of pairs: [[x, y], ...]";
+Eigen::MatrixX3d Node::points3(const std::string& key) const {
+  const std::string allowed = "an array of points: [[x, y, z], ...]", of_one = "three numbers: [x, y, z]";
   const toml::array& array = array_from(data_->require(key, allowed), place(key), allowed);
-  Eigen::MatrixX2d points(static_cast<Eigen::Index>(array.size()), 2);
+  Eigen::MatrixX3d points(static_cast<Eigen::Index>(array.size()), 3);
   for (std::size_t i = 0; i < array.size(); ++i) {
-    const std::string pair_place = element_place(place(key), i);
-    const std::vector<double> pair = numbers_from(array[i], pair_place, "a pair of numbers: [x, y]");
-    if (pair.size() != 2) throw InputError(pair_place, shown(array[i]), "a pair of numbers: [x, y]");
-    points.row(static_cast<Eigen::Index>(i)) << pair[0], pair[1];
+    const std::string point_place = element_place(place(key), i);
+    const std::vector<double> point = numbers_from(array[i], point_place, of_one);
+    if (point.size() != 3) throw InputError(point_place, shown(array[i]), of_one);
+    points.row(static_cast<Eigen::Index>(i)) << point[0], point[1], point[2];
   }
   return points;
 }

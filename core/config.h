@@ -73,8 +73,8 @@ class Node {
   std::vector<double> numbers(const std::string& key) const;
   std::vector<std::string> texts(const std::string& key) const;  ///< a text or an array of texts
   std::vector<std::string> texts_or_empty(const std::string& key) const;
-  /// [[x, y], ...] as rows (n x 2)
-  Eigen::MatrixX2d points2(const std::string& key) const;
+  /// [[x, y, z], ...] as rows (n x 3)
+  Eigen::MatrixX3d points3(const std::string& key) const;
 
   Node table(const std::string& key) const;                   ///< [key] or key = {...}; required
   std::optional<Node> table_if(const std::string& key) const;

@@ -11,6 +11,7 @@
 #include "compensation/evaluate.h"
 #include "core/error.h"
 #include "core/thread_pool.h"
+#include "solver/simulation.h"
 
 namespace thermotwin::diagnosis {
 
@@ -27,16 +28,11 @@ constexpr double ratio_step = 1e-2, offset_step = 0.1;  ///< all coefficients ar
 struct Drive {
   solver::OperatingModel model;
   VectorXd sensor_offsets;
-  int air = -1;
   std::optional<solver::Chiller> chiller;
   solver::Coefficients c;
 
   Drive(const mesh::Machine& machine, const solver::Layout& layout) : model(machine, layout) {
-    sensor_offsets.resize(static_cast<Index>(machine.sensors.size()));
-    for (Index s = 0; s < sensor_offsets.size(); ++s)
-      sensor_offsets[s] = machine.sensors[static_cast<std::size_t>(s)].offset;
-    for (std::size_t i = 0; i < machine.ambients.size(); ++i)
-      if (machine.ambients[i].id == "air") air = static_cast<int>(i);
+    sensor_offsets = solver::sensor_offsets(machine, layout);
   }
   /// The row with one ambient's temperature moved.
   VectorXd disturbed(const VectorXd& row, int ambient, double by_K) const {
@@ -50,12 +46,11 @@ struct Drive {
   }
   /// @param sensors_K (sensors) temperatures at the sensors, without their offsets
   void update(const VectorXd& row, const VectorXd& sensors_K, double step) {
-    const double air_K = air >= 0 ? model.ambient_K(air, row) : 0.0;
-    const VectorXd readings = sensors_K + sensor_offsets;
+    const VectorXd readings = sensors_K + sensor_offsets, guide = model.guide_K(row);
     if (!chiller)
-      chiller.emplace(model.machine(), model.channels(),
-                      solver::chiller_set_points(model.machine(), readings, air_K));
-    model.coefficients(row, chiller->advance(row, readings, air_K, step), c);
+      chiller.emplace(model.machine(), model.layout(), model.channels(),
+                      solver::chiller_set_points(model.machine(), model.layout(), readings, guide));
+    model.coefficients(row, chiller->advance(row, readings, guide, step), readings, c);
   }
 };
 
@@ -311,9 +306,9 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
 }
 
 MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const {
-  const Index r = model_.system.order(), sensors = model_.system.sensors.rows();
+  const Index r = model_.system.order(), sensors = static_cast<Index>(model_.machine.sensors.size());
   MatrixXd rows(sensors + 3 * static_cast<Index>(poses.size()), r);
-  rows.topRows(sensors) = model_.system.sensors;
+  rows.topRows(sensors) = model_.system.sensors.topRows(sensors);
   for (std::size_t k = 0; k < poses.size(); ++k)
     for (Index i = 0; i < r; ++i)
       rows.block(sensors + 3 * static_cast<Index>(k), i, 3, 1) =

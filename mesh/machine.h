@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,11 +17,19 @@ namespace thermotwin::mesh {
 
 using core::Uncertain;
 
+/// A property over temperature: linear between its points, constant beyond them.
+struct TemperatureTable {
+  std::vector<double> at_C, value;  ///< empty: no table
+  double operator()(double temperature_C) const;
+};
+
 struct Material {
   std::string id;
   double density = 0;               ///< kg/m^3
-  Uncertain specific_heat;          ///< J/(kg K)
-  double conductivity = 0;          ///< W/(m K)
+  Uncertain specific_heat;          ///< J/(kg K); with a table, that at reference_C
+  double conductivity = 0;          ///< W/(m K); with a table, that at reference_C
+  TemperatureTable specific_heat_table;  ///< J/(kg K); times specific_heat over its own value at reference_C
+  TemperatureTable conductivity_table;   ///< W/(m K)
   std::optional<Eigen::Matrix3d> conductivity_tensor;  ///< W/(m K), instead; axes of the body's home frame
   Uncertain expansion;              ///< 1/K
   double young = 0;                 ///< Pa
@@ -95,18 +104,28 @@ struct ScaleSpec {
   Uncertain expansion;              ///< 1/K
 };
 
-enum class FilmKind { constant, free_convection, rotating_disc };
+/// Power law of one input: the table is linear between its points and constant beyond them.
+struct PowerLaw {
+  std::string input;                ///< channel; its absolute value is used
+  std::vector<double> at, power;    ///< input unit, W
+};
+
+enum class FilmKind { constant, table, free_convection, rotating_disc };
 enum class Orientation { vertical, up, down };
 struct FilmSpec {
   std::string id;
   std::vector<std::string> surfaces;
-  std::string ambient = "air";
+  std::string ambient = "air";      ///< or a volume
   FilmKind kind = FilmKind::constant;
   Uncertain coefficient;            ///< W/(m^2 K), constant part; factor of 1 for the laws below
   Orientation orientation = Orientation::vertical;
   double length = 1.0;              ///< m, characteristic, free convection
   double delta = 3.0;               ///< K, reference temperature difference, free convection
-  double emissivity = 0.0;          ///< linearised radiation added at the reference temperature
+  bool of_temperature = false;      ///< free convection with the surface's own mean temperature, not delta
+  PowerLaw table;                   ///< table: film coefficient W/(m^2 K) in place of the power
+  double emissivity = 0.0;          ///< 0: no radiation
+  bool exact_radiation = false;     ///< fourth powers; else linearised at the reference temperature
+  std::string surroundings;         ///< ambient that it radiates to; "" the film's own
   std::string axis;                 ///< rotating_disc: axis or "spindle"
   double radius = 0;                ///< m, of the disc
   double fraction = 1.0;            ///< share of the disc's film that reaches this surface
@@ -118,38 +137,72 @@ struct AmbientSpec {
   Uncertain default_C;              ///< where nothing is measured
   std::string follows;              ///< id of another ambient it equals by default, or ""
   double offset = 0;                ///< K, added to what it follows; without follows: to its channel or default
+  bool has_gradient = false;        ///< its temperature changes with height: channel "<id>.gradient_K_m"
+  Uncertain gradient;               ///< K/m upwards, where nothing is measured
+  double height = 0;                ///< m, where its temperature holds
 };
 
-/// Flow through channels in order; inlet from a chiller guided by a sensor (with its bias).
+/// A well-mixed volume with a heat balance of its own: the tank of a cutting fluid, the air of a
+/// working area, a control cabinet. Films may have it as ambient, sources may heat it.
+struct VolumeExchange {
+  std::string with;                 ///< ambient or volume
+  Uncertain conductance;            ///< W/K
+  std::string state;                ///< channel that multiplies ("door.front.open"); "" always 1
+};
+struct VolumeSpec {
+  std::string id;
+  Uncertain capacity;               ///< J/K
+  std::vector<VolumeExchange> exchanges;
+};
+
+/// A channel of a coolant circuit, one-dimensional: temperatures linear in each cell along the flow.
 struct CoolantSegment {
   std::string id, surface;
   Uncertain film_coefficient;       ///< W/(m^2 K)
   double volume = 0.0005;           ///< m^3 of fluid
+  int cells = 1;
+  std::vector<std::string> after{}; ///< segments whose outflows mix at its inlet; empty: the chiller
+  double share = std::numeric_limits<double>::quiet_NaN();  ///< of the circuit's flow; NaN: see mesh::flow_network
+  std::vector<Eigen::Vector3d> path{};  ///< m, points along the flow; empty: all cells see the whole wall
 };
+enum class ChillerControl { lag, two_point, pi };
 struct CoolantSpec {
   std::string id;
   Uncertain flow;                   ///< kg/s
   double specific_heat = 1940, density = 815;
-  std::string guide_sensor;         ///< id; "" follows the ambient "air"
+  std::string guide_sensor;         ///< id; "" follows the ambient of guide_ambient
+  std::string guide_ambient = "air";
   double guide_offset = 0;          ///< K, set point minus guide reading
+  std::string guide_warmed_by;      ///< volume next to the guide sensor (control cabinet), or ""
+  double guide_warmed_share = 0;    ///< of the volume's temperature in the reading
+  bool controls_return = false;     ///< what is held at the set point: the return, else the outlet
   double time_constant = 120;       ///< s, of the chiller's outlet
-  bool two_point = false;           ///< its compressor switches; else the outlet follows the set point
+  ChillerControl control = ChillerControl::lag;
   double band = 1.0;                ///< K, two_point: runs from set point + band / 2 down to - band / 2
-  double pull_down = 5.0;           ///< K below the set point that the running compressor heads for
+  double pull_down = 5.0;           ///< K below the set point (the return) that the running compressor heads for
   double drift_up = 5.0;            ///< K above it that the outlet heads for while it rests
+  double gain = 2.0;                ///< pi: K of cooling per K of deviation
+  double integral_time = 600.0;     ///< s
+  double power = 5000.0;            ///< W, largest cooling power
+  double after_run = 0;             ///< s that the pump runs on once it is switched off
+  double standstill_stop = 0;       ///< s of standstill after which it stops by itself; 0: never
   std::vector<CoolantSegment> segments;
 };
+/// Shares of the circuit's flow: a segment without a share of its own gets what flows into it, in
+/// equal parts with the others after the same segments.
+struct FlowNetwork {
+  std::vector<double> share;               ///< (segments)
+  std::vector<std::vector<std::pair<int, double>>> inflow;  ///< (segments) upstream segment (-1: chiller), share of the inflow
+  std::vector<std::pair<int, double>> to_return;            ///< segments that end in the return, share of it
+};
+/// @throws InputError (place) for shares that do not balance, a circle, an unknown segment
+FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place);
 
-/// Where a source's heat goes: a surface, or both sides of a joint (then it follows the axis).
+/// Where a source's heat goes: a surface, a volume, or both sides of a joint (then it follows the axis).
 struct SourcePlace {
-  std::string surface, joint;
+  std::string surface, joint, volume;
   double share = 1.0;               ///< of the source; all shares add to at most 1 (rest: air)
   double slave_share = 0.5;         ///< joint: part that goes to the slave's side
-};
-/// Power law of one input: the table is linear between its points and constant beyond them.
-struct PowerLaw {
-  std::string input;                ///< channel; its absolute value is used
-  std::vector<double> at, power;    ///< input unit, W
 };
 struct SourceSpec {
   std::string id;
@@ -161,7 +214,8 @@ struct SourceSpec {
 };
 
 struct SensorSpec {
-  std::string id, body;
+  std::string id, body;             ///< one of body, volume, return_of
+  std::string volume, return_of;    ///< in a volume; in the mixed return of a coolant
   Eigen::Vector3d point;            ///< m, home frame; moved to the nearest point of the body
   double offset = 0;                ///< K
   double uncertainty = 0.05;        ///< K, one standard deviation
@@ -199,6 +253,8 @@ struct Machine {
   std::vector<ScaleSpec> scales;
   std::vector<FilmSpec> films;
   std::vector<AmbientSpec> ambients;
+  std::vector<VolumeSpec> volumes;
+  std::vector<std::string> doors;   ///< channels "door.<id>.open"
   std::vector<CoolantSpec> coolants;
   std::vector<SourceSpec> sources;
   std::vector<SensorSpec> sensors;
@@ -214,6 +270,9 @@ struct Machine {
   int surface_index(const std::string& id) const;
   int joint_index(const std::string& id) const;
   int sensor_index(const std::string& id) const;
+  int ambient_index(const std::string& id) const;
+  int volume_index(const std::string& id) const;
+  int coolant_index(const std::string& id) const;
 };
 
 /// @throws InputError naming file, line, key; every reference between ids is checked

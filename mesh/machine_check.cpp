@@ -25,7 +25,12 @@ std::vector<std::string> channels(const Machine& machine) {
          {"position_" + unit, "feed_" + unit + "_min", "low_" + unit, "high_" + unit})
       names.push_back("axis." + axis.id + "." + quantity);
   }
-  for (const AmbientSpec& ambient : machine.ambients) names.push_back(ambient.id + ".T_C");
+  for (const AmbientSpec& ambient : machine.ambients) {
+    names.push_back(ambient.id + ".T_C");
+    if (ambient.has_gradient) names.push_back(ambient.id + ".gradient_K_m");
+  }
+  for (const VolumeSpec& volume : machine.volumes) names.push_back(volume.id + ".T_C");
+  for (const std::string& door : machine.doors) names.push_back("door." + door + ".open");
   for (const CoolantSpec& coolant : machine.coolants) {
     names.push_back("coolant." + coolant.id + ".on");
     names.push_back("coolant." + coolant.id + ".inlet_T_C");
@@ -171,7 +176,10 @@ void check_references(const Draft& draft) {
   std::map<std::string, std::vector<std::string>> known = draft.ids;
   known["channel"] = channels(draft.machine);
   for (const std::string& channel : known["channel"])
-    if (channel.ends_with(".on")) known["state channel"].push_back(channel);
+    if (channel.ends_with(".on") || channel.ends_with(".open")) known["state channel"].push_back(channel);
+  for (const char* kind : {"ambient", "volume"})
+    for (const std::string& id : draft.ids.contains(kind) ? draft.ids.at(kind) : std::vector<std::string>{})
+      known["ambient or volume"].push_back(id);
   for (const Axis& axis : draft.machine.axes)
     if (axis.kind == AxisKind::rotary) known["rotary axis"].push_back(axis.id);
   known["rotary axis"].push_back("spindle");
@@ -189,7 +197,15 @@ void check_references(const Draft& draft) {
   }
 }
 
+void check_volumes(const Draft& draft) {
+  // Both have the channel "<id>.T_C".
+  for (const VolumeSpec& volume : draft.machine.volumes)
+    if (draft.machine.ambient_index(volume.id) >= 0)
+      throw InputError(draft.place("volume", volume.id), "the id of an ambient", "an id of its own: both have a channel T_C");
+}
+
 void check_machine(const Draft& draft) {
+  check_volumes(draft);
   check_tree(draft);
   check_surfaces(draft);
   check_joints(draft);

@@ -76,18 +76,47 @@ Eigen::Matrix3d read_tensor(const Node& node, const std::string& key) {
   return tensor;
 }
 
+/// { T_C = [rising], <unit> = [...] }
+TemperatureTable read_temperature_table(const Node& node, const std::string& unit, Range range) {
+  TemperatureTable table{node.numbers("T_C"), node.numbers(unit)};
+  node.finish();
+  if (table.at_C.empty() || table.at_C.size() != table.value.size())
+    throw InputError(node.place(unit), fmt::format("{} values for {} temperatures", table.value.size(), table.at_C.size()),
+                     "as many numbers as in T_C, one or more");
+  for (std::size_t i = 0; i < table.at_C.size(); ++i) {
+    if (i > 0 && !(table.at_C[i] > table.at_C[i - 1]))
+      throw InputError(node.place("T_C"), fmt::format("{} after {}", table.at_C[i], table.at_C[i - 1]), "rising temperatures");
+    if (!(table.value[i] >= range.low && table.value[i] <= range.high))
+      throw InputError(node.place(unit), fmt::format("{}", table.value[i]), fmt::format("{} to {}", range.low, range.high));
+  }
+  return table;
+}
+
 Material read_material(const Node& node, Draft& draft) {
   // Generous bounds that still catch a wrong unit.
+  constexpr Range heats{10.0, 20000.0}, conductivities{1e-3, 5000.0};
   Material material;
   material.id = draft.define(node, "material");
   material.density = node.number("density_kg_m3", {1.0, 30000.0});
-  material.specific_heat = node.uncertain("specific_heat_J_kgK", {10.0, 20000.0});
+  if (const auto table = node.table_if("specific_heat_table")) {
+    refuse(node, "specific_heat_J_kgK", "either specific_heat_J_kgK or specific_heat_table");
+    material.specific_heat_table = read_temperature_table(*table, "J_kgK", heats);
+    material.specific_heat.value = material.specific_heat_table(draft.machine.reference_C);
+  } else {
+    material.specific_heat = node.uncertain("specific_heat_J_kgK", heats);
+  }
+  if (const auto table = node.table_if("conductivity_table")) {
+    refuse(node, "conductivity_W_mK", "either conductivity_W_mK or conductivity_table");
+    refuse(node, "conductivity_tensor_W_mK", "either conductivity_tensor_W_mK or conductivity_table");
+    material.conductivity_table = read_temperature_table(*table, "W_mK", conductivities);
+    material.conductivity = material.conductivity_table(draft.machine.reference_C);
+  } else
   if (node.has("conductivity_tensor_W_mK")) {
     refuse(node, "conductivity_W_mK", "either conductivity_W_mK or conductivity_tensor_W_mK");
     material.conductivity_tensor = read_tensor(node, "conductivity_tensor_W_mK");
     material.conductivity = material.conductivity_tensor->trace() / 3.0;
   } else {
-    material.conductivity = node.number("conductivity_W_mK", {1e-3, 5000.0});
+    material.conductivity = node.number("conductivity_W_mK", conductivities);
   }
   material.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
   material.young = node.number("young_GPa", {1e-3, 2000.0}) * 1e9;
@@ -286,8 +315,16 @@ ScaleSpec read_scale(const Node& node, Draft& draft) {
 SensorSpec read_sensor(const Node& node, Draft& draft) {
   SensorSpec sensor;
   sensor.id = draft.define(node, "sensor");
-  sensor.body = draft.refer(node, "body", "body");
-  sensor.point = point_mm(node, "point_mm");
+  sensor.volume = draft.refer_or_empty(node, "volume", "volume");
+  sensor.return_of = draft.refer_or_empty(node, "return_of", "coolant");
+  sensor.point.setZero();
+  if (sensor.volume.empty() && sensor.return_of.empty()) {
+    sensor.body = draft.refer(node, "body", "body");
+    sensor.point = point_mm(node, "point_mm");
+  } else {
+    for (const char* key : {"body", "point_mm"}) refuse(node, key, "a sensor is at a point of a body, in a volume, or in a coolant's return");
+    if (!sensor.volume.empty()) refuse(node, "return_of", "either volume or return_of");
+  }
   sensor.offset = node.number_or("offset_K", 0.0, {-100.0, 100.0});
   sensor.uncertainty = node.number_or("uncertainty_K", 0.05, core::positive);
   node.finish();
@@ -427,6 +464,23 @@ int Machine::joint_index(const std::string& id) const {
 }
 int Machine::sensor_index(const std::string& id) const {
   return index_of(sensors, id);
+}
+int Machine::ambient_index(const std::string& id) const {
+  return index_of(ambients, id);
+}
+int Machine::coolant_index(const std::string& id) const {
+  return index_of(coolants, id);
+}
+int Machine::volume_index(const std::string& id) const {
+  return index_of(volumes, id);
+}
+
+double TemperatureTable::operator()(double temperature_C) const {
+  if (temperature_C <= at_C.front()) return value.front();
+  if (temperature_C >= at_C.back()) return value.back();
+  const auto right = static_cast<std::size_t>(std::upper_bound(at_C.begin(), at_C.end(), temperature_C) - at_C.begin());
+  const double s = (temperature_C - at_C[right - 1]) / (at_C[right] - at_C[right - 1]);
+  return value[right - 1] + s * (value[right] - value[right - 1]);
 }
 
 }  // namespace thermotwin::mesh

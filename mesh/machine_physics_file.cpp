@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ambients, films, coolants and heat sources from machine.toml.
+// Ambients, films and heat sources from machine.toml.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,6 +29,13 @@ AmbientSpec read_ambient(const Node& node, Draft& draft) {
     ambient.default_C = node.uncertain_or("default_C", {std::nan(""), 0.0}, {-100.0, 500.0});
   }
   ambient.offset = node.number_or("offset_K", 0.0, {-200.0, 200.0});
+  ambient.has_gradient = node.has("gradient_K_m");
+  if (ambient.has_gradient) {
+    ambient.gradient = node.uncertain("gradient_K_m", {-50.0, 50.0});
+    ambient.height = node.number_or("height_mm", 0.0, {-1e5, 1e5}) * millimetre;
+  } else {
+    refuse(node, "height_mm", "together with gradient_K_m");
+  }
   node.finish();
   return ambient;
 }
@@ -70,16 +77,45 @@ std::vector<std::string> refer_all(const Node& node, const std::string& key, con
   return ids;
 }
 
+/// A table over a channel: of powers, or of what the key says.
+PowerLaw read_law(const Node& node, Draft& draft, const std::string& key = "power_W", double largest = largest_power) {
+  PowerLaw law;
+  law.input = draft.refer(node, "input", "channel");
+  law.at = node.numbers("at");
+  law.power = node.numbers(key);
+  if (law.at.empty() || law.at.size() != law.power.size())
+    throw InputError(node.place(key), fmt::format("{} numbers for {} inputs", law.power.size(), law.at.size()),
+                     "as many numbers in " + key + " as in at, one or more");
+  for (std::size_t i = 0; i < law.at.size(); ++i) {
+    // Temperatures may be negative, everything else enters by its absolute value.
+    if (law.at[i] < 0.0 && !law.input.ends_with(".T_C"))
+      throw InputError(node.place("at"), fmt::format("{}", law.at[i]),
+                       "numbers >= 0: the absolute value of the input is used");
+    if (!(std::abs(law.power[i]) <= largest))
+      throw InputError(node.place(key), fmt::format("{}", law.power[i]), fmt::format("at most {:.0e}", largest));
+    if (i > 0 && !(law.at[i] > law.at[i - 1]))
+      throw InputError(node.place("at"), fmt::format("{} after {}", law.at[i], law.at[i - 1]),
+                       "rising numbers");
+  }
+  return law;
+}
+
 FilmSpec read_film(const Node& node, Draft& draft) {
   FilmSpec film;
   film.id = draft.define(node, "film");
   film.surfaces = refer_all(node, "surfaces", "surface", draft);
   film.ambient = node.text_or("ambient", "air");
-  draft.references.push_back({"ambient", film.ambient, node.place(node.has("ambient") ? "ambient" : "id")});
+  draft.references.push_back({"ambient or volume", film.ambient, node.place(node.has("ambient") ? "ambient" : "id")});
   const std::string kind =
-      node.choice_or("kind", "constant", {"constant", "free_convection", "rotating_disc"});
+      node.choice_or("kind", "constant", {"constant", "table", "free_convection", "rotating_disc"});
   const std::string of_constant = "film_coefficient_W_m2K belongs to kind = \"constant\"; a law has factor";
-  if (kind == "constant") {
+  if (kind == "table") {
+    film.kind = FilmKind::table;
+    film.coefficient = node.uncertain_or("factor", {1.0, 0.0}, {0.0, 1e3});
+    film.table = read_law(node, draft, "film_coefficient_W_m2K", 1e6);
+    for (const double value : film.table.power)
+      if (value < 0.0) throw InputError(node.place("film_coefficient_W_m2K"), fmt::format("{}", value), "numbers >= 0");
+  } else if (kind == "constant") {
     film.kind = FilmKind::constant;
     film.coefficient = node.uncertain("film_coefficient_W_m2K", {0.0, 1e6});
     refuse(node, "factor", "factor belongs to a law; kind = \"constant\" has film_coefficient_W_m2K");
@@ -94,11 +130,14 @@ FilmSpec read_film(const Node& node, Draft& draft) {
                        : way == "down" ? Orientation::down
                                        : Orientation::vertical;
     film.length = node.number_or("length_m", film.length, {1e-3, 100.0});
+    film.of_temperature = node.boolean_or("of_temperature", false);
+    if (film.of_temperature) refuse(node, "delta_K", "of_temperature = true takes the surface's own difference");
     film.delta = node.number_or("delta_K", film.delta, {1e-3, 500.0});
   } else {
-    for (const char* key : {"orientation", "length_m", "delta_K"})
+    for (const char* key : {"orientation", "length_m", "delta_K", "of_temperature"})
       refuse(node, key, "kind = \"free_convection\"");
   }
+  if (kind != "table") for (const char* key : {"input", "at"}) refuse(node, key, "kind = \"table\"");
   if (kind == "rotating_disc") {
     film.kind = FilmKind::rotating_disc;
     film.axis = node.text("axis");
@@ -109,81 +148,26 @@ FilmSpec read_film(const Node& node, Draft& draft) {
     for (const char* key : {"axis", "radius_mm", "fraction"}) refuse(node, key, "kind = \"rotating_disc\"");
   }
   film.emissivity = node.number_or("emissivity", 0.0, share);
+  if (film.emissivity > 0.0) {
+    film.exact_radiation = node.choice_or("radiation", "linear", {"linear", "exact"}) == "exact";
+    film.surroundings = draft.refer_or_empty(node, "surroundings", "ambient");
+  } else {
+    for (const char* key : {"radiation", "surroundings"}) refuse(node, key, "together with emissivity > 0");
+  }
   film.state = node.text_or("state", "");
   if (!film.state.empty()) draft.references.push_back({"state channel", film.state, node.place("state")});
   node.finish();
   return film;
 }
 
-CoolantSpec read_coolant(const Node& node, Draft& draft) {
-  CoolantSpec coolant;
-  coolant.id = draft.define(node, "coolant");
-  coolant.flow = node.uncertain("flow_kg_s", {1e-9, 1e4});
-  coolant.specific_heat = node.number_or("specific_heat_J_kgK", coolant.specific_heat, {10.0, 20000.0});
-  coolant.density = node.number_or("density_kg_m3", coolant.density, {0.01, 30000.0});
-  coolant.guide_sensor = draft.refer_or_empty(node, "guide_sensor", "sensor");
-  if (coolant.guide_sensor.empty()) draft.references.push_back({"ambient", "air", node.place()});
-  coolant.guide_offset = node.number_or("guide_offset_K", 0.0, {-100.0, 100.0});
-  coolant.time_constant = node.number_or("time_constant_s", coolant.time_constant, {1e-3, 1e9});
-  coolant.two_point = node.choice_or("control", "lag", {"lag", "two_point"}) == "two_point";
-  if (coolant.two_point) {
-    coolant.band = node.number_or("band_K", coolant.band, core::positive);
-    // An outlet that heads for a place inside the band would never switch.
-    const core::Range beyond{0.5001 * coolant.band, 1e3};
-    coolant.pull_down = node.number_or("pull_down_K", std::max(coolant.pull_down, coolant.band), beyond);
-    coolant.drift_up = node.number_or("drift_up_K", std::max(coolant.drift_up, coolant.band), beyond);
-  } else {
-    for (const char* key : {"band_K", "pull_down_K", "drift_up_K"}) refuse(node, key, "control = \"two_point\"");
-  }
-  std::vector<std::string> seen;
-  for (const Node& part : node.tables("segment")) {
-    CoolantSegment segment;
-    segment.id = part.text("id");
-    core::require_unique_id(segment.id, part.place("id"), seen);
-    segment.surface = draft.refer(part, "surface", "surface");
-    segment.film_coefficient = part.uncertain("film_coefficient_W_m2K", {0.0, 1e6});
-    segment.volume = part.number_or("volume_l", 0.5, {1e-6, 1e6}) * 1e-3;
-    part.finish();
-    coolant.segments.push_back(std::move(segment));
-  }
-  if (coolant.segments.empty())
-    throw InputError(node.place(), "a coolant without [[coolant.segment]]",
-                     "one or more segments, in order of flow");
-  node.finish();
-  return coolant;
-}
-
-PowerLaw read_law(const Node& node, Draft& draft) {
-  PowerLaw law;
-  law.input = draft.refer(node, "input", "channel");
-  law.at = node.numbers("at");
-  law.power = node.numbers("power_W");
-  node.finish();
-  if (law.at.empty() || law.at.size() != law.power.size())
-    throw InputError(node.place("power_W"),
-                     fmt::format("{} powers for {} inputs", law.power.size(), law.at.size()),
-                     "as many numbers in power_W as in at, one or more");
-  for (std::size_t i = 0; i < law.at.size(); ++i) {
-    // Temperatures may be negative, everything else enters by its absolute value.
-    if (law.at[i] < 0.0 && !law.input.ends_with(".T_C"))
-      throw InputError(node.place("at"), fmt::format("{}", law.at[i]),
-                       "numbers >= 0: the absolute value of the input is used");
-    if (std::abs(law.power[i]) > largest_power)
-      throw InputError(node.place("power_W"), fmt::format("{}", law.power[i]),
-                       fmt::format("at most {:.0e} W", largest_power));
-    if (i > 0 && !(law.at[i] > law.at[i - 1]))
-      throw InputError(node.place("at"), fmt::format("{} after {}", law.at[i], law.at[i - 1]),
-                       "rising numbers");
-  }
-  return law;
-}
-
 SourcePlace read_place(const Node& node, Draft& draft) {
   SourcePlace place;
-  if (node.has("surface") == node.has("joint"))
-    throw InputError(node.place(), node.has("surface") ? "surface and joint" : "neither surface nor joint",
-                     "one of: surface, joint");
+  const int given = (node.has("surface") ? 1 : 0) + (node.has("joint") ? 1 : 0) + (node.has("volume") ? 1 : 0);
+  if (given != 1)
+    throw InputError(node.place(), given == 0 ? "none of surface, joint, volume" : "more than one of surface, joint, volume",
+                     "one of: surface, joint, volume");
   place.surface = draft.refer_or_empty(node, "surface", "surface");
+  place.volume = draft.refer_or_empty(node, "volume", "volume");
   place.joint = draft.refer_or_empty(node, "joint", "joint");
   place.share = node.number_or("share", 1.0, share);
   if (place.joint.empty())
@@ -203,7 +187,10 @@ SourceSpec read_source(const Node& node, Draft& draft) {
   else
     source.drive_loss_share = node.number_or("drive_loss_share", 1.0, share);
   source.scale = node.uncertain_or("scale", {1.0, 0.0}, {0.0, 1e6});
-  for (const Node& law : node.tables("law")) source.laws.push_back(read_law(law, draft));
+  for (const Node& law : node.tables("law")) {
+    source.laws.push_back(read_law(law, draft));
+    law.finish();
+  }
   double total = 0.0;
   for (const Node& place : node.tables("place")) {
     source.places.push_back(read_place(place, draft));
@@ -213,7 +200,7 @@ SourceSpec read_source(const Node& node, Draft& draft) {
   if (source.laws.empty() && source.drive.empty())
     throw InputError(node.place(), "a source without power", "law = [ {input, at, power_W} ] or drive");
   if (source.places.empty())
-    throw InputError(node.place(), "a source without a place", "place = [ {surface or joint, share} ]");
+    throw InputError(node.place(), "a source without a place", "place = [ {surface, joint or volume, share} ]");
   if (total > 1.0 + 1e-9)
     throw InputError(node.place("place"), fmt::format("shares that add to {:.6g}", total),
                      "shares that add to at most 1 (the rest goes to the air)");
@@ -226,8 +213,9 @@ void read_physics(const Node& root, Draft& draft) {
   Machine& machine = draft.machine;
   for (const Node& node : root.tables("ambient")) machine.ambients.push_back(read_ambient(node, draft));
   resolve_defaults(draft);
+  read_volumes(root, draft);
   for (const Node& node : root.tables("film")) machine.films.push_back(read_film(node, draft));
-  for (const Node& node : root.tables("coolant")) machine.coolants.push_back(read_coolant(node, draft));
+  read_coolants(root, draft);
   for (const Node& node : root.tables("source")) machine.sources.push_back(read_source(node, draft));
 }
 

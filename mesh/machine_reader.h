@@ -46,8 +46,10 @@ void refuse(const core::Node& node, const std::string& key, const std::string& r
 /// machine_file.cpp: bodies, axes, surfaces, joints, scales, sensors, tcp, workspace.
 void read_structure(const core::Node& root, Draft& draft, bool files_must_exist);
 void read_workspace(const core::Node& root, Draft& draft);
-/// machine_physics_file.cpp: ambients, films, coolants, sources.
+/// machine_physics_file.cpp: ambients, films, sources; machine_coolant_file.cpp: the others.
 void read_physics(const core::Node& root, Draft& draft);
+void read_volumes(const core::Node& root, Draft& draft);
+void read_coolants(const core::Node& root, Draft& draft);
 /// machine_check.cpp: what can only be seen on the whole.
 void check_references(const Draft& draft);
 void check_machine(const Draft& draft);

@@ -39,6 +39,7 @@ double distance_to_surface(const TetMesh& body, const Eigen::Vector3d& p) {
 
 void check_sensors(const Machine& machine, const std::vector<TetMesh>& bodies) {
   for (const SensorSpec& sensor : machine.sensors) {
+    if (sensor.body.empty()) continue;
     const auto index = static_cast<std::size_t>(machine.body_index(sensor.body));
     const double distance = distance_to_surface(bodies[index], sensor.point), allowed = machine.bodies[index].element_size;
     if (distance <= allowed || is_inside(bodies[index], sensor.point)) continue;

@@ -13,6 +13,7 @@ namespace thermotwin::reduction {
 namespace {
 
 constexpr double ambient_step_K = 5.0;
+constexpr double gradient_step_K_m = 1.0;
 constexpr double unknown_drive_W = 500.0;   ///< a source without laws: only measured power drives it
 constexpr double rotation_lever_m = 0.3;
 constexpr double sensor_length_m = 5e-6;    ///< a sensor's 1 K counts as much as 5 um at the TCP
@@ -68,6 +69,7 @@ void set_states(const solver::OperatingModel& model, Eigen::VectorXd& row, bool 
   for (const mesh::FilmSpec& film : model.machine().films) {
     if (!film.state.empty()) set(model, row, film.state, value);
   }
+  for (const std::string& door : model.machine().doors) set(model, row, "door." + door + ".open", value);
   for (const mesh::CoolantSpec& coolant : model.machine().coolants) set(model, row, "coolant." + coolant.id + ".on", value);
 }
 
@@ -194,6 +196,15 @@ Eigen::MatrixXd effective_inputs(const solver::ThermalSystem& thermal, const sol
     Eigen::VectorXd row = point.row;
     const double here_C = model.ambient_K(static_cast<int>(i), row) + machine.reference_C;
     set(model, row, machine.ambients[i].id + ".T_C", here_C + ambient_step_K);
+    q.push_back(model.coefficients(row, inlets).q - point.c.q);
+    if (!machine.ambients[i].has_gradient) continue;
+    row = point.row;
+    set(model, row, machine.ambients[i].id + ".gradient_K_m", machine.ambients[i].gradient.value + gradient_step_K_m);
+    q.push_back(model.coefficients(row, inlets).q - point.c.q);
+  }
+  for (const mesh::VolumeSpec& volume : machine.volumes) {
+    Eigen::VectorXd row = point.row;
+    set(model, row, volume.id + ".T_C", machine.reference_C + ambient_step_K);
     q.push_back(model.coefficients(row, inlets).q - point.c.q);
   }
   for (Eigen::Index i = 0; i < inlets.size(); ++i) {

@@ -51,10 +51,10 @@ void write_layout(StoreWriter& writer, const solver::Layout& layout) {
   writer.vector("/layout/positions", Eigen::Map<const Eigen::VectorXd>(positions.data(), static_cast<Eigen::Index>(positions.size())));
   writer.describe("/layout/positions", "nodes of all grids in their order", "m or rad");
   writer.integers("/layout/terms", terms);
-  writer.describe("/layout/terms", "kind item part", "kind: 0 film, 1 contact, 2 coolant wall, 3 coolant flow");
+  writer.describe("/layout/terms", "kind item part", "kind: 0 film, 1 contact, 2 coolant wall, 3 coolant flow, 4 volume exchange, 5 volume given");
   writer.integers("/layout/inputs", inputs);
   writer.describe("/layout/inputs", "kind term item place node",
-                  "kind: 0 film ambient, 1 contact ambient, 2 source, 3 coolant inlet");
+                  "kind: 0 film ambient, 1 contact ambient, 2 source, 3 coolant inlet, 4 film gradient, 5 volume ambient, 6 volume given");
 }
 
 Eigen::MatrixXd pose_rows(const std::vector<mesh::Pose>& poses, Eigen::Index axes) {
@@ -85,7 +85,7 @@ void write_all(StoreWriter& writer, const ReducedModel& model) {
   writer.matrix("/system/inputs", system.inputs);
   writer.describe("/system/inputs", "input", "W for an input of 1");
   writer.matrix("/system/sensors", system.sensors);
-  writer.describe("/system/sensors", "state", "K; one row a sensor");
+  writer.describe("/system/sensors", "state", "K; one row a sensor, then what coefficients and chillers follow");
   writer.vector("/system/one_kelvin", system.one_kelvin);
   writer.describe("/system/one_kelvin", "state of 1 K everywhere", "1");
 
@@ -191,7 +191,7 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   system.conduction = reader.matrix("/system/conduction", r, r);
   system.terms = reader.stack("/system/terms", size_of(system.layout.terms), r, r);
   system.inputs = reader.matrix("/system/inputs", r, size_of(system.layout.inputs));
-  system.sensors = reader.matrix("/system/sensors", size_of(model.machine.sensors), r);
+  system.sensors = reader.matrix("/system/sensors", size_of(model.machine.sensors) + size_of(system.layout.observed), r);
   system.one_kelvin = reader.vector("/system/one_kelvin", r);
 
   ReducedOutputs& outputs = model.outputs;

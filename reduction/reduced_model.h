@@ -23,7 +23,7 @@ struct ReducedSystem {
   Eigen::MatrixXd capacity, conduction;   ///< (r x r)
   std::vector<Eigen::MatrixXd> terms;     ///< (r x r) each
   Eigen::MatrixXd inputs;                 ///< (r x inputs)
-  Eigen::MatrixXd sensors;                ///< (sensors x r)
+  Eigen::MatrixXd sensors;                ///< (sensors + layout.observed x r)
   Eigen::VectorXd one_kelvin;             ///< (r) state of uniform 1 K above the reference
   Eigen::Index order() const { return conduction.rows(); }
 };

@@ -31,7 +31,7 @@ class AdaptiveRun {
   AdaptiveRun(AdaptiveIntegrator& integrator, const OperatingModel& model, const LoadProgram& program,
               const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output)
       : integrator_(integrator), model_(model), program_(program), options_(options), on_output_(on_output),
-        machine_(model.machine()), time_options_(program.time()), offsets_(sensor_offsets(machine_)), air_(air_index(machine_)),
+        machine_(model.machine()), time_options_(program.time()), offsets_(sensor_offsets(machine_, model.layout())),
         stops_(program.stops()), outputs_(program.output_times()), end_(stops_.back()) {
     tolerance_ = time_options_.tolerance_K * options.refine;
     base_ = std::min(program.output_interval(), time_options_.longest_step);
@@ -43,7 +43,8 @@ class AdaptiveRun {
     readings_ = read(state_);
     slope_ = VectorXd::Zero(readings_.size());
     row_ = program.row_at(0.0, 0.0);
-    chiller_.emplace(machine_, model.channels(), chiller_set_points(machine_, readings_, air_K(row_)));
+    chiller_.emplace(machine_, model.layout(), model.channels(),
+                     chiller_set_points(machine_, model.layout(), readings_, model.guide_K(row_)));
     summary_.shortest_step = end_;
   }
 
@@ -83,7 +84,6 @@ class AdaptiveRun {
   }
 
  private:
-  double air_K(const VectorXd& row) const { return air_ >= 0 ? model_.ambient_K(air_, row) : 0.0; }
   VectorXd read(const VectorXd& state) const { return integrator_.system().sensors * state + offsets_; }
   double rung_size(int rung) const { return std::ldexp(base_, rung); }
 
@@ -112,25 +112,43 @@ class AdaptiveRun {
     const double middle = time_ + 0.5 * size, stage = tr_bdf2_stage * size;
     result.middle = program_.row(time_, time_ + size);
     const std::array<double, 3> at{0.0, stage, size};
-    Chiller::Readings expected{readings_, slope_, VectorXd::Zero(readings_.size()), 0.0, 0.0};
-    const double air_start = air_K(program_.row_at(time_, middle)), air_end = air_K(program_.row_at(time_ + size, middle));
-    expected.air = air_start;
-    expected.air_slope = (air_end - air_start) / size;
-    std::array<VectorXd, 3> q, inlets;
-    Coefficients c;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const VectorXd row = program_.row_at(time_ + at[i], middle);
-      inlets[i] = chiller_->outlet_after(row, expected, at[i]);
-      model_.coefficients(row, inlets[i], c);
-      q[i] = c.q;
-    }
-    model_.coefficients(result.middle, inlets[1], c);
-    integrator_.attempt(state_, c.p, q, size, on_ladder, result.step);
+    Chiller::Readings expected{readings_, slope_, VectorXd::Zero(readings_.size()), model_.guide_K(program_.row_at(time_, middle)), {}};
+    expected.guide_slope = (model_.guide_K(program_.row_at(time_ + size, middle)) - expected.guide) / size;
+    std::array<VectorXd, 3> inlets;
+    const bool follows = model_.follows_temperature() || integrator_.is_nonlinear();
+    VectorXd end = state_;  // as expected
+    for (int pass = 0;; ++pass) {
+      std::array<VectorXd, 3> q;
+      Coefficients c;
+      const auto readings_at = [&](double s) { return VectorXd(expected.value + s * (expected.slope + s * expected.curve)); };
+      for (std::size_t i = 0; i < 3; ++i) {
+        const VectorXd row = program_.row_at(time_ + at[i], middle);
+        inlets[i] = chiller_->outlet_after(row, expected, at[i]);
+        model_.coefficients(row, inlets[i], readings_at(0.5 * size), c);
+        q[i] = c.q;
+      }
+      model_.coefficients(result.middle, inlets[1], readings_at(0.5 * size), c);
+      if (integrator_.is_nonlinear()) integrator_.linearise(state_, end, c);
+      integrator_.attempt(state_, c.p, q, size, on_ladder, result.step);
 
-    result.readings = expected;
-    const VectorXd to_stage = (read(result.step.stage) - readings_) / stage, to_end = (read(result.step.end) - readings_) / size;
-    result.readings.curve = (to_end - to_stage) / (size - stage);
-    result.readings.slope = to_stage - stage * result.readings.curve;
+      result.readings = expected;
+      const VectorXd to_stage = (read(result.step.stage) - readings_) / stage, to_end = (read(result.step.end) - readings_) / size;
+      result.readings.curve = (to_end - to_stage) / (size - stage);
+      result.readings.slope = to_stage - stage * result.readings.curve;
+      if (!follows) break;
+      ++summary_.passes;
+      const auto observed = static_cast<Index>(model_.layout().observed.size());
+      const VectorXd moved = size * (0.5 * (result.readings.slope - expected.slope) + 0.25 * size * (result.readings.curve - expected.curve));
+      double change = observed > 0 ? moved.tail(observed).cwiseAbs().maxCoeff() : 0.0;
+      if (integrator_.is_nonlinear()) change = std::max(change, (result.step.end - end).cwiseAbs().maxCoeff());
+      if (change <= iteration_K) break;
+      if (pass + 1 >= most_passes) {
+        ++summary_.unconverged;
+        break;
+      }
+      expected = result.readings;
+      end = result.step.end;
+    }
     result.error = result.step.error_K;
     for (std::size_t i = 1; i < 3; ++i) {
       const VectorXd row = program_.row_at(time_ + at[i], middle);
@@ -308,7 +326,6 @@ class AdaptiveRun {
   const mesh::Machine& machine_;
   const TimeOptions time_options_;
   const VectorXd offsets_;
-  const int air_;
   const std::vector<double> stops_, outputs_;
   const double end_;
   double tolerance_ = 0, base_ = 1;

@@ -11,6 +11,7 @@
 #include "core/units.h"
 #include "solver/campaign_files.h"
 #include "solver/campaign_recorder.h"
+#include "solver/radiation_check.h"
 #include "solver/tcp.h"
 
 namespace thermotwin::solver {
@@ -82,7 +83,8 @@ std::vector<Block> stopped_blocks(const std::vector<LoadProgram>& loads, const s
 /// stopped campaign keeps them.
 std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& operating, const Block& block,
                                   const std::vector<mesh::Pose>& poses, const Eigen::MatrixXd& rows,
-                                  const std::map<std::string, std::string>& hashes, const CampaignOptions& options) {
+                                  const std::map<std::string, std::string>& hashes, RadiationCheck& radiation,
+                                  const CampaignOptions& options) {
   std::optional<Checkpoint> checkpoint;
   if (!options.checkpoints.empty())
     checkpoint.emplace(checkpoint_path(options, block.front()->name()), block_hash(names(block), hashes, options), names(block),
@@ -106,6 +108,7 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
   simulation.checkpoint = checkpoint ? &*checkpoint : nullptr;
   const auto record = [&](const OutputState& output) {
     recorders[output.load].add(output, rows);
+    radiation.add(operating, block[output.load]->name(), output);
     if (options.on_output) options.on_output(*block[output.load], output);
   };
   RunSummary summary;
@@ -174,11 +177,13 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
   if (!blocks.empty()) {
     const Eigen::MatrixXd rows = stack_rows(model, poses);
     const OperatingModel operating(model.mesh.machine, model.thermal.layout);
+    RadiationCheck radiation(model.mesh.machine, model.thermal);
     for (const Block& block : blocks)
-      for (LoadResult& result : run_block(model, operating, block, poses, rows, hashes, options)) {
+      for (LoadResult& result : run_block(model, operating, block, poses, rows, hashes, radiation, options)) {
         const std::string name = result.load;
         finished.emplace(name, std::move(result));
       }
+    if (const std::string warning = radiation.warning(); !warning.empty()) core::warn(warning);
   }
   std::vector<LoadResult> results;
   for (const LoadProgram& load : loads) results.push_back(std::move(finished.at(load.name())));

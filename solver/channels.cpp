@@ -27,8 +27,12 @@ Channels::Channels(const mesh::Machine& machine) {
     add(id + "high_" + unit, not_given);
   }
   // One that follows another has no temperature of its own until it is measured.
-  for (const mesh::AmbientSpec& ambient : machine.ambients)
+  for (const mesh::AmbientSpec& ambient : machine.ambients) {
     add(ambient.id + ".T_C", ambient.follows.empty() ? ambient.default_C.value : not_given);
+    if (ambient.has_gradient) add(ambient.id + ".gradient_K_m", ambient.gradient.value);
+  }
+  for (const mesh::VolumeSpec& volume : machine.volumes) add(volume.id + ".T_C", not_given);
+  for (const std::string& door : machine.doors) add("door." + door + ".open", 0.0);
   add("cutting_fluid.on", 0.0);
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
     add("coolant." + coolant.id + ".on", 1.0);
@@ -39,6 +43,8 @@ Channels::Channels(const mesh::Machine& machine) {
     for (const mesh::PowerLaw& law : source.laws)
       if (law.input.ends_with(".power_W")) add(law.input, not_given);
   }
+  for (const mesh::FilmSpec& film : machine.films)
+    if (film.table.input.ends_with(".power_W")) add(film.table.input, not_given);
   defaults_ = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 

@@ -59,4 +59,9 @@ double radiation(double emissivity, double temperature_K) {
   return 4.0 * emissivity * stefan_boltzmann * temperature_K * temperature_K * temperature_K;
 }
 
+double radiation_between(double emissivity, double temperature_K, double surroundings_K) {
+  return emissivity * stefan_boltzmann * (temperature_K * temperature_K + surroundings_K * surroundings_K) *
+         (temperature_K + surroundings_K);
+}
+
 }  // namespace thermotwin::solver

@@ -23,5 +23,7 @@ double rotating_disc_nusselt(double reynolds);
 
 /// 4 eps sigma T^3. @param temperature_K absolute
 double radiation(double emissivity, double temperature_K);
+/// eps sigma (T^4 - U^4) / (T - U), exact between two temperatures. @param temperature_K, surroundings_K absolute
+double radiation_between(double emissivity, double temperature_K, double surroundings_K);
 
 }  // namespace thermotwin::solver

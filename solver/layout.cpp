@@ -90,13 +90,26 @@ Eigen::VectorXd grid_weights(const JointGrid& grid, double low, double high) {
   return weights;
 }
 
+int Layout::observed_index(ObservedKind kind, int item) const {
+  for (std::size_t i = 0; i < observed.size(); ++i)
+    if (observed[i].kind == kind && observed[i].item == item) return static_cast<int>(i);
+  return -1;
+}
+
 Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids) {
   Layout layout;
   layout.grids = std::move(grids);
   const auto next_term = [&] { return static_cast<int>(layout.terms.size()); };
   for (int i = 0; i < static_cast<int>(machine.films.size()); ++i) {
-    layout.inputs.push_back({.kind = InputKind::film_ambient, .term = next_term(), .item = i});
+    const mesh::FilmSpec& film = machine.films[static_cast<std::size_t>(i)];
+    // One to a volume has no ambient of its own: the volume is part of the state.
+    if (const int ambient = machine.ambient_index(film.ambient); ambient >= 0) {
+      layout.inputs.push_back({.kind = InputKind::film_ambient, .term = next_term(), .item = i});
+      if (machine.ambients[static_cast<std::size_t>(ambient)].has_gradient)
+        layout.inputs.push_back({.kind = InputKind::film_gradient, .term = next_term(), .item = i});
+    }
     layout.terms.push_back({TermKind::film, i, 0});
+    if (film.of_temperature || (film.emissivity > 0.0 && film.exact_radiation)) layout.observed.push_back({ObservedKind::film, i});
   }
   for (int i = 0; i < static_cast<int>(machine.joints.size()); ++i) {
     const bool grounded = machine.joints[static_cast<std::size_t>(i)].master.empty();
@@ -112,6 +125,28 @@ Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids) {
       layout.terms.push_back({TermKind::coolant_wall, i, s});
     layout.inputs.push_back({.kind = InputKind::coolant_inlet, .term = next_term(), .item = i});
     layout.terms.push_back({TermKind::coolant_flow, i, 0});
+  }
+  for (int i = 0; i < static_cast<int>(machine.volumes.size()); ++i) {
+    const mesh::VolumeSpec& volume = machine.volumes[static_cast<std::size_t>(i)];
+    for (int e = 0; e < static_cast<int>(volume.exchanges.size()); ++e) {
+      if (machine.volume_index(volume.exchanges[static_cast<std::size_t>(e)].with) < 0)
+        layout.inputs.push_back({.kind = InputKind::volume_ambient, .term = next_term(), .item = i, .place = e});
+      layout.terms.push_back({TermKind::volume_exchange, i, e});
+    }
+    layout.inputs.push_back({.kind = InputKind::volume_given, .term = next_term(), .item = i});
+    layout.terms.push_back({TermKind::volume_given, i, 0});
+  }
+  for (int i = 0; i < static_cast<int>(machine.coolants.size()); ++i)
+    if (const mesh::CoolantSpec& coolant = machine.coolants[static_cast<std::size_t>(i)];
+        coolant.controls_return || coolant.control == mesh::ChillerControl::pi)
+      layout.observed.push_back({ObservedKind::coolant_return, i});
+  for (int i = 0; i < static_cast<int>(machine.volumes.size()); ++i) {
+    const std::string& id = machine.volumes[static_cast<std::size_t>(i)].id;
+    const bool guides = std::any_of(machine.coolants.begin(), machine.coolants.end(),
+                                    [&](const mesh::CoolantSpec& coolant) { return coolant.guide_warmed_by == id; });
+    const bool drives = std::any_of(machine.films.begin(), machine.films.end(),
+                                    [&](const mesh::FilmSpec& film) { return film.of_temperature && film.ambient == id; });
+    if (guides || drives) layout.observed.push_back({ObservedKind::volume, i});
   }
   for (int i = 0; i < static_cast<int>(machine.sources.size()); ++i) {
     const mesh::SourceSpec& source = machine.sources[static_cast<std::size_t>(i)];

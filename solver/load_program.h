@@ -59,6 +59,10 @@ class LoadProgram {
   LoadProgram() = default;
 
   std::size_t phase_index(double time) const;
+  /// Coolants run on, and stop after standstill, as their machine says: corners of their own.
+  void schedule_coolants(const mesh::Machine& machine, const Channels& channels);
+  /// Divides a phase; both parts keep its name. @param time  inside of it
+  void divide_phase(std::size_t phase, double time);
 
   std::string name_, title_;
   double initial_C_ = 20, time_step_ = 60, output_ = 300;

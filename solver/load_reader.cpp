@@ -37,6 +37,7 @@ class LoadReader {
     program.corners_.push_back(0.0);
     for (const Node& phase : root.tables("phase")) read_phase(phase, program);
     if (program.start_.empty()) throw InputError(root.place(), "no phase", "one or more [[phase]]");
+    program.schedule_coolants(machine_, channels_);
     require_affordable(root, "time_step_s", program.time_step_, program.duration());
     require_affordable(root, "output_s", program.output_, program.duration());
     root.finish();
@@ -96,19 +97,19 @@ class LoadReader {
   }
 
   /// A number, or [from, to] for a ramp over the phase.
-  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key) {
+  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key, const Range& range = temperatures) {
     const std::string allowed = "a number, or [from, to] for a ramp";
     std::vector<double> values;
     try {
       values = phase.numbers(key);
     } catch (const InputError&) {
       // No array: then it has to be one number.
-      values = {phase.number(key, temperatures)};
+      values = {phase.number(key, range)};
     }
     if (values.empty() || values.size() > 2) throw InputError(phase.place(key), fmt::format("{} numbers", values.size()), allowed);
     for (double value : values)
-      if (!(value >= temperatures.low && value <= temperatures.high))
-        throw InputError(phase.place(key), fmt::format("{}", value), fmt::format("{} to {}", temperatures.low, temperatures.high));
+      if (!(value >= range.low && value <= range.high))
+        throw InputError(phase.place(key), fmt::format("{}", value), fmt::format("{} to {}", range.low, range.high));
     return {values.front(), values.back()};
   }
 
@@ -165,6 +166,17 @@ class LoadReader {
     node.finish();
   }
 
+  /// The doors that stand open; those not named are closed.
+  void read_doors(const Node& phase) {
+    for (const std::string& door : machine_.doors) channel("door." + door + ".open") = 0.0;
+    for (const std::string& id : phase.texts("doors_open")) {
+      if (std::find(machine_.doors.begin(), machine_.doors.end(), id) == machine_.doors.end())
+        throw InputError(phase.place("doors_open"), "unknown door '" + id + "'",
+                         machine_.doors.empty() ? "a [[door]] of machine.toml, which has none" : "one of: " + core::join(machine_.doors));
+      channel("door." + id + ".open") = 1.0;
+    }
+  }
+
   void read_phase(const Node& phase, LoadProgram& program) {
     program.phase_names_.push_back(phase.text_or("name", fmt::format("phase {}", program.start_.size() + 1)));
     program.corners_.push_back(program.corners_.back() + read_duration(phase));
@@ -189,14 +201,20 @@ class LoadReader {
       throw InputError(phase.place("process_W"), fmt::format("{} W", power), "0, or a [[source]] with drive = \"process\" in machine.toml");
     }
 
+    if (phase.has("doors_open")) read_doors(phase);
+
     Eigen::VectorXd start = row_, end = row_;
-    for (const mesh::AmbientSpec& ambient : machine_.ambients) {
-      const std::string key = ambient.id + "_C";
-      if (!phase.has(key)) continue;
-      const int index = channels_.index(ambient.id + ".T_C");
-      std::tie(start[index], end[index]) = read_ramp(phase, key);
+    const auto ramp = [&](const std::string& key, const std::string& name, const Range& range) {
+      if (!phase.has(key)) return;
+      const int index = channels_.index(name);
+      std::tie(start[index], end[index]) = read_ramp(phase, key, range);
       row_[index] = end[index];
+    };
+    for (const mesh::AmbientSpec& ambient : machine_.ambients) {
+      ramp(ambient.id + "_C", ambient.id + ".T_C", temperatures);
+      if (ambient.has_gradient) ramp(ambient.id + "_gradient_K_m", ambient.id + ".gradient_K_m", {-50.0, 50.0});
     }
+    for (const mesh::VolumeSpec& volume : machine_.volumes) ramp(volume.id + "_C", volume.id + ".T_C", temperatures);
     Eigen::VectorXd motion = row_;
     std::set<std::string> seen;
     for (const Node& axis : phase.tables("axis")) read_axis(axis, motion, seen, on);

@@ -26,10 +26,14 @@ int require_channel(const Channels& channels, const std::string& name, const std
 }
 
 int ambient_index(const mesh::Machine& machine, const std::string& id, const std::string& place) {
-  for (std::size_t i = 0; i < machine.ambients.size(); ++i)
-    if (machine.ambients[i].id == id) return static_cast<int>(i);
+  if (const int index = machine.ambient_index(id); index >= 0) return index;
   throw core::InputError(place, "ambient '" + id + "'", "an ambient of the machine");
 }
+
+/// Below it the air does not know which way to go: the laws stay at what they give there.
+constexpr double least_delta_K = 0.05;
+/// A volume whose temperature is given follows it within about this time, s.
+constexpr double given_time = 1.0;
 
 double interpolate(const mesh::PowerLaw& law, double x) {
   if (x <= law.at.front()) return law.power.front();
@@ -52,6 +56,7 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
   }
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
     ambient_channels_.push_back(channels_.index(ambient.id + ".T_C"));
+    gradient_channels_.push_back(ambient.has_gradient ? channels_.index(ambient.id + ".gradient_K_m") : -1);
     ambient_follows_.push_back(ambient.follows.empty() ? -1 : ambient_index(machine, ambient.follows, "ambient " + ambient.id));
   }
   const double reference_K = machine.reference_C + kelvin;
@@ -61,7 +66,19 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
   for (Eigen::Index i = 0; i < films; ++i) {
     const mesh::FilmSpec& film = machine.films[static_cast<std::size_t>(i)];
     const std::string place = "film " + film.id;
-    FilmChannels c{-1, -1, ambient_index(machine, film.ambient, place), 0.0};
+    FilmChannels c{-1, -1, -1, -1, -1, -1, -1, 0.0};
+    const auto readings_at = [&](ObservedKind kind, int item) {
+      const int observed = layout_.observed_index(kind, item);
+      return observed < 0 ? -1 : static_cast<int>(machine.sensors.size()) + observed;
+    };
+    c.own = readings_at(ObservedKind::film, static_cast<int>(i));
+    if (const int volume = machine.volume_index(film.ambient); volume >= 0)
+      c.volume = readings_at(ObservedKind::volume, volume);
+    else
+      c.ambient = ambient_index(machine, film.ambient, place);
+    c.surroundings = film.surroundings.empty() ? c.ambient : ambient_index(machine, film.surroundings, place);
+    if (film.of_temperature || (film.emissivity > 0.0 && film.exact_radiation)) follows_temperature_ = true;
+    if (!film.table.input.empty()) c.table = require_channel(channels_, film.table.input, place);
     if (!film.state.empty()) c.state = require_channel(channels_, film.state, place);
     if (film.kind == mesh::FilmKind::rotating_disc) {
       const bool spindle = film.axis == "spindle";
@@ -74,6 +91,10 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
                          : free_convection(film.orientation, film.length, film.delta, reference_K);
     radiation_film_[i] = radiation(film.emissivity, reference_K);
   }
+  film_first_input_.assign(machine.films.size(), -1);
+  for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
+    if (layout_.inputs[k].kind == InputKind::film_ambient)
+      film_first_input_[static_cast<std::size_t>(layout_.inputs[k].item)] = static_cast<int>(k);
   joint_first_term_.assign(machine.joints.size(), -1);
   for (std::size_t t = 0; t < layout_.terms.size(); ++t)
     if (const Term& term = layout_.terms[t]; term.kind == TermKind::contact && term.part == 0)
@@ -82,6 +103,14 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
     joint_ambient_.push_back(joint.master.empty() ? ambient_index(machine, joint.ambient, "joint " + joint.id) : -1);
   for (const mesh::CoolantSpec& coolant : machine.coolants)
     coolant_on_.push_back(channels_.index("coolant." + coolant.id + ".on"));
+  for (const mesh::VolumeSpec& volume : machine.volumes) {
+    volume_given_.push_back(channels_.index(volume.id + ".T_C"));
+    std::vector<ExchangeChannels> exchanges;
+    for (const mesh::VolumeExchange& exchange : volume.exchanges)
+      exchanges.push_back({exchange.state.empty() ? -1 : require_channel(channels_, exchange.state, "volume " + volume.id),
+                           machine.volume_index(exchange.with) >= 0 ? -1 : ambient_index(machine, exchange.with, "volume " + volume.id)});
+    exchange_channels_.push_back(std::move(exchanges));
+  }
   for (const mesh::SourceSpec& source : machine.sources) {
     source_drive_.push_back(source.drive.empty() ? -1 : channels_.index(source.drive + ".power_W"));
     std::vector<LawChannel> laws;
@@ -101,18 +130,58 @@ double OperatingModel::ambient_K(int ambient, const Eigen::VectorXd& row) const 
   return (std::isfinite(measured) ? measured : machine_.ambients[i].default_C.value) + offset - machine_.reference_C;
 }
 
-double OperatingModel::film_coefficient(int film, const Eigen::VectorXd& row) const {
-  const auto i = static_cast<std::size_t>(film);
+double OperatingModel::gradient_K_m(int ambient, const Eigen::VectorXd& row) const {
+  const auto i = static_cast<std::size_t>(ambient);
+  if (gradient_channels_[i] < 0) return 0.0;
+  const double measured = row[gradient_channels_[i]];
+  return std::isfinite(measured) ? measured : machine_.ambients[i].gradient.value;
+}
+
+Eigen::VectorXd OperatingModel::guide_K(const Eigen::VectorXd& row) const {
+  Eigen::VectorXd guide = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(machine_.coolants.size()));
+  for (Eigen::Index i = 0; i < guide.size(); ++i) {
+    const mesh::CoolantSpec& coolant = machine_.coolants[static_cast<std::size_t>(i)];
+    if (const int ambient = machine_.ambient_index(coolant.guide_ambient); coolant.guide_sensor.empty() && ambient >= 0)
+      guide[i] = ambient_K(ambient, row);
+  }
+  return guide;
+}
+
+OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const {
   const mesh::FilmSpec& spec = machine_.films[i];
   const FilmChannels& c = film_channels_[i];
-  double h = still_film_[film];
-  if (c.speed >= 0) {
-    const double forced = spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius);
-    h = std::cbrt(h * h * h + forced * forced * forced);
+  const auto film = static_cast<Eigen::Index>(i);
+  const double reference_K = machine_.reference_C + kelvin;
+  FilmParts parts{still_film_[film], radiation_film_[film], spec.emissivity, 0.0, 0.0};
+  if (c.ambient >= 0) parts.ambient_K = ambient_K(c.ambient, row);
+  if (c.surroundings >= 0) parts.surroundings_K = c.surroundings == c.ambient ? parts.ambient_K : ambient_K(c.surroundings, row);
+  if (c.own >= 0 && readings_K.size() > 0) {
+    const double own = readings_K[c.own];
+    if (spec.of_temperature) {
+      const double ambient = c.volume >= 0 ? readings_K[c.volume] : parts.ambient_K, delta = own - ambient;
+      // Cold air sinks: under a plate that is colder than the air it behaves as over a warm one.
+      mesh::Orientation orientation = spec.orientation;
+      if (delta < 0.0 && orientation != mesh::Orientation::vertical)
+        orientation = orientation == mesh::Orientation::up ? mesh::Orientation::down : mesh::Orientation::up;
+      parts.convection = free_convection(orientation, spec.length, std::max(std::abs(delta), least_delta_K), ambient + reference_K);
+    }
+    if (spec.exact_radiation) parts.radiation = radiation_between(spec.emissivity, own + reference_K, parts.surroundings_K + reference_K);
   }
-  h += radiation_film_[film];
-  if (spec.kind != mesh::FilmKind::constant) h *= spec.coefficient.value;
-  return c.state >= 0 ? h * row[c.state] : h;
+  if (c.table >= 0) {
+    const double value = row[c.table];
+    // An input that nobody gives: its law has nothing to say.
+    parts.convection = std::isfinite(value) ? interpolate(spec.table, spec.table.input.ends_with(".T_C") ? value : std::abs(value)) : 0.0;
+  }
+  if (c.speed >= 0) {
+    const double forced = spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius), still = parts.convection;
+    parts.convection = std::cbrt(still * still * still + forced * forced * forced);
+  }
+  double factor = spec.kind != mesh::FilmKind::constant ? spec.coefficient.value : 1.0;
+  if (c.state >= 0) factor *= row[c.state];
+  parts.convection *= factor;
+  parts.radiation *= factor;
+  parts.emissivity *= factor;
+  return parts;
 }
 
 double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) const {
@@ -141,12 +210,14 @@ mesh::Pose OperatingModel::pose(const Eigen::VectorXd& row) const {
   return pose;
 }
 
-void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K, Coefficients& out) const {
+void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K, const Eigen::VectorXd& readings_K,
+                                  Coefficients& out) const {
   const auto terms = static_cast<Eigen::Index>(layout_.terms.size());
   out.p.resize(terms);
   out.q.resize(static_cast<Eigen::Index>(layout_.inputs.size()));
   out.occupancy.resize(terms);
   out.occupancy.setOnes();
+  out.radiation.clear();
   for (std::size_t j = 0; j < layout_.grids.size(); ++j) {
     const JointGrid& grid = layout_.grids[j];
     if (grid.axis < 0 || joint_first_term_[j] < 0) continue;
@@ -160,9 +231,18 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
     const Term& term = layout_.terms[static_cast<std::size_t>(t)];
     const auto item = static_cast<std::size_t>(term.item);
     switch (term.kind) {
-      case TermKind::film:
-        out.p[t] = film_coefficient(term.item, row);
+      case TermKind::film: {
+        const FilmParts parts = film_parts(item, row, readings_K);
+        out.p[t] = parts.convection + parts.radiation;
+        if (film_channels_[item].ambient < 0) break;
+        const auto k = static_cast<Eigen::Index>(film_first_input_[item]);
+        out.q[k] = parts.convection * parts.ambient_K + parts.radiation * parts.surroundings_K;
+        if (gradient_channels_[static_cast<std::size_t>(film_channels_[item].ambient)] >= 0)
+          out.q[k + 1] = parts.convection * gradient_K_m(film_channels_[item].ambient, row);
+        if (machine_.films[item].exact_radiation && parts.emissivity > 0.0)
+          out.radiation.push_back({term.item, parts.emissivity, parts.radiation, parts.surroundings_K});
         break;
+      }
       case TermKind::contact:
         out.p[t] = machine_.joints[item].conductance.value * out.occupancy[t];
         break;
@@ -172,6 +252,15 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
       case TermKind::coolant_flow:
         out.p[t] = machine_.coolants[item].flow.value * row[coolant_on_[item]];
         break;
+      case TermKind::volume_exchange: {
+        const auto part = static_cast<std::size_t>(term.part);
+        const int state = exchange_channels_[item][part].state;
+        out.p[t] = machine_.volumes[item].exchanges[part].conductance.value * (state >= 0 ? row[state] : 1.0);
+        break;
+      }
+      case TermKind::volume_given:
+        out.p[t] = std::isfinite(row[volume_given_[item]]) ? machine_.volumes[item].capacity.value / given_time : 0.0;
+        break;
     }
   }
   for (Eigen::Index k = 0; k < out.q.size(); ++k) {
@@ -179,7 +268,13 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
     const auto item = static_cast<std::size_t>(input.item);
     switch (input.kind) {
       case InputKind::film_ambient:
-        out.q[k] = out.p[input.term] * ambient_K(film_channels_[item].ambient, row);
+      case InputKind::film_gradient:
+        break;  // with their terms
+      case InputKind::volume_ambient:
+        out.q[k] = out.p[input.term] * ambient_K(exchange_channels_[item][static_cast<std::size_t>(input.place)].ambient, row);
+        break;
+      case InputKind::volume_given:
+        out.q[k] = out.p[input.term] > 0.0 ? out.p[input.term] * (row[volume_given_[item]] - machine_.reference_C) : 0.0;
         break;
       case InputKind::contact_ambient:
         out.q[k] = out.p[input.term] * ambient_K(joint_ambient_[item], row);
@@ -199,9 +294,10 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
   }
 }
 
-Coefficients OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K) const {
+Coefficients OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K,
+                                          const Eigen::VectorXd& readings_K) const {
   Coefficients out;
-  coefficients(row, inlet_K, out);
+  coefficients(row, inlet_K, readings_K, out);
   return out;
 }
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -23,6 +24,72 @@ struct Drive {
   VectorXd row;
 };
 
+/// A step whose coefficients follow the temperatures that come out of it: solved with what they are
+/// expected to be at its end, until that is what they are. Coefficients are those of the means of
+/// start and end, so that the scheme stays of second order.
+class FollowingStep {
+ public:
+  FollowingStep(ThermalStepper& stepper, const OperatingModel& model, std::vector<Drive>& drives, const VectorXd& offsets)
+      : stepper_(stepper), model_(model), drives_(drives), offsets_(offsets),
+        returns_(std::any_of(drives.begin(), drives.end(), [](const Drive& drive) { return drive.chiller->follows_return(); })) {}
+
+  bool needed() const { return returns_ || model_.follows_temperature() || stepper_.is_nonlinear(); }
+
+  void advance(Eigen::MatrixXd& state, Eigen::MatrixXd& readings, double step, std::vector<Coefficients>& c, RunSummary& summary) {
+    const Index observed = static_cast<Index>(model_.layout().observed.size());
+    const bool fresh = slope_.cols() != readings.cols();
+    Eigen::MatrixXd expected = fresh ? readings : Eigen::MatrixXd(readings + step * slope_), found;
+    Eigen::MatrixXd end = state, next;
+    if (stepper_.is_nonlinear() && !fresh) end += step * state_slope_;
+    const std::vector<Drive> before = drives_;
+    double change = 0.0;
+    for (int pass = 0; pass < most_passes; ++pass) {
+      for (std::size_t l = 0; l < drives_.size(); ++l) {
+        const auto column = static_cast<Index>(l);
+        Drive& drive = drives_[l];
+        drive.chiller = before[l].chiller;
+        Chiller::Readings over{readings.col(column), {}, {}, model_.guide_K(drive.row), {}};
+        if (returns_) over.slope = (expected.col(column) - readings.col(column)) / step;
+        const VectorXd middle = 0.5 * (readings.col(column) + expected.col(column));
+        model_.coefficients(drive.row, drive.chiller->advance(drive.row, over, step), middle, c[l]);
+      }
+      if (stepper_.is_nonlinear()) stepper_.linearise(state, end, c);
+      next = state;
+      stepper_.advance(next, c, step);
+      found = stepper_.sensors(next).colwise() + offsets_;
+      change = observed > 0 ? (found - expected).bottomRows(observed).cwiseAbs().maxCoeff() : 0.0;
+      if (returns_) change = std::max(change, (found - expected).cwiseAbs().maxCoeff());
+      if (stepper_.is_nonlinear()) change = std::max(change, (next - end).cwiseAbs().maxCoeff());
+      ++summary.passes;
+      expected = found;
+      end = next;
+      if (change <= iteration_K) break;
+    }
+    if (!(change <= iteration_K)) ++summary.unconverged;
+    slope_ = (found - readings) / step;
+    if (stepper_.is_nonlinear()) state_slope_ = (next - state) / step;
+    state = std::move(next);
+    readings = std::move(found);
+  }
+
+  void save(core::BinaryWriter& out) const {
+    out.matrix(slope_);
+    out.matrix(state_slope_);
+  }
+  void load(core::BinaryReader& in) {
+    slope_ = in.matrix();
+    state_slope_ = in.matrix();
+  }
+
+ private:
+  ThermalStepper& stepper_;
+  const OperatingModel& model_;
+  std::vector<Drive>& drives_;
+  const VectorXd& offsets_;
+  const bool returns_;
+  Eigen::MatrixXd slope_, state_slope_;  // of the last step, K/s
+};
+
 std::string label(const std::vector<const LoadProgram*>& programs) {
   return programs.size() == 1 ? "thermal run '" + programs.front()->name() + "'"
                               : fmt::format("thermal run of {} loads", programs.size());
@@ -36,9 +103,10 @@ int air_index(const mesh::Machine& machine) {
   return -1;
 }
 
-VectorXd sensor_offsets(const mesh::Machine& machine) {
-  VectorXd offsets(static_cast<Index>(machine.sensors.size()));
-  for (Index s = 0; s < offsets.size(); ++s) offsets[s] = machine.sensors[static_cast<std::size_t>(s)].offset;
+VectorXd sensor_offsets(const mesh::Machine& machine, const Layout& layout) {
+  const auto sensors = static_cast<Index>(machine.sensors.size());
+  VectorXd offsets = VectorXd::Zero(sensors + static_cast<Index>(layout.observed.size()));
+  for (Index s = 0; s < sensors; ++s) offsets[s] = machine.sensors[static_cast<std::size_t>(s)].offset;
   return offsets;
 }
 
@@ -47,6 +115,8 @@ std::string RunSummary::brief() const {
                                  longest_step, factorisations, iterations);
   if (rejected > 0) text += fmt::format(", {} tries repeated", rejected);
   if (over_tolerance > 0) text += fmt::format(", {} shortest steps above the tolerance", over_tolerance);
+  if (passes > 0) text += fmt::format(", {:.2f} passes a step", static_cast<double>(passes) / static_cast<double>(std::max(1L, steps)));
+  if (unconverged > 0) text += fmt::format(", {} steps whose coefficients did not settle to {:.0e} K", unconverged, iteration_K);
   if (!switches.empty()) text += fmt::format(", {} compressor switches", switches.size());
   if (resumed_at > 0) text += fmt::format("; resumed at {:.0f} s", resumed_at);
   return text;
@@ -64,24 +134,26 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
       throw core::InputError("load '" + program->name() + "'", "another time grid than '" + programs.front()->name() + "'",
                              "programs of equal phases, time_step_s and output_s in one block");
 
-  const int air = air_index(machine);
-  const auto air_K = [&](const VectorXd& row) { return air >= 0 ? model.ambient_K(air, row) : 0.0; };
-  const VectorXd offsets = sensor_offsets(machine);
+  const VectorXd offsets = sensor_offsets(machine, stepper.layout());
+  const auto sensors = static_cast<Index>(machine.sensors.size());
+  const auto read = [&](const Eigen::MatrixXd& of) { return Eigen::MatrixXd(stepper.sensors(of).colwise() + offsets); };
 
   const auto loads = static_cast<Index>(programs.size());
   Eigen::MatrixXd state(stepper.size(), loads);
   for (Index l = 0; l < loads; ++l)
     state.col(l) = options.start.size() > 0 ? options.start
                                             : stepper.uniform(programs[static_cast<std::size_t>(l)]->initial_C() - machine.reference_C);
-  Eigen::MatrixXd readings = stepper.sensors(state).colwise() + offsets;
+  Eigen::MatrixXd readings = read(state);
 
   std::vector<Drive> drives;
   for (Index l = 0; l < loads; ++l) {
     Drive drive{programs[static_cast<std::size_t>(l)], std::nullopt, {}};
     drive.row = drive.program->row(0.0, ends.front());
-    drive.chiller.emplace(machine, model.channels(), chiller_set_points(machine, readings.col(l), air_K(drive.row)));
+    drive.chiller.emplace(machine, stepper.layout(), model.channels(),
+                          chiller_set_points(machine, stepper.layout(), readings.col(l), model.guide_K(drive.row)));
     drives.push_back(std::move(drive));
   }
+  FollowingStep following(stepper, model, drives, offsets);
 
   std::size_t next_output = 0, done = 0;
   const auto save = [&](core::BinaryWriter& out) {
@@ -89,6 +161,7 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     out.count(static_cast<std::int64_t>(next_output));
     out.matrix(state);
     for (const Drive& drive : drives) drive.chiller->save(out);
+    following.save(out);
     stepper.save(out);
   };
   const auto load = [&](core::BinaryReader& in) {
@@ -96,18 +169,19 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     next_output = static_cast<std::size_t>(in.count());
     state = in.matrix();
     for (Drive& drive : drives) drive.chiller->load(in);
+    following.load(in);
     stepper.load(in);
   };
   const auto report = [&](double time) {
     if (next_output >= outputs.size() || time < outputs[next_output] - 1e-9 * ends.back()) return;
     for (std::size_t l = 0; l < drives.size(); ++l) {
       const auto column = static_cast<Index>(l);
-      on_output({l, next_output, time, state.col(column), readings.col(column), drives[l].row});
+      on_output({l, next_output, time, state.col(column), readings.col(column).head(sensors), drives[l].row});
     }
     ++next_output;
   };
   if (options.checkpoint && options.checkpoint->restore(load)) {
-    readings = stepper.sensors(state).colwise() + offsets;
+    readings = read(state);
     summary.resumed_at = done > 0 ? ends[done - 1] : 0.0;
   } else {
     report(0.0);
@@ -123,14 +197,18 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     summary.longest_step = std::max(summary.longest_step, step);
     ++summary.steps;
     if (i < done) continue;
-    for (std::size_t l = 0; l < drives.size(); ++l) {
-      Drive& drive = drives[l];
-      drive.row = drive.program->row(time, end);
-      const VectorXd& inlet = drive.chiller->advance(drive.row, readings.col(static_cast<Index>(l)), air_K(drive.row), step);
-      model.coefficients(drive.row, inlet, coefficients[l]);
+    for (Drive& drive : drives) drive.row = drive.program->row(time, end);
+    if (following.needed()) {
+      following.advance(state, readings, step, coefficients, summary);
+    } else {
+      for (std::size_t l = 0; l < drives.size(); ++l) {
+        Drive& drive = drives[l];
+        const VectorXd& inlet = drive.chiller->advance(drive.row, readings.col(static_cast<Index>(l)), model.guide_K(drive.row), step);
+        model.coefficients(drive.row, inlet, {}, coefficients[l]);
+      }
+      stepper.advance(state, coefficients, step);
+      readings = read(state);
     }
-    stepper.advance(state, coefficients, step);
-    readings = stepper.sensors(state).colwise() + offsets;
     done = i + 1;
     report(end);
     try {

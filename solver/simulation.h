@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "solver/checkpoint.h"
+#include "solver/chiller.h"
 #include "solver/load_program.h"
 #include "solver/operating_model.h"
 #include "solver/thermal_adaptive.h"
@@ -30,7 +31,7 @@ struct OutputState {
   std::size_t index;                     ///< of the output time
   double time;                           ///< s
   Eigen::Ref<const Eigen::VectorXd> state;
-  Eigen::Ref<const Eigen::VectorXd> sensors_K;  ///< readings: with the sensors' own offsets
+  Eigen::Ref<const Eigen::VectorXd> sensors_K;  ///< (sensors) readings: with the sensors' own offsets
   const Eigen::VectorXd& row;            ///< channels of the step that ended here
 };
 
@@ -42,6 +43,8 @@ struct RunSummary {
   double shortest_step = 0, longest_step = 0;  ///< s
   struct Switch { double time; int coolant; bool running; };
   std::vector<Switch> switches;          ///< of compressors, adaptive runs
+  long passes = 0;                       ///< solutions of steps whose coefficients follow the temperature
+  long unconverged = 0;                  ///< such steps whose last pass still changed more than iteration_K
   double resumed_at = 0;                 ///< s; > 0: went on from a checkpoint
   std::string brief() const;
 };
@@ -67,7 +70,11 @@ std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(
 /// Index of the ambient "air", -1 if the machine has none.
 int air_index(const mesh::Machine& machine);
 
-/// Set points and readings: the sensors' own offsets, (sensors) K.
-Eigen::VectorXd sensor_offsets(const mesh::Machine& machine);
+/// Set points and readings: the sensors' own offsets, then 0 for what the layout observes, K.
+Eigen::VectorXd sensor_offsets(const mesh::Machine& machine, const Layout& layout);
+
+/// Steps whose coefficients follow the temperature are repeated until their end moves by less, K.
+inline constexpr double iteration_K = 1e-7;
+inline constexpr int most_passes = 30;
 
 }  // namespace thermotwin::solver

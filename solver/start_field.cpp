@@ -99,7 +99,10 @@ VectorXd field_from_sensors(const core::Table& table, double time_s, const Opera
   const double air_K = air >= 0 ? model.ambient_K(air, row) : 0.0;
   for (double& reading : readings)
     if (!std::isfinite(reading)) reading = air_K;
-  const Coefficients c = model.coefficients(row, chiller_set_points(machine, readings, air_K));
+  // What is observed beside the sensors is not known either.
+  VectorXd all = VectorXd::Constant(thermal.sensors.rows(), air_K);
+  all.head(readings.size()) = readings;
+  const Coefficients c = model.coefficients(row, chiller_set_points(machine, thermal.layout, all, model.guide_K(row)));
   return field_from_sensors(thermal, c, sensors, Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size())));
 }
 

@@ -40,6 +40,10 @@ class AdaptiveIntegrator {
   void attempt(const Eigen::VectorXd& start, const Eigen::VectorXd& p,
                const std::array<Eigen::VectorXd, 3>& q, double step_s, bool on_ladder, Step& result);
 
+  bool is_nonlinear() const { return system_.local != nullptr; }
+  /// As ThermalStepper::linearise.
+  void linearise(const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c);
+
   struct Statistics { long solves = 0, factorisations = 0, iterations = 0, most_factors = 0; };
   const Statistics& statistics() const { return statistics_; }
   const ThermalSystem& system() const { return system_; }

@@ -9,6 +9,7 @@
 #include "core/progress.h"
 #include "core/thread_pool.h"
 #include "solver/contact.h"
+#include "solver/fluid_assembly.h"
 #include "solver/thermal_elements.h"
 #include "solver/thermal_system.h"
 
@@ -77,6 +78,15 @@ SparseColumn surface_load(const FaceSet& set) {
       if (shares[i] != 0.0) load.emplace_back(nodes[i], area * shares[i]);
   }
   return load;
+}
+
+/// To the integral of N N^T what makes it that of (N - 1_f)(N - 1_f)^T: one fluid node on the other side.
+void add_mixed(Triplets& triplets, const FaceSet& set, int fluid) {
+  for (const auto& [node, value] : surface_load(set)) {
+    triplets.emplace_back(node, fluid, -value);
+    triplets.emplace_back(fluid, node, -value);
+  }
+  triplets.emplace_back(fluid, fluid, set.area);
 }
 
 /// The bodies' matrices on the diagonal, then the fluid nodes' own entries.
@@ -214,17 +224,74 @@ SparseColumn joint_source(const MachineMesh& mesh, const mesh::JointSpec& joint,
   return load;
 }
 
-SparseMatrix assemble_sensors(const MachineMesh& mesh, Index size) {
+/// Integral of N times the height above a level.
+SparseColumn surface_height_load(const FaceSet& set, double level) {
+  SparseColumn load;
+  for (int face : *set.faces) {
+    const mesh::FaceNodes nodes = set.nodes(face);
+    const double area = set.body->face_area(face);
+    for (const mesh::FacePoint& point : mesh::face_rule(3)) {
+      const mesh::FaceValues values = mesh::face_shape(set.body->order(), point.at);
+      double z = -level;
+      for (int k = 0; k < 3; ++k) z += point.at[k] * set.body->points(2, set.body->faces(k, face));
+      for (Index i = 0; i < nodes.size(); ++i) load.emplace_back(nodes[i], area * point.share * z * values[i]);
+    }
+  }
+  return load;
+}
+
+/// Sensors, then what the layout observes.
+SparseMatrix assemble_sensors(const MachineMesh& mesh, const Layout& layout, const FluidNodes& fluids,
+                              const std::vector<std::vector<JointTerm>>& joints, Index size) {
   Triplets triplets;
   const mesh::Machine& machine = mesh.machine;
-  for (std::size_t s = 0; s < machine.sensors.size(); ++s) {
-    const int body = machine.body_index(machine.sensors[s].body);
-    const SparseColumn weights =
-        interpolation_at(mesh.bodies[static_cast<std::size_t>(body)], machine.sensors[s].point);
-    const auto first = static_cast<int>(mesh.first_node[static_cast<std::size_t>(body)]);
-    for (const auto& [node, weight] : weights) triplets.emplace_back(static_cast<int>(s), first + node, weight);
+  int row = 0;
+  const auto put_row = [&](const SparseColumn& values, double scale = 1.0) {
+    for (const auto& [node, value] : values) triplets.emplace_back(row, node, scale * value);
+  };
+  for (const mesh::SensorSpec& sensor : machine.sensors) {
+    if (!sensor.volume.empty()) {
+      put_row({{fluids.volume(machine.volume_index(sensor.volume)), 1.0}});
+    } else if (!sensor.return_of.empty()) {
+      put_row(fluids.outflow(machine.coolant_index(sensor.return_of)));
+    } else {
+      const auto body = static_cast<std::size_t>(machine.body_index(sensor.body));
+      SparseColumn weights = interpolation_at(mesh.bodies[body], sensor.point);
+      for (auto& entry : weights) entry.first += static_cast<int>(mesh.first_node[body]);
+      put_row(weights);
+    }
+    ++row;
   }
-  return from_triplets(static_cast<Index>(machine.sensors.size()), size, triplets);
+  for (const Observed& observed : layout.observed) {
+    const auto item = static_cast<std::size_t>(observed.item);
+    switch (observed.kind) {
+      case ObservedKind::film: {
+        double area = 0.0;
+        for (const std::string& surface : machine.films[item].surfaces) area += face_set(mesh, surface).area;
+        for (const std::string& surface : machine.films[item].surfaces) put_row(surface_load(face_set(mesh, surface)), 1.0 / area);
+        break;
+      }
+      case ObservedKind::joint: {
+        // Both sides where they touch, mean over the axis.
+        double area = 0.0;
+        for (const JointTerm& term : joints[item]) area += term.area;
+        for (const JointTerm& term : joints[item]) {
+          const bool grounded = term.master_load.empty();
+          put_row(term.slave_load, (grounded ? 1.0 : 0.5) / area);
+          put_row(term.master_load, 0.5 / area);
+        }
+        break;
+      }
+      case ObservedKind::coolant_return:
+        put_row(fluids.outflow(observed.item));
+        break;
+      case ObservedKind::volume:
+        put_row({{fluids.volume(observed.item), 1.0}});
+        break;
+    }
+    ++row;
+  }
+  return from_triplets(row, size, triplets);
 }
 
 std::vector<JointGrid> joint_grids(const MachineMesh& mesh) {
@@ -246,13 +313,8 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
   ThermalSystem system;
   system.layout = make_layout(machine, joint_grids(mesh));
   system.nodes = mesh.nodes();
-  std::vector<int> first_fluid;  // one per coolant
-  int fluid = static_cast<int>(system.nodes);
-  for (const mesh::CoolantSpec& coolant : machine.coolants) {
-    first_fluid.push_back(fluid);
-    fluid += static_cast<int>(coolant.segments.size());
-  }
-  system.size = fluid;
+  const FluidNodes fluids(machine, system.nodes);
+  system.size = system.nodes + fluids.count();
   const Index n = system.size;
 
   std::vector<SparseMatrix> capacities(mesh.bodies.size()), conductions(mesh.bodies.size());
@@ -261,12 +323,8 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
     capacities[b] = std::move(heat.capacity);
     conductions[b] = std::move(heat.conduction);
   });
-  std::vector<double> fluids;
-  for (const mesh::CoolantSpec& coolant : machine.coolants)
-    for (const mesh::CoolantSegment& segment : coolant.segments)
-      fluids.push_back(coolant.density * coolant.specific_heat * segment.volume);
-  system.capacity = on_diagonal(capacities, mesh.first_node, n, fluids);
-  system.conduction = on_diagonal(conductions, mesh.first_node, n, std::vector<double>(fluids.size(), 0.0));
+  system.capacity = on_diagonal(capacities, mesh.first_node, n, fluids.capacities());
+  system.conduction = on_diagonal(conductions, mesh.first_node, n, std::vector<double>(static_cast<std::size_t>(fluids.count()), 0.0));
 
   std::vector<std::vector<JointTerm>> joints = joint_terms(mesh, system.layout, n);
   Triplets inputs;
@@ -277,29 +335,36 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
     Triplets triplets;
     switch (term.kind) {
       case TermKind::film:
-        for (const std::string& surface : machine.films[item].surfaces) add_surface_mass(triplets, face_set(mesh, surface));
+        for (const std::string& surface : machine.films[item].surfaces) {
+          const FaceSet set = face_set(mesh, surface);
+          add_surface_mass(triplets, set);
+          if (const int volume = machine.volume_index(machine.films[item].ambient); volume >= 0)
+            add_mixed(triplets, set, fluids.volume(volume));
+        }
         break;
       case TermKind::contact:
         system.terms[t] = std::move(joints[item][static_cast<std::size_t>(term.part)].matrix);
         continue;
-      case TermKind::coolant_wall: {
-        // (N - 1_f)(N - 1_f)^T over the wall of the segment
-        const FaceSet wall = face_set(mesh, machine.coolants[item].segments[static_cast<std::size_t>(term.part)].surface);
-        const int node = first_fluid[item] + term.part;
-        add_surface_mass(triplets, wall);
-        for (const auto& [row, value] : surface_load(wall)) {
-          triplets.emplace_back(row, node, -value);
-          triplets.emplace_back(node, row, -value);
+      case TermKind::coolant_wall:
+        fluids.add_wall(mesh, term.item, term.part, triplets);
+        break;
+      case TermKind::coolant_flow:
+        fluids.add_flow(term.item, triplets);
+        break;
+      case TermKind::volume_exchange: {
+        const int one = fluids.volume(term.item);
+        triplets.emplace_back(one, one, 1.0);
+        const std::string& with = machine.volumes[item].exchanges[static_cast<std::size_t>(term.part)].with;
+        if (const int other = machine.volume_index(with); other >= 0) {
+          const int two = fluids.volume(other);
+          triplets.emplace_back(two, two, 1.0);
+          triplets.emplace_back(one, two, -1.0);
+          triplets.emplace_back(two, one, -1.0);
         }
-        triplets.emplace_back(node, node, wall.area);
         break;
       }
-      case TermKind::coolant_flow:
-        for (std::size_t s = 0; s < machine.coolants[item].segments.size(); ++s) {
-          const int node = first_fluid[item] + static_cast<int>(s);
-          triplets.emplace_back(node, node, machine.coolants[item].specific_heat);
-          if (s > 0) triplets.emplace_back(node, node - 1, -machine.coolants[item].specific_heat);
-        }
+      case TermKind::volume_given:
+        triplets.emplace_back(fluids.volume(term.item), fluids.volume(term.item), 1.0);
         break;
     }
     system.terms[t] = from_triplets(n, n, triplets);
@@ -317,12 +382,24 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
       case InputKind::contact_ambient:
         put_column(inputs, column, joints[item][static_cast<std::size_t>(input.node)].slave_load);
         break;
+      case InputKind::film_gradient: {
+        const double level = machine.ambients[static_cast<std::size_t>(machine.ambient_index(machine.films[item].ambient))].height;
+        for (const std::string& surface : machine.films[item].surfaces)
+          put_column(inputs, column, surface_height_load(face_set(mesh, surface), level));
+        break;
+      }
       case InputKind::coolant_inlet:
-        inputs.emplace_back(first_fluid[item], column, machine.coolants[item].specific_heat);
+        put_column(inputs, column, fluids.inlet(input.item));
+        break;
+      case InputKind::volume_ambient:
+      case InputKind::volume_given:
+        inputs.emplace_back(fluids.volume(input.item), column, 1.0);
         break;
       case InputKind::source: {
         const mesh::SourcePlace& place = machine.sources[item].places[static_cast<std::size_t>(input.place)];
-        if (place.joint.empty()) {
+        if (!place.volume.empty()) {
+          inputs.emplace_back(fluids.volume(machine.volume_index(place.volume)), column, 1.0);
+        } else if (place.joint.empty()) {
           const FaceSet set = face_set(mesh, place.surface);
           put_column(inputs, column, surface_load(set), 1.0 / set.area);
         } else {
@@ -335,7 +412,8 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
     }
   }
   system.inputs = from_triplets(n, static_cast<Index>(system.layout.inputs.size()), inputs);
-  system.sensors = assemble_sensors(mesh, n);
+  if (auto local = std::make_shared<LocalTerms>(mesh); !local->empty()) system.local = std::move(local);
+  system.sensors = assemble_sensors(mesh, system.layout, fluids, joints, n);
   return system;
 }
 

@@ -20,6 +20,33 @@ constexpr double rounding = 1e-15;           // residuals below this share of th
 
 }  // namespace
 
+ThermalIteration::ThermalIteration(const ThermalSystem& system) : op(system), local_(system.local.get()) {
+  if (local_) places_ = local_->places(op);
+}
+
+void ThermalIteration::linearise(std::size_t l, const VectorXd& start, const VectorXd& end, const Coefficients& c) {
+  local_->evaluate(places_, start, end, c, op.values(), loads[l].local);
+}
+
+void ThermalIteration::use_conduction(std::size_t l) {
+  Load& load = loads[l];
+  if (load.local.source.size() == 0) return;
+  op.combine(load.p, load.k_values);
+  load.k_values += load.local.conduction;
+}
+
+void ThermalIteration::use_iteration_matrix(std::size_t l) {
+  Load& load = loads[l];
+  if (load.local.source.size() > 0) load.k_values += shift * load.local.capacity;
+}
+
+void ThermalIteration::add_local_capacity(std::size_t l, const VectorXd& x, Eigen::Ref<VectorXd> values) const {
+  if (loads[l].local.source.size() == 0) return;
+  VectorXd ex(x.size()), changed(x.size());
+  op.multiply(loads[l].local.capacity, x.data(), ex.data(), changed.data());
+  values += changed;
+}
+
 bool ThermalIteration::set_coefficients(std::size_t l, const VectorXd& p) {
   Load& load = loads[l];
   if (load.p.size() == p.size() && load.p == p) return false;

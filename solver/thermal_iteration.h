@@ -16,7 +16,7 @@ namespace thermotwin::solver {
 class ThermalIteration {
  public:
   /// @param system  must outlive this object
-  explicit ThermalIteration(const ThermalSystem& system) : op(system) {}
+  explicit ThermalIteration(const ThermalSystem& system);
 
   /// What a factor was made of.
   struct Factor {
@@ -37,6 +37,7 @@ class ThermalIteration {
     double threshold = 0;                ///< residual norm that ends the iteration
     int iterations = 0;
     bool changed = false;                ///< the fluid factor is to be made anew
+    LocalTerms::Change local;            ///< of the next step; empty: none
   };
 
   ThermalOperator op;
@@ -48,6 +49,14 @@ class ThermalIteration {
 
   /// Sets a load's coefficients. @return whether they differ from before
   bool set_coefficients(std::size_t load, const Eigen::VectorXd& p);
+  /// Sets what local terms add to a load's step between these states.
+  void linearise(std::size_t load, const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c);
+  /// Matrix of a load for its right-hand side: K; then, for the iteration: K plus what the local
+  /// change of E makes of shift E. Both as set_coefficients has it where there is nothing local.
+  void use_conduction(std::size_t load);
+  void use_iteration_matrix(std::size_t load);
+  /// values += (local change of E) x
+  void add_local_capacity(std::size_t load, const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> values) const;
   /// Factorises for (p, shift) in place of what the factor was made of before.
   void factorise(Factor& factor, const Eigen::VectorXd& p, double at_shift) const;
   /// A factor that takes over the analysis of the first one, if there is one; not yet factorised.
@@ -67,6 +76,8 @@ class ThermalIteration {
   void gcr_step(std::size_t load, Eigen::Ref<Eigen::VectorXd> z);
   std::size_t factor_of(Eigen::Index active_column) const;
 
+  const LocalTerms* local_;
+  LocalTerms::Places places_;
   Eigen::MatrixXd packed_, preconditioned_;
   std::vector<std::size_t> active_;
 };

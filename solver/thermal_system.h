@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Matrices of the affine equation on the full mesh. Unknowns: nodes of all bodies (numbered as
-// MachineMesh::first_node says), then one fluid node per coolant segment. Tetrahedra of the mesh's
-// order, consistent or lumped capacity (thermal_elements.h). Contacts are integrated on the slave's triangles against the closest point
+// MachineMesh::first_node says), then those of coolants and volumes (fluid_assembly.h). Tetrahedra of the
+// mesh's order, consistent or lumped capacity (thermal_elements.h). Contacts are integrated on the slave's triangles against the closest point
 // of the master at each grid node of the joint. Coolant flow is upwind, its matrix not symmetric,
 // G + G^T >= 0; all others are symmetric and non-negative.
 
@@ -13,6 +13,7 @@
 #include "core/binary.h"
 #include "mesh/machine_mesh.h"
 #include "solver/element_matrix.h"
+#include "solver/local_terms.h"
 #include "solver/operating_model.h"
 
 namespace thermotwin::solver {
@@ -24,11 +25,12 @@ struct ThermalSystem {
   SparseMatrix capacity, conduction; ///< E in J/K, K0 in W/K
   std::vector<SparseMatrix> terms;   ///< K_j for p_j = 1
   SparseMatrix inputs;               ///< (size x inputs) s_k for q_k = 1
-  SparseMatrix sensors;              ///< (sensors x size) interpolation at the sensor points
+  std::shared_ptr<const LocalTerms> local;  ///< what depends on temperature from place to place; null: nothing
+  SparseMatrix sensors;              ///< (sensors + layout.observed x size) their temperatures
 };
 
 /// @throws InputError (a joint without any contact over the travel, a surface of zero area)
-ThermalSystem assemble_thermal(const mesh::MachineMesh& mesh);
+ThermalSystem assemble_thermal(const mesh::MachineMesh& mesh);  // local terms refer to the mesh, which must outlive them
 
 /// Advances temperatures by one step; the full and the reduced model each have one.
 class ThermalStepper {
@@ -43,7 +45,11 @@ class ThermalStepper {
   /// @throws SolverError if the iteration does not converge
   virtual void advance(Eigen::MatrixXd& state, const std::vector<Coefficients>& c,
                        double step_s) = 0;
-  /// (sensors x loads) K above the reference
+  /// Whether matrices depend on the temperature from place to place. Then linearise() says between
+  /// which states the next step is expected to go, and the step is repeated until it does.
+  virtual bool is_nonlinear() const { return false; }
+  virtual void linearise(const Eigen::MatrixXd& /*start*/, const Eigen::MatrixXd& /*end*/, const std::vector<Coefficients>&) {}
+  /// (sensors + observed x loads) K above the reference
   virtual Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const = 0;
   /// What the next steps' bits depend on besides the state, for a checkpoint.
   virtual void save(core::BinaryWriter&) const {}
@@ -75,6 +81,8 @@ class ThermalIntegrator final : public ThermalStepper {
   const Layout& layout() const override { return system_.layout; }
   Eigen::VectorXd uniform(double temperature_K) const override;
   void advance(Eigen::MatrixXd& state, const std::vector<Coefficients>& c, double step_s) override;
+  bool is_nonlinear() const override { return system_.local != nullptr; }
+  void linearise(const Eigen::MatrixXd& start, const Eigen::MatrixXd& end, const std::vector<Coefficients>& c) override;
   Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override;
   void save(core::BinaryWriter& out) const override;
   void load(core::BinaryReader& in) override;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "solver/operating_model.h"
+#include "solver/simulation.h"
 #include "tests/compensation/five_axis.h"
 
 namespace thermotwin::compensation::test {
@@ -44,9 +44,9 @@ inline Truth run_truth(const mesh::Machine& machine, const reduction::ReducedMod
   const solver::OperatingModel operating(machine, structure.system.layout);
   Eigen::VectorXd state = stepper.uniform(start_C - machine.reference_C);
   const auto readings_K = [&] { return Eigen::VectorXd(structure.system.sensors * state); };
-  const auto air_K = [&](const Eigen::VectorXd& row) { return operating.ambient_K(0, row); };
   Eigen::VectorXd row = shift_row(operating.channels(), 0.5 * step);
-  solver::Chiller chiller(machine, operating.channels(), solver::chiller_set_points(machine, readings_K(), air_K(row)));
+  solver::Chiller chiller(machine, operating.layout(), operating.channels(),
+                          solver::chiller_set_points(machine, operating.layout(), readings_K(), operating.guide_K(row)));
   Truth truth;
   const auto record = [&](double time) {
     truth.time.push_back(time);
@@ -60,7 +60,7 @@ inline Truth run_truth(const mesh::Machine& machine, const reduction::ReducedMod
   const long steps = std::lround(duration / step);
   for (long i = 1; i <= steps; ++i) {
     row = shift_row(operating.channels(), (static_cast<double>(i) - 0.5) * step);
-    const Eigen::VectorXd outlet = chiller.advance(row, readings_K(), air_K(row), step);
+    const Eigen::VectorXd outlet = chiller.advance(row, readings_K(), operating.guide_K(row), step);
     stepper.advance(state, operating.coefficients(row, outlet), step);
     if (i % rows_every == 0) record(static_cast<double>(i) * step);
   }

@@ -35,7 +35,7 @@ word = "guide"
 point = [1, 2.5, -3e-3]
 list = [0, 6000, 12000.5]
 names = ["a", "b"]
-pairs = [[0, 1], [2.5, 3]]
+points = [[0, 1, 2], [2.5, 3, -4]]
 sure = 5
 unsure = { value = 5.0, std_percent = 10 }
 [mesh]
@@ -51,9 +51,9 @@ fine = 0.3
   EXPECT_EQ(root.numbers("list"), (std::vector<double>{0, 6000, 12000.5}));
   EXPECT_EQ(root.texts("names"), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(root.texts("word"), (std::vector<std::string>{"guide"}));
-  Eigen::MatrixX2d pairs(2, 2);
-  pairs << 0, 1, 2.5, 3;
-  EXPECT_EQ(root.points2("pairs"), pairs);
+  Eigen::MatrixX3d points(2, 3);
+  points << 0, 1, 2, 2.5, 3, -4;
+  EXPECT_EQ(root.points3("points"), points);
   EXPECT_EQ(root.uncertain("sure").value, 5.0);
   EXPECT_EQ(root.uncertain("sure").std_percent, 0.0);
   EXPECT_EQ(root.uncertain("unsure").value, 5.0);
@@ -143,7 +143,7 @@ TEST(Config, WrongTypesAreRefused) {
   expect_holds(refusal("a = [1, 2]", [](const Node& root) { root.vector3("a"); }), {"[x, y, z]"});
   expect_holds(refusal("a = [1, \"2\"]", [](const Node& root) { root.numbers("a"); }), {"a[2]", "\"2\""});
   expect_holds(refusal("a = 1", [](const Node& root) { root.numbers("a"); }), {"array of numbers"});
-  expect_holds(refusal("a = [[1, 2], [3]]", [](const Node& root) { root.points2("a"); }), {"a[2]", "[x, y]"});
+  expect_holds(refusal("a = [[1, 2, 3], [3]]", [](const Node& root) { root.points3("a"); }), {"a[2]", "[x, y, z]"});
   expect_holds(refusal("a = 1", [](const Node& root) { root.table("a"); }), {"[a]"});
   expect_holds(refusal("[a]", [](const Node& root) { root.tables("a"); }), {"[[a]]"});
   expect_holds(refusal("[[a]]", [](const Node& root) { root.table("a"); }), {"one table"});

@@ -14,6 +14,7 @@
 #include "compensation/measurement.h"
 #include "diagnosis/hypothesis.h"
 #include "reduction/reduced_model.h"
+#include "solver/simulation.h"
 
 namespace lumped {
 
@@ -430,8 +431,8 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
   out.data.values.resize(samples, static_cast<Index>(out.data.columns.size()));
   Eigen::VectorXd row = channels.defaults();
   set_inputs(0, channels, row);
-  const double air0 = operating.ambient_K(0, row) + air_offset;
-  solver::Chiller chiller(m, channels, solver::chiller_set_points(m, readings(), air0));
+  const Eigen::VectorXd guide0 = operating.guide_K(row).array() + air_offset;
+  solver::Chiller chiller(m, operating.layout(), channels, solver::chiller_set_points(m, operating.layout(), readings(), guide0));
   Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Index>(poses.size()));
   for (Index s = 0; s < samples; ++s) {
     const double time = static_cast<double>(s) * options.sample_s;
@@ -464,7 +465,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
       Eigen::VectorXd real = row;
       set_inputs((time + (k + 0.5) * step) / 3600.0, channels, real);
       real[channels.index("air.T_C")] += air_offset;
-      const Eigen::VectorXd inlet = chiller.advance(real, readings(), operating.ambient_K(0, real), step);
+      const Eigen::VectorXd inlet = chiller.advance(real, readings(), operating.guide_K(real), step);
       stepper.advance(state, operating.coefficients(real, inlet), step);
     }
   }

@@ -40,11 +40,11 @@ TEST(Response, follows_the_stepper_of_the_reduced_model) {
     const VectorXd row = obs.rows.row(s).transpose();
     const VectorXd read = model.system.sensors * state + offsets;
     if (!chiller)
-      chiller.emplace(machine, operating.channels(),
-                      solver::chiller_set_points(machine, read, operating.ambient_K(0, row)));
+      chiller.emplace(machine, operating.layout(), operating.channels(),
+                      solver::chiller_set_points(machine, operating.layout(), read, operating.guide_K(row)));
     const double step = obs.points[s + 1] - obs.points[s];
     stepper.advance(
-        state, operating.coefficients(row, chiller->advance(row, read, operating.ambient_K(0, row), step)),
+        state, operating.coefficients(row, chiller->advance(row, read, operating.guide_K(row), step)),
         step);
   }
   const Index last = predicted.rows() - 1;

@@ -28,7 +28,7 @@ void read_all(const Node& node, int depth) {
     attempt([&] { node.vector3(key); });
     attempt([&] { node.numbers(key); });
     attempt([&] { node.texts(key); });
-    attempt([&] { node.points2(key); });
+    attempt([&] { node.points3(key); });
     attempt([&] { node.number(key + "x"); });
     attempt([&] { read_all(node.table(key), depth + 1); });
     attempt([&] {

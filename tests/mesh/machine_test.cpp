@@ -102,11 +102,11 @@ TEST(MachineFile, ReadingAsksForTheCadFiles) {
 
 // Each row: text to replace, its replacement, words that the message must hold.
 TEST(MachineFile, ACoolerMaySwitch) {
-  EXPECT_FALSE(small().coolants[0].two_point);
+  EXPECT_EQ(small().coolants[0].control, mesh::ChillerControl::lag);
   const std::string guided = "guide_sensor = \"T1\"\n";
   const mesh::Machine m = mesh::parse_machine(
       replaced(machine_text(), guided, guided + "control = \"two_point\"\nband_K = 1.5\npull_down_K = 6\ndrift_up_K = 2\n"), "machine.toml");
-  EXPECT_TRUE(m.coolants[0].two_point);
+  EXPECT_EQ(m.coolants[0].control, mesh::ChillerControl::two_point);
   EXPECT_DOUBLE_EQ(m.coolants[0].band, 1.5);
   EXPECT_DOUBLE_EQ(m.coolants[0].pull_down, 6.0);
   EXPECT_DOUBLE_EQ(m.coolants[0].drift_up, 2.0);
@@ -184,10 +184,10 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"guide_sensor = \"T1\"", "guide_sensor = \"T9\"", {"T9", "T1"}},
         Mistake{
             "input = \"spindle.speed_rpm\"", "input = \"spindle.rpm\"", {"spindle.rpm", "spindle.speed_rpm"}},
-        Mistake{"at = [0, 6000, 12000]", "at = [0, 6000]", {"3 powers for 2"}},
+        Mistake{"at = [0, 6000, 12000]", "at = [0, 6000]", {"3 numbers for 2"}},
         Mistake{"at = [0, 6000, 12000]", "at = [0, 12000, 6000]", {"rising"}},
         Mistake{"share = 0.4", "share = 0.5", {"1.1", "at most 1"}},
-        Mistake{"{ surface = \"table.top\", share = 0.4 }", "{ share = 0.4 }", {"neither"}},
+        Mistake{"{ surface = \"table.top\", share = 0.4 }", "{ share = 0.4 }", {"none of surface"}},
         Mistake{
             "tool_surface = \"bed.rails\"", "tool_surface = \"table.top\"", {"tool_surface", "table.top"}},
         Mistake{"X_mm = [-400, 0, 400]", "X_mm = [-500, 0, 400]", {"X_mm", "-400"}},

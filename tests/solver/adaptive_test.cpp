@@ -150,7 +150,7 @@ namespace {
 mesh::Machine switching_machine(bool guided_by_bed) {
   mesh::Machine machine = test::slide_machine();
   mesh::CoolantSpec& coolant = machine.coolants[0];
-  coolant.two_point = true;
+  coolant.control = mesh::ChillerControl::two_point;
   coolant.band = 1.0;
   coolant.pull_down = 4.0;
   coolant.drift_up = 2.0;
@@ -207,11 +207,12 @@ TEST(TwoPointCooler, SwitchTimesConvergeWithSecondOrder) {
 TEST(TwoPointCooler, AFixedStepSeesTheMeanOfTheSwitchingOutlet) {
   const mesh::Machine machine = switching_machine(false);
   const Channels channels(machine);
-  Chiller coarse(machine, channels, Eigen::VectorXd::Zero(1)), fine(machine, channels, Eigen::VectorXd::Zero(1));
-  const Eigen::VectorXd readings = Eigen::VectorXd::Zero(2);
+  const Layout layout;
+  Chiller coarse(machine, layout, channels, Eigen::VectorXd::Zero(1)), fine(machine, layout, channels, Eigen::VectorXd::Zero(1));
+  const Eigen::VectorXd readings = Eigen::VectorXd::Zero(2), air = Eigen::VectorXd::Constant(1, 0.3);
   double sum = 0.0;
-  for (int i = 0; i < 100000; ++i) sum += fine.advance(channels.defaults(), readings, 0.3, 0.01)[0] * 0.01;
-  EXPECT_NEAR(coarse.advance(channels.defaults(), readings, 0.3, 1000.0)[0], sum / 1000.0, 1e-9);
+  for (int i = 0; i < 100000; ++i) sum += fine.advance(channels.defaults(), readings, air, 0.01)[0] * 0.01;
+  EXPECT_NEAR(coarse.advance(channels.defaults(), readings, air, 1000.0)[0], sum / 1000.0, 1e-9);
   EXPECT_NEAR(coarse.outlet_K()[0], fine.outlet_K()[0], 1e-9);
 }
 

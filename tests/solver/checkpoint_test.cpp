@@ -40,7 +40,7 @@ bool same_bits(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 
 struct Rig {
   Rig() {
-    machine.coolants[0].two_point = true;
+    machine.coolants[0].control = mesh::ChillerControl::two_point;
     machine.coolants[0].time_constant = 300;
     mesh = test::slide_mesh(1, machine);
     system = assemble_thermal(mesh);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/operating_model.h"
+#include "solver/chiller.h"
 
 #include <gtest/gtest.h>
 
@@ -160,16 +161,17 @@ TEST(OperatingModel, RefusesAnUnknownChannel) {
 TEST(Chiller, FollowsItsGuideExactly) {
   Rig s;
   s.machine.coolants[0].guide_offset = 1.5;
-  Chiller chiller(s.machine, s.model.channels(), Eigen::VectorXd::Zero(1));
+  Chiller chiller(s.machine, s.layout, s.model.channels(), Eigen::VectorXd::Zero(1));
+  const Eigen::VectorXd air = Eigen::VectorXd::Zero(1);
   const Eigen::VectorXd sensors = Eigen::Vector2d(3.0, 9.0);
-  chiller.advance(s.row, sensors, 0.0, 50.0);
-  chiller.advance(s.row, sensors, 0.0, 70.0);
+  chiller.advance(s.row, sensors, air, 50.0);
+  chiller.advance(s.row, sensors, air, 70.0);
   EXPECT_NEAR(chiller.outlet_K()[0], 4.5 * (1.0 - std::exp(-1.0)), 1e-12);
   s.at("coolant.main.inlet_T_C") = 21.0;
-  EXPECT_NEAR(chiller.advance(s.row, sensors, 0.0, 1.0)[0], 1.0, 1e-12);
+  EXPECT_NEAR(chiller.advance(s.row, sensors, air, 1.0)[0], 1.0, 1e-12);
   s.at("coolant.main.inlet_T_C") = not_given;
   s.at("coolant.main.on") = 0.0;
-  EXPECT_NEAR(chiller.advance(s.row, sensors, 0.0, 1000.0)[0], 1.0, 1e-12);
+  EXPECT_NEAR(chiller.advance(s.row, sensors, air, 1000.0)[0], 1.0, 1e-12);
 }
 
 }  // namespace thermotwin::solver

@@ -74,7 +74,7 @@ inline mesh::Machine slide_machine() {
   coolant.id = "main";
   coolant.flow = {0.02, 0.0};
   coolant.guide_sensor = "T1";
-  coolant.segments = {{"left", "slide.left", {800.0, 0.0}, 1e-4}, {"right", "slide.right", {600.0, 0.0}, 2e-4}};
+  coolant.segments = {{"left", "slide.left", {800.0, 0.0}, 1e-4}, {"right", "slide.right", {600.0, 0.0}, 2e-4, 1, {"left"}}};
   m.coolants = {coolant};
   m.sources = {source("motor", "spindle.speed_rpm", {0, 6000, 12000}, {0, 100, 240}, {on_surface("slide.front", 0.4), at_joint("X_guide", 0.5, 0.3)}),
                source("friction", "axis.X.feed_mm_min", {0, 30000}, {0, 90}, {at_joint("X_guide", 1.0, 0.5)}),

@@ -68,7 +68,7 @@ TEST(StartField, ComesFromAnotherMeshAtAnotherPose) {
   EXPECT_LT(start.farthest, 1e-6);
   // Fluid: mean of the walls y0 and y1 of the slide, centre (0.3, y, 0.1305).
   EXPECT_NEAR(start.temperature[to.nodes], 3.0 - (5 * 0.3 - 8 * 0.01 + 20 * 0.1305), 1e-4);
-  EXPECT_NEAR(start.temperature[to.nodes + 1], 3.0 - (5 * 0.3 - 8 * 0.11 + 20 * 0.1305), 1e-4);
+  EXPECT_NEAR(start.temperature[to.nodes + 2], 3.0 - (5 * 0.3 - 8 * 0.11 + 20 * 0.1305), 1e-4);
 
   mesh::MachineMesh renamed = fine;
   renamed.machine.bodies[1].id = "carriage";

@@ -66,7 +66,8 @@ void compare(int order) {
   mesh::SourceSpec source;
   source.id = "motor";
   source.laws = {{"machine.on", {0.0, 1.0}, {0.0, power}}};
-  source.places = {{"top", "", 1.0, 0.5}};
+  source.places.resize(1);
+  source.places[0].surface = "top";
   machine.sources = {source};
   const mesh::MachineMesh mesh = test::machine_mesh(machine, {angle_bracket(order)});
   const mesh::TetMesh& body = mesh.bodies[0];

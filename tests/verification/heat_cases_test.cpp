@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Published cases of heat: NAFEMS T3 and T4 (T2 needs radiation by the fourth power), VPCS TTLL01,
+// Published cases of heat: NAFEMS T3 and T4 (T2: nonlinear_test.cpp), VPCS TTLL01,
 // TTLV01, TPLL01, TPLV07, HPLV100, a rod and an oven plate of Thermca, a cube of CalculiX.
 #include <gtest/gtest.h>
 
