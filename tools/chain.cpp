@@ -192,7 +192,7 @@ void campaign(const CampaignOptions& options) {
   campaign_options.checkpoint_s = options.checkpoint_every_s;
   const auto results = solver::run_campaign(full, programs, campaign_options);
   std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um"}};
-  nlohmann::json json = {{"nodes", full.mesh.nodes()}, {"seconds", time.seconds()}};
+  nlohmann::json json = {{"nodes", full.mesh.nodes()}, {"seconds", time.seconds()}, {"peak_GiB", peak_memory_GiB()}};
   const std::size_t poses = mesh::workspace_poses(machine_case.machine).size();
   for (const solver::LoadResult& result : results) {
     const double peak = reduction::compare(result, result).peak_um;
