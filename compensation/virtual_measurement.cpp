@@ -132,6 +132,7 @@ mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double
     perturb(joint.stiffness_tangential);
   }
   for (mesh::ScaleSpec& tape : result.scales) perturb(tape.expansion);
+  for (mesh::ScrewSpec& screw : result.screws) perturb(screw.expansion);
   for (mesh::FilmSpec& film : result.films) perturb(film.coefficient);
   for (mesh::AmbientSpec& ambient : result.ambients) {
     // A temperature scale has no natural zero in degC: its spread is that of the stated value, but

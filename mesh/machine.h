@@ -12,24 +12,19 @@
 #include <vector>
 
 #include "core/config.h"
+#include "mesh/machine_laws.h"
 
 namespace thermotwin::mesh {
 
 using core::Uncertain;
-
-/// A property over temperature: linear between its points, constant beyond them.
-struct TemperatureTable {
-  std::vector<double> at_C, value;  ///< empty: no table
-  double operator()(double temperature_C) const;
-};
 
 struct Material {
   std::string id;
   double density = 0;               ///< kg/m^3
   Uncertain specific_heat;          ///< J/(kg K); with a table, that at reference_C
   double conductivity = 0;          ///< W/(m K); with a table, that at reference_C
-  TemperatureTable specific_heat_table;  ///< J/(kg K); times specific_heat over its own value at reference_C
-  TemperatureTable conductivity_table;   ///< W/(m K)
+  Curve specific_heat_table;        ///< over degC, J/(kg K); times specific_heat over its own value at reference_C
+  Curve conductivity_table;         ///< over degC, W/(m K)
   std::optional<Eigen::Matrix3d> conductivity_tensor;  ///< W/(m K), instead; axes of the body's home frame
   Uncertain expansion;              ///< 1/K
   double young = 0;                 ///< Pa
@@ -57,6 +52,7 @@ struct Axis {
   double low = 0, high = 0;         ///< travel, m or rad
   bool endless = false;             ///< rotary without limits: position modulo one turn
   double rapid = 0;                 ///< m/s or rad/s
+  std::string feedback;             ///< linear: "scale" (closed loop), "screw" (motor encoder) or "" (neither)
 };
 
 /// A geometric rule; all conditions that are given must hold for a triangle (its centre, normal).
@@ -85,6 +81,7 @@ struct JointSpec {
   std::string id, kind;             ///< "guide", "screw_nut", "bearing", "bolted", "mount"
   std::string slave, master, axis, ambient;
   Uncertain conductance;            ///< W/(m^2 K)
+  ContactLaw law;                   ///< what the conductance follows
   Uncertain stiffness_normal;       ///< N/m^3 (per area); 0: no elastic contact
   Uncertain stiffness_tangential;   ///< N/m^3; along the axis of a linear guide it is 0
   double reach = 0.005;             ///< m: largest gap between the surfaces that still is contact
@@ -108,6 +105,20 @@ struct ScaleSpec {
 struct PowerLaw {
   std::string input;                ///< channel; its absolute value is used
   std::vector<double> at, power;    ///< input unit, W
+};
+
+/// Ball screw between its bearings on the carrier and the nut on the moved body. Where the axis has
+/// no scale it fixes the position: the nut stands where the screw's own expansion puts it.
+struct ScrewSpec {
+  std::string axis, body, nut_body; ///< body: the screw's own mesh, elastic = false
+  std::string carrier;              ///< its parent: carries the bearings
+  Eigen::Vector3d bearing;          ///< m, fixed bearing, home frame
+  Eigen::Vector3d nut;              ///< m, nut at home
+  Uncertain expansion;              ///< 1/K
+  /// Stretched between two fixed bearings: far_bearing in m, pretension in N at the reference
+  /// temperature, stiffness of one bearing along the axis in N/m (0: rigid).
+  std::optional<Eigen::Vector3d> far_bearing;
+  double pretension = 0, bearing_stiffness = 0;
 };
 
 enum class FilmKind { constant, table, free_convection, rotating_disc };
@@ -209,7 +220,8 @@ struct SourceSpec {
   std::string drive;                ///< "<drive>.power_W" replaces the laws where it is given
   double drive_loss_share = 1.0;    ///< share of the drive's power that becomes this heat
   Uncertain scale{1.0, 0.0};
-  std::vector<PowerLaw> laws;       ///< added up
+  std::vector<PowerLaw> laws;       ///< added up, with losses
+  std::vector<LossLaw> losses;
   std::vector<SourcePlace> places;
 };
 
@@ -251,6 +263,7 @@ struct Machine {
   std::vector<SurfaceSpec> surfaces;
   std::vector<JointSpec> joints;
   std::vector<ScaleSpec> scales;
+  std::vector<ScrewSpec> screws;
   std::vector<FilmSpec> films;
   std::vector<AmbientSpec> ambients;
   std::vector<VolumeSpec> volumes;
@@ -273,6 +286,8 @@ struct Machine {
   int ambient_index(const std::string& id) const;
   int volume_index(const std::string& id) const;
   int coolant_index(const std::string& id) const;
+  /// Whether a law asks for the channel "axis.<id>.clamp.on".
+  bool has_clamp(const std::string& axis) const;
 };
 
 /// @throws InputError naming file, line, key; every reference between ids is checked

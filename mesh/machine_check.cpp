@@ -24,6 +24,7 @@ std::vector<std::string> channels(const Machine& machine) {
     for (const std::string& quantity :
          {"position_" + unit, "feed_" + unit + "_min", "low_" + unit, "high_" + unit})
       names.push_back("axis." + axis.id + "." + quantity);
+    if (machine.has_clamp(axis.id)) names.push_back("axis." + axis.id + ".clamp.on");
   }
   for (const AmbientSpec& ambient : machine.ambients) {
     names.push_back(ambient.id + ".T_C");
@@ -137,6 +138,27 @@ void check_joints(const Draft& draft) {
   }
 }
 
+void check_screws(const Draft& draft) {
+  const Machine& machine = draft.machine;
+  for (std::size_t i = 0; i < machine.screws.size(); ++i) {
+    const ScrewSpec& screw = machine.screws[i];
+    const std::string& place = draft.places.at("screw " + std::to_string(i));
+    const BodySpec& body = machine.bodies[static_cast<std::size_t>(machine.body_index(screw.body))];
+    const Axis& axis = machine.axes[static_cast<std::size_t>(machine.axis_index(screw.axis))];
+    if (axis.kind != AxisKind::linear) throw InputError(place + " axis", "rotary axis '" + screw.axis + "'", "a linear axis");
+    if (body.elastic)
+      throw InputError(place + " body", "body '" + body.id + "' with elastic = true",
+                       "elastic = false: the screw's expansion enters by itself");
+    if (body.parent.empty() || !body.axis.empty())
+      throw InputError(place + " body", "body '" + body.id + "' without a parent, or with an axis of its own",
+                       "a screw that is fixed to the parent that carries its bearings");
+    for (const std::string& side : {screw.carrier, screw.nut_body})
+      if (!machine.bodies[static_cast<std::size_t>(machine.body_index(side))].elastic)
+        throw InputError(place, "body '" + side + "' with elastic = false", "elastic bodies at the bearings and at the nut");
+    check_motion(draft, place + " axis", screw.axis, screw.nut_body, screw.carrier);
+  }
+}
+
 void check_surfaces(const Draft& draft) {
   const Machine& machine = draft.machine;
   for (const SurfaceSpec& surface : machine.surfaces) {
@@ -209,6 +231,7 @@ void check_machine(const Draft& draft) {
   check_tree(draft);
   check_surfaces(draft);
   check_joints(draft);
+  check_screws(draft);
 }
 
 }  // namespace thermotwin::mesh::reader

@@ -77,15 +77,15 @@ Eigen::Matrix3d read_tensor(const Node& node, const std::string& key) {
 }
 
 /// { T_C = [rising], <unit> = [...] }
-TemperatureTable read_temperature_table(const Node& node, const std::string& unit, Range range) {
-  TemperatureTable table{node.numbers("T_C"), node.numbers(unit)};
+Curve read_temperature_table(const Node& node, const std::string& unit, Range range) {
+  Curve table{node.numbers("T_C"), node.numbers(unit)};
   node.finish();
-  if (table.at_C.empty() || table.at_C.size() != table.value.size())
-    throw InputError(node.place(unit), fmt::format("{} values for {} temperatures", table.value.size(), table.at_C.size()),
+  if (table.at.empty() || table.at.size() != table.value.size())
+    throw InputError(node.place(unit), fmt::format("{} values for {} temperatures", table.value.size(), table.at.size()),
                      "as many numbers as in T_C, one or more");
-  for (std::size_t i = 0; i < table.at_C.size(); ++i) {
-    if (i > 0 && !(table.at_C[i] > table.at_C[i - 1]))
-      throw InputError(node.place("T_C"), fmt::format("{} after {}", table.at_C[i], table.at_C[i - 1]), "rising temperatures");
+  for (std::size_t i = 0; i < table.at.size(); ++i) {
+    if (i > 0 && !(table.at[i] > table.at[i - 1]))
+      throw InputError(node.place("T_C"), fmt::format("{} after {}", table.at[i], table.at[i - 1]), "rising temperatures");
     if (!(table.value[i] >= range.low && table.value[i] <= range.high))
       throw InputError(node.place(unit), fmt::format("{}", table.value[i]), fmt::format("{} to {}", range.low, range.high));
   }
@@ -190,6 +190,10 @@ Axis read_axis(const Node& node, Draft& draft) {
     axis.high = travel[1] * unit;
   }
   axis.rapid = node.number_or(rapid_key, 0.0, core::non_negative) * unit / 60.0;
+  if (linear)
+    axis.feedback = node.choice_or("feedback", "", {"scale", "screw"});
+  else
+    refuse(node, "feedback", "a linear axis: rotary ones are measured at their table");
   node.finish();
   return axis;
 }
@@ -279,6 +283,7 @@ JointSpec read_joint(const Node& node, Draft& draft) {
     joint.axis = draft.refer_or_empty(node, "axis", "axis");
   }
   joint.conductance = node.uncertain("conductance_W_m2K", {0.0, 1e9});
+  joint.law = read_contact_law(node, joint.axis);
   joint.stiffness_normal =
       scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), per_mm3);
   joint.stiffness_tangential =
@@ -358,6 +363,7 @@ void read_structure(const Node& root, Draft& draft, bool files_must_exist) {
   for (const Node& node : root.tables("surface")) machine.surfaces.push_back(read_surface_spec(node, draft));
   for (const Node& node : root.tables("joint")) machine.joints.push_back(read_joint(node, draft));
   for (const Node& node : root.tables("scale")) machine.scales.push_back(read_scale(node, draft));
+  read_screws(root, draft);
   for (const Node& node : root.tables("sensor")) machine.sensors.push_back(read_sensor(node, draft));
   if (machine.bodies.empty()) throw InputError(root.place(), "no [[body]]", "one or more bodies");
   machine.tcp = read_tcp(root.table("tcp"), draft);
@@ -473,14 +479,6 @@ int Machine::coolant_index(const std::string& id) const {
 }
 int Machine::volume_index(const std::string& id) const {
   return index_of(volumes, id);
-}
-
-double TemperatureTable::operator()(double temperature_C) const {
-  if (temperature_C <= at_C.front()) return value.front();
-  if (temperature_C >= at_C.back()) return value.back();
-  const auto right = static_cast<std::size_t>(std::upper_bound(at_C.begin(), at_C.end(), temperature_C) - at_C.begin());
-  const double s = (temperature_C - at_C[right - 1]) / (at_C[right] - at_C[right - 1]);
-  return value[right - 1] + s * (value[right] - value[right - 1]);
 }
 
 }  // namespace thermotwin::mesh

@@ -188,8 +188,12 @@ SourceSpec read_source(const Node& node, Draft& draft) {
     source.drive_loss_share = node.number_or("drive_loss_share", 1.0, share);
   source.scale = node.uncertain_or("scale", {1.0, 0.0}, {0.0, 1e6});
   for (const Node& law : node.tables("law")) {
-    source.laws.push_back(read_law(law, draft));
-    law.finish();
+    if (law.has("kind")) {
+      source.losses.push_back(read_loss(law, draft));
+    } else {
+      source.laws.push_back(read_law(law, draft));
+      law.finish();
+    }
   }
   double total = 0.0;
   for (const Node& place : node.tables("place")) {
@@ -197,8 +201,8 @@ SourceSpec read_source(const Node& node, Draft& draft) {
     total += source.places.back().share;
   }
   node.finish();
-  if (source.laws.empty() && source.drive.empty())
-    throw InputError(node.place(), "a source without power", "law = [ {input, at, power_W} ] or drive");
+  if (source.laws.empty() && source.losses.empty() && source.drive.empty())
+    throw InputError(node.place(), "a source without power", "law = [ {input, at, power_W} or {kind, motion, ...} ] or drive");
   if (source.places.empty())
     throw InputError(node.place(), "a source without a place", "place = [ {surface, joint or volume, share} ]");
   if (total > 1.0 + 1e-9)

@@ -50,6 +50,12 @@ void read_workspace(const core::Node& root, Draft& draft);
 void read_physics(const core::Node& root, Draft& draft);
 void read_volumes(const core::Node& root, Draft& draft);
 void read_coolants(const core::Node& root, Draft& draft);
+/// machine_loss_file.cpp: laws of losses and contacts; axes must have been read.
+LossLaw read_loss(const core::Node& node, const Draft& draft);
+ContactLaw read_contact_law(const core::Node& node, const std::string& axis);
+
+/// machine_screw_file.cpp: screws, and which of an axis's measuring systems is active.
+void read_screws(const core::Node& root, Draft& draft);
 /// machine_check.cpp: what can only be seen on the whole.
 void check_references(const Draft& draft);
 void check_machine(const Draft& draft);

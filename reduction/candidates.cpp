@@ -119,7 +119,9 @@ Eigen::VectorXd hottest(const solver::OperatingModel& model, const solver::Layou
                                        [](double a, double b) { return std::abs(a) < std::abs(b); });
     if (most != law.power.end()) set(model, row, law.input, law.at[static_cast<std::size_t>(most - law.power.begin())]);
   }
-  if (spec.laws.empty()) set(model, row, spec.drive + ".power_W", unknown_drive_W);
+  for (const mesh::LossLaw& loss : spec.losses)
+    solver::LossInput(model.machine(), model.channels(), loss).set_hottest(loss, model.machine(), row);
+  if (spec.laws.empty() && spec.losses.empty()) set(model, row, spec.drive + ".power_W", unknown_drive_W);
   Eigen::VectorXd q = model.coefficients(row, no_inlets(model)).q;
   for (std::size_t k = 0; k < layout.inputs.size(); ++k) {
     const bool own = layout.inputs[k].kind == InputKind::source && layout.inputs[k].item == source;

@@ -25,6 +25,7 @@ Channels::Channels(const mesh::Machine& machine) {
     add(id + "feed_" + unit + "_min", 0.0);
     add(id + "low_" + unit, not_given);
     add(id + "high_" + unit, not_given);
+    if (machine.has_clamp(axis.id)) add(id + "clamp.on", 0.0);
   }
   // One that follows another has no temperature of its own until it is measured.
   for (const mesh::AmbientSpec& ambient : machine.ambients) {

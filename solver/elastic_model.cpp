@@ -48,6 +48,7 @@ struct ElasticModel::Impl {
   }
   void factorise(const mesh::MachineMesh& mesh);
   void solve_units(int body);
+  SmallSystem::Solution solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const;
   SmallSystem small_system(const mesh::Pose& pose) const {
     return SmallSystem(machine, elastic, responses, springs->at(machine, pose));
   }
@@ -162,18 +163,35 @@ OutputRows ElasticModel::output_rows(const mesh::Pose& pose) const {
   return result;
 }
 
+SmallSystem::Solution ElasticModel::Impl::solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const {
+  std::vector<Eigen::VectorXd> unit_motions(bodies.size());  // w^T K^+ F T
+  for (int body : elastic) {
+    const auto b = static_cast<std::size_t>(body);
+    unit_motions[b] = thermal[b].transpose() * temperature.segment(first_node[b], nodes(body));
+  }
+  return system.solve(unit_motions, [&](int body, Eigen::Index node) {
+    return temperature[first_node[static_cast<std::size_t>(body)] + node];
+  });
+}
+
+std::vector<ElasticModel::ScrewTension> ElasticModel::screw_tensions(const Eigen::VectorXd& temperature,
+                                                                     const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  std::vector<ScrewTension> tensions;
+  if (impl.machine.screws.empty()) return tensions;
+  const SmallSystem system = impl.small_system(pose);
+  const SmallSystem::Solution solution = impl.solve(system, temperature);
+  for (std::size_t s = 0; s < system.springs().size(); ++s)
+    if (const int screw = system.springs()[s].screw; screw >= 0)
+      tensions.push_back({screw, impl.machine.screws[static_cast<std::size_t>(screw)].pretension + solution.forces[static_cast<Eigen::Index>(s)]});
+  return tensions;
+}
+
 Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
                                             const mesh::Pose& pose) const {
   const Impl& impl = *impl_;
   const SmallSystem system = impl.small_system(pose);
-  std::vector<Eigen::VectorXd> unit_motions(impl.bodies.size());  // w^T K^+ F T
-  for (int body : impl.elastic) {
-    const auto b = static_cast<std::size_t>(body);
-    unit_motions[b] = impl.thermal[b].transpose() * temperature.segment(impl.first_node[b], impl.nodes(body));
-  }
-  const SmallSystem::Solution solution = system.solve(unit_motions, [&](int body, Eigen::Index node) {
-    return temperature[impl.first_node[static_cast<std::size_t>(body)] + node];
-  });
+  const SmallSystem::Solution solution = impl.solve(system, temperature);
 
   Eigen::Matrix3Xd displacement = Eigen::Matrix3Xd::Zero(3, impl.first_node.back());
   core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) {

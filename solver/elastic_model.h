@@ -3,12 +3,12 @@
 // Quasi-static thermo-elasticity of the machine: each elastic body factorised
 // once in its own frame (statically determinate supports; its six rigid motions are separate
 // unknowns), joints as springs between mean displacements of pads (normal and two tangential
-// directions, stiffness per area times pad area), linear scales as constraints along their axis.
+// directions, stiffness per area times pad area), linear scales or screws as constraints along their axis.
 // A pose changes a small dense system only:
 //   [ 1/k + S^T K^+ S   -S^T R ] [f]   [ S^T K^+ F T - g ]
 //   [ -R^T S                 0 ] [a] = [ -R^T F T        ]
 // f spring forces, a rigid motions, S spring directions, g gap of the scales by their own
-// expansion. Outputs are rows C, C T = output, by adjoint solves of the same system.
+// expansion (scale or screw). Outputs are rows C, C T = output, by adjoint solves of the same system.
 // Superposition holds for small displacements; gravity and clamping loads are out of scope. Linear
 // tetrahedra are too stiff in bending: a free bar under a gradient across it bends by 43 % with one
 // element over its height, 88 % with four and 97 % with eight; quadratic ones bend it exactly
@@ -48,6 +48,11 @@ class ElasticModel {
   /// Displacements of all nodes (3 x nodes), m, in each body's home frame; bodies with
   /// elastic = false move with their parent rigidly at the nearest node. @param temperature (size)
   Eigen::Matrix3Xd displacement(const Eigen::VectorXd& temperature, const mesh::Pose& pose) const;
+
+  /// Pull of a screw that is stretched between two bearings, N; at 0 it is slack, and the linear
+  /// equation, which lets it push, ends.
+  struct ScrewTension { int screw; double tension; };  ///< index into Machine::screws
+  std::vector<ScrewTension> screw_tensions(const Eigen::VectorXd& temperature, const mesh::Pose& pose) const;
 
   /// The same outputs from a displacement field, for checks of the adjoint.
   struct Outputs { Eigen::Matrix<double, 6, 1> tool, table_axis; Eigen::Matrix<double, 7, 1> table_own; };

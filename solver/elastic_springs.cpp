@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_map>
 
 #include "core/error.h"
@@ -18,7 +17,6 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double negligible = 1e-9;    // of a pad's largest stiffness or area
-constexpr int tape_intervals = 40;     // temperature along a tape is linear between its stations
 
 void add_weighted(Functional& functional, Eigen::Index node, const Vector3d& weight) {
   for (int i = 0; i < 3; ++i)
@@ -92,7 +90,9 @@ SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>
   const mesh::Machine& machine = mesh.machine;
   for (std::size_t j = 0; j < machine.joints.size(); ++j)
     add_joint(mesh, static_cast<int>(j), grids[j], units);
-  for (const mesh::ScaleSpec& scale : machine.scales) add_scale(mesh, scale, units);
+  for (const mesh::ScaleSpec& scale : machine.scales)
+    if (machine.axes[static_cast<std::size_t>(machine.axis_index(scale.axis))].feedback != "screw") add_scale(mesh, scale, units);
+  for (std::size_t i = 0; i < machine.screws.size(); ++i) add_screw(mesh, static_cast<int>(i), units);
   require_drives(machine);
 }
 
@@ -103,15 +103,17 @@ void SpringSet::require_drives(const mesh::Machine& machine) const {
       return body.elastic && body.axis == axis.id;
     });
     if (axis.kind != mesh::AxisKind::linear || moved == machine.bodies.end()) continue;
-    const bool has_scale = std::any_of(machine.scales.begin(), machine.scales.end(),
-                                       [&](const mesh::ScaleSpec& scale) { return scale.axis == axis.id; });
+    const auto of_axis = [&](const auto& item) { return item.axis == axis.id; };
+    const bool has_scale = axis.feedback == "screw"
+                               ? std::any_of(machine.screws.begin(), machine.screws.end(), of_axis)
+                               : std::any_of(machine.scales.begin(), machine.scales.end(), of_axis);
     const bool has_joint = std::any_of(joints_.begin(), joints_.end(), [&](const Joint& joint) {
       return joint.grid.axis == static_cast<int>(a) && !joint.guide;
     });
     if (!has_scale && !has_joint)
       throw core::InputError(machine.path.filename().string() + " axis " + axis.id,
                              "nothing holds body '" + moved->id + "' along it",
-                             "a [[scale]] of this axis, or a joint with stiffness that is no guide");
+                             "a [[scale]] of this axis, a [[screw]] with feedback = \"screw\", or a joint with stiffness that is no guide");
   }
 }
 
@@ -209,44 +211,6 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
   joints_.push_back(std::move(joint));
 }
 
-void SpringSet::add_scale(const mesh::MachineMesh& mesh, const mesh::ScaleSpec& spec,
-                          UnitFunctionals& units) {
-  const mesh::Machine& machine = mesh.machine;
-  const std::string place = machine.path.filename().string() + " scale of axis " + spec.axis;
-  Scale scale;
-  scale.carrier = machine.body_index(spec.carrier);
-  scale.head = machine.body_index(spec.head_body);
-  for (int body : {scale.carrier, scale.head})
-    if (!machine.bodies[static_cast<std::size_t>(body)].elastic)
-      throw core::InputError(place, "body '" + machine.bodies[static_cast<std::size_t>(body)].id + "' with elastic = false",
-                             "elastic bodies on both sides of a scale");
-  scale.direction = machine.axes[static_cast<std::size_t>(machine.axis_index(spec.axis))].direction;
-  const Vector3d tape = spec.end - spec.start;
-  const double length = std::abs(tape.dot(scale.direction));
-  if (length < 0.99 * tape.norm() || length <= 0.0)
-    throw core::InputError(place, "tape from start_mm to end_mm is not along the axis", "ends along the axis");
-  scale.start = tape.dot(scale.direction) > 0.0 ? spec.start : spec.end;
-  scale.fixed = spec.fixed_at;
-  scale.head_point = spec.head;
-  scale.expansion = spec.expansion.value;
-  const mesh::TetMesh& carrier = mesh.bodies[static_cast<std::size_t>(scale.carrier)];
-  const mesh::TetMesh& head = mesh.bodies[static_cast<std::size_t>(scale.head)];
-  const mesh::TriangleTree carrier_skin(carrier.points, carrier.faces), head_skin(head.points, head.faces);
-  scale.head_unit = units.add(
-      scale.head, point_motion(skin_point(head, head_skin, spec.head), scale.direction));
-  scale.fixed_unit = units.add(
-      scale.carrier, point_motion(skin_point(carrier, carrier_skin, spec.fixed_at), scale.direction));
-  std::vector<int> skin(static_cast<std::size_t>(head.face_count()));
-  std::iota(skin.begin(), skin.end(), 0);
-  auto rigid = rigid_motion(head, skin, Vector3d::Zero(), "skin of " + spec.head_body);
-  for (std::size_t i = 0; i < 3; ++i) scale.head_rotation[i] = units.add(scale.head, std::move(rigid[3 + i]));
-  for (int i = 0; i <= tape_intervals; ++i) {
-    const double at = length * i / tape_intervals;
-    scale.stations.push_back({at, skin_point(carrier, carrier_skin, scale.start + at * scale.direction)});
-  }
-  scales_.push_back(std::move(scale));
-}
-
 void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,
                        const Eigen::Isometry3d& master_from_slave, std::vector<Spring>& springs) const {
   double area = 0.0, largest = 0.0;
@@ -288,40 +252,6 @@ void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd
   }
 }
 
-Spring SpringSet::spring_of(const Scale& scale, const mesh::Machine& machine,
-                            const mesh::Pose& pose) const {
-  Spring spring;
-  spring.gap = {{scale.head, scale.head_unit, 1.0}, {scale.carrier, scale.fixed_unit, -1.0}};
-  const Vector3d bracket = (scale.fixed - scale.head_point).cross(scale.direction);  // blind along the tape
-  for (std::size_t i = 0; i < 3; ++i)
-    spring.gap.push_back({scale.head, scale.head_rotation[i], bracket[static_cast<Eigen::Index>(i)]});
-  spring.expansion_body = scale.carrier;
-  const Vector3d head = mesh::body_transform(machine, scale.carrier, pose).inverse() *
-                        (mesh::body_transform(machine, scale.head, pose) * scale.head_point);
-  const double from = (scale.fixed - scale.start).dot(scale.direction);
-  const double to = (head - scale.start).dot(scale.direction);
-  const double low = std::min(from, to), high = std::max(from, to), sign = to >= from ? 1.0 : -1.0;
-  const auto add = [&](const SkinPoint& point, double weight) {
-    for (Eigen::Index i = 0; i < point.node.size(); ++i)
-      spring.expansion.emplace_back(point.node[i], sign * scale.expansion * weight * point.weight[i]);
-  };
-  // A reading point beyond the tape's ends sees the end's temperature.
-  const double first = scale.stations.front().at, last = scale.stations.back().at;
-  const double before = std::max(0.0, std::min(high, first) - low);
-  const double after = std::max(0.0, high - std::max(low, last));
-  if (before > 0.0) add(scale.stations.front().point, before);
-  if (after > 0.0) add(scale.stations.back().point, after);
-  for (std::size_t i = 0; i + 1 < scale.stations.size(); ++i) {
-    const Station &left = scale.stations[i], &right = scale.stations[i + 1];
-    const double a = std::max(low, left.at), b = std::min(high, right.at);
-    if (b <= a) continue;
-    const double share = (0.5 * (a + b) - left.at) / (right.at - left.at);  // mean of a linear T
-    add(left.point, (b - a) * (1.0 - share));
-    add(right.point, (b - a) * share);
-  }
-  return spring;
-}
-
 std::vector<Spring> SpringSet::at(const mesh::Machine& machine, const mesh::Pose& pose) const {
   std::vector<Spring> springs;
   for (const Joint& joint : joints_) {
@@ -333,7 +263,7 @@ std::vector<Spring> SpringSet::at(const mesh::Machine& machine, const mesh::Pose
       master_from_slave = mesh::body_transform(machine, joint.master, pose).inverse() * master_from_slave;
     for (const Pad& pad : joint.pads) append(joint, pad, hat, master_from_slave, springs);
   }
-  for (const Scale& scale : scales_) springs.push_back(spring_of(scale, machine, pose));
+  for (const Scale& scale : scales_) append(scale, machine, pose, springs);
   return springs;
 }
 

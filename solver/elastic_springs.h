@@ -10,7 +10,8 @@
 // Between grid nodes the two nodes' mean displacements are weighted by hat weights and contact
 // areas. A small couple on the master's surface carries the lever between the two sides of the
 // contact, so that a common rigid motion never strains a joint. In the same way the reading head's
-// bracket, from the body to the tape's line, turns with the mean rotation of the head's body.
+// bracket, from the body to the tape's line, turns with the mean rotation of the head's body. Screws with
+// the position from the motor's encoder are such scales too: elastic_feedback.cpp.
 
 #include <Eigen/Core>
 #include <array>
@@ -44,7 +45,8 @@ class UnitFunctionals {
 struct Spring {
   Combination gap;            ///< slave minus master; scale: head minus place of the tape's end
   double flexibility = 0;     ///< m/N; 0: constraint
-  int expansion_body = -1;    ///< scale: body whose temperature stretches the tape
+  int expansion_body = -1;    ///< scale, screw: body whose temperature stretches it
+  int screw = -1;             ///< the pull of a stretched screw: index into Machine::screws
   std::vector<std::pair<Eigen::Index, double>> expansion;  ///< (node of that body, m/K)
 };
 
@@ -77,21 +79,34 @@ class SpringSet {
     std::array<int, 3> rotation{};         ///< units of the master surface's mean rotation
     std::vector<Pad> pads;
   };
-  struct Station { double at; SkinPoint point; };
+  /// Temperature along a tape or screw: the mean over points of its skin, linear between stations.
+  struct Station { double at; std::vector<SkinPoint> points; };
+  /// Mean displacement of points of a body's skin along the axis, carried to the line of the tape.
+  struct End {
+    int body = -1, unit = -1;
+    std::array<int, 3> rotation{-1, -1, -1};  ///< units of the body's mean rotation
+    Eigen::Vector3d bracket = Eigen::Vector3d::Zero();  ///< m, times the rotation
+  };
+  /// A linear scale, or a screw whose motor has the encoder.
   struct Scale {
     int carrier, head;
     Eigen::Vector3d direction, start, fixed, head_point;
     double expansion;
-    int head_unit, fixed_unit;
-    std::array<int, 3> head_rotation{};    ///< units of the head body's mean rotation
+    bool constrains = true;                ///< holds the axis; false: a stretched screw under a scale
+    End fixed_end, head_end, far_end;      ///< far_end: of a screw that is stretched between two bearings
+    int body = -1;                         ///< whose temperature counts: the carrier's, or the screw's
+    int screw = -1;                        ///< index into Machine::screws
+    double far = 0;                        ///< m along direction from the fixed end to the far one
+    double compliance = 0, bearing_compliance = 0;  ///< 1/N of the screw a metre; m/N of one bearing
     std::vector<Station> stations;         ///< along direction from start, m, rising
   };
   void add_joint(const mesh::MachineMesh& mesh, int joint, const JointGrid& grid, UnitFunctionals& units);
   void add_scale(const mesh::MachineMesh& mesh, const mesh::ScaleSpec& spec, UnitFunctionals& units);
+  void add_screw(const mesh::MachineMesh& mesh, int screw, UnitFunctionals& units);
   void require_drives(const mesh::Machine& machine) const;
   void append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,
               const Eigen::Isometry3d& master_from_slave, std::vector<Spring>& springs) const;
-  Spring spring_of(const Scale& scale, const mesh::Machine& machine, const mesh::Pose& pose) const;
+  void append(const Scale& scale, const mesh::Machine& machine, const mesh::Pose& pose, std::vector<Spring>& springs) const;
 
   std::vector<Joint> joints_;
   std::vector<Scale> scales_;

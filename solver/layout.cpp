@@ -113,6 +113,7 @@ Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids) {
   }
   for (int i = 0; i < static_cast<int>(machine.joints.size()); ++i) {
     const bool grounded = machine.joints[static_cast<std::size_t>(i)].master.empty();
+    if (!machine.joints[static_cast<std::size_t>(i)].law.by_temperature.at.empty()) layout.observed.push_back({ObservedKind::joint, i});
     const int nodes = static_cast<int>(layout.grids[static_cast<std::size_t>(i)].positions.size());
     for (int node = 0; node < nodes; ++node) {
       if (grounded)

@@ -160,6 +160,15 @@ class LoadReader {
       throw InputError(node.place(), "no motion", "low and high with a feed, or a position" +
                                                        std::string(u.axis.endless ? ", or speed_rpm" : "") + ", in " + u.unit);
     }
+    if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0) {
+      const bool held = node.boolean_or("clamped", false);
+      motion[clamped] = held ? 1.0 : 0.0;
+      if (held && feed * duty > 0.0)
+        throw InputError(node.place("clamped"), "a moving axis that is clamped", "clamped = false, or a position");
+    } else if (node.has("clamped")) {
+      throw InputError(node.place("clamped"), "a clamp of axis '" + id + "'",
+                       "an axis with a holding law or a joint with clamped_pressure_MPa");
+    }
     if (feed * duty > 0.0 && !machine_on)
       throw InputError(node.place(), "a moving axis while machine_on = false", "no motion, or machine_on = true");
     at(key("feed") + "_min") = feed * duty;
@@ -226,6 +235,7 @@ class LoadReader {
         const int index = channels_.index(prefix + name);
         start[index] = end[index] = motion[index];
       }
+      if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0) start[clamped] = end[clamped] = motion[clamped];
     }
     if (!on) {
       const auto silence = [&](const std::string& name) { start[channels_.index(name)] = end[channels_.index(name)] = 0.0; };

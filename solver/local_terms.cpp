@@ -21,15 +21,15 @@ constexpr double same_K = 1e-4;  // closer than that the secant is the value in 
 
 }  // namespace
 
-LocalTerms::Curve LocalTerms::make_curve(const mesh::TemperatureTable& table, double nominal, double reference_C) {
+LocalTerms::Curve LocalTerms::make_curve(const mesh::Curve& table, double nominal, double reference_C) {
   Curve curve{table, {0.0}, nominal, nominal / table(reference_C)};
-  for (std::size_t i = 1; i < table.at_C.size(); ++i)
-    curve.integral.push_back(curve.integral.back() + 0.5 * (table.value[i] + table.value[i - 1]) * (table.at_C[i] - table.at_C[i - 1]));
+  for (std::size_t i = 1; i < table.at.size(); ++i)
+    curve.integral.push_back(curve.integral.back() + 0.5 * (table.value[i] + table.value[i - 1]) * (table.at[i] - table.at[i - 1]));
   return curve;
 }
 
 double LocalTerms::integral_to(const Curve& curve, double T_C) {
-  const std::vector<double>& at = curve.table.at_C;
+  const std::vector<double>& at = curve.table.at;
   if (T_C <= at.front()) return (T_C - at.front()) * curve.table.value.front();
   if (T_C >= at.back()) return curve.integral.back() + (T_C - at.back()) * curve.table.value.back();
   const auto left = static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), T_C) - at.begin()) - 1;
@@ -45,8 +45,8 @@ LocalTerms::LocalTerms(const mesh::MachineMesh& mesh) : reference_C_(mesh.machin
   const mesh::Machine& machine = mesh.machine;
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const mesh::Material& material = machine.material(machine.bodies[b].material);
-    Body body{&mesh.bodies[b], static_cast<int>(mesh.first_node[b]), material.density, !material.conductivity_table.at_C.empty(),
-              !material.specific_heat_table.at_C.empty(), {}, {}};
+    Body body{&mesh.bodies[b], static_cast<int>(mesh.first_node[b]), material.density, !material.conductivity_table.at.empty(),
+              !material.specific_heat_table.at.empty(), {}, {}};
     if (body.has_conductivity) body.conductivity = make_curve(material.conductivity_table, material.conductivity, reference_C_);
     if (body.has_heat) body.heat = make_curve(material.specific_heat_table, material.specific_heat.value, reference_C_);
     if (body.has_conductivity || body.has_heat) bodies_.push_back(std::move(body));

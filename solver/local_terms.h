@@ -40,13 +40,13 @@ class LocalTerms {
  private:
   /// A property over temperature, with its integral.
   struct Curve {
-    mesh::TemperatureTable table;
+    mesh::Curve table;
     std::vector<double> integral;
     double nominal = 0, factor = 1;  ///< the matrices hold factor * nominal
     double value(double T_C) const { return factor * table(T_C); }
     double secant(double from_C, double to_C) const;
   };
-  static Curve make_curve(const mesh::TemperatureTable& table, double nominal, double reference_C);
+  static Curve make_curve(const mesh::Curve& table, double nominal, double reference_C);
   static double integral_to(const Curve& curve, double T_C);
 
   struct Body {

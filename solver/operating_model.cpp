@@ -99,6 +99,14 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
   for (std::size_t t = 0; t < layout_.terms.size(); ++t)
     if (const Term& term = layout_.terms[t]; term.kind == TermKind::contact && term.part == 0)
       joint_first_term_[static_cast<std::size_t>(term.item)] = static_cast<int>(t);
+  for (const mesh::JointSpec& joint : machine.joints) {
+    contact_factor_.push_back(joint.law.factor(false));
+    clamped_factor_.push_back(joint.law.factor(true));
+    const int observed = layout_.observed_index(ObservedKind::joint, static_cast<int>(joint_reading_.size()));
+    joint_reading_.push_back(observed < 0 ? -1 : static_cast<int>(machine.sensors.size()) + observed);
+    if (observed >= 0) follows_temperature_ = true;
+    joint_clamped_.push_back(joint.law.clamped_pressure > 0.0 ? channels_.index("axis." + joint.axis + ".clamp.on") : -1);
+  }
   for (const mesh::JointSpec& joint : machine.joints)
     joint_ambient_.push_back(joint.master.empty() ? ambient_index(machine, joint.ambient, "joint " + joint.id) : -1);
   for (const mesh::CoolantSpec& coolant : machine.coolants)
@@ -117,6 +125,9 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
     for (const mesh::PowerLaw& law : source.laws)
       laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C")});
     law_channels_.push_back(std::move(laws));
+    std::vector<LossInput> losses;
+    for (const mesh::LossLaw& loss : source.losses) losses.emplace_back(machine, channels_, loss);
+    loss_inputs_.push_back(std::move(losses));
   }
 }
 
@@ -194,7 +205,18 @@ double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) c
     // An input that nobody gives: its law has nothing to say.
     if (std::isfinite(value)) power += interpolate(source.laws[k], law_channels_[i][k].magnitude ? std::abs(value) : value);
   }
+  for (std::size_t k = 0; k < source.losses.size(); ++k) power += loss_inputs_[i][k].power(source.losses[k], row);
   return source.scale.value * power;
+}
+
+double OperatingModel::conductance(std::size_t joint, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const {
+  double factor = contact_factor_[joint];
+  if (joint_clamped_[joint] >= 0) factor += row[joint_clamped_[joint]] * (clamped_factor_[joint] - factor);
+  if (joint_reading_[joint] >= 0) {
+    const double at_K = readings_K.size() > 0 ? readings_K[joint_reading_[joint]] : 0.0;
+    factor *= machine_.joints[joint].law.by_temperature(machine_.reference_C + at_K);
+  }
+  return machine_.joints[joint].conductance.value * factor;
 }
 
 Eigen::VectorXd OperatingModel::source_powers(const Eigen::VectorXd& row) const {
@@ -244,7 +266,7 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
         break;
       }
       case TermKind::contact:
-        out.p[t] = machine_.joints[item].conductance.value * out.occupancy[t];
+        out.p[t] = conductance(item, row, readings_K) * out.occupancy[t];
         break;
       case TermKind::coolant_wall:
         out.p[t] = machine_.coolants[item].segments[static_cast<std::size_t>(term.part)].film_coefficient.value;

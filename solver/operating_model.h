@@ -15,6 +15,7 @@
 #include "mesh/machine.h"
 #include "mesh/machine_mesh.h"
 #include "solver/channels.h"
+#include "solver/loss_laws.h"
 
 namespace thermotwin::solver {
 
@@ -121,6 +122,7 @@ class OperatingModel {
   FilmParts film_parts(std::size_t film, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const;
   double source_power(std::size_t source, const Eigen::VectorXd& row) const;
   double gradient_K_m(int ambient, const Eigen::VectorXd& row) const;
+  double conductance(std::size_t joint, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const;
 
   mesh::Machine machine_;
   Layout layout_;
@@ -143,6 +145,9 @@ class OperatingModel {
   std::vector<int> film_first_input_, joint_first_term_, joint_ambient_, coolant_on_, source_drive_;
   struct LawChannel { int channel; bool magnitude; };
   std::vector<std::vector<LawChannel>> law_channels_;
+  std::vector<std::vector<LossInput>> loss_inputs_;
+  std::vector<double> contact_factor_, clamped_factor_;  // of joints' conductances, by pressure
+  std::vector<int> joint_clamped_, joint_reading_;       // joint_reading: place of its mean temperature, -1
 };
 
 }  // namespace thermotwin::solver

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <set>
 
 #include "core/file.h"
 #include "core/progress.h"
@@ -69,12 +70,17 @@ void simulate(const SimulateOptions& options) {
   std::vector<std::pair<double, std::string>> files;
   for (std::size_t field : fields) files.emplace_back(times[field], fmt::format("fields/{:06d}.vtu", files.size()));
   const solver::MachineStress stress(full.mesh);
+  std::set<int> slack;
   campaign.on_output = [&](const solver::LoadProgram&, const solver::OutputState& output) {
     const auto at = std::find(fields.begin(), fields.end(), output.index);
     if (at == fields.end()) return;
     const auto number = at - fields.begin();
     const Eigen::VectorXd state = output.state;
     const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
+    for (const auto& [screw, tension] : full.elastic.screw_tensions(state, pose))
+      if (tension < 0.0 && slack.insert(screw).second)
+        core::warn(fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N): the TCP error from here on counts it as if it could push",
+                               output.time, machine.screws[static_cast<std::size_t>(screw)].body, tension));
     solver::write_fields(folder / files[static_cast<std::size_t>(number)].second, full.mesh, pose,
                          (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(), displacement,
                          output.time, stress.nodal(displacement, state));

@@ -70,6 +70,25 @@ TEST(FilmTable, FollowsItsChannel) {
   EXPECT_DOUBLE_EQ(bench.model.film_coefficient(0, row), 25.0);
 }
 
+TEST(JointOfTemperature, CarriesThePowerAtTheTemperatureThatItHas) {
+  mesh::Machine m = test::bar_machine(quick());
+  m.ambients.push_back(test::ambient("foundation", 20.0));
+  mesh::JointSpec mount;
+  mount.id = "mount";
+  mount.kind = "mount";
+  mount.slave = "z0";
+  mount.ambient = "foundation";
+  mount.conductance = {100.0, 0.0};
+  mount.law.by_temperature = {{20.0, 60.0}, {1.0, 3.0}};
+  m.joints = {mount};
+  m.sources = {test::heat_source("heater", 6.0, "z1")};
+  const test::Bench bench(test::bar_mesh(m));
+  const auto run = bench.run("time_step_s = 500\noutput_s = 50000\n[[phase]]\nduration_s = 50000\n");
+  const double over = run.states.back()[0];
+  EXPECT_GT(over, 10.0);
+  EXPECT_NEAR(100.0 * (1.0 + over / 20.0) * 0.002 * over, 6.0, 1e-5);
+}
+
 mesh::Machine radiating(double start_margin = 0.0) {
   mesh::Machine m = test::bar_machine(quick());
   m.films = {test::constant_film("skin", {"skin"}, 0.0)};
