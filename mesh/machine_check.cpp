@@ -223,7 +223,7 @@ void check_volumes(const Draft& draft) {
   // Both have the channel "<id>.T_C".
   for (const VolumeSpec& volume : draft.machine.volumes)
     if (draft.machine.ambient_index(volume.id) >= 0)
-      throw InputError(draft.place("volume", volume.id), "the id of an ambient", "an id of its own: both have a channel T_C");
+      throw InputError(draft.place("volume", volume.id) + " id", "'" + volume.id + "', the id of an ambient", "an id of its own: both have a channel T_C");
 }
 
 void check_machine(const Draft& draft) {

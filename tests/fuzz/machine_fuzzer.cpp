@@ -48,7 +48,8 @@ void use(const mesh::Machine& machine) {
   for (const bool running : {false, true}) {
     if (running)
       for (const std::string name : {"spindle.speed_rpm", "cutting_fluid.on"}) row[model.channels().index(name)] = name == "cutting_fluid.on" ? 1.0 : 3000.0;
-    const solver::Coefficients c = model.coefficients(row, inlet);
+    const auto readings = static_cast<Eigen::Index>(machine.sensors.size() + layout.observed.size());
+    const solver::Coefficients c = model.coefficients(row, inlet, running ? Eigen::VectorXd::Constant(readings, 5.0) : Eigen::VectorXd());
     require(c.p.size() == static_cast<Eigen::Index>(layout.terms.size()), "a coefficient for each term");
     require((c.p.array() >= 0.0).all(), "no coefficient is negative or NaN");
     require(!c.q.array().isNaN().any(), "no input is NaN");

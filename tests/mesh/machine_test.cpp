@@ -112,6 +112,88 @@ TEST(MachineFile, ACoolerMaySwitch) {
   EXPECT_DOUBLE_EQ(m.coolants[0].drift_up, 2.0);
 }
 
+TEST(MachineFile, FluidsAndWhatFollowsTheTemperature) {
+  const mesh::Machine m = mesh::parse_machine(machine_text() + R"(
+[[door]]
+id = "front"
+[[volume]]
+id = "tank"
+content_l = {value = 200, std_percent = 5}
+[[volume.exchange]]
+with = "air"
+conductance_W_K = 8
+state = "door.front.open"
+[[volume]]
+id = "cabinet"
+heat_capacity_J_K = 2e4
+[[volume.exchange]]
+with = "tank"
+conductance_W_K = 1
+[[film]]
+id = "wetted"
+surfaces = ["bed.rails"]
+ambient = "tank"
+kind = "table"
+input = "axis.X.feed_mm_min"
+at = [0, 30000]
+film_coefficient_W_m2K = [8, 25]
+[[film]]
+id = "hot"
+surfaces = ["bed.rails"]
+kind = "free_convection"
+of_temperature = true
+emissivity = 0.9
+radiation = "exact"
+surroundings = "foundation"
+[[coolant]]
+id = "second"
+flow_kg_s = 0.1
+guide_warmed_by = "cabinet"
+guide_warmed_share = 0.1
+controls = "return"
+control = "pi"
+gain = 3
+after_run_s = 600
+[[coolant.segment]]
+id = "one"
+surface = "table.top"
+film_coefficient_W_m2K = 800
+cells = 4
+path_mm = [[0, 0, 0], [100, 0, 0]]
+[[coolant.segment]]
+id = "two"
+surface = "table.top"
+film_coefficient_W_m2K = 800
+after = ["chiller"]
+share = 0.4
+[[sensor]]
+id = "back"
+return_of = "second"
+[[sensor]]
+id = "in_tank"
+volume = "tank"
+)", "machine.toml");
+  EXPECT_DOUBLE_EQ(m.volumes[0].capacity.value, 0.2 * 1000.0 * 4180.0);
+  EXPECT_DOUBLE_EQ(m.volumes[0].capacity.std_percent, 5.0);
+  EXPECT_EQ(m.volumes[0].exchanges[0].state, "door.front.open");
+  EXPECT_EQ(m.doors, std::vector<std::string>{"front"});
+  const mesh::FilmSpec &wet = m.films[m.films.size() - 2], &hot = m.films.back();
+  EXPECT_EQ(wet.kind, mesh::FilmKind::table);
+  EXPECT_EQ(wet.table.power, (std::vector<double>{8, 25}));
+  EXPECT_TRUE(hot.of_temperature && hot.exact_radiation);
+  EXPECT_EQ(hot.surroundings, "foundation");
+  const mesh::CoolantSpec& second = m.coolants.back();
+  EXPECT_EQ(second.control, mesh::ChillerControl::pi);
+  EXPECT_TRUE(second.controls_return);
+  EXPECT_DOUBLE_EQ(second.gain, 3.0);
+  EXPECT_EQ(second.segments[0].cells, 4);
+  EXPECT_DOUBLE_EQ(second.segments[0].path[1].x(), 0.1);
+  EXPECT_TRUE(second.segments[1].after.empty());
+  EXPECT_DOUBLE_EQ(mesh::flow_network(second, "").share[0], 0.6);
+  EXPECT_EQ(m.sensors.back().volume, "tank");
+  EXPECT_EQ(m.sensors[m.sensors.size() - 2].return_of, "second");
+}
+
 using Mistake = std::tuple<const char*, const char*, std::vector<const char*>>;
 class MachineMistake : public testing::TestWithParam<Mistake> {};
 
@@ -184,6 +266,13 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"guide_sensor = \"T1\"", "guide_sensor = \"T9\"", {"T9", "T1"}},
         Mistake{
             "input = \"spindle.speed_rpm\"", "input = \"spindle.rpm\"", {"spindle.rpm", "spindle.speed_rpm"}},
+        Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\nguide_warmed_by = \"T1\"\nguide_warmed_share = 0.1\n", {"guide_warmed_by", "no volume yet"}},
+        Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\ncontrols = \"return\"\n", {"controls", "two_point"}},
+        Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\ngain = 2\n", {"gain", "pi"}},
+        Mistake{"volume_l = 0.7\n", "volume_l = 0.7\nshare = 0.5\n", {"0.5", "what flows in"}},
+        Mistake{"volume_l = 0.7\n", "volume_l = 0.7\npath_mm = [[0, 0, 0], [0, 0, 0]]\n", {"path_mm", "no length"}},
+        Mistake{"volume_l = 0.7\n", "volume_l = 0.7\n[[volume]]\nid = \"air\"\nheat_capacity_J_K = 5\n", {"air", "of its own"}},
+        Mistake{"volume_l = 0.7\n", "volume_l = 0.7\n[[volume]]\nid = \"a\"\nheat_capacity_J_K = 5\n[[volume.exchange]]\nwith = \"a\"\nconductance_W_K = 1\n", {"itself"}},
         Mistake{"at = [0, 6000, 12000]", "at = [0, 6000]", {"3 numbers for 2"}},
         Mistake{"at = [0, 6000, 12000]", "at = [0, 12000, 6000]", {"rising"}},
         Mistake{"share = 0.4", "share = 0.5", {"1.1", "at most 1"}},
