@@ -6,7 +6,6 @@
 
 #include "solver/film_laws.h"
 #include "solver/thermal_elements.h"
-#include "solver/thermal_operator.h"
 
 namespace thermotwin::solver {
 
@@ -41,7 +40,7 @@ double LocalTerms::Curve::secant(double from_C, double to_C) const {
   return factor * (integral_to(*this, to_C) - integral_to(*this, from_C)) / (to_C - from_C);
 }
 
-LocalTerms::LocalTerms(const mesh::MachineMesh& mesh) : reference_C_(mesh.machine.reference_C), lumped_(mesh.machine.lumped_capacity) {
+LocalTerms::LocalTerms(const mesh::MachineMesh& mesh, Index size) : reference_C_(mesh.machine.reference_C), lumped_(mesh.machine.lumped_capacity) {
   const mesh::Machine& machine = mesh.machine;
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const mesh::Material& material = machine.material(machine.bodies[b].material);
@@ -60,36 +59,43 @@ LocalTerms::LocalTerms(const mesh::MachineMesh& mesh) : reference_C_(mesh.machin
         faces_.push_back({&mesh.bodies[body], face, static_cast<int>(mesh.first_node[body]), static_cast<int>(f)});
     }
   }
+  if (!empty()) make_pattern(size);
 }
 
-LocalTerms::Places LocalTerms::places(const ThermalOperator& op) const {
-  Places places;
-  const auto note = [&](const auto& nodes, std::vector<int>& list) {
-    for (Index i = 0; i < nodes.size(); ++i)
-      for (Index j = 0; j < nodes.size(); ++j) list.push_back(op.place(nodes[i], nodes[j]));
-  };
-  for (const Body& body : bodies_)
-    for (Index e = 0; e < body.mesh->elements(); ++e) {
-      const mesh::TetNodes nodes = mesh::tet_nodes(*body.mesh, e).array() + body.first_node;
-      if (!lumped_ || body.has_conductivity) {
-        note(nodes, places.elements);
-      } else {
-        for (Index i = 0; i < nodes.size(); ++i) places.elements.push_back(op.place(nodes[i], nodes[i]));
+void LocalTerms::make_pattern(Index size) {
+  const auto visit = [&](const auto& put_element, const auto& put_face) {
+    for (const Body& body : bodies_)
+      for (Index e = 0; e < body.mesh->elements(); ++e) {
+        const mesh::TetNodes nodes = mesh::tet_nodes(*body.mesh, e).array() + body.first_node;
+        for (Index i = 0; i < nodes.size(); ++i)
+          for (Index j = 0; j < nodes.size(); ++j) put_element(nodes[i], nodes[j]);
       }
+    for (const Face& face : faces_) {
+      const mesh::FaceNodes nodes = mesh::face_nodes(*face.mesh, face.face).array() + face.first_node;
+      for (Index i = 0; i < nodes.size(); ++i)
+        for (Index j = 0; j < nodes.size(); ++j) put_face(nodes[i], nodes[j]);
     }
-  for (const Face& face : faces_) {
-    const mesh::FaceNodes nodes = mesh::face_nodes(*face.mesh, face.face).array() + face.first_node;
-    note(nodes, places.faces);
-  }
-  return places;
+  };
+  std::vector<Eigen::Triplet<double, int>> entries;
+  const auto note = [&](int row, int column) { entries.emplace_back(row, column, 0.0); };
+  visit(note, note);
+  pattern_.resize(size, size);
+  pattern_.setFromTriplets(entries.begin(), entries.end());
+  pattern_.makeCompressed();
+  const auto place = [&](int row, int column) {
+    const int *first = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column], *last = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column + 1];
+    return static_cast<int>(std::lower_bound(first, last, row) - pattern_.innerIndexPtr());
+  };
+  visit([&](int row, int column) { element_places_.push_back(place(row, column)); },
+        [&](int row, int column) { face_places_.push_back(place(row, column)); });
 }
 
-void LocalTerms::evaluate(const Places& places, const VectorXd& start, const VectorXd& end, const Coefficients& c, Index values,
-                          Change& change) const {
-  change.conduction.setZero(values);
-  change.capacity.setZero(values);
+void LocalTerms::evaluate(const VectorXd& start, const VectorXd& end, const Coefficients& c, Change& change) const {
+  change.conduction = pattern_;
+  change.capacity = pattern_;
   change.source.setZero(start.size());
-  const int* place = places.elements.data();
+  double *conduction = change.conduction.valuePtr(), *capacity = change.capacity.valuePtr();
+  const int* place = element_places_.data();
   for (const Body& body : bodies_) {
     const int order = body.mesh->order();
     const std::vector<mesh::TetPoint>& rule = mesh::tet_rule(order == 1 ? 2 : 5);
@@ -131,21 +137,16 @@ void LocalTerms::evaluate(const Places& places, const VectorXd& start, const Vec
           m += rule[q].share * body.density * volume * (secant - body.heat.nominal) * shapes[q] * shapes[q].transpose();
         }
       }
-      if (lumped_ && !body.has_conductivity) {
-        for (Index i = 0; i < corners; ++i) change.capacity[*place++] += m(i, i);
-        continue;
-      }
       for (Index i = 0; i < corners; ++i)
         for (Index j = 0; j < corners; ++j, ++place) {
-          change.conduction[*place] += k(i, j);
-          // A lumped capacity has no place off the diagonal in the operator's E, but none is added there.
-          if (m(i, j) != 0.0) change.capacity[*place] += m(i, j);
+          conduction[*place] += k(i, j);
+          capacity[*place] += m(i, j);
         }
     }
   }
 
   const double reference_K = reference_C_ + kelvin;
-  place = places.faces.data();
+  place = face_places_.data();
   for (const Face& face : faces_) {
     const mesh::FaceNodes nodes = mesh::face_nodes(*face.mesh, face.face).array() + face.first_node;
     const auto of_film = std::find_if(c.radiation.begin(), c.radiation.end(), [&](const auto& r) { return r.film == face.film; });
@@ -166,7 +167,7 @@ void LocalTerms::evaluate(const Places& places, const VectorXd& start, const Vec
       for (Index i = 0; i < corners; ++i) change.source[nodes[i]] += weight * shape[i] * of_film->surroundings_K;
     }
     for (Index i = 0; i < corners; ++i)
-      for (Index j = 0; j < corners; ++j, ++place) change.conduction[*place] += k(i, j);
+      for (Index j = 0; j < corners; ++j, ++place) conduction[*place] += k(i, j);
   }
 }
 

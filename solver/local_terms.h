@@ -10,32 +10,28 @@
 //              film's own coefficient has for the surface's mean temperature
 // Second order in time. Quadrature of degree 2 (order 1) or 5; of degree 5 on surfaces.
 
-#include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <vector>
 
 #include "mesh/machine_mesh.h"
+#include "solver/element_matrix.h"
 #include "solver/operating_model.h"
 
 namespace thermotwin::solver {
 
-class ThermalOperator;
-
 class LocalTerms {
  public:
-  explicit LocalTerms(const mesh::MachineMesh& mesh);
+  /// @param mesh  must outlive this object   @param size  of the system: nodes and fluids
+  LocalTerms(const mesh::MachineMesh& mesh, Eigen::Index size);
   bool empty() const { return bodies_.empty() && faces_.empty(); }
 
-  /// Places of its entries in an operator's values, to be made once for each operator.
-  struct Places { std::vector<int> elements, faces; };
-  Places places(const ThermalOperator& op) const;
-
   struct Change {
-    Eigen::VectorXd conduction, capacity;  ///< on the operator's values
+    SparseMatrix conduction, capacity;     ///< (size x size), to be added to K and E
     Eigen::VectorXd source;                ///< (size) W
+    bool empty() const { return source.size() == 0; }
   };
   /// @param start, end  (size) K above the reference
-  void evaluate(const Places& places, const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c,
-                Eigen::Index values, Change& change) const;
+  void evaluate(const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c, Change& change) const;
 
  private:
   /// A property over temperature, with its integral.
@@ -58,8 +54,12 @@ class LocalTerms {
   };
   struct Face { const mesh::TetMesh* mesh; int face, first_node, film; };
 
+  void make_pattern(Eigen::Index size);
+
   std::vector<Body> bodies_;
   std::vector<Face> faces_;
+  SparseMatrix pattern_;                         // all entries 0
+  std::vector<int> element_places_, face_places_;  // of the entries in the pattern's values
   double reference_C_;
   bool lumped_;
 };

@@ -134,22 +134,18 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   }
 
   VectorXd f_start = system_.inputs * q[0], f_stage = system_.inputs * q[1], f_end = system_.inputs * q[2];
-  if (const VectorXd& local = work.loads[0].local.source; local.size() > 0)
-    for (VectorXd* f : {&f_start, &f_stage, &f_end}) *f += local;
-  work.use_conduction(0);
+  if (!work.loads[0].local.empty())
+    for (VectorXd* f : {&f_start, &f_stage, &f_end}) *f += work.loads[0].local.source;
   VectorXd ex(start.size()), kx(start.size());
-  work.op.multiply(work.loads[0].k_values, start.data(), ex.data(), kx.data());
+  work.multiply(0, start.data(), ex.data(), kx.data());
   const double scale = shift * ex.norm() + kx.norm() + f_end.norm();
-  work.use_iteration_matrix(0);
 
   // Trapezoidal rule: (E / (d h) + K) D = (f0 - K T0) + (fc - K T0).
   const VectorXd slope_start = f_start - kx;
   VectorXd right = slope_start + (f_stage - kx);
   work.residual = right;
   work.solve(scale, work.options.tolerance, statistics_);
-  VectorXd heat = work.capacity_increment;
-  work.add_local_capacity(0, work.increment.col(0), heat);
-  const VectorXd stored = shift * heat;
+  const VectorXd stored = shift * work.capacity_increment;
   const VectorXd conducted = right - work.residual.col(0) - stored;  // K D
   const VectorXd slope_stage = stored - slope_start;
   result.stage = start + work.increment;
@@ -160,9 +156,7 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   work.residual = right;
   work.solve(scale, work.options.tolerance, statistics_);
   result.end += work.increment;
-  heat = work.capacity_increment;
-  work.add_local_capacity(0, work.increment.col(0), heat);
-  const VectorXd slope_end = shift * heat;
+  const VectorXd slope_end = shift * work.capacity_increment;
 
   work.residual = error_0 * slope_start + error_c * slope_stage + error_h * slope_end;
   work.solve(scale, estimate_tolerance, statistics_);

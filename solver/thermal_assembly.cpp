@@ -412,7 +412,7 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
     }
   }
   system.inputs = from_triplets(n, static_cast<Index>(system.layout.inputs.size()), inputs);
-  if (auto local = std::make_shared<LocalTerms>(mesh); !local->empty()) system.local = std::move(local);
+  if (auto local = std::make_shared<LocalTerms>(mesh, n); !local->empty()) system.local = std::move(local);
   system.sensors = assemble_sensors(mesh, system.layout, fluids, joints, n);
   return system;
 }

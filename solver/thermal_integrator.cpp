@@ -139,8 +139,7 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
     changed[l] = work.set_coefficients(l, c[l].p);
     if (shift_changed) work.loads[l].changed = true;
     work.source.col(static_cast<Index>(l)).noalias() = system_.inputs * c[l].q;
-    if (work.loads[l].local.source.size() > 0) work.source.col(static_cast<Index>(l)) += work.loads[l].local.source;
-    work.use_conduction(l);
+    if (!work.loads[l].local.empty()) work.source.col(static_cast<Index>(l)) += work.loads[l].local.source;
   });
 
   work.settled = !shift_changed && std::none_of(changed.begin(), changed.end(), [](char x) { return x != 0; });
@@ -153,9 +152,8 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
   VectorXd scale(loads);
   core::parallel_for(0, c.size(), [&](std::size_t i) {
     const auto l = static_cast<Index>(i);
-    work.op.multiply(work.loads[i].k_values, state.col(l).data(), work.ex.col(l).data(), work.kx.col(l).data());
+    work.multiply(i, state.col(l).data(), work.ex.col(l).data(), work.kx.col(l).data());
     scale[l] = shift * work.ex.col(l).norm() + work.kx.col(l).norm() + work.source.col(l).norm();
-    work.use_iteration_matrix(i);
   });
 
   // Stage 1: (E / (gamma h) + K) d = f - K T, then T + d is the temperature at gamma h.
@@ -168,9 +166,7 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
     // Stage 2 starts from U = T + a d with a = (1 - gamma) / gamma; K d follows from A d, which the
     // iteration has left as the change of the residual.
     const double a = (1.0 - gamma) / gamma;
-    MatrixXd stored = work.capacity_increment;
-    for (Index l = 0; l < loads; ++l) work.add_local_capacity(static_cast<std::size_t>(l), work.increment.col(l), stored.col(l));
-    const MatrixXd conducted = imbalance - work.residual - shift * stored;
+    const MatrixXd conducted = imbalance - work.residual - shift * work.capacity_increment;
     state += a * work.increment;
     work.residual = imbalance - a * conducted;
     work.solve(scale, statistics_);

@@ -20,36 +20,24 @@ constexpr double rounding = 1e-15;           // residuals below this share of th
 
 }  // namespace
 
-ThermalIteration::ThermalIteration(const ThermalSystem& system) : op(system), local_(system.local.get()) {
-  if (local_) places_ = local_->places(op);
-}
+ThermalIteration::ThermalIteration(const ThermalSystem& system) : op(system), local_(system.local.get()) {}
 
 void ThermalIteration::linearise(std::size_t l, const VectorXd& start, const VectorXd& end, const Coefficients& c) {
-  local_->evaluate(places_, start, end, c, op.values(), loads[l].local);
+  local_->evaluate(start, end, c, loads[l].local);
 }
 
-void ThermalIteration::use_conduction(std::size_t l) {
-  Load& load = loads[l];
-  if (load.local.source.size() == 0) return;
-  op.combine(load.p, load.k_values);
-  load.k_values += load.local.conduction;
-}
-
-void ThermalIteration::use_iteration_matrix(std::size_t l) {
-  Load& load = loads[l];
-  if (load.local.source.size() > 0) load.k_values += shift * load.local.capacity;
-}
-
-void ThermalIteration::add_local_capacity(std::size_t l, const VectorXd& x, Eigen::Ref<VectorXd> values) const {
-  if (loads[l].local.source.size() == 0) return;
-  VectorXd ex(x.size()), changed(x.size());
-  op.multiply(loads[l].local.capacity, x.data(), ex.data(), changed.data());
-  values += changed;
+void ThermalIteration::multiply(std::size_t l, const double* x, double* ex, double* kx) const {
+  const Load& load = loads[l];
+  op.multiply(load.k_values, x, ex, kx);
+  if (load.local.empty()) return;
+  const Eigen::Map<const VectorXd> of(x, op.size());
+  Eigen::Map<VectorXd>(ex, op.size()) += load.local.capacity * of;
+  Eigen::Map<VectorXd>(kx, op.size()) += load.local.conduction * of;
 }
 
 bool ThermalIteration::set_coefficients(std::size_t l, const VectorXd& p) {
   Load& load = loads[l];
-  if (load.p.size() == p.size() && load.p == p) return false;
+  if (load.k_values.size() > 0 && load.p.size() == p.size() && load.p == p) return false;
   load.p = p;
   op.combine(load.p, load.k_values);
   load.changed = true;
@@ -98,7 +86,7 @@ void ThermalIteration::gcr_step(std::size_t l, Eigen::Ref<VectorXd> z) {
   fresh.z = z;
   fresh.ez.resize(z.size());
   fresh.az.resize(z.size());
-  op.multiply(load.k_values, z.data(), fresh.ez.data(), fresh.az.data());
+  multiply(l, z.data(), fresh.ez.data(), fresh.az.data());
   fresh.az += shift * fresh.ez;
   for (std::size_t d = 0; d < kept; ++d) {
     if (d == slot) continue;

@@ -51,12 +51,8 @@ class ThermalIteration {
   bool set_coefficients(std::size_t load, const Eigen::VectorXd& p);
   /// Sets what local terms add to a load's step between these states.
   void linearise(std::size_t load, const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c);
-  /// Matrix of a load for its right-hand side: K; then, for the iteration: K plus what the local
-  /// change of E makes of shift E. Both as set_coefficients has it where there is nothing local.
-  void use_conduction(std::size_t load);
-  void use_iteration_matrix(std::size_t load);
-  /// values += (local change of E) x
-  void add_local_capacity(std::size_t load, const Eigen::VectorXd& x, Eigen::Ref<Eigen::VectorXd> values) const;
+  /// E x and K x of a load, with what is local to it. All (size).
+  void multiply(std::size_t load, const double* x, double* ex, double* kx) const;
   /// Factorises for (p, shift) in place of what the factor was made of before.
   void factorise(Factor& factor, const Eigen::VectorXd& p, double at_shift) const;
   /// A factor that takes over the analysis of the first one, if there is one; not yet factorised.
@@ -77,7 +73,6 @@ class ThermalIteration {
   std::size_t factor_of(Eigen::Index active_column) const;
 
   const LocalTerms* local_;
-  LocalTerms::Places places_;
   Eigen::MatrixXd packed_, preconditioned_;
   std::vector<std::size_t> active_;
 };

@@ -52,6 +52,11 @@ ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) 
     std::vector<int>().swap(columns);
   }
 
+  const auto place = [&](int row, int column) {
+    const auto first = inner_.begin() + outer_[static_cast<std::size_t>(row)];
+    const auto last = inner_.begin() + outer_[static_cast<std::size_t>(row) + 1];
+    return static_cast<int>(std::lower_bound(first, last, column) - inner_.begin());
+  };
   e_values_.setZero(static_cast<Index>(inner_.size()));
   k0_values_.setZero(static_cast<Index>(inner_.size()));
   visit_entries(system.capacity, [&](int r, int c, double v) { e_values_[place(r, c)] += v; });
@@ -62,12 +67,6 @@ ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) 
     visit_entries(term, [&](int r, int c, double) { places.push_back(place(r, c)); });
     places_.push_back(std::move(places));
   }
-}
-
-int ThermalOperator::place(int row, int column) const {
-  const auto first = inner_.begin() + outer_[static_cast<std::size_t>(row)];
-  const auto last = inner_.begin() + outer_[static_cast<std::size_t>(row) + 1];
-  return static_cast<int>(std::lower_bound(first, last, column) - inner_.begin());
 }
 
 void ThermalOperator::combine(const VectorXd& p, VectorXd& k_values) const {

@@ -24,9 +24,6 @@ class ThermalOperator {
   Eigen::Index fluids() const { return system_.size - system_.nodes; }
   const ThermalSystem& system() const { return system_; }
 
-  /// Number of values on the pattern, and the place of one. The entry must be part of the pattern.
-  Eigen::Index values() const { return e_values_.size(); }
-  int place(int row, int column) const;
   /// Values of K0 + sum p_j K_j on the pattern. @param p (terms)
   void combine(const Eigen::VectorXd& p, Eigen::VectorXd& k_values) const;
 
