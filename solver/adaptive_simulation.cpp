@@ -105,6 +105,7 @@ class AdaptiveRun {
     AdaptiveIntegrator::Step step;
     Chiller::Readings readings;   // over the step, as they came out
     VectorXd middle;              // channels of the step
+    VectorXd p;                   // coefficients of the step
     double error = 0;
   };
   Try attempt(double size, bool on_ladder) {
@@ -129,6 +130,7 @@ class AdaptiveRun {
       }
       model_.coefficients(result.middle, inlets[1], readings_at(0.5 * size), c);
       if (integrator_.is_nonlinear()) integrator_.linearise(state_, end, c);
+      result.p = c.p;
       integrator_.attempt(state_, c.p, q, size, on_ladder, result.step);
 
       result.readings = expected;
@@ -220,6 +222,8 @@ class AdaptiveRun {
   void accept(const Try& tried, const Plan& plan) {
     chiller_->move(tried.middle, tried.readings, plan.size);
     slope_ = tried.readings.slope + 2.0 * plan.size * tried.readings.curve;
+    if (options_.balances)
+      options_.balances->front().add(state_, tried.step.end, tried.step.mean, tried.p, tried.step.q_mean, plan.size, integrator_.local_change());
     state_ = tried.step.end;
     readings_ = read(state_);
     row_ = tried.middle;
@@ -287,6 +291,7 @@ class AdaptiveRun {
     out.count(after_corner_open_ ? 1 : 0);
     for (const VectorXd* value : {&state_, &readings_, &slope_, &row_}) out.matrix(*value);
     chiller_->save(out);
+    if (options_.balances) options_.balances->front().save(out);
     for (long value : {summary_.steps, summary_.rejected, summary_.over_tolerance}) out.count(value);
     out.number(summary_.shortest_step);
     out.number(summary_.longest_step);
@@ -306,6 +311,7 @@ class AdaptiveRun {
     after_corner_open_ = in.count() != 0;
     for (VectorXd* value : {&state_, &readings_, &slope_, &row_}) *value = in.matrix();
     chiller_->load(in);
+    if (options_.balances) options_.balances->front().load(in);
     for (long* value : {&summary_.steps, &summary_.rejected, &summary_.over_tolerance}) *value = in.count();
     summary_.shortest_step = in.number();
     summary_.longest_step = in.number();

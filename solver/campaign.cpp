@@ -102,7 +102,9 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
       for (Recorder& recorder : recorders) recorder.load(in);
     };
   }
+  std::vector<HeatBalance> balances(block.size(), HeatBalance(model.mesh.machine, model.thermal));
   SimulationOptions simulation;
+  simulation.balances = &balances;
   simulation.refine = options.refine;
   simulation.start = options.start;
   simulation.checkpoint = checkpoint ? &*checkpoint : nullptr;
@@ -118,6 +120,7 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
     summary = simulate_adaptive(integrator, operating, *block.front(), simulation, record);
   } else {
     IntegratorOptions integrator_options;
+    integrator_options.keep_mean = true;
     integrator_options.backward_euler = options.backward_euler || scheme == TimeScheme::backward_euler;
     ThermalIntegrator integrator(model.thermal, integrator_options);
     summary = simulate(integrator, operating, block, simulation, record);
@@ -128,6 +131,7 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
   for (std::size_t l = 0; l < block.size(); ++l) {
     LoadResult result = recorders[l].take();
     result.run = summary;
+    result.heat = balances[l];
     if (!options.out.empty()) write_result(options.out / result.load, result, hashes.at(result.load));
     results.push_back(std::move(result));
   }

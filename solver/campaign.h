@@ -63,6 +63,7 @@ struct LoadResult {
   core::Table sensors;   ///< time_s, <sensor>_C
   core::Table inputs;    ///< time_s and the channel rows (means since the last output)
   Eigen::MatrixXd snapshots;  ///< (size x outputs) temperatures, if asked for
+  std::optional<HeatBalance> heat;  ///< of the run; empty where files were read
   RunSummary run;        ///< of the block that the load ran in; empty where files were read
 };
 

@@ -162,6 +162,8 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     out.matrix(state);
     for (const Drive& drive : drives) drive.chiller->save(out);
     following.save(out);
+    if (options.balances)
+      for (const HeatBalance& balance : *options.balances) balance.save(out);
     stepper.save(out);
   };
   const auto load = [&](core::BinaryReader& in) {
@@ -170,6 +172,8 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     state = in.matrix();
     for (Drive& drive : drives) drive.chiller->load(in);
     following.load(in);
+    if (options.balances)
+      for (HeatBalance& balance : *options.balances) balance.load(in);
     stepper.load(in);
   };
   const auto report = [&](double time) {
@@ -198,6 +202,8 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     ++summary.steps;
     if (i < done) continue;
     for (Drive& drive : drives) drive.row = drive.program->row(time, end);
+    Eigen::MatrixXd before;
+    if (options.balances) before = state;
     if (following.needed()) {
       following.advance(state, readings, step, coefficients, summary);
     } else {
@@ -209,6 +215,12 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
       stepper.advance(state, coefficients, step);
       readings = read(state);
     }
+    if (options.balances)
+      for (std::size_t l = 0; l < drives.size(); ++l) {
+        const auto column = static_cast<Index>(l);
+        (*options.balances)[l].add(before.col(column), state.col(column), stepper.mean_over_step()->col(column), coefficients[l].p,
+                                   coefficients[l].q, step, stepper.local_change(l));
+      }
     done = i + 1;
     report(end);
     try {

@@ -11,6 +11,7 @@
 
 #include "solver/checkpoint.h"
 #include "solver/chiller.h"
+#include "solver/heat_balance.h"
 #include "solver/load_program.h"
 #include "solver/operating_model.h"
 #include "solver/thermal_adaptive.h"
@@ -22,6 +23,7 @@ struct SimulationOptions {
   double refine = 1.0;        ///< factor of the longest time step
   bool progress = true;
   Eigen::VectorXd start;      ///< (size) K above the reference at time 0; empty: initial_C of the program
+  std::vector<HeatBalance>* balances = nullptr;  ///< one a load; the stepper has to keep its means
   Checkpoint* checkpoint = nullptr;  ///< where the run goes on from, and what it leaves
 };
 

@@ -156,6 +156,9 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   work.residual = right;
   work.solve(scale, work.options.tolerance, statistics_);
   result.end += work.increment;
+  constexpr double outer = 0.5 * bdf2_lead * c;  // E (T1 - T0) = h (outer (r0 + rc) + d r1), r = S q - K T
+  result.mean = outer * (start + result.stage) + d * result.end;
+  result.q_mean = outer * (q[0] + q[1]) + d * q[2];
   const VectorXd slope_end = shift * work.capacity_increment;
 
   work.residual = error_0 * slope_start + error_c * slope_stage + error_h * slope_end;
@@ -166,6 +169,8 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
 void AdaptiveIntegrator::linearise(const VectorXd& start, const VectorXd& end, const Coefficients& c) {
   if (system_.local) work_->linearise(0, start, end, c);
 }
+
+const LocalTerms::Change* AdaptiveIntegrator::local_change() const { return system_.local ? &work_->loads[0].local : nullptr; }
 
 void AdaptiveIntegrator::save(core::BinaryWriter& out) const {
   const Work& work = *work_;

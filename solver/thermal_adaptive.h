@@ -32,6 +32,7 @@ class AdaptiveIntegrator {
   struct Step {
     Eigen::VectorXd stage, end;  ///< temperatures at c h and h
     double error_K = 0;          ///< estimated error of the step, largest at any node
+    Eigen::VectorXd mean, q_mean;  ///< of the step's stages, as its heat flows have them, see HeatBalance
   };
   /// Tries a step from start; nothing is kept but factors.
   /// @param p  (terms), constant over the step   @param q  (inputs) at 0, c h and h
@@ -43,6 +44,9 @@ class AdaptiveIntegrator {
   bool is_nonlinear() const { return system_.local != nullptr; }
   /// As ThermalStepper::linearise.
   void linearise(const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c);
+
+  /// What was local in the last step tried; null: nothing.
+  const LocalTerms::Change* local_change() const;
 
   struct Statistics { long solves = 0, factorisations = 0, iterations = 0, most_factors = 0; };
   const Statistics& statistics() const { return statistics_; }

@@ -31,6 +31,7 @@ struct ThermalIntegrator::Work : ThermalIteration {
   long excess = 0;               // iterations that new factors might have saved, since the last ones
   bool settled = false;          // neither coefficients nor the step changed in this step
   MatrixXd source, ex, kx;
+  MatrixXd step_mean;            // of the step's stages, if it is kept
 
   /// What the factors should be made of now: while everything stands, the coefficients of each set
   /// of loads that share them, if there are not too many of these; else the mean of all loads.
@@ -156,6 +157,7 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
     scale[l] = shift * work.ex.col(l).norm() + work.kx.col(l).norm() + work.source.col(l).norm();
   });
 
+  if (options_.keep_mean) work.step_mean = state;
   // Stage 1: (E / (gamma h) + K) d = f - K T, then T + d is the temperature at gamma h.
   const MatrixXd imbalance = work.source - work.kx;
   work.residual = imbalance;
@@ -167,12 +169,25 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
     // iteration has left as the change of the residual.
     const double a = (1.0 - gamma) / gamma;
     const MatrixXd conducted = imbalance - work.residual - shift * work.capacity_increment;
+    if (options_.keep_mean) work.step_mean = (1.0 - gamma) * (work.step_mean + work.increment);
     state += a * work.increment;
     work.residual = imbalance - a * conducted;
     work.solve(scale, statistics_);
     state += work.increment;
   }
+  if (options_.keep_mean) {
+    if (options_.backward_euler)
+      work.step_mean = state;
+    else
+      work.step_mean += gamma * state;
+  }
   ++statistics_.steps;
+}
+
+const MatrixXd* ThermalIntegrator::mean_over_step() const { return options_.keep_mean ? &work_->step_mean : nullptr; }
+
+const LocalTerms::Change* ThermalIntegrator::local_change(std::size_t load) const {
+  return system_.local ? &work_->loads[load].local : nullptr;
 }
 
 void ThermalIntegrator::linearise(const MatrixXd& start, const MatrixXd& end, const std::vector<Coefficients>& c) {

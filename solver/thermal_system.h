@@ -49,6 +49,10 @@ class ThermalStepper {
   /// which states the next step is expected to go, and the step is repeated until it does.
   virtual bool is_nonlinear() const { return false; }
   virtual void linearise(const Eigen::MatrixXd& /*start*/, const Eigen::MatrixXd& /*end*/, const std::vector<Coefficients>&) {}
+  /// Temperatures whose heat flows the last step had, (size x loads), see HeatBalance; null: not kept.
+  virtual const Eigen::MatrixXd* mean_over_step() const { return nullptr; }
+  /// What was local to a load in the last step; null: nothing.
+  virtual const LocalTerms::Change* local_change(std::size_t /*load*/) const { return nullptr; }
   /// (sensors + observed x loads) K above the reference
   virtual Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const = 0;
   /// What the next steps' bits depend on besides the state, for a checkpoint.
@@ -64,6 +68,7 @@ struct IntegratorOptions {
   double tolerance = 1e-9;      ///< residual relative to the right-hand side
   int max_iterations = 60;
   int refactor_above = 8;       ///< iterations worth a new factor while coefficients keep changing
+  bool keep_mean = false;       ///< for a HeatBalance
   bool backward_euler = false;  ///< first order instead, for comparison and for virtual machines
   double factor_memory = 1e9;   ///< bytes that factors beyond the first may take
 };
@@ -83,6 +88,8 @@ class ThermalIntegrator final : public ThermalStepper {
   void advance(Eigen::MatrixXd& state, const std::vector<Coefficients>& c, double step_s) override;
   bool is_nonlinear() const override { return system_.local != nullptr; }
   void linearise(const Eigen::MatrixXd& start, const Eigen::MatrixXd& end, const std::vector<Coefficients>& c) override;
+  const Eigen::MatrixXd* mean_over_step() const override;
+  const LocalTerms::Change* local_change(std::size_t load) const override;
   Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override;
   void save(core::BinaryWriter& out) const override;
   void load(core::BinaryReader& in) override;

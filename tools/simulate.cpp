@@ -98,6 +98,12 @@ void simulate(const SimulateOptions& options) {
                          {"resumed_at_s", result.run.resumed_at}};
   for (const auto& at : result.run.switches)
     json["switches"].push_back({{"time_s", at.time}, {"coolant", machine.coolants[static_cast<std::size_t>(at.coolant)].id}, {"running", at.running}});
+  std::string heat;
+  if (result.heat) {
+    heat = result.heat->brief() + "\n";
+    json["heat"] = {{"stored_J", result.heat->stored()}, {"throughput_J", result.heat->throughput()}, {"gap", result.heat->gap()}};
+    for (const auto& item : result.heat->items()) json["heat"]["in_J"][item.id] = item.heat;
+  }
   std::vector<std::vector<std::string>> table{{"TCP error", "at the end", "largest"}};
   for (const char* column : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) {
     const Eigen::VectorXd values = result.tcp.column(column);
@@ -106,8 +112,8 @@ void simulate(const SimulateOptions& options) {
     json["tcp"][column] = {{"end", end}, {"largest", largest}};
   }
   print_summary(options,
-                fmt::format("{} ({}), pose {}\n{}\n{}: {}\n{} nodes, {} fields, {:.0f} s, {:.2f} GiB; open {} in ParaView\n",
-                            program.name(), program.title(), mesh::format_pose(machine, pose), core::format_table(table),
+                fmt::format("{} ({}), pose {}\n{}\n{}{}: {}\n{} nodes, {} fields, {:.0f} s, {:.2f} GiB; open {} in ParaView\n",
+                            program.name(), program.title(), mesh::format_pose(machine, pose), core::format_table(table), heat,
                             word(program.time().scheme), result.run.brief(), full.mesh.nodes(), files.size(), time.seconds(),
                             peak_memory_GiB(), (folder / "fields.pvd").string()),
                 json.dump());

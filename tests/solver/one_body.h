@@ -11,6 +11,7 @@ struct Run {
   std::vector<double> times;
   std::vector<Eigen::VectorXd> states, sensors;
   solver::RunSummary summary;
+  solver::HeatBalance heat;
 };
 
 class Bench {
@@ -24,8 +25,10 @@ class Bench {
   /// With error control if the text has a [time].
   Run run(const std::string& text, double tolerance = 1e-12) const {
     const solver::LoadProgram load = program(text);
-    Run result;
+    std::vector<solver::HeatBalance> balances{solver::HeatBalance(mesh.machine, system)};
+    Run result{{}, {}, {}, {}, balances[0]};
     solver::SimulationOptions options;
+    options.balances = &balances;
     options.progress = false;
     const auto record = [&](const solver::OutputState& out) {
       result.times.push_back(out.time);
@@ -40,10 +43,12 @@ class Bench {
     } else {
       solver::IntegratorOptions of_integrator;
       of_integrator.tolerance = tolerance;
+      of_integrator.keep_mean = true;
       of_integrator.backward_euler = load.time().scheme == solver::TimeScheme::backward_euler;
       solver::ThermalIntegrator integrator(system, of_integrator);
       result.summary = solver::simulate(integrator, model, {&load}, options, record);
     }
+    result.heat = balances[0];
     return result;
   }
 

@@ -9,12 +9,19 @@
 #include "solver/tcp.h"
 #include "solver/thermal_system.h"
 #include "tests/solver/box_machine.h"
+#include "tests/solver/one_body.h"
 #include "tests/solver/small_machine.h"
 #include "tests/verification/rig.h"
 #include "tests/verification/table.h"
 
 namespace thermotwin::test {
 namespace {
+
+/// [time] stands before the first phase.
+std::string insert_time(const std::string& program, const std::string& time) {
+  const std::size_t at = program.find("[[phase]]");
+  return program.substr(0, at) + time + program.substr(at);
+}
 
 TEST(Conservation, HeatOfATransient) {
   // What is stored is what came in by sources, films, mounts and the coolant's flow (backward Euler:
@@ -56,6 +63,36 @@ TEST(Conservation, HeatOfATransient) {
     EXPECT_GT(throughput, 1e5);
     expect_below({of_order("machine with joints, films and coolant", order), "exact", "heat stored less heat let in, over heat moved"}, 1e-11,
                  std::abs(stored_by.dot(state.col(0)) - before - in) / throughput);
+  }
+}
+
+TEST(Conservation, HeatOfARunByItsOwnAccount) {
+  // As a run reports it, with the solver's own tolerance: motion, spindle, cutting fluid, a chiller; and
+  // a body that radiates by fourth powers, of a material whose properties change with temperature.
+  const std::string slide_program =
+      "initial_C = 22\noutput_s = 1800\ntime_step_s = 60\n"
+      "[[phase]]\nduration_s = 3600\nspindle_rpm = 9000\n[[phase.axis]]\nid = \"X\"\nlow_mm = -150\nhigh_mm = 150\nfeed_mm_min = 20000\n"
+      "[[phase]]\nduration_s = 3600\nspindle_rpm = 3000\ncutting_fluid = true\nair_C = [20.0, 26.0]\n";
+  mesh::Machine hot = bar_machine();
+  hot.materials[0].conductivity_table = {{20.0, 320.0}, {45.0, 30.0}};
+  hot.materials[0].specific_heat_table = {{20.0, 320.0}, {470.0, 600.0}};
+  hot.films = {constant_film("skin", {"skin"}, 10.0)};
+  hot.films[0].emissivity = 0.9;
+  hot.films[0].exact_radiation = true;
+  hot.sources = {heat_source("heater", 60.0, "x0")};
+  const std::string hot_program = "initial_C = 20\noutput_s = 1800\ntime_step_s = 120\n[[phase]]\nduration_s = 1200\n";
+  const std::pair<std::string, std::string> schemes[] = {{"SDIRK2", ""}, {"backward Euler", "[time]\nscheme = \"backward_euler\"\n"},
+                                                         {"error control", "[time]\ntolerance_K = 0.01\n"}};
+  for (int order : {1, 2}) {
+    const Bench slide(with_order(slide_mesh(), order)), bar(bar_mesh(hot, order));
+    for (const auto& [name, keys] : schemes) {
+      const auto of_slide = slide.run(insert_time(slide_program, keys), 1e-9), of_bar = bar.run(insert_time(hot_program, keys), 1e-9);
+      EXPECT_GT(of_slide.heat.throughput(), 1e5);
+      EXPECT_GT(of_bar.heat.stored(), 1e3);
+      expect_below({of_order("machine with joints, films and chiller, " + name, order), "exact", "stored less let in, over the throughput"}, 1e-10,
+                   of_slide.heat.gap());
+      expect_below({of_order("hot bar, nonlinear, " + name, order), "exact", "stored less let in, over the throughput"}, 1e-10, of_bar.heat.gap());
+    }
   }
 }
 
