@@ -142,11 +142,18 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
 
 }  // namespace
 
-FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions& options) {
+FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions& options, SolverChoice choice) {
   mesh::MachineMesh mesh = mesh::build_machine_mesh(machine, options);
   ThermalSystem thermal = assemble_thermal(mesh);
-  ElasticModel elastic(mesh, thermal);
-  return {std::move(mesh), std::move(thermal), std::move(elastic)};
+  MemoryPlan memory;
+  memory.heat = heat_memory_need(thermal, choice, memory.wide);
+  ElasticOptions elastic_options;
+  elastic_options.choice = choice;
+  elastic_options.plan = &memory;
+  ElasticModel elastic(mesh, thermal, elastic_options);
+  thermal.solver = memory.heat_solver;
+  core::log_line(memory.brief());
+  return {std::move(mesh), std::move(thermal), std::move(elastic), memory};
 }
 
 // One thermal run a load: the machine moves as its program says, and the temperature that this

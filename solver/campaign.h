@@ -53,8 +53,10 @@ struct FullModel {
   mesh::MachineMesh mesh;
   ThermalSystem thermal;
   ElasticModel elastic;
+  MemoryPlan memory{};
 };
-FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions& options);
+FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions& options,
+                           SolverChoice choice = SolverChoice::automatic);
 
 /// Result of one load on the full model.
 struct LoadResult {

@@ -50,6 +50,8 @@ std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, c
   bytes += options.backward_euler ? "backward_euler" : word(time.scheme);
   if (time.scheme == TimeScheme::adaptive) append(bytes, Eigen::Vector4d(time.tolerance_K, time.shortest_step, time.longest_step, options.refine));
   append(bytes, options.start);
+  bytes += model.thermal.solver == LinearSolver::direct ? "heat direct " : "heat iterative ";
+  bytes += model.elastic.summary().solver == LinearSolver::direct ? "elasticity direct" : "elasticity iterative";
   // The program as the model sees it: every step and its row.
   const std::vector<double> ends = load.step_ends(options.refine), outputs = load.output_times();
   append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(ends.data(), static_cast<Eigen::Index>(ends.size()))));

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/elastic_model.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -13,12 +15,24 @@
 #include "solver/elastic_outputs.h"
 #include "solver/elastic_springs.h"
 #include "solver/elastic_system.h"
-#include "solver/sparse_factor.h"
+#include "solver/spd_solver.h"
 
 namespace thermotwin::solver {
 namespace {
 
-constexpr Eigen::Index columns_at_once = 96;  // dense right-hand sides held in memory per body
+constexpr Eigen::Index most_columns = 96, least_columns = 8;  // dense right-hand sides held in memory per body
+constexpr double column_bytes = 2.5e8;                        // that these should take at most
+
+Eigen::Index columns_at_once(Eigen::Index nodes) {
+  const auto fit = static_cast<Eigen::Index>(column_bytes / (2.0 * 3.0 * 8.0 * static_cast<double>(nodes)));
+  return std::clamp(fit / least_columns * least_columns, least_columns, most_columns);
+}
+
+/// Without the parts that move the body rigidly: orthogonal to them.
+void balance(const Eigen::MatrixXd& rigid, Eigen::MatrixXd& columns) {
+  const Eigen::MatrixXd gram = rigid.transpose() * rigid;
+  columns -= rigid * gram.ldlt().solve(rigid.transpose() * columns);
+}
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -35,7 +49,7 @@ struct ElasticModel::Impl {
   std::optional<TcpOutputs> outputs;
   std::vector<int> elastic;                    ///< bodies that are, rising
   std::vector<ElasticBody> bodies;             ///< per Machine::bodies; empty where not elastic
-  std::vector<std::unique_ptr<SparseFactor>> factors;
+  std::vector<std::unique_ptr<SpdSolver>> factors;
   std::vector<BodyResponse> responses;         ///< per Machine::bodies
   std::vector<Eigen::MatrixXd> thermal;        ///< (n x units) F^T K^+ w
   std::vector<CarriedBody> carried;            ///< bodies that are not elastic
@@ -46,7 +60,10 @@ struct ElasticModel::Impl {
   Eigen::Index nodes(int body) const {
     return first_node[static_cast<std::size_t>(body) + 1] - first_node[static_cast<std::size_t>(body)];
   }
-  void factorise(const mesh::MachineMesh& mesh);
+  void factorise(const mesh::MachineMesh& mesh, const ElasticOptions& options);
+  MemoryNeed memory_need(const std::vector<SparseAnalysis>& analyses) const;
+  /// K^+ loads, (3n x m).
+  Eigen::MatrixXd apply_inverse(int body, Eigen::MatrixXd loads) const;
   void solve_units(int body);
   SmallSystem::Solution solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const;
   SmallSystem small_system(const mesh::Pose& pose) const {
@@ -54,22 +71,82 @@ struct ElasticModel::Impl {
   }
 };
 
-void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh) {
+MemoryNeed ElasticModel::Impl::memory_need(const std::vector<SparseAnalysis>& analyses) const {
+  MemoryNeed need;
+  std::vector<double> works, blocks;
+  for (std::size_t i = 0; i < elastic.size(); ++i) {
+    const auto b = static_cast<std::size_t>(elastic[i]);
+    const auto n = static_cast<double>(nodes(elastic[i]));
+    const double matrix = 12.0 * static_cast<double>(bodies[b].stiffness.nonZeros());
+    need.other += matrix + 8.0 * n * static_cast<double>(units.of(elastic[i]).size());
+    if (!analyses.empty()) {
+      need.factors += analyses[i].factor_bytes;
+      works.push_back(analyses[i].work_bytes);
+    }
+    need.iterative += 2.0 * matrix;  // levels, their transfers and working blocks
+    blocks.push_back(2.0 * 3.0 * 8.0 * n * static_cast<double>(columns_at_once(nodes(elastic[i]))));
+  }
+  // Bodies that are worked on at the same time.
+  for (auto* sizes : {&works, &blocks}) {
+    std::sort(sizes->rbegin(), sizes->rend());
+    sizes->resize(std::min(sizes->size(), static_cast<std::size_t>(core::thread_count())));
+  }
+  for (double work : works) need.work += work;
+  for (double block : blocks) need.other += block;
+  return need;
+}
+
+void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticOptions& options) {
   const auto start = std::chrono::steady_clock::now();
+  SpdOptions solver;
+  solver.factor.block = solver.multigrid.block = 3;
+  solver.multigrid.tolerance = options.tolerance;
+  std::vector<SparseAnalysis> analyses;
+  if (options.choice != SolverChoice::iterative) analyses.resize(elastic.size());
   core::parallel_for(0, elastic.size(), [&](std::size_t i) {
     const auto b = static_cast<std::size_t>(elastic[i]);
     const mesh::BodySpec& spec = machine.bodies[b];
     bodies[b] = assemble_elastic(mesh.bodies[b], machine.material(spec.material), spec.id);
-    SparseFactorOptions options;
-    options.block = 3;
+    if (!analyses.empty()) analyses[i] = analyse(bodies[b].stiffness, solver.factor);
+  });
+  if (options.plan) {
+    options.plan->elastic = memory_need(analyses);
+    for (const SparseAnalysis& analysis : analyses) options.plan->wide = options.plan->wide || analysis.wide;
+    // The matrices counted as needed are there already.
+    double there = 0.0;
+    for (int body : elastic) there += 12.0 * static_cast<double>(bodies[static_cast<std::size_t>(body)].stiffness.nonZeros());
+    decide(*options.plan, options.choice, available_memory() + there);
+    solver.kind = options.plan->elastic_solver;
+  } else if (options.choice == SolverChoice::iterative) {
+    solver.kind = LinearSolver::iterative;
+  }
+  summary.solver = solver.kind;
+  core::parallel_for(0, elastic.size(), [&](std::size_t i) {
+    const auto b = static_cast<std::size_t>(elastic[i]);
+    SpdOptions of_body = solver;
+    if (solver.kind == LinearSolver::iterative) of_body.multigrid.near_null = bodies[b].rigid;
     try {
-      factors[b] = std::make_unique<SparseFactor>(bodies[b].stiffness, options);
+      factors[b] = std::make_unique<SpdSolver>(bodies[b].stiffness, of_body, analyses.empty() ? nullptr : &analyses[i]);
     } catch (const core::SolverError& error) {
-      throw core::SolverError("body '" + spec.id + "': " + error.what());
+      throw core::SolverError("body '" + machine.bodies[b].id + "': " + error.what());
     }
     bodies[b].stiffness = SparseMatrix();  // only its factor is needed from here on
   });
+  for (int body : elastic) summary.factor_bytes += factors[static_cast<std::size_t>(body)]->memory_bytes();
   summary.factor_seconds = seconds_since(start);
+}
+
+/// By a factor, K^+ has the three points that hold the body; balanced loads (all that the machine
+/// ever puts on a body) do not feel them. Iterative solves balance first: the tolerance then is
+/// relative to what strains the body, and the rigid rest is taken out again.
+Eigen::MatrixXd ElasticModel::Impl::apply_inverse(int body, Eigen::MatrixXd loads) const {
+  const auto b = static_cast<std::size_t>(body);
+  const bool iterative = !factors[b]->is_direct();
+  if (iterative) balance(bodies[b].rigid, loads);
+  clear_fixed(bodies[b], loads);
+  Eigen::MatrixXd motion = factors[b]->solve(loads);
+  if (iterative) balance(bodies[b].rigid, motion);
+  return motion;
 }
 
 void ElasticModel::Impl::solve_units(int body) {
@@ -83,13 +160,13 @@ void ElasticModel::Impl::solve_units(int body) {
   for (Eigen::Index u = 0; u < count; ++u)
     for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(u)])
       response.rigid.col(u) += weight * bodies[b].rigid.row(dof).transpose();
-  for (Eigen::Index first = 0; first < count; first += columns_at_once) {
-    const Eigen::Index width = std::min(columns_at_once, count - first);
+  const Eigen::Index at_once = columns_at_once(nodes(body));
+  for (Eigen::Index first = 0; first < count; first += at_once) {
+    const Eigen::Index width = std::min(at_once, count - first);
     Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * nodes(body), width);
     for (Eigen::Index u = 0; u < width; ++u)
       for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(first + u)]) loads(dof, u) += weight;
-    clear_fixed(bodies[b], loads);
-    const Eigen::MatrixXd motion = factors[b]->solve(loads);
+    const Eigen::MatrixXd motion = apply_inverse(body, std::move(loads));
     thermal[b].middleCols(first, width).noalias() = bodies[b].thermal_load.transpose() * motion;
     for (Eigen::Index u = 0; u < count; ++u)
       for (Eigen::Index v = 0; v < width; ++v)
@@ -98,7 +175,7 @@ void ElasticModel::Impl::solve_units(int body) {
   response.gram = (0.5 * (response.gram + response.gram.transpose())).eval();
 }
 
-ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal)
+ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal, const ElasticOptions& options)
     : impl_(std::make_unique<Impl>(mesh.bodies.size())) {
   Impl& impl = *impl_;
   impl.machine = mesh.machine;
@@ -110,7 +187,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
   impl.outputs.emplace(mesh, impl.units);
   impl.carried = carried_bodies(mesh);
   require_held(mesh.machine, impl.elastic, impl.springs->at(mesh.machine, mesh::home_pose(mesh.machine)));
-  impl.factorise(mesh);
+  impl.factorise(mesh, options);
 
   const auto start = std::chrono::steady_clock::now();
   core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) { impl.solve_units(impl.elastic[i]); });
@@ -205,9 +282,8 @@ Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
       for (const auto& [dof, weight] : impl.units.of(body)[static_cast<std::size_t>(u)])
         load(dof, 0) -= weights(u, 0) * weight;
     }
-    clear_fixed(impl.bodies[b], load);
     const Eigen::VectorXd motion =
-        impl.factors[b]->solve(load).col(0) + impl.bodies[b].rigid * solution.rigid.segment<6>(6 * static_cast<Eigen::Index>(i));
+        impl.apply_inverse(body, std::move(load)).col(0) + impl.bodies[b].rigid * solution.rigid.segment<6>(6 * static_cast<Eigen::Index>(i));
     displacement.middleCols(impl.first_node[b], impl.nodes(body)) =
         Eigen::Map<const Eigen::Matrix3Xd>(motion.data(), 3, impl.nodes(body));
   });

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "mesh/machine_mesh.h"
+#include "solver/memory_plan.h"
 #include "solver/thermal_system.h"
 
 namespace thermotwin::solver {
@@ -35,11 +36,17 @@ struct OutputRows {
   Eigen::MatrixXd table_own;   ///< (7 x size) ... R0T
 };
 
+struct ElasticOptions {
+  SolverChoice choice = SolverChoice::direct;
+  MemoryPlan* plan = nullptr;        ///< holds what heat needs; completed and decided here. None: as chosen
+  double tolerance = 1e-10;          ///< of iterative solves
+};
+
 class ElasticModel {
  public:
   /// Factorises all bodies (in parallel) and solves for the unit loads of all pads at all grid
   /// nodes. @throws SolverError, MeshError (a body that no spring holds: its name)
-  ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal);
+  ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal, const ElasticOptions& options = {});
   ~ElasticModel();
   ElasticModel(ElasticModel&&) noexcept;
 
@@ -58,7 +65,12 @@ class ElasticModel {
   struct Outputs { Eigen::Matrix<double, 6, 1> tool, table_axis; Eigen::Matrix<double, 7, 1> table_own; };
   Outputs outputs_of(const Eigen::Matrix3Xd& displacement, const mesh::Pose& pose) const;
 
-  struct Summary { double factor_seconds = 0, unit_seconds = 0; long unit_solves = 0; int springs = 0; };
+  struct Summary {
+    double factor_seconds = 0, unit_seconds = 0, factor_bytes = 0;
+    long unit_solves = 0;
+    int springs = 0;
+    LinearSolver solver = LinearSolver::direct;
+  };
   const Summary& summary() const;
 
  private:

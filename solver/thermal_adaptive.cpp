@@ -136,8 +136,9 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   VectorXd f_start = system_.inputs * q[0], f_stage = system_.inputs * q[1], f_end = system_.inputs * q[2];
   if (!work.loads[0].local.empty())
     for (VectorXd* f : {&f_start, &f_stage, &f_end}) *f += work.loads[0].local.source;
-  VectorXd ex(start.size()), kx(start.size());
-  work.multiply(0, start.data(), ex.data(), kx.data());
+  SideBySide all_ex, all_kx;
+  work.multiply(start, all_ex, all_kx);
+  const VectorXd ex = all_ex.col(0), kx = all_kx.col(0);
   const double scale = shift * ex.norm() + kx.norm() + f_end.norm();
 
   // Trapezoidal rule: (E / (d h) + K) D = (f0 - K T0) + (fc - K T0).
@@ -145,25 +146,25 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   VectorXd right = slope_start + (f_stage - kx);
   work.residual = right;
   work.solve(scale, work.options.tolerance, statistics_);
-  const VectorXd stored = shift * work.capacity_increment;
+  const VectorXd stored = shift * work.capacity_increment.col(0);
   const VectorXd conducted = right - work.residual.col(0) - stored;  // K D
   const VectorXd slope_stage = stored - slope_start;
-  result.stage = start + work.increment;
+  result.stage = start + work.increment.col(0);
 
   // BDF2 from T0 + a D, increment D2: (E / (d h) + K) D2 = f1 - K (T0 + a D).
-  result.end = start + bdf2_lead * work.increment;
+  result.end = start + bdf2_lead * work.increment.col(0);
   right = f_end - kx - bdf2_lead * conducted;
   work.residual = right;
   work.solve(scale, work.options.tolerance, statistics_);
-  result.end += work.increment;
+  result.end += work.increment.col(0);
   constexpr double outer = 0.5 * bdf2_lead * c;  // E (T1 - T0) = h (outer (r0 + rc) + d r1), r = S q - K T
   result.mean = outer * (start + result.stage) + d * result.end;
   result.q_mean = outer * (q[0] + q[1]) + d * q[2];
-  const VectorXd slope_end = shift * work.capacity_increment;
+  const VectorXd slope_end = shift * work.capacity_increment.col(0);
 
   work.residual = error_0 * slope_start + error_c * slope_stage + error_h * slope_end;
   work.solve(scale, estimate_tolerance, statistics_);
-  result.error_K = work.increment.cwiseAbs().maxCoeff();
+  result.error_K = work.increment.col(0).cwiseAbs().maxCoeff();
 }
 
 void AdaptiveIntegrator::linearise(const VectorXd& start, const VectorXd& end, const Coefficients& c) {

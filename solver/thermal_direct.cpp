@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "core/thread_pool.h"
+#include "solver/memory_plan.h"
 #include "solver/thermal_operator.h"
 
 namespace thermotwin::solver {
@@ -13,7 +16,6 @@ struct ThermalDirectSolver::Impl {
   explicit Impl(const ThermalSystem& system) : op(system) {}
   ThermalOperator op;
   BlockSolver blocks;
-  Eigen::VectorXd k_values;
 };
 
 ThermalDirectSolver::ThermalDirectSolver(const ThermalSystem& system) : impl_(std::make_unique<Impl>(system)) {}
@@ -21,8 +23,7 @@ ThermalDirectSolver::~ThermalDirectSolver() = default;
 ThermalDirectSolver::ThermalDirectSolver(ThermalDirectSolver&&) noexcept = default;
 
 void ThermalDirectSolver::factorise(const Eigen::VectorXd& p, double shift) {
-  impl_->op.combine(p, impl_->k_values);
-  impl_->blocks.factorise(impl_->op, impl_->k_values, shift);
+  impl_->blocks.factorise(impl_->op, p, shift);
   // A body that floats leaves a last pivot of rounding errors.
   const double rcond = impl_->blocks.factor().rcond();
   if (shift == 0.0 && rcond < 1e-13)
@@ -41,6 +42,26 @@ Eigen::MatrixXd ThermalDirectSolver::solve(const Eigen::MatrixXd& right_hand_sid
 }
 
 double ThermalDirectSolver::memory_bytes() const { return impl_->blocks.factor().memory_bytes(); }
+
+MemoryNeed heat_memory_need(const ThermalSystem& system, SolverChoice choice, bool& wide) {
+  const ThermalOperator op(system);
+  SparseMatrix block;
+  op.body_block(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(system.terms.size())), 1.0, block);
+  const auto n = static_cast<double>(system.size), matrix = 12.0 * static_cast<double>(block.nonZeros());
+  MemoryNeed need;
+  if (choice != SolverChoice::iterative) {
+    const SparseAnalysis analysis = analyse(block);
+    need.factors = analysis.factor_bytes;
+    need.work = analysis.work_bytes;
+    wide = wide || analysis.wide;
+  }
+  // Levels, transfers, working blocks; the operator; a dozen loads side by side with ten vectors and
+  // six directions each; walls of the fluid nodes; factors beyond the first.
+  need.iterative = 2.0 * matrix;
+  need.other = 5.0 * matrix + 12.0 * (10.0 + 2.0 * 6.0) * 8.0 * n + 2.0 * 8.0 * n * static_cast<double>(op.fluids());
+  need.other += std::min(IntegratorOptions{}.factor_memory, 23.0 * std::max(need.factors, need.iterative));
+  return need;
+}
 
 Eigen::VectorXd solve_steady(const ThermalSystem& system, const Coefficients& c) {
   return solve_shifted(system, c, 0.0, system.inputs * c.q);

@@ -30,7 +30,7 @@ struct ThermalIntegrator::Work : ThermalIteration {
   IntegratorOptions options;
   long excess = 0;               // iterations that new factors might have saved, since the last ones
   bool settled = false;          // neither coefficients nor the step changed in this step
-  MatrixXd source, ex, kx;
+  SideBySide temperature, source, q, ex, kx, imbalance;
   MatrixXd step_mean;            // of the step's stages, if it is kept
 
   /// What the factors should be made of now: while everything stands, the coefficients of each set
@@ -86,13 +86,13 @@ struct ThermalIntegrator::Work : ThermalIteration {
 
   /// As iterate, with the tolerance set from the residual at hand, and a second try with a fresh
   /// factor. @param scale  (loads) size of the terms that make up the residual
-  void solve(const VectorXd& scale, Statistics& statistics) {
+  void solve(const VectorXd& scale, bool want_capacity, Statistics& statistics) {
     start(scale, options.tolerance);
-    bool done = iterate(options.max_iterations);
+    bool done = iterate(options.max_iterations, want_capacity);
     count_iterations(statistics);
     if (!done && make_factors(statistics)) {
       update_fluid_factors();
-      done = iterate(options.max_iterations);
+      done = iterate(options.max_iterations, want_capacity);
       count_iterations(statistics);
     }
     if (!done) require_done(options.max_iterations);
@@ -134,47 +134,61 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
   if (shift_changed) work.shift = 1.0 / (gamma * step_s);
   const double shift = work.shift;
   work.loads.resize(static_cast<std::size_t>(loads));
-  work.source.resize(size(), loads);
+  put_side_by_side(state, work.temperature);
+  SideBySide q(c.front().q.size(), loads);
   std::vector<char> changed(c.size());
-  core::parallel_for(0, c.size(), [&](std::size_t l) {
+  for (std::size_t l = 0; l < c.size(); ++l) {
     changed[l] = work.set_coefficients(l, c[l].p);
     if (shift_changed) work.loads[l].changed = true;
-    work.source.col(static_cast<Index>(l)).noalias() = system_.inputs * c[l].q;
-    if (!work.loads[l].local.empty()) work.source.col(static_cast<Index>(l)) += work.loads[l].local.source;
-  });
+    q.col(static_cast<Index>(l)) = c[l].q;
+  }
+  if (q.rows() != work.q.rows() || q.cols() != work.q.cols() || q != work.q) {
+    work.source = system_.inputs * q;
+    work.q = q;
+  }
+  for (std::size_t l = 0; l < c.size(); ++l)
+    if (!work.loads[l].local.empty()) {
+      // Another one in the next step: the product above must then be made anew.
+      work.source.col(static_cast<Index>(l)) += work.loads[l].local.source;
+      work.q.resize(0, 0);
+    }
 
   work.settled = !shift_changed && std::none_of(changed.begin(), changed.end(), [](char x) { return x != 0; });
 
   if (work.factors.empty() || work.factors_pay()) work.make_factors(statistics_);
   work.update_fluid_factors();
 
-  work.ex.resize(size(), loads);
-  work.kx.resize(size(), loads);
-  VectorXd scale(loads);
-  core::parallel_for(0, c.size(), [&](std::size_t i) {
-    const auto l = static_cast<Index>(i);
-    work.multiply(i, state.col(l).data(), work.ex.col(l).data(), work.kx.col(l).data());
-    scale[l] = shift * work.ex.col(l).norm() + work.kx.col(l).norm() + work.source.col(l).norm();
-  });
+  work.multiply(work.temperature, work.ex, work.kx);
+  const VectorXd scale = shift * norms(work.ex) + norms(work.kx) + norms(work.source);
 
-  if (options_.keep_mean) work.step_mean = state;
   // Stage 1: (E / (gamma h) + K) d = f - K T, then T + d is the temperature at gamma h.
-  const MatrixXd imbalance = work.source - work.kx;
-  work.residual = imbalance;
-  work.solve(scale, statistics_);
-  if (options_.backward_euler) {
-    state += work.increment;
-  } else {
+  work.imbalance.resize(size(), loads);
+  work.residual.resize(size(), loads);
+  double *imbalance = work.imbalance.data(), *temperature = work.temperature.data();
+  over_entries(work.imbalance, [&](Index first, Index last) {
+    for (Index i = first; i < last; ++i) work.residual.data()[i] = imbalance[i] = work.source.data()[i] - work.kx.data()[i];
+  });
+  work.solve(scale, !options_.backward_euler, statistics_);
+  if (!options_.backward_euler) {
     // Stage 2 starts from U = T + a d with a = (1 - gamma) / gamma; K d follows from A d, which the
     // iteration has left as the change of the residual.
     const double a = (1.0 - gamma) / gamma;
-    const MatrixXd conducted = imbalance - work.residual - shift * work.capacity_increment;
-    if (options_.keep_mean) work.step_mean = (1.0 - gamma) * (work.step_mean + work.increment);
-    state += a * work.increment;
-    work.residual = imbalance - a * conducted;
-    work.solve(scale, statistics_);
-    state += work.increment;
+    double* residual = work.residual.data();
+    const double *increment = work.increment.data(), *stored = work.capacity_increment.data();
+    over_entries(work.imbalance, [&](Index first, Index last) {
+      for (Index i = first; i < last; ++i) {
+        const double conducted = imbalance[i] - residual[i] - shift * stored[i];
+        temperature[i] += a * increment[i];
+        residual[i] = imbalance[i] - a * conducted;
+      }
+    });
+    // The first stage ends at T + d.
+    if (options_.keep_mean) work.step_mean = (1.0 - gamma) * (work.temperature - (a - 1.0) * work.increment);
+    work.solve(scale, false, statistics_);
   }
+  over_rows(size(), [&](Index first, Index last) {
+    state.middleRows(first, last - first) = work.temperature.middleRows(first, last - first) + work.increment.middleRows(first, last - first);
+  }, 256);
   if (options_.keep_mean) {
     if (options_.backward_euler)
       work.step_mean = state;

@@ -26,20 +26,33 @@ void ThermalIteration::linearise(std::size_t l, const VectorXd& start, const Vec
   local_->evaluate(start, end, c, loads[l].local);
 }
 
-void ThermalIteration::multiply(std::size_t l, const double* x, double* ex, double* kx) const {
-  const Load& load = loads[l];
-  op.multiply(load.k_values, x, ex, kx);
-  if (load.local.empty()) return;
-  const Eigen::Map<const VectorXd> of(x, op.size());
-  Eigen::Map<VectorXd>(ex, op.size()) += load.local.capacity * of;
-  Eigen::Map<VectorXd>(kx, op.size()) += load.local.conduction * of;
+void ThermalIteration::multiply(const SideBySide& x, SideBySide& ex, SideBySide& kx) const {
+  op.multiply(coefficients(), x, ex, kx);
+  add_local(nullptr, 0.0, x, &ex, &kx);
+}
+
+void ThermalIteration::add_local(const std::vector<std::size_t>* load_of, double at_shift, const SideBySide& x, SideBySide* ex,
+                                 SideBySide* ax) const {
+  if (!local_) return;
+  for (Index column = 0; column < x.cols(); ++column) {
+    const LocalTerms::Change& local = loads[load_of ? (*load_of)[static_cast<std::size_t>(column)] : static_cast<std::size_t>(column)].local;
+    if (local.empty()) continue;
+    const VectorXd of = x.col(column), stored = local.capacity * of;
+    if (ex) ex->col(column) += stored;
+    if (ax) ax->col(column) += at_shift * stored + local.conduction * of;
+  }
+}
+
+SideBySide ThermalIteration::coefficients() const {
+  SideBySide p(loads.front().p.size(), static_cast<Index>(loads.size()));
+  for (std::size_t l = 0; l < loads.size(); ++l) p.col(static_cast<Index>(l)) = loads[l].p;
+  return p;
 }
 
 bool ThermalIteration::set_coefficients(std::size_t l, const VectorXd& p) {
   Load& load = loads[l];
-  if (load.k_values.size() > 0 && load.p.size() == p.size() && load.p == p) return false;
+  if (load.p.size() == p.size() && load.p == p) return false;
   load.p = p;
-  op.combine(load.p, load.k_values);
   load.changed = true;
   return true;
 }
@@ -47,9 +60,7 @@ bool ThermalIteration::set_coefficients(std::size_t l, const VectorXd& p) {
 void ThermalIteration::factorise(Factor& factor, const VectorXd& p, double at_shift) const {
   factor.p = p;
   factor.shift = at_shift;
-  VectorXd k_values;
-  op.combine(p, k_values);
-  factor.solver.factorise(op, k_values, at_shift);
+  factor.solver.factorise(op, p, at_shift);
 }
 
 std::unique_ptr<ThermalIteration::Factor> ThermalIteration::new_factor() const {
@@ -61,91 +72,173 @@ std::unique_ptr<ThermalIteration::Factor> ThermalIteration::new_factor() const {
 void ThermalIteration::update_fluid_factors() {
   core::parallel_for(0, loads.size(), [&](std::size_t l) {
     Load& load = loads[l];
-    if (load.changed) load.fluids = factors[load.factor]->solver.fluid_factor(op.fluid_block(load.k_values, shift));
+    if (load.changed) load.fluids = factors[load.factor]->solver.fluid_factor(op.fluid_block(load.p, shift));
     load.changed = false;
   });
 }
 
 void ThermalIteration::start(const VectorXd& scale, double tolerance) {
+  const VectorXd norm = norms(residual);
   for (std::size_t l = 0; l < loads.size(); ++l)
-    loads[l].threshold = std::max(tolerance * residual.col(static_cast<Index>(l)).norm(), rounding * scale[static_cast<Index>(l)]);
+    loads[l].threshold = std::max(tolerance * norm[static_cast<Index>(l)], rounding * scale[static_cast<Index>(l)]);
   increment.setZero(residual.rows(), residual.cols());
   capacity_increment.setZero(residual.rows(), residual.cols());
+  started_ = true;
 }
 
-/// One GCR step of a load with its preconditioned residual.
-void ThermalIteration::gcr_step(std::size_t l, Eigen::Ref<VectorXd> z) {
-  Load& load = loads[l];
-  const auto column = static_cast<Index>(l);
-  factors[load.factor]->solver.finish(z, load.fluids);
-  const std::size_t slot = static_cast<std::size_t>(load.iterations) % kept_directions;
-  const std::size_t kept = std::min(static_cast<std::size_t>(load.iterations), kept_directions);
-  if (load.directions.size() <= slot) load.directions.resize(slot + 1);
-  Direction fresh;
-  std::swap(fresh, load.directions[slot]);
-  fresh.z = z;
-  fresh.ez.resize(z.size());
-  fresh.az.resize(z.size());
-  multiply(l, z.data(), fresh.ez.data(), fresh.az.data());
-  fresh.az += shift * fresh.ez;
+void ThermalIteration::borrow(const VectorXd& norm) {
+  Working& w = working_;
+  w.load.clear();
+  for (std::size_t l = 0; l < loads.size(); ++l)
+    if (!(norm[static_cast<Index>(l)] <= loads[l].threshold)) w.load.push_back(l);
+  w.all = w.load.size() == loads.size();
+  // Loads of one factor side by side: it is read once for all of them.
+  const auto by_factor = [&](std::size_t a, std::size_t b) { return loads[a].factor < loads[b].factor; };
+  w.all = w.all && std::is_sorted(w.load.begin(), w.load.end(), by_factor);
+  std::stable_sort(w.load.begin(), w.load.end(), by_factor);
+  w.p.resize(loads.front().p.size(), static_cast<Index>(w.load.size()));
+  for (std::size_t c = 0; c < w.load.size(); ++c) w.p.col(static_cast<Index>(c)) = loads[w.load[c]].p;
+  if (w.all) {
+    w.residual.swap(residual);
+    w.increment.swap(increment);
+    return;
+  }
+  w.residual = residual(Eigen::all, w.load);
+  w.increment = increment(Eigen::all, w.load);
+}
+
+void ThermalIteration::give_back() {
+  Working& w = working_;
+  if (w.all) {
+    residual.swap(w.residual);
+    increment.swap(w.increment);
+  } else {
+    residual(Eigen::all, w.load) = w.residual;
+    increment(Eigen::all, w.load) = w.increment;
+  }
+  w.load.clear();
+}
+
+void ThermalIteration::drop_finished(const VectorXd& norm) {
+  Working& w = working_;
+  std::vector<Index> kept;
+  std::vector<std::size_t> still;
+  for (std::size_t c = 0; c < w.load.size(); ++c)
+    if (!(norm[static_cast<Index>(c)] <= loads[w.load[c]].threshold)) {
+      kept.push_back(static_cast<Index>(c));
+      still.push_back(w.load[c]);
+    }
+  if (kept.size() == w.load.size()) return;
+  if (kept.empty()) return give_back();
+  const auto keep = [&](SideBySide& block) { block = SideBySide(block(Eigen::all, kept)); };
+  if (w.all) {
+    // The members get their own back with all columns; what goes on is a copy.
+    residual.swap(w.residual);
+    increment.swap(w.increment);
+    w.residual = residual(Eigen::all, kept);
+    w.increment = increment(Eigen::all, kept);
+    w.all = false;
+  } else {
+    residual(Eigen::all, w.load) = w.residual;
+    increment(Eigen::all, w.load) = w.increment;
+    keep(w.residual);
+    keep(w.increment);
+  }
+  keep(w.p);
+  for (Direction& direction : w.directions) {
+    if (direction.z.cols() != static_cast<Index>(w.load.size())) continue;  // of an earlier call
+    keep(direction.z);
+    keep(direction.az);
+    direction.weight = Eigen::ArrayXd(direction.weight(kept));
+  }
+  w.load = still;
+}
+
+void ThermalIteration::precondition(SideBySide& z) const {
+  const Working& w = working_;
+  z.resize(w.residual.rows(), w.residual.cols());
+  std::vector<std::size_t> first;  // column of each factor's first load, then the end
+  for (std::size_t c = 0; c < w.load.size(); ++c)
+    if (c == 0 || loads[w.load[c]].factor != loads[w.load[c - 1]].factor) first.push_back(c);
+  first.push_back(w.load.size());
+  core::parallel_for(0, first.size() - 1, [&](std::size_t g) {
+    const auto begin = static_cast<Index>(first[g]), width = static_cast<Index>(first[g + 1] - first[g]);
+    std::vector<const BlockSolver::FluidFactor*> fluids;
+    for (std::size_t c = first[g]; c < first[g + 1]; ++c) fluids.push_back(&loads[w.load[c]].fluids);
+    factors[loads[w.load[first[g]]].factor]->solver.precondition(w.residual.middleCols(begin, width), z.middleCols(begin, width), fluids);
+  });
+}
+
+VectorXd ThermalIteration::step(int iteration, bool with_capacity) {
+  Working& w = working_;
+  const std::size_t slot = static_cast<std::size_t>(iteration) % kept_directions;
+  const std::size_t kept = std::min(static_cast<std::size_t>(iteration), kept_directions);
+  if (w.directions.size() <= slot) w.directions.resize(slot + 1);
+  Direction& fresh = w.directions[slot];
+  precondition(fresh.z);
+  op.multiply_shifted(w.p, shift, fresh.z, with_capacity ? &ez_ : nullptr, fresh.az);
+  add_local(&w.load, shift, fresh.z, with_capacity ? &ez_ : nullptr, &fresh.az);
+  const Index width = fresh.z.cols(), rows = fresh.z.rows();
+  double *z = fresh.z.data(), *az = fresh.az.data();
   for (std::size_t d = 0; d < kept; ++d) {
     if (d == slot) continue;
-    const Direction& old = load.directions[d];
-    const double overlap = fresh.az.dot(old.az);
-    fresh.az -= overlap * old.az;
-    fresh.z -= overlap * old.z;
-    fresh.ez -= overlap * old.ez;
-  }
-  const double norm = fresh.az.norm();
-  if (norm > 0.0) {
-    const double scale = 1.0 / norm;
-    fresh.az *= scale;
-    fresh.z *= scale;
-    fresh.ez *= scale;
-    const double length = residual.col(column).dot(fresh.az);
-    increment.col(column) += length * fresh.z;
-    capacity_increment.col(column) += length * fresh.ez;
-    residual.col(column) -= length * fresh.az;
-  }
-  std::swap(fresh, load.directions[slot]);
-  ++load.iterations;
-}
-
-std::size_t ThermalIteration::factor_of(Index active_column) const {
-  return loads[active_[static_cast<std::size_t>(active_column)]].factor;
-}
-
-bool ThermalIteration::iterate(int limit) {
-  for (Load& load : loads) load.iterations = 0;
-  for (int i = 0; i <= limit; ++i) {
-    active_.clear();
-    for (std::size_t l = 0; l < loads.size(); ++l)
-      if (!(residual.col(static_cast<Index>(l)).norm() <= loads[l].threshold)) active_.push_back(l);
-    if (active_.empty()) return true;
-    if (i == limit) return false;
-    // Loads of one factor side by side: it is read once for all of them.
-    std::stable_sort(active_.begin(), active_.end(), [&](std::size_t a, std::size_t b) { return loads[a].factor < loads[b].factor; });
-    const auto count = static_cast<Index>(active_.size());
-    packed_.resize(residual.rows(), count);
-    preconditioned_.resize(residual.rows(), count);
-    for (Index a = 0; a < count; ++a) packed_.col(a) = residual.col(static_cast<Index>(active_[static_cast<std::size_t>(a)]));
-    std::vector<Index> first;  // column of each factor's first load, then the end
-    for (Index a = 0; a < count; ++a)
-      if (a == 0 || factor_of(a) != factor_of(a - 1)) first.push_back(a);
-    first.push_back(count);
-    core::parallel_for(0, first.size() - 1, [&](std::size_t g) {
-      const Index width = first[g + 1] - first[g];
-      factors[factor_of(first[g])]->solver.precondition_bodies(packed_.middleCols(first[g], width),
-                                                               preconditioned_.middleCols(first[g], width));
+    const Direction& old = w.directions[d];
+    const Eigen::ArrayXd overlap = dots(fresh.az, old.az) * old.weight;
+    const double *old_z = old.z.data(), *old_az = old.az.data(), *factor = overlap.data();
+    over_rows(rows, [&](Index first, Index last) {
+      for (Index i = first; i < last; ++i)
+        for (Index k = 0; k < width; ++k) {
+          az[i * width + k] -= factor[k] * old_az[i * width + k];
+          z[i * width + k] -= factor[k] * old_z[i * width + k];
+        }
     });
-    core::parallel_for(0, active_.size(), [&](std::size_t a) { gcr_step(active_[a], preconditioned_.col(static_cast<Index>(a))); });
   }
-  return false;
+  double *r = w.residual.data(), *x = w.increment.data();
+  const Eigen::ArrayXd square = dots(fresh.az, fresh.az), along = dots(w.residual, fresh.az);
+  fresh.weight = (square > 0.0).select(square.inverse(), 0.0);
+  const Eigen::ArrayXd length = along * fresh.weight;
+  double* e = ez_.data();
+  return sum_rows(rows, width, [&](Index i, double* sum, auto w_constant, Index begin) {
+    for (int k = 0; k < w_constant; ++k) {
+      const Index at = i * width + begin + k;
+      const double step = length[begin + k];
+      x[at] += step * z[at];
+      r[at] -= step * az[at];
+      if (with_capacity) e[at] *= step;
+      sum[k] += r[at] * r[at];
+    }
+  }).sqrt();
+}
+
+bool ThermalIteration::iterate(int limit, bool want_capacity) {
+  for (Load& load : loads) load.iterations = 0;
+  borrow(norms(residual));
+  if (working_.load.empty()) return true;
+  const bool fresh = started_;
+  started_ = false;
+  bool e_is_current = false;
+  for (int i = 0; !working_.load.empty() && i < limit; ++i) {
+    for (const std::size_t l : working_.load) ++loads[l].iterations;
+    // The first direction's E z is E d if no other follows.
+    const bool with_capacity = want_capacity && i == 0 && fresh && working_.all;
+    const VectorXd norm = step(i, with_capacity);
+    if (with_capacity) capacity_increment.swap(ez_);
+    e_is_current = with_capacity;
+    drop_finished(norm);
+  }
+  const bool done = working_.load.empty();
+  if (!done) give_back();
+  if (want_capacity && !e_is_current) {
+    op.multiply_capacity(increment, capacity_increment);
+    add_local(nullptr, 0.0, increment, &capacity_increment, nullptr);
+  }
+  return done;
 }
 
 void ThermalIteration::require_done(int limit) const {
+  const VectorXd norm = norms(residual);
   for (std::size_t l = 0; l < loads.size(); ++l) {
-    const double left = residual.col(static_cast<Index>(l)).norm();
+    const double left = norm[static_cast<Index>(l)];
     if (!(left <= loads[l].threshold))
       throw core::SolverError(fmt::format(
           "thermal step: load {} of {} has a residual of {:.2e} W where {:.2e} W is allowed, after {} iterations", l + 1,

@@ -2,8 +2,10 @@
 #pragma once
 // A_l d_l = r_l for a block of loads, A_l = shift E + K0 + sum p_j K_j with each load's own p, by GCR
 // (generalised conjugate residuals, Eisenstat, Elman and Schultz 1983): the flow of coolants is not
-// symmetric. Factors made elsewhere are the preconditioners; loads of one factor are solved as one
-// block. Inner tool of the integrators, which decide what factors are worth making.
+// symmetric. Factors made elsewhere are the preconditioners. Loads go side by side through matrices
+// and factors; one that is done leaves the block. Where the factor is exact, one iteration costs a
+// solve, a product with the matrix and two passes over the vectors. Inner tool of the integrators,
+// which decide what factors are worth making.
 
 #include <memory>
 #include <vector>
@@ -26,14 +28,10 @@ class ThermalIteration {
     long last_use = 0;
   };
 
-  struct Direction {
-    Eigen::VectorXd z, az, ez;           ///< search direction, A z with norm 1, E z
-  };
   struct Load {
-    Eigen::VectorXd p, k_values;         ///< coefficients and the matrix they give
+    Eigen::VectorXd p;                   ///< coefficients
     BlockSolver::FluidFactor fluids;
     std::size_t factor = 0;              ///< index of the one that serves as preconditioner
-    std::vector<Direction> directions;
     double threshold = 0;                ///< residual norm that ends the iteration
     int iterations = 0;
     bool changed = false;                ///< the fluid factor is to be made anew
@@ -45,14 +43,16 @@ class ThermalIteration {
   std::vector<std::unique_ptr<Factor>> factors;
   double shift = 0;                      ///< of the matrices now
   /// (size x loads): right-hand sides, then what is left of them; d; E d
-  Eigen::MatrixXd residual, increment, capacity_increment;
+  SideBySide residual, increment, capacity_increment;
 
+  /// (terms x loads) coefficients of all loads.
+  SideBySide coefficients() const;
   /// Sets a load's coefficients. @return whether they differ from before
   bool set_coefficients(std::size_t load, const Eigen::VectorXd& p);
   /// Sets what local terms add to a load's step between these states.
   void linearise(std::size_t load, const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c);
-  /// E x and K x of a load, with what is local to it. All (size).
-  void multiply(std::size_t load, const double* x, double* ex, double* kx) const;
+  /// E X and K X of all loads, with what is local to them. (size x loads)
+  void multiply(const SideBySide& x, SideBySide& ex, SideBySide& kx) const;
   /// Factorises for (p, shift) in place of what the factor was made of before.
   void factorise(Factor& factor, const Eigen::VectorXd& p, double at_shift) const;
   /// A factor that takes over the analysis of the first one, if there is one; not yet factorised.
@@ -64,17 +64,39 @@ class ThermalIteration {
   /// @param scale  (loads) size of the terms that make up the residuals
   void start(const Eigen::VectorXd& scale, double tolerance);
   /// Iterates all loads. @return false if a load needs more than limit iterations
-  bool iterate(int limit);
+  /// @param want_capacity  else capacity_increment holds nothing of use
+  bool iterate(int limit, bool want_capacity = true);
   /// @throws SolverError naming the first load that is not done
   void require_done(int limit) const;
 
  private:
-  void gcr_step(std::size_t load, Eigen::Ref<Eigen::VectorXd> z);
-  std::size_t factor_of(Eigen::Index active_column) const;
+  struct Direction {
+    SideBySide z, az;
+    Eigen::ArrayXd weight;               ///< 1 / |A z|^2; 0 where nothing is to be gained
+  };
+  /// The loads that are not done yet, those of one factor side by side.
+  struct Working {
+    std::vector<std::size_t> load;       ///< of each column
+    SideBySide residual, increment, p;
+    std::vector<Direction> directions;   ///< the oldest is overwritten
+    bool all = false;                    ///< the members' own blocks, lent
+  };
+
+  void borrow(const Eigen::VectorXd& norm);
+  void give_back();
+  /// Drops columns whose residual is small enough. @param norm  (columns of the working block)
+  void drop_finished(const Eigen::VectorXd& norm);
+  void precondition(SideBySide& z) const;
+  /// @return residual norms
+  Eigen::VectorXd step(int iteration, bool with_capacity);
+
+  /// To E X and (shift E + K) X what is local to the load of each column (all loads: null).
+  void add_local(const std::vector<std::size_t>* load_of, double at_shift, const SideBySide& x, SideBySide* ex, SideBySide* ax) const;
 
   const LocalTerms* local_;
-  Eigen::MatrixXd packed_, preconditioned_;
-  std::vector<std::size_t> active_;
+  Working working_;
+  SideBySide ez_;
+  bool started_ = false;                 ///< d is still zero
 };
 
 }  // namespace thermotwin::solver

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// shift E + K0 + sum p_j K_j on one pattern, the union of all terms: values are combined where
-// coefficients change, the pattern is never searched again. And its solution by blocks: nodes of
-// the bodies (symmetric, CHOLMOD), then the few fluid nodes (not symmetric) by the exact Schur
-// complement.
+// shift E + K0 + sum p_j K_j times vectors of several loads, each with its own p: one pass over the
+// terms for all of them. For factors, values are combined on one pattern, the union of all terms,
+// which is never searched again. And its solution by blocks: nodes of the bodies (symmetric; CHOLMOD
+// or multigrid), then the few fluid nodes (not symmetric) by the exact Schur complement.
 
 #include <Eigen/LU>
 #include <optional>
 #include <vector>
 
-#include "solver/sparse_factor.h"
+#include "solver/side_by_side.h"
+#include "solver/spd_solver.h"
 #include "solver/thermal_system.h"
 
 namespace thermotwin::solver {
@@ -24,34 +25,49 @@ class ThermalOperator {
   Eigen::Index fluids() const { return system_.size - system_.nodes; }
   const ThermalSystem& system() const { return system_; }
 
-  /// Values of K0 + sum p_j K_j on the pattern. @param p (terms)
-  void combine(const Eigen::VectorXd& p, Eigen::VectorXd& k_values) const;
-
-  /// E x and K x in one pass, rows in parallel. All (size).
-  void multiply(const Eigen::VectorXd& k_values, const double* x, double* ex, double* kx) const;
+  /// E X and K X. @param p (terms x loads)  @param x (size x loads), as ex and kx
+  void multiply(const SideBySide& p, const SideBySide& x, SideBySide& ex, SideBySide& kx) const;
+  /// (shift E + K) X, and E X if there is a place for it.
+  void multiply_shifted(const SideBySide& p, double shift, const SideBySide& x, SideBySide* ex, SideBySide& ax) const;
+  /// E X
+  void multiply_capacity(const SideBySide& x, SideBySide& ex) const;
 
   /// Body block of shift E + K, full and symmetric, written into block (made at the first call).
-  void body_block(const Eigen::VectorXd& k_values, double shift, SparseMatrix& block) const;
+  void body_block(const Eigen::VectorXd& p, double shift, SparseMatrix& block) const;
   /// (fluids x fluids) block of shift E + K.
-  Eigen::MatrixXd fluid_block(const Eigen::VectorXd& k_values, double shift) const;
-  /// (nodes x fluids) block of K, dense; the block below the diagonal is its transpose.
-  Eigen::MatrixXd coupling(const Eigen::VectorXd& k_values) const;
+  Eigen::MatrixXd fluid_block(const Eigen::VectorXd& p, double shift) const;
+  /// (nodes x fluids) block of K; the block below the diagonal is its transpose.
+  SparseMatrix coupling(const Eigen::VectorXd& p) const;
 
  private:
+  enum class Wanted { capacity, both, sum };
+  /// e := E X; both: k := shift E X + K X too; sum: only that
+  template <Wanted wanted>
+  void multiply_rows(const SideBySide& p, double shift, const SideBySide& x, double* e, double* k) const;
+  /// visit(column, entry of E, entry of K) for a row
+  template <class Visit>
+  void visit_row(Eigen::Index row, const Eigen::VectorXd& p, const Visit& visit) const;
+
   const ThermalSystem& system_;
-  std::vector<int> outer_, inner_;           // by rows, columns sorted
-  Eigen::VectorXd e_values_, k0_values_;
-  std::vector<std::vector<int>> places_;     // of each term's entries
-  std::vector<int> body_outer_, body_inner_, body_places_;
+  // By rows, columns sorted: E and K0 on one pattern; then each term's entries of the row.
+  std::vector<int> outer_, inner_;
+  std::vector<double> e_, k_;
+  struct Segment { int term, begin; };
+  std::vector<int> segment_outer_, term_inner_;
+  std::vector<Segment> segments_;             // one more, the end
+  std::vector<double> term_values_;
+  // Body block: where the entries of E and K0, then of each term, go.
+  std::vector<int> body_outer_, body_inner_, volume_places_;
+  std::vector<std::vector<int>> term_places_;  // -1: not in the body block
 };
 
 /// Factor at given coefficients. apply() solves with the fluid block of another operator of the
 /// same walls: exact for those coefficients, a good preconditioner for others.
 class BlockSolver {
  public:
-  void factorise(const ThermalOperator& op, const Eigen::VectorXd& k_values, double shift);
+  void factorise(const ThermalOperator& op, const Eigen::VectorXd& p, double shift);
   /// Takes over the analysis of another solver of the same operator, to be factorised anew.
-  void adopt(const BlockSolver& other) { factor_.emplace(other.factor_->clone()); }
+  void adopt(const BlockSolver& other) { factor_.emplace(other.factor_->copy_for_new_values()); }
 
   /// Schur complement of the fluid nodes for a fluid block.
   using FluidFactor = Eigen::PartialPivLU<Eigen::MatrixXd>;
@@ -60,18 +76,20 @@ class BlockSolver {
 
   /// First half of a solve, all columns: x := A_bb^-1 b for the body nodes; fluid rows are copied.
   void solve_bodies(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x) const;
-  /// The same, as well as an iteration needs it.
-  void precondition_bodies(const Eigen::Ref<const Eigen::MatrixXd>& b, Eigen::Ref<Eigen::MatrixXd> x) const { solve_bodies(b, x); }
   /// Second half for one column.
   void finish(Eigen::Ref<Eigen::VectorXd> x, const FluidFactor& fluids, bool transpose = false) const;
+  /// Both for loads side by side, as well as an iteration needs it, each with its own fluid factor.
+  void precondition(const Eigen::Ref<const SideBySide>& b, Eigen::Ref<SideBySide> x,
+                    const std::vector<const FluidFactor*>& fluids) const;
 
-  const SparseFactor& factor() const { return *factor_; }
+  const SpdSolver& factor() const { return *factor_; }
   double memory_bytes() const { return factor_->memory_bytes(); }
 
  private:
-  std::optional<SparseFactor> factor_;
+  std::optional<SpdSolver> factor_;
   SparseMatrix block_;
-  Eigen::MatrixXd coupling_, solved_;  // A_bf and A_bb^-1 A_bf
+  SparseMatrix coupling_;  // A_bf
+  SideBySide solved_;      // A_bb^-1 A_bf
   FluidFactor own_;
   Eigen::Index nodes_ = 0;
 };

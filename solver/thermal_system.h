@@ -14,6 +14,7 @@
 #include "mesh/machine_mesh.h"
 #include "solver/element_matrix.h"
 #include "solver/local_terms.h"
+#include "solver/linear_solver.h"
 #include "solver/operating_model.h"
 
 namespace thermotwin::solver {
@@ -27,6 +28,7 @@ struct ThermalSystem {
   SparseMatrix inputs;               ///< (size x inputs) s_k for q_k = 1
   std::shared_ptr<const LocalTerms> local;  ///< what depends on temperature from place to place; null: nothing
   SparseMatrix sensors;              ///< (sensors + layout.observed x size) their temperatures
+  LinearSolver solver = LinearSolver::direct;  ///< of the nodes of the bodies, for all that solve
 };
 
 /// @throws InputError (a joint without any contact over the travel, a surface of zero area)

@@ -48,11 +48,12 @@ void require_writable(const std::filesystem::path& out) {
   if (::access(out.c_str(), W_OK | X_OK) != 0) throw core::InputError("--out " + out.string(), "no permission", "a folder that may be written");
 }
 
-solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out) {
+solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out, const std::string& solver) {
   require_writable(out);
   return solver::build_full_model(
       machine_case.machine,
-      {mesh::size_factor(machine_case.machine, machine_case.size), out / "cache"});
+      {mesh::size_factor(machine_case.machine, machine_case.size), out / "cache"},
+      solver::solver_choice(solver, "--solver"));
 }
 
 std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
@@ -185,7 +186,7 @@ void campaign(const CampaignOptions& options) {
     names.insert(names.end(), machine_case.holdout.begin(), machine_case.holdout.end());
   }
   const auto programs = load_programs(machine_case, names);
-  const solver::FullModel full = build(machine_case, options.out);
+  const solver::FullModel full = build(machine_case, options.out, options.solver);
   solver::CampaignOptions campaign_options;
   campaign_options.out = campaign_options.checkpoints = options.out / "campaign";
   campaign_options.resume = options.resume;
@@ -209,7 +210,7 @@ void reduce(const ReduceOptions& options) {
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
-  const solver::FullModel full = build(machine_case, options.out);
+  const solver::FullModel full = build(machine_case, options.out, options.solver);
   const ReducedCase made = make_reduced_model(full, machine_case, options.order, options.resume, options.out);
   nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()},
                          {"basis_s", made.summary.basis_seconds}, {"seconds", time.seconds()}};

@@ -31,7 +31,8 @@ solver::Case open_case(const std::filesystem::path& path, const std::string& siz
 /// Makes the folder for results. @throws InputError before any work is lost
 void require_writable(const std::filesystem::path& out);
 
-solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out);
+solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out,
+                        const std::string& solver = "auto");
 
 std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
                                                const std::vector<std::string>& names);

@@ -41,6 +41,12 @@ void add_checkpoint(CLI::App& verb, double& every_s) {
       ->capture_default_str();
 }
 
+void add_solver(CLI::App& verb, std::string& solver) {
+  verb.add_option("--solver", solver, "linear solver: direct while its factors fit into memory (auto), direct, iterative")
+      ->check(CLI::IsMember({"auto", "direct", "iterative"}))
+      ->capture_default_str();
+}
+
 template <class Options>
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& text,
                    const std::string& example, Options& options, void (*verb)(const Options&)) {
@@ -92,6 +98,7 @@ int parse_and_run(int argc, char** argv) {
                             "thermotwin run cases/vmc5 --out out", run, &tools::run);
   verb->add_option("CASE", run.case_path, "case folder or case.toml")->required();
   add_mesh(*verb, run.size, run.mesh_order);
+  add_solver(*verb, run.solver);
   verb->add_flag("--resume", run.resume, "go on where a stopped run with the same inputs ended");
 
   tools::MeshOptions mesh;
@@ -123,6 +130,7 @@ int parse_and_run(int argc, char** argv) {
   verb->add_flag("--resume", simulate.resume, "go on from the checkpoint of a stopped run with the same inputs");
   add_checkpoint(*verb, simulate.checkpoint_every_s);
   add_mesh(*verb, simulate.size, simulate.mesh_order);
+  add_solver(*verb, simulate.solver);
 
   tools::CampaignOptions campaign;
   verb = add_verb(app, "campaign", "load programs on the full model, the TCP error at all poses: "
@@ -133,6 +141,7 @@ int parse_and_run(int argc, char** argv) {
   verb->add_flag("--resume", campaign.resume, "keep loads that are finished, go on with one that was stopped");
   add_checkpoint(*verb, campaign.checkpoint_every_s);
   add_mesh(*verb, campaign.size, campaign.mesh_order);
+  add_solver(*verb, campaign.solver);
 
   tools::ReduceOptions reduce;
   verb = add_verb(app, "reduce", "reduced state-space model model.rom.h5; order and error table",
@@ -142,6 +151,7 @@ int parse_and_run(int argc, char** argv) {
       ->check(CLI::Range(0, 2000));
   verb->add_flag("--resume", reduce.resume, "keep campaign results that are finished");
   add_mesh(*verb, reduce.size, reduce.mesh_order, "--mesh-order");
+  add_solver(*verb, reduce.solver);
 
   tools::CompensateOptions compensate;
   verb = add_verb(app, "compensate", "streams rows of what a control knows in, axis offsets out, row by row",

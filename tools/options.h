@@ -20,6 +20,7 @@ struct RunOptions : CommonOptions {
   std::string size;         ///< empty: the case's own
   int mesh_order = 0;       ///< of the tetrahedra, 1 or 2; 0: the machine's own
   bool resume = false;
+  std::string solver = "auto";
 };
 struct MeshOptions : CommonOptions {
   std::filesystem::path machine;
@@ -36,6 +37,7 @@ struct SimulateOptions : CommonOptions {
   double start_time_s = -1;                 ///< of start_from_sensors; negative: its first row
   bool resume = false;
   double checkpoint_every_s = 60;
+  std::string solver = "auto";
 };
 struct CampaignOptions : CommonOptions {
   std::filesystem::path case_path;
@@ -44,6 +46,7 @@ struct CampaignOptions : CommonOptions {
   std::vector<std::string> loads;
   bool resume = false;
   double checkpoint_every_s = 60;
+  std::string solver = "auto";
 };
 struct ReduceOptions : CommonOptions {
   std::filesystem::path case_path;
@@ -51,6 +54,7 @@ struct ReduceOptions : CommonOptions {
   int mesh_order = 0;
   int order = 0;
   bool resume = false;
+  std::string solver = "auto";
 };
 struct CompensateOptions : CommonOptions {
   CompensateOptions() { out = "-"; }  ///< a file here, "-" for stdout

@@ -186,7 +186,7 @@ void run(const RunOptions& options) {
   std::string text;
 
   Stopwatch step;
-  const solver::FullModel full = build(machine_case, options.out);
+  const solver::FullModel full = build(machine_case, options.out, options.solver);
   Eigen::Index elements = 0;
   for (const mesh::TetMesh& body : full.mesh.bodies) elements += body.elements();
   text += fmt::format("mesh        {} bodies, {} nodes, {} tetrahedra, {} joints ({}); {:.0f} s\n", machine.bodies.size(),

@@ -56,7 +56,7 @@ void simulate(const SimulateOptions& options) {
   if (!options.output_times.empty()) program.choose_outputs(options.output_times, "--output-times");
   const mesh::Pose pose = options.pose.empty() ? mesh::home_pose(machine)
                                                : mesh::parse_pose(machine, options.pose, "--pose");
-  const solver::FullModel full = build(machine_case, options.out);
+  const solver::FullModel full = build(machine_case, options.out, options.solver);
 
   const auto folder = options.out / "simulate" / program.name();
   solver::CampaignOptions campaign;

@@ -109,4 +109,48 @@ TEST(SparseFactor, SolvesFromManyThreadsWithTheSameBits) {
   core::set_thread_count(0);
 }
 
+TEST(SparseFactor, FewColumnsAgreeWithManyInAnyLayout) {
+  for (int block : {1, 3}) {
+    const auto a = grid_matrix(block == 1 ? 20 : 11, block, 0.1);
+    SparseFactorOptions options;
+    options.block = block;
+    SparseFactor factor(a, options);
+    const Eigen::MatrixXd b = some_columns(a.cols(), 29);
+    const Eigen::MatrixXd expected = factor.solve(b);  // CHOLMOD's own solve
+    EXPECT_LT((a * expected - b).norm(), 1e-10 * b.norm());
+    for (int columns : {1, 2, 4, 5, 8, 9, 12, 29}) {
+      const double close = 1e-13 * expected.leftCols(columns).norm();
+      EXPECT_LT((factor.solve(Eigen::MatrixXd(b.leftCols(columns))) - expected.leftCols(columns)).norm(), close) << columns;
+      SideBySide wider = SideBySide::Constant(a.cols(), columns + 2, 7.0);  // a view into more columns
+      factor.solve_side_by_side(SideBySide(b.leftCols(columns)), wider.middleCols(1, columns));
+      EXPECT_LT((wider.middleCols(1, columns) - expected.leftCols(columns)).norm(), close) << columns;
+      EXPECT_TRUE((wider.col(0).array() == 7.0).all() && (wider.col(columns + 1).array() == 7.0).all()) << columns;
+    }
+    // A clone shares the plan of the sweeps, not the values.
+    SparseFactor clone = factor.clone();
+    clone.factorise(2.0 * a);
+    EXPECT_LT((2.0 * clone.solve(Eigen::MatrixXd(b.leftCols(3))) - expected.leftCols(3)).norm(), 1e-13 * expected.leftCols(3).norm());
+    options.force_wide = true;
+    EXPECT_LT((SparseFactor(a, options).solve(Eigen::MatrixXd(b.leftCols(3))) - expected.leftCols(3)).norm(), 1e-13 * expected.norm());
+  }
+}
+
+TEST(SparseFactor, SweepsHaveTheSameBitsForAnyNumberOfThreads) {
+  const auto a = grid_matrix(28, 1, 0.05);  // separators at the top are shared among threads
+  const SparseFactor factor(a);
+  for (int columns : {1, 3, 9}) {
+    const SideBySide b = some_columns(a.cols(), columns);
+    SideBySide expected(b.rows(), b.cols()), again(b.rows(), b.cols());
+    core::set_thread_count(1);
+    factor.solve_side_by_side(b, expected);
+    for (int threads : {2, 5}) {
+      core::set_thread_count(threads);
+      factor.solve_side_by_side(b, again);
+      EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * static_cast<std::size_t>(b.size())), 0) << columns << ' ' << threads;
+    }
+    core::set_thread_count(0);
+    EXPECT_LT((a * expected - b).norm(), 1e-10 * b.norm());
+  }
+}
+
 }  // namespace thermotwin::solver

@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
   app.add_option("--threads", settings.threads, "threads of whole-machine work (0: all)")->check(CLI::Range(0, 1024));
   app.add_option("--pairs", settings.pairs, "pairs of runs of each comparison")->capture_default_str()->check(CLI::Range(1, 100));
   app.add_option("--steps", settings.steps, "time steps of each run")->capture_default_str()->check(CLI::Range(20, 100000));
+  app.add_option("--calculix-steps", settings.deck_steps, "time steps of CalculiX")->capture_default_str()->check(CLI::Range(1, 10000));
+  app.add_flag("--body-only", settings.bodies_only, "solver: leave the whole machine out");
   app.add_option("--work", settings.work, "folder for meshes, models and rows");
   app.footer("Example:\n  tools/bench solver --size standard --pairs 3");
   try {

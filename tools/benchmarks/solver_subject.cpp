@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The full model: one body against a bare CHOLMOD program and CalculiX; nine loads at once against
-// one after the other; 27 poses against one.
+// The full model: one body against a bare CHOLMOD program and CalculiX, one thread against more, nine
+// loads at once against one, a factor against multigrid; the whole machine's loads and poses.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,35 +43,71 @@ std::vector<double> sum(std::vector<double> a, const std::vector<double>& b) {
 
 std::vector<double> values(const std::vector<Outcome>& outcomes, const std::string& name) { return each(outcomes, name); }
 
-/// Against CalculiX: what further time steps or static steps add to a run on the same mesh.
-void against_calculix(const Settings& s, Report& report, const std::vector<Outcome>& heat, const std::vector<Outcome>& elastic, int steps) {
+/// Against CalculiX: what further time steps or static steps add to a run on the same mesh, on the
+/// same processors.
+void against_calculix(const Settings& s, Report& report) {
   if (!have_program("ccx")) return report.note("CalculiX (ccx) is not installed: left out");
   const auto ccx = [&](const std::string& deck) {
     Command command;
     command.words = {"ccx", deck};
     command.folder = s.work;
-    command.cores = 1;
-    command.environment = {"OMP_NUM_THREADS=1", "OPENBLAS_NUM_THREADS=1"};
+    command.cores = s.threads;
+    command.environment = {"OMP_NUM_THREADS=" + std::to_string(s.threads), "OPENBLAS_NUM_THREADS=1"};
     return run(command);
   };
+  const auto time = [&](const Outcome& outcome) { return s.threads == 1 ? outcome.processor_seconds : outcome.seconds; };
   std::vector<double> step, bend, our_step, our_bend;
-  double MiB = 0;
-  const std::size_t repeats = std::min<std::size_t>(3, heat.size());
-  for (std::size_t i = 0; i < repeats; ++i) {
+  double MiB = 0, heat_MiB = 0, elastic_MiB = 0;
+  for (int i = 0; i < std::min(3, s.pairs); ++i) {
+    const Outcome heat = run(worker(s, "heat", s.threads, {"--steps", std::to_string(s.steps)})), elastic = run(worker(s, "elastic", s.threads));
     const Outcome longer = ccx("heat_long"), bent = ccx("bend_long");
-    step.push_back((longer.processor_seconds - ccx("heat_short").processor_seconds) / steps);
-    bend.push_back((bent.processor_seconds - ccx("bend_short").processor_seconds) / 2);
+    step.push_back((time(longer) - time(ccx("heat_short"))) / s.deck_steps);
+    bend.push_back((time(bent) - time(ccx("bend_short"))) / 2);
     MiB = std::max({MiB, longer.peak_MiB, bent.peak_MiB});
-    our_step.push_back(heat[i]["step"]);
-    our_bend.push_back(elastic[i]["assembly"] + elastic[i]["factor"] + elastic[i]["rows"]);
+    our_step.push_back(heat["step"]);
+    our_bend.push_back(elastic["assembly"] + elastic["factor"] + elastic["rows"]);
+    heat_MiB = heat.peak_MiB;
+    elastic_MiB = elastic.peak_MiB;
   }
-  report.compare("thermal step", our_step, step, "CalculiX, which factorises in each", 1, median(each(heat, "MiB")), MiB);
-  report.compare("elastic: assembly, factor, 48 rows", our_bend, bend, "CalculiX, a step of one load", 1, median(each(elastic, "MiB")), MiB);
+  report.compare("thermal step", our_step, step, "CalculiX, which factorises in each", s.threads, heat_MiB, MiB);
+  report.compare("elastic: assembly, factor, 48 rows", our_bend, bend, "CalculiX, a step of one load", s.threads, elastic_MiB, MiB);
+  report.note(fmt::format("CalculiX: what {} more time steps, or two more static ones, add to a run", s.deck_steps));
+}
+
+/// Loads side by side, and what more threads do for them.
+void block_of_loads(const Settings& s, Report& report) {
+  const std::string steps = std::to_string(std::min(s.steps, 40));
+  const auto heat = [&](int columns, int threads) { return worker(s, "heat", threads, {"--steps", steps, "--columns", std::to_string(columns)}); };
+  const Pairs nine = in_turn(s.pairs, heat(9, 1), heat(1, 1));
+  std::vector<double> alone = values(nine.other, "step"), cost;
+  for (std::size_t i = 0; i < alone.size(); ++i) cost.push_back(nine.ours[i]["step"] / alone[i]);
+  for (double& step : alone) step *= 9;
+  report.compare("thermal step of nine loads side by side", values(nine.ours, "step"), alone, "nine steps of one load", 1, median(each(nine.ours, "MiB")),
+                 median(each(nine.other, "MiB")));
+  report.figure("  that is, of the step of one load", fmt::format("{:.2f} x", median(cost)), 1);
+  if (s.threads == 1) return;
+  for (const int columns : {1, 9}) {
+    const Pairs threads = in_turn(std::min(s.pairs, 3), heat(columns, s.threads), heat(columns, 1));
+    report.compare(fmt::format("thermal step, {} load{}", columns, columns > 1 ? "s" : ""), values(threads.ours, "step"), values(threads.other, "step"), "one thread", s.threads);
+  }
+}
+
+void multigrid(const Settings& s, Report& report, const std::vector<Outcome>& direct) {
+  std::vector<double> solve, factor;
+  Outcome last;
+  for (std::size_t i = 0; i < std::min<std::size_t>(2, direct.size()); ++i) {
+    last = run(worker(s, "iterative", 1));
+    solve.push_back(last["setup"] + last["rows"]);
+    factor.push_back(direct[i]["factor"] + direct[i]["rows"] * last["columns"] / 48);
+  }
+  report.compare(fmt::format("multigrid: levels, {} rows to 1e-8", last["columns"]), solve, factor, "a factor, as many rows", 1, last.peak_MiB,
+                 median(each(direct, "MiB")));
+  report.figure("  iterations", fmt::format("{}", last["iterations"]), 1);
+  report.figure("  multigrid itself, MiB", fmt::format("{:.0f}", last["multigrid_MiB"]), 1);
 }
 
 void single_body(const Settings& s, Report& report) {
-  constexpr int deck_steps = 6;
-  const Outcome files = run(worker(s, "files", 1, {"--deck-steps", std::to_string(deck_steps)}));
+  const Outcome files = run(worker(s, "files", 1, {"--deck-steps", std::to_string(s.deck_steps)}));
   report.note(fmt::format("one body: {} of {}, {} nodes, {} tetrahedra; one processor, its time", s.body, s.case_path.string(), files["nodes"], files["elements"]));
   const std::string steps = std::to_string(s.steps), cholmod = "bare CHOLMOD";
   const Pairs heat = in_turn(s.pairs, worker(s, "heat", 1, {"--steps", steps}), bare(s, {"heat", steps}));
@@ -89,7 +125,9 @@ void single_body(const Settings& s, Report& report) {
   report.compare("48 adjoint rows", values(elastic.ours, "rows"), values(elastic.other, "rows"), cholmod, 1);
   report.note(fmt::format("the answers of both agree: temperatures to {:.0e}, rows to {:.0e}",
                           std::abs(heat.ours[0]["mean_K"] / heat.other[0]["mean_K"] - 1), std::abs(elastic.ours[0]["rows_norm"] / elastic.other[0]["rows_norm"] - 1)));
-  against_calculix(s, report, heat.ours, elastic.ours, deck_steps);
+  block_of_loads(s, report);
+  multigrid(s, report, elastic.ours);
+  against_calculix(s, report);
 }
 
 void whole_machine(const Settings& s, Report& report) {
@@ -102,15 +140,17 @@ void whole_machine(const Settings& s, Report& report) {
     report.compare(what, values(pairs.ours, "load_step"), values(pairs.other, "load_step"), "one after the other", s.threads,
                    median(each(pairs.ours, "MiB")), median(each(pairs.other, "MiB")));
   }
-  std::vector<double> all, anew;
+  std::vector<double> all, anew, cost;
   Outcome last;
   for (int i = 0; i < std::min(s.pairs, 3); ++i) {
     last = run(worker(s, "poses", s.threads));
     all.push_back(last["model"] + last["all_poses"]);
+    cost.push_back(all.back() / (last["model"] + last["pose"]));
     anew.push_back(last["poses"] * (last["model"] + last["pose"]));
   }
   report.compare(fmt::format("elastic model and rows of {} poses", last["poses"]), all, anew,
                  "a new elastic model a pose (one measured, times the poses)", s.threads, last.peak_MiB, 0);
+  report.figure(fmt::format("  {} poses, of the model with one pose", last["poses"]), fmt::format("{:.2f} x", median(cost)), s.threads);
   report.figure(fmt::format("  of it: factors and {} unit solves", last["unit_solves"]), duration(last["model"]), s.threads);
   report.figure("  of it: rows of one pose", duration(last["pose"]), s.threads);
   report.note(fmt::format("whole machine: {} nodes; {} steps a load; {}", last["nodes"], steps, s.threads == 1 ? "one processor, its time" : "wall time"));
@@ -121,7 +161,7 @@ void whole_machine(const Settings& s, Report& report) {
 std::string solver_subject(const Settings& settings) {
   Report report("solver, " + settings.size);
   single_body(settings, report);
-  whole_machine(settings, report);
+  if (!settings.bodies_only) whole_machine(settings, report);
   return report.text();
 }
 

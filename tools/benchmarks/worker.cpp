@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -16,6 +17,7 @@
 #include "reduction/model_file.h"
 #include "solver/campaign.h"
 #include "solver/elastic_assembly.h"
+#include "solver/multigrid.h"
 #include "solver/sparse_factor.h"
 #include "tools/benchmarks/body_case.h"
 #include "tools/benchmarks/report.h"
@@ -30,7 +32,7 @@ namespace {
 struct Options {
   std::string case_path = "cases/vmc5", size = "coarse", body = "column", set = "ambient", load;
   std::filesystem::path folder, model, out;
-  int steps = 100, threads = 1, decks = 6;
+  int steps = 100, threads = 1, decks = 6, columns = 1;
   long rows = 100000;
   bool apart = false;
 };
@@ -79,9 +81,11 @@ void heat(const Options& options) {
   const solver::ThermalSystem system = solver::assemble_thermal(one.mesh);
   print("assembly", time.seconds());
   const solver::OperatingModel model(one.mesh.machine, system.layout);
-  const std::vector<solver::Coefficients> c{model.coefficients(model.channels().defaults(), Eigen::VectorXd(0))};
+  // Further loads have the same films and other powers.
+  std::vector<solver::Coefficients> c(static_cast<std::size_t>(options.columns), model.coefficients(model.channels().defaults(), Eigen::VectorXd(0)));
+  for (std::size_t l = 1; l < c.size(); ++l) c[l].q *= 1.0 + 0.1 * static_cast<double>(l);
   solver::ThermalIntegrator integrator(system);
-  Eigen::MatrixXd state = integrator.uniform(0.0);
+  Eigen::MatrixXd state = integrator.uniform(0.0).replicate(1, options.columns);
   time.restart();
   integrator.advance(state, c, one.step_s);
   print("first_step", time.seconds());
@@ -92,8 +96,8 @@ void heat(const Options& options) {
     each.push_back(time.seconds());
   }
   print("step", bench::median(each));
-  print("largest_K", state.maxCoeff());
-  print("mean_K", state.mean());
+  print("largest_K", state.col(0).maxCoeff());
+  print("mean_K", state.col(0).mean());
 }
 
 void elastic(const Options& options) {
@@ -117,6 +121,33 @@ void elastic(const Options& options) {
   const Eigen::MatrixXd rows = body.thermal_load.transpose() * factor.solve(loads);
   print("rows", time.seconds());
   print("rows_norm", rows.norm());
+}
+
+/// As elastic, eight columns of it, by multigrid; loads as the elastic model has them: balanced.
+void iterative(const Options& options) {
+  const Setup setup(options);
+  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  const mesh::TetMesh& mesh = one.mesh.bodies[0];
+  solver::ElasticBody body = solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
+  constexpr Eigen::Index columns = 8;
+  Watch time(options.threads);
+  solver::MultigridOptions multigrid;
+  multigrid.block = 3;
+  multigrid.near_null = body.rigid;
+  multigrid.tolerance = 1e-8;
+  const solver::MultigridSolver solver(body.stiffness, multigrid);
+  print("setup", time.seconds());
+  time.restart();
+  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * mesh.nodes(), columns), motion(3 * mesh.nodes(), columns);
+  for (int i = 0; i < columns; ++i) loads(3 * bench::load_node(mesh.nodes(), 2 * i + 1) + i % 3, i) = 1.0;
+  loads -= body.rigid * (body.rigid.transpose() * body.rigid).llt().solve(body.rigid.transpose() * loads);
+  solver::clear_fixed(body, loads);
+  print("iterations", solver.solve(loads, motion));
+  print("rows_norm", (body.thermal_load.transpose() * motion).norm());
+  print("rows", time.seconds());
+  print("columns", static_cast<double>(columns));
+  print("multigrid_MiB", solver.memory_bytes() / 1048576.0);
+  print("unknowns", static_cast<double>(loads.rows()));
 }
 
 /// Nine programs of one time grid, as a block or each by itself.
@@ -267,7 +298,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Options options;
   const std::vector<std::pair<std::string, void (*)(const Options&)>> works = {
-      {"files", write_files}, {"heat", heat}, {"elastic", elastic}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"rows", rows}};
+      {"files", write_files}, {"heat", heat}, {"elastic", elastic}, {"iterative", iterative}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"rows", rows}};
   for (const auto& [name, work] : works) {
     CLI::App* verb = app.add_subcommand(name);
     verb->add_option("--case", options.case_path);
@@ -280,6 +311,7 @@ int main(int argc, char** argv) {
     verb->add_option("--out", options.out);
     verb->add_option("--steps", options.steps);
     verb->add_option("--threads", options.threads);
+    verb->add_option("--columns", options.columns);
     verb->add_option("--deck-steps", options.decks);
     verb->add_option("--rows", options.rows);
     verb->add_flag("--apart", options.apart);

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/supernodal_sweeps.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/thread_pool.h"
+#include "solver/side_by_side.h"
+
+namespace thermotwin::solver {
+namespace {
+
+using Int = std::int64_t;
+
+constexpr Int parts = 24;             // a subtree holds at most this share of the factor
+constexpr Int rows_at_once = 128;     // of a block that stays in the nearest cache
+constexpr Int columns_at_once = 16;
+constexpr Int split_above = 1 << 17;  // values of a supernode that several threads share
+
+/// 4 N right-hand sides. Panels of columns are as wide as the registers hold their sums.
+template <int N>
+struct Wide {
+  static constexpr Int width = 4 * N, panel = N == 3 ? 3 : 4;
+
+  static Four* at(double* y, Int row) { return reinterpret_cast<Four*>(y + row * width); }
+  static const Four* at(const double* y, Int row) { return reinterpret_cast<const Four*>(y + row * width); }
+
+  template <int P>
+  static void subtract_panel(const double* l, Int stride, Int rows, const double* y, double* out) {
+    Four from[P][N];
+    for (int j = 0; j < P; ++j)
+      for (int k = 0; k < N; ++k) from[j][k] = at(y, j)[k];
+    for (Int i = 0; i < rows; ++i) {
+      Four* to = at(out, i);
+      Four sum[N];
+      for (int k = 0; k < N; ++k) sum[k] = to[k];
+      for (int j = 0; j < P; ++j)
+        for (int k = 0; k < N; ++k) sum[k] -= l[j * stride + i] * from[j][k];
+      for (int k = 0; k < N; ++k) to[k] = sum[k];
+    }
+  }
+  template <int P>
+  static void subtract_transposed_panel(const double* l, Int stride, Int rows, const double* x, double* out) {
+    Four sum[P][N] = {};
+    for (Int i = 0; i < rows; ++i) {
+      const Four* from = at(x, i);
+      for (int j = 0; j < P; ++j)
+        for (int k = 0; k < N; ++k) sum[j][k] += l[j * stride + i] * from[k];
+    }
+    for (int j = 0; j < P; ++j)
+      for (int k = 0; k < N; ++k) at(out, j)[k] -= sum[j][k];
+  }
+
+  /// out (rows x width) -= L (rows x columns) y (columns x width)
+  static void subtract(const double* l, Int stride, Int rows, Int columns, const double* y, double* out) {
+    Int j = 0;
+    for (; j + panel <= columns; j += panel) subtract_panel<panel>(l + j * stride, stride, rows, y + j * width, out);
+    for (; j + 2 <= columns; j += 2) subtract_panel<2>(l + j * stride, stride, rows, y + j * width, out);
+    if (j < columns) subtract_panel<1>(l + j * stride, stride, rows, y + j * width, out);
+  }
+  /// out (columns x width) -= L^T x (rows x width)
+  static void subtract_transposed(const double* l, Int stride, Int rows, Int columns, const double* x, double* out) {
+    Int j = 0;
+    for (; j + panel <= columns; j += panel) subtract_transposed_panel<panel>(l + j * stride, stride, rows, x, out + j * width);
+    for (; j + 2 <= columns; j += 2) subtract_transposed_panel<2>(l + j * stride, stride, rows, x, out + j * width);
+    if (j < columns) subtract_transposed_panel<1>(l + j * stride, stride, rows, x, out + j * width);
+  }
+};
+
+struct Single {
+  static constexpr Int width = 1, panel = 4;
+
+  static void subtract(const double* l, Int stride, Int rows, Int columns, const double* y, double* out) {
+    Int j = 0;
+    for (; j + 4 <= columns; j += 4) {
+      const double *l0 = l + j * stride, *l1 = l0 + stride, *l2 = l1 + stride, *l3 = l2 + stride;
+      const double y0 = y[j], y1 = y[j + 1], y2 = y[j + 2], y3 = y[j + 3];
+      for (Int i = 0; i < rows; ++i) out[i] -= l0[i] * y0 + l1[i] * y1 + l2[i] * y2 + l3[i] * y3;
+    }
+    for (; j < columns; ++j)
+      for (Int i = 0; i < rows; ++i) out[i] -= l[j * stride + i] * y[j];
+  }
+
+  static double dot(const double* a, const double* b, Int count) {
+    Four sum[2] = {};
+    Int i = 0;
+    for (; i + 8 <= count; i += 8)
+      for (int k = 0; k < 2; ++k) sum[k] += *reinterpret_cast<const Four*>(a + i + 4 * k) * *reinterpret_cast<const Four*>(b + i + 4 * k);
+    sum[0] += sum[1];
+    double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
+    for (; i < count; ++i) total += a[i] * b[i];
+    return total;
+  }
+  static void subtract_transposed(const double* l, Int stride, Int rows, Int columns, const double* x, double* out) {
+    for (Int j = 0; j < columns; ++j) out[j] -= dot(l + j * stride, x, rows);
+  }
+};
+
+/// In place: L y for the lower triangle L, a panel of columns at a time.
+template <class Kernel>
+void solve_triangle(const double* l, Int stride, Int columns, double* y) {
+  constexpr Int w = Kernel::width;
+  for (Int first = 0; first < columns; first += Kernel::panel) {
+    const Int last = std::min<Int>(columns, first + Kernel::panel);
+    for (Int j = first; j < last; ++j) {
+      const double* column = l + j * stride;
+      const double scale = 1.0 / column[j];
+      for (Int k = 0; k < w; ++k) y[j * w + k] *= scale;
+      for (Int i = j + 1; i < last; ++i)
+        for (Int k = 0; k < w; ++k) y[i * w + k] -= column[i] * y[j * w + k];
+    }
+    Kernel::subtract(l + first * stride + last, stride, columns - last, last - first, y + first * w, y + last * w);
+  }
+}
+
+template <class Kernel>
+void solve_triangle_transposed(const double* l, Int stride, Int columns, double* y) {
+  constexpr Int w = Kernel::width;
+  for (Int first = (columns - 1) / Kernel::panel * Kernel::panel; first >= 0; first -= Kernel::panel) {
+    const Int last = std::min<Int>(columns, first + Kernel::panel);
+    Kernel::subtract_transposed(l + first * stride + last, stride, columns - last, last - first, y + last * w, y + first * w);
+    for (Int j = last - 1; j >= first; --j) {
+      const double* column = l + j * stride;
+      for (Int i = j + 1; i < last; ++i)
+        for (Int k = 0; k < w; ++k) y[j * w + k] -= column[i] * y[i * w + k];
+      const double scale = 1.0 / column[j];
+      for (Int k = 0; k < w; ++k) y[j * w + k] *= scale;
+    }
+  }
+}
+
+template <class Body>
+void in_blocks(Int count, Int block, bool split, const Body& body) {
+  if (!split) {
+    for (Int first = 0; first < count; first += block) body(first, std::min(count, first + block));
+    return;
+  }
+  core::parallel_for(0, static_cast<std::size_t>((count + block - 1) / block), [&](std::size_t i) {
+    const Int first = static_cast<Int>(i) * block;
+    body(first, std::min(count, first + block));
+  });
+}
+
+}  // namespace
+
+SupernodalSweeps::SupernodalSweeps(SupernodalPattern pattern) : pattern_(std::move(pattern)) { plan(); }
+
+void SupernodalSweeps::plan() {
+  const SupernodalPattern& p = pattern_;
+  const auto count = static_cast<Int>(p.column.size()) - 1;
+  const auto at = [](Int i) { return static_cast<std::size_t>(i); };
+  std::vector<Int> of_column(at(size()));
+  for (Int s = 0; s < count; ++s)
+    for (Int c = p.column[at(s)]; c < p.column[at(s + 1)]; ++c) of_column[at(c)] = s;
+  const auto columns = [&](Int s) { return p.column[at(s + 1)] - p.column[at(s)]; };
+  // Parent: where the first row below its own columns belongs to. A subtree is [first, s] if all in
+  // between are its own.
+  std::vector<Int> parent(at(count), count), first(at(count)), members(at(count), 1), weight(at(count));
+  std::iota(first.begin(), first.end(), Int{0});
+  for (Int s = 0; s < count; ++s) {
+    weight[at(s)] += p.value_begin[at(s + 1)] - p.value_begin[at(s)];
+    const Int below = p.row_begin[at(s)] + columns(s);
+    if (below == p.row_begin[at(s + 1)]) continue;
+    const Int up = of_column[at(p.row[at(below)])];
+    parent[at(s)] = up;
+    first[at(up)] = std::min(first[at(up)], first[at(s)]);
+    members[at(up)] += members[at(s)];
+    weight[at(up)] += weight[at(s)];
+  }
+  const Int limit = p.value_begin.back() / parts;
+  target_ = p.row;
+  work_rows_ = size();
+  Int next = count - 1;
+  for (Int s = count - 1; s >= 0; s = next) {
+    const bool whole = s - first[at(s)] + 1 == members[at(s)];
+    if (!whole || weight[at(s)] > limit) {
+      top_.push_back(s);
+      next = s - 1;
+      continue;
+    }
+    // Its rows above are rows of its root: subtrees have places for these only.
+    subtrees_.push_back({first[at(s)], s, work_rows_, s});
+    const Int end = p.column[at(s + 1)];
+    const int* outside = p.row.data() + p.row_begin[at(s)] + columns(s);
+    const int* outside_end = p.row.data() + p.row_begin[at(s + 1)];
+    for (Int i = p.row_begin[at(first[at(s)])]; i < p.row_begin[at(s + 1)]; ++i)
+      if (p.row[at(i)] >= end)
+        target_[at(i)] = static_cast<int>(work_rows_ + (std::lower_bound(outside, outside_end, p.row[at(i)]) - outside));
+    work_rows_ += outside_end - outside;
+    next = first[at(s)] - 1;
+  }
+  std::reverse(top_.begin(), top_.end());
+  std::reverse(subtrees_.begin(), subtrees_.end());
+}
+
+template <class Kernel>
+void SupernodalSweeps::forward(Int s, const double* values, double* y, bool split) const {
+  constexpr Int w = Kernel::width;
+  const auto at = static_cast<std::size_t>(s);
+  const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
+  const double* l = values + pattern_.value_begin[at];
+  double* own = y + pattern_.column[at] * w;
+  solve_triangle<Kernel>(l, stride, columns, own);
+  const int* target = target_.data() + pattern_.row_begin[at] + columns;
+  in_blocks(stride - columns, rows_at_once, split && stride * columns > split_above, [&](Int first, Int last) {
+    alignas(32) double taken[rows_at_once * w];
+    std::fill_n(taken, (last - first) * w, 0.0);
+    Kernel::subtract(l + columns + first, stride, last - first, columns, own, taken);
+    for (Int i = first; i < last; ++i) {
+      double* to = y + static_cast<Int>(target[i]) * w;
+      for (Int k = 0; k < w; ++k) to[k] += taken[(i - first) * w + k];
+    }
+  });
+}
+
+template <class Kernel>
+void SupernodalSweeps::backward(Int s, const double* values, double* y, bool split) const {
+  constexpr Int w = Kernel::width;
+  const auto at = static_cast<std::size_t>(s);
+  const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
+  const double* l = values + pattern_.value_begin[at];
+  double* own = y + pattern_.column[at] * w;
+  const int* row = pattern_.row.data() + pattern_.row_begin[at] + columns;
+  in_blocks(columns, split && stride * columns > split_above ? columns_at_once : columns, split, [&](Int first, Int last) {
+    alignas(32) double above[rows_at_once * w];
+    for (Int begin = 0; begin < stride - columns; begin += rows_at_once) {
+      const Int end = std::min(stride - columns, begin + rows_at_once);
+      for (Int i = begin; i < end; ++i)
+        for (Int k = 0; k < w; ++k) above[(i - begin) * w + k] = y[static_cast<Int>(row[i]) * w + k];
+      Kernel::subtract_transposed(l + first * stride + columns + begin, stride, end - begin, last - first, above, own + first * w);
+    }
+  });
+  solve_triangle_transposed<Kernel>(l, stride, columns, own);
+}
+
+template <class Kernel>
+void SupernodalSweeps::run(const double* values, double* y) const {
+  constexpr Int w = Kernel::width;
+  std::fill_n(y + size() * w, (work_rows_ - size()) * w, 0.0);
+  core::parallel_for(0, subtrees_.size(), [&](std::size_t i) {
+    for (Int s = subtrees_[i].first; s <= subtrees_[i].last; ++s) forward<Kernel>(s, values, y, false);
+  });
+  for (const Subtree& subtree : subtrees_) {
+    const auto root = static_cast<std::size_t>(subtree.root);
+    const Int begin = pattern_.row_begin[root] + pattern_.column[root + 1] - pattern_.column[root];
+    const double* from = y + subtree.extra_begin * w;
+    for (Int i = begin; i < pattern_.row_begin[root + 1]; ++i, from += w) {
+      double* to = y + static_cast<Int>(pattern_.row[static_cast<std::size_t>(i)]) * w;
+      for (Int k = 0; k < w; ++k) to[k] += from[k];
+    }
+  }
+  for (const Int s : top_) forward<Kernel>(s, values, y, true);
+  for (auto s = top_.rbegin(); s != top_.rend(); ++s) backward<Kernel>(*s, values, y, true);
+  core::parallel_for(0, subtrees_.size(), [&](std::size_t i) {
+    for (Int s = subtrees_[i].last; s >= subtrees_[i].first; --s) backward<Kernel>(s, values, y, false);
+  });
+}
+
+void SupernodalSweeps::solve(const double* values, double* y, int width) const {
+  if (width == 1) return run<Single>(values, y);
+  if (width == 4) return run<Wide<1>>(values, y);
+  if (width == 8) return run<Wide<2>>(values, y);
+  run<Wide<3>>(values, y);
+}
+
+double SupernodalSweeps::memory_bytes() const {
+  return 4.0 * static_cast<double>(pattern_.row.size() + target_.size()) + 24.0 * static_cast<double>(pattern_.column.size());
+}
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// L L^T y = b with the values of a supernodal Cholesky factor made elsewhere, for one to twelve
+// right-hand sides that lie side by side (node-major): the factor passes through memory twice,
+// whatever their number. Disjoint subtrees of the elimination tree are worked on at the same time,
+// each with places of its own for what it takes from rows above it, which are added in a fixed
+// order; in the large supernodes at the top, blocks of rows (columns on the way back) are. The
+// division does not know the number of threads, so that results are the same bits for any.
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace thermotwin::solver {
+
+/// Supernode s: columns column[s] .. column[s + 1] - 1; its rows, ascending, its own columns first,
+/// are row[row_begin[s]] .. ; its values, column-major with all these rows, begin at value_begin[s],
+/// the upper triangle unused. Supernodes are in postorder.
+struct SupernodalPattern {
+  std::vector<std::int64_t> column, row_begin, value_begin;  ///< (supernodes + 1)
+  std::vector<int> row;
+};
+
+class SupernodalSweeps {
+ public:
+  static constexpr int most_columns = 12;
+
+  explicit SupernodalSweeps(SupernodalPattern pattern);
+
+  std::int64_t size() const { return pattern_.column.back(); }
+  /// Columns that a block of so many right-hand sides is padded to: 1, 4, 8 or 12.
+  static int width_for(std::int64_t columns) { return columns <= 1 ? 1 : static_cast<int>((columns + 3) / 4 * 4); }
+  /// Rows of the working block: size() and the subtrees' places.
+  std::int64_t work_rows() const { return work_rows_; }
+
+  /// In place. @param values  of the factor   @param y  (work_rows x width) row by row; what is
+  /// beyond size() is overwritten   @param width  1, 4, 8 or 12
+  void solve(const double* values, double* y, int width) const;
+  double memory_bytes() const;
+
+ private:
+  struct Subtree { std::int64_t first, last, extra_begin, root; };  ///< supernodes [first, last]
+
+  template <class Kernel>
+  void run(const double* values, double* y) const;
+  template <class Kernel>
+  void forward(std::int64_t s, const double* values, double* y, bool split) const;
+  template <class Kernel>
+  void backward(std::int64_t s, const double* values, double* y, bool split) const;
+  void plan();
+
+  SupernodalPattern pattern_;
+  std::vector<int> target_;            ///< as row, with places of subtrees for rows above them
+  std::vector<Subtree> subtrees_;
+  std::vector<std::int64_t> top_;      ///< supernodes in no subtree, rising
+  std::int64_t work_rows_ = 0;
+};
+
+}  // namespace thermotwin::solver
