@@ -170,31 +170,6 @@ const TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface
   return mesh.body_of_surface(mesh.machine.surface_index(surface));
 }
 
-/// Connected sets of triangles (sharing a node), numbered by their first triangle.
-std::vector<int> connected_sets(const TetMesh& body, const std::vector<int>& faces) {
-  std::vector<int> parent(faces.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto find = [&](int i) {
-    while (parent[static_cast<std::size_t>(i)] != i)
-      i = parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
-    return i;
-  };
-  std::map<int, int> seen;
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    for (int i = 0; i < 3; ++i) {
-      const auto [at, fresh] = seen.try_emplace(body.faces(i, faces[f]), static_cast<int>(f));
-      if (!fresh) {
-        const int a = find(static_cast<int>(f)), b = find(at->second);
-        parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-      }
-    }
-  std::map<int, int> number;
-  std::vector<int> set(faces.size());
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    set[f] = number.try_emplace(find(static_cast<int>(f)), static_cast<int>(number.size())).first->second;
-  return set;
-}
-
 /// Shortest extent of the connected sets along a direction, m.
 double shortest_extent(const TetMesh& body, const std::vector<int>& faces, const Vector3d& direction) {
   const std::vector<int> set = connected_sets(body, faces);
@@ -239,6 +214,30 @@ std::vector<double> divide_evenly(std::vector<double> corners, double spacing, d
 }
 
 }  // namespace
+
+std::vector<int> connected_sets(const TetMesh& body, const std::vector<int>& faces) {
+  std::vector<int> parent(faces.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](int i) {
+    while (parent[static_cast<std::size_t>(i)] != i)
+      i = parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
+    return i;
+  };
+  std::map<int, int> seen;
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    for (int i = 0; i < 3; ++i) {
+      const auto [at, fresh] = seen.try_emplace(body.faces(i, faces[f]), static_cast<int>(f));
+      if (!fresh) {
+        const int a = find(static_cast<int>(f)), b = find(at->second);
+        parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      }
+    }
+  std::map<int, int> number;
+  std::vector<int> set(faces.size());
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    set[f] = number.try_emplace(find(static_cast<int>(f)), static_cast<int>(number.size())).first->second;
+  return set;
+}
 
 std::vector<ContactPoint> find_contact(const mesh::MachineMesh& mesh, const mesh::JointSpec& joint,
                                        const Eigen::Isometry3d& slave_from_home,

@@ -37,4 +37,7 @@ struct Pads {
 /// Divides by face centres; a face belongs to one pad.
 Pads find_pads(const mesh::MachineMesh& mesh, const mesh::JointSpec& joint);
 
+/// Connected sets of triangles (sharing a node), numbered by their first triangle: one number a face.
+std::vector<int> connected_sets(const mesh::TetMesh& body, const std::vector<int>& faces);
+
 }  // namespace thermotwin::solver

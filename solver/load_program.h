@@ -53,6 +53,7 @@ class LoadProgram {
   bool has_time() const { return time_.has_value(); }
   void set_time(const TimeOptions& time) { time_ = time; }
   double output_interval() const { return output_; }   ///< s
+  double longest_step() const { return time_step_; }   ///< s, time_step_s
 
  private:
   friend class LoadReader;

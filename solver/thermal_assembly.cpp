@@ -57,8 +57,8 @@ FaceSet face_set(const MachineMesh& mesh, const std::string& id) {
 }
 
 /// Adds the integral of N N^T over the surface.
-void add_surface_mass(Triplets& triplets, const FaceSet& set) {
-  const Eigen::MatrixXd& mass = face_mass(set.body->order());
+void add_surface_mass(Triplets& triplets, const FaceSet& set, ElementRules rules = ElementRules::consistent) {
+  const Eigen::MatrixXd& mass = face_mass(set.body->order(), rules);
   for (int face : *set.faces) {
     const mesh::FaceNodes nodes = set.nodes(face);
     const double area = set.body->face_area(face);
@@ -308,7 +308,9 @@ std::vector<JointGrid> joint_grids(const MachineMesh& mesh) {
 
 }  // namespace
 
-ThermalSystem assemble_thermal(const MachineMesh& mesh) {
+ThermalSystem assemble_thermal(const MachineMesh& mesh) { return assemble_thermal(mesh, ElementRules::consistent); }
+
+ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
   const mesh::Machine& machine = mesh.machine;
   ThermalSystem system;
   system.layout = make_layout(machine, joint_grids(mesh));
@@ -319,7 +321,7 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
 
   std::vector<SparseMatrix> capacities(mesh.bodies.size()), conductions(mesh.bodies.size());
   core::parallel_for(0, mesh.bodies.size(), [&](std::size_t b) {
-    BodyHeat heat = assemble_heat(mesh.bodies[b], machine.material(machine.bodies[b].material), machine.lumped_capacity);
+    BodyHeat heat = assemble_heat(mesh.bodies[b], machine.material(machine.bodies[b].material), machine.lumped_capacity, rules);
     capacities[b] = std::move(heat.capacity);
     conductions[b] = std::move(heat.conduction);
   });
@@ -337,7 +339,7 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh) {
       case TermKind::film:
         for (const std::string& surface : machine.films[item].surfaces) {
           const FaceSet set = face_set(mesh, surface);
-          add_surface_mass(triplets, set);
+          add_surface_mass(triplets, set, rules);
           if (const int volume = machine.volume_index(machine.films[item].ambient); volume >= 0)
             add_mixed(triplets, set, fluids.volume(volume));
         }

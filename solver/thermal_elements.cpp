@@ -18,18 +18,19 @@ namespace {
 constexpr double outside = 1e-9;  // barycentric: rounding that still counts as inside
 
 /// Integral of N N^T over an element of volume 1.
-MatrixXd tet_mass(int order) {
+MatrixXd tet_mass(int order, ElementRules rules) {
+  if (order == 1 && rules == ElementRules::reduced) return MatrixXd::Constant(4, 4, 1.0 / 16.0);
   MatrixXd mass = MatrixXd::Zero(order == 1 ? 4 : 10, order == 1 ? 4 : 10);
-  for (const mesh::TetPoint& point : mesh::tet_rule(2 * order)) {
+  for (const mesh::TetPoint& point : mesh::tet_rule(rules == ElementRules::reduced ? 2 : 2 * order)) {
     const mesh::TetValues n = mesh::tet_shape(order, point.at);
     mass += point.share * n * n.transpose();
   }
   return mass;
 }
 
-MatrixXd make_face_mass(int order) {
+MatrixXd make_face_mass(int order, int degree) {
   MatrixXd mass = MatrixXd::Zero(3 * order, 3 * order);
-  for (const mesh::FacePoint& point : mesh::face_rule(2 * order)) {
+  for (const mesh::FacePoint& point : mesh::face_rule(degree)) {
     const mesh::FaceValues n = mesh::face_shape(order, point.at);
     mass += point.share * n * n.transpose();
   }
@@ -52,12 +53,12 @@ SparseMatrix lumped_capacity(const TetMesh& body, const Eigen::VectorXd& shares,
 
 }  // namespace
 
-BodyHeat assemble_heat(const TetMesh& body, const mesh::Material& material, bool lumped) {
+BodyHeat assemble_heat(const TetMesh& body, const mesh::Material& material, bool lumped, ElementRules rules) {
   const int order = body.order();
   const double per_volume = material.density * material.specific_heat.value;
   const Eigen::Matrix3d tensor =
       material.conductivity_tensor.value_or(material.conductivity * Eigen::Matrix3d::Identity());
-  const MatrixXd mass = tet_mass(order);
+  const MatrixXd mass = tet_mass(order, rules);
   struct Slopes {
     mesh::TetSlopes at;
     double share;
@@ -88,9 +89,10 @@ BodyHeat assemble_heat(const TetMesh& body, const mesh::Material& material, bool
   return heat;
 }
 
-const MatrixXd& face_mass(int order) {
-  static const MatrixXd masses[2] = {make_face_mass(1), make_face_mass(2)};
-  return masses[order - 1];
+const MatrixXd& face_mass(int order, ElementRules rules) {
+  static const MatrixXd exact[2] = {make_face_mass(1, 2), make_face_mass(2, 4)};
+  static const MatrixXd reduced[2] = {MatrixXd::Constant(3, 3, 1.0 / 9.0), make_face_mass(2, 2)};
+  return (rules == ElementRules::reduced ? reduced : exact)[order - 1];
 }
 
 mesh::FaceValues face_load(int order) {

@@ -12,6 +12,7 @@
 
 #include "mesh/machine.h"
 #include "solver/element_matrix.h"
+#include "solver/element_rules.h"
 
 namespace thermotwin::solver {
 
@@ -20,10 +21,11 @@ struct BodyHeat {
   SparseMatrix capacity;    ///< J/K
   SparseMatrix conduction;  ///< W/K
 };
-BodyHeat assemble_heat(const mesh::TetMesh& body, const mesh::Material& material, bool lumped);
+BodyHeat assemble_heat(const mesh::TetMesh& body, const mesh::Material& material, bool lumped,
+                       ElementRules rules = ElementRules::consistent);
 
 /// Integral of N N^T over a triangle of area 1, (3 x 3) or (6 x 6), and of N.
-const Eigen::MatrixXd& face_mass(int order);
+const Eigen::MatrixXd& face_mass(int order, ElementRules rules = ElementRules::consistent);
 mesh::FaceValues face_load(int order);
 
 /// Places and weights of a row or column that is mostly zero.

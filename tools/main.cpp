@@ -195,6 +195,26 @@ int parse_and_run(int argc, char** argv) {
       ->check(CLI::Range(0.05, 2.0))
       ->capture_default_str();
 
+  tools::ExportOptions exported;
+  verb = add_verb(app, "export", "the machine for another program: a CalculiX deck (heat.inp, static.inp, mesh.inp)",
+                  "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
+                  "  cd out/calculix && ccx heat && ccx static",
+                  exported, &tools::export_model);
+  verb->add_option("MODEL", exported.model, "case folder, case.toml or machine.toml")->required();
+  verb->add_flag("--calculix", exported.calculix, "decks for ccx 2.20: heat transfer, then thermo-elastic displacement, SI units and degC");
+  auto* load = verb->add_option("--load", exported.load, "load program, as amplitudes (absent: steady state of the machine as it stands)");
+  auto* step = verb->add_option("--time-step", exported.time_step_s, "longest increment, s (absent: time_step_s of the load)")
+                   ->check(CLI::PositiveNumber)
+                   ->needs(load);
+  verb->add_option("--steady-at", exported.steady_at_s, "steady state of what the load has at this time, s, instead of a transient")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(load)
+      ->excludes(step);
+  verb->add_option("--pose", exported.pose, "axis positions, mm and deg, where the bodies are put (absent: home)");
+  verb->add_option("--body", exported.body, "only this body, without its joints to others");
+  verb->add_flag("--heat-only", exported.heat_only, "no static.inp");
+  add_mesh(*verb, exported.size, exported.mesh_order);
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

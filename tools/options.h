@@ -76,6 +76,14 @@ struct ValidateOptions : CommonOptions {
   int draws = 5;
   double size_factor = 0.7;
 };
+struct ExportOptions : CommonOptions {
+  std::filesystem::path model;              ///< case or machine
+  bool calculix = false, heat_only = false;
+  std::string size, load, pose, body;
+  int mesh_order = 0;
+  double time_step_s = 0;                   ///< 0: the load's own
+  double steady_at_s = -1;                  ///< negative: transient
+};
 
 void run(const RunOptions& options);
 void mesh_machine(const MeshOptions& options);
@@ -86,6 +94,7 @@ void compensate(const CompensateOptions& options);
 void evaluate(const EvaluateOptions& options);
 void diagnose(const DiagnoseOptions& options);
 void validate(const ValidateOptions& options);
+void export_model(const ExportOptions& options);
 
 /// Prints the summary of a verb: the text, or the JSON object where --json asks for it.
 void print_summary(const CommonOptions& options, const std::string& text, const std::string& json);

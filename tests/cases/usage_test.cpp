@@ -31,7 +31,7 @@ std::vector<std::string> verbs() {
 
 TEST(Usage, EveryVerbExplainsItselfWithAnExample) {
   const std::vector<std::string> all = verbs();
-  for (const char* verb : {"run", "mesh", "simulate", "campaign", "reduce", "compensate", "evaluate", "diagnose"})
+  for (const char* verb : {"run", "mesh", "simulate", "campaign", "reduce", "compensate", "evaluate", "diagnose", "export"})
     EXPECT_NE(std::find(all.begin(), all.end(), verb), all.end()) << verb;
   for (const std::string& verb : all) {
     const Result help = thermotwin({verb, "--help"});
@@ -68,6 +68,8 @@ TEST(Usage, WrongWordsGetTheNearestRightOne) {
       {{"simulate", toy}, {"--load"}},
       {{"mesh", toy, "more"}, {"more"}},
       {{"evaluate", toy}, {"--data"}},
+      {{"export", toy}, {"--calculix"}},
+      {{"export", toy, "--calculix", "--steady-at", "60"}, {"--steady-at", "--load"}},
       {{"compensate", "model.rom.h5", "--json"}, {"--json", "--out FILE"}},
       {{"--treads"}, {"'--treads'"}},
       {{}, {"--help"}},
@@ -103,6 +105,7 @@ TEST(Usage, JsonIsOneObjectOnStdout) {
       {"mesh", toy.path()},
       {"simulate", toy.path(), "--load", "ambient", "--pose", "X=20,B=30"},
       {"campaign", toy_case().string(), "--resume"},
+      {"export", toy.path(), "--calculix", "--heat-only"},
       {"reduce", toy_case().string(), "--resume", "--order", "30"},
       {"evaluate", "--data", data},
       {"evaluate", toy_case().string(), "--data", data, "--model", model},

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "solver/calculix_deck.h"
+#include "tools/chain.h"
+#include "tools/options.h"
+
+namespace thermotwin::tools {
+
+namespace {
+
+/// A case, or a machine with the loads/ beside it.
+solver::Case open_machine(const ExportOptions& options) {
+  std::filesystem::path path = options.model;
+  if (std::filesystem::is_directory(path)) path /= std::filesystem::exists(path / "case.toml") ? "case.toml" : "machine.toml";
+  if (!core::Config::load(path).root().has("kinematic_chain") && !core::Config::load(path).root().has("body"))
+    return open_case(path, options.size, options.mesh_order);
+  solver::Case found;
+  found.machine = mesh::read_machine(path);
+  found.folder = std::filesystem::absolute(path).lexically_normal().parent_path();
+  if (options.mesh_order > 0) found.machine.order = options.mesh_order;
+  if (!options.size.empty()) found.size = options.size;
+  mesh::size_factor(found.machine, found.size);
+  return found;
+}
+
+}  // namespace
+
+void export_model(const ExportOptions& options) {
+  if (!options.calculix) throw core::UsageError("export: what to write is missing; allowed: --calculix");
+  const solver::Case machine_case = open_machine(options);
+  const mesh::Machine& machine = machine_case.machine;
+  solver::DeckOptions deck;
+  if (!options.pose.empty()) deck.pose = mesh::parse_pose(machine, options.pose, "--pose");
+  std::optional<solver::LoadProgram> program;
+  if (!options.load.empty()) {
+    program = machine_case.load(options.load);
+    deck.program = &*program;
+    deck.steady_at = options.steady_at_s;
+    if (options.time_step_s > 0.0) deck.refine = options.time_step_s / program->longest_step();
+  }
+  deck.body = options.body;
+  deck.heat_only = options.heat_only;
+  require_writable(options.out);
+  const mesh::MachineMesh meshed =
+      mesh::build_machine_mesh(machine, {mesh::size_factor(machine, machine_case.size), options.out / "cache"});
+  const std::filesystem::path folder = options.out / "calculix";
+  const solver::DeckSummary summary = solver::write_calculix_deck(folder, meshed, deck);
+
+  std::string text = fmt::format("{}: {} nodes, {} tetrahedra {}, {}\n", options.body.empty() ? machine.name : machine.name + " " + options.body,
+                                 summary.nodes, summary.elements, machine.order == 2 ? "C3D10" : "C3D4",
+                                 summary.end > 0.0 ? fmt::format("{} increments in {} steps to {:g} s", summary.increments, summary.steps, summary.end)
+                                                   : std::string("steady state"));
+  text += "What differs from thermotwin:\n";
+  for (const std::string& note : summary.notes) text += "- " + note + "\n";
+  text += fmt::format("{} in {}; run: cd {} && ccx heat{}\n", core::join(summary.files), folder.string(), folder.string(),
+                      options.heat_only ? "" : " && ccx static");
+  const nlohmann::json json = {{"folder", folder.string()}, {"files", summary.files},   {"nodes", summary.nodes},
+                               {"elements", summary.elements}, {"order", machine.order}, {"steps", summary.steps},
+                               {"increments", summary.increments}, {"end_s", summary.end}, {"notes", summary.notes}};
+  print_summary(options, text, json.dump());
+}
+
+}  // namespace thermotwin::tools
