@@ -88,7 +88,7 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
       row.tail(18) = solver::tcp_values(model.tcp(state, pose)).transpose();
     }
   });
-  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), refine), {}, {}};
+  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), refine), {}, {}, {}};
 }
 
 ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult& reduced) {

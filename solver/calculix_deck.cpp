@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -16,23 +17,30 @@ using namespace calculix;
 
 namespace {
 
-Program make_program(const Model& model) {
+Layout layout_at_pose(const Model& model) {
+  std::vector<JointGrid> grids;
+  for (const mesh::JointSpec& joint : model.machine().joints) {
+    const int axis = joint.axis.empty() ? -1 : model.machine().axis_index(joint.axis);
+    grids.push_back({axis, false, {axis < 0 ? 0.0 : model.pose[axis]}});
+  }
+  return make_layout(model.machine(), std::move(grids));
+}
+
+void fill(Program& program, const Model& model) {
   const DeckOptions& options = model.options;
-  Program program;
   if (!options.program) {
-    program.rows = {Channels(model.machine()).defaults()};
-    return program;
+    program.rows = {program.operating.channels().defaults()};
+    return;
   }
   const LoadProgram& load = *options.program;
   if (options.steady_at >= 0.0) {
     if (!(options.steady_at <= load.duration()))
       throw core::InputError("steady state at", fmt::format("{} s", options.steady_at), fmt::format("0 to {} s, the length of '{}'", load.duration(), load.name()));
     program.rows = {load.row_at(options.steady_at, options.steady_at)};
-    return program;
+    return;
   }
   program.ends = load.step_ends(options.refine);
   for (std::size_t i = 0; i < program.ends.size(); ++i) program.rows.push_back(load.row(i > 0 ? program.ends[i - 1] : 0.0, program.ends[i]));
-  return program;
 }
 
 /// Runs of equal increments, within a phase of the program.
@@ -118,6 +126,21 @@ std::string heat_steps(Model& model, const Program& program, const Loads& loads,
 
 }  // namespace
 
+calculix::Program::Program(const Model& model) : operating(model.machine(), layout_at_pose(model)) {
+  fill(*this, model);
+  const Eigen::VectorXd no_inlets = Eigen::VectorXd::Zero(static_cast<Index>(model.machine().coolants.size()));
+  for (const Eigen::VectorXd& row : rows) coefficients.push_back(operating.coefficients(row, no_inlets));
+}
+
+std::vector<double> calculix::Program::coefficient(TermKind kind, int item, int* term) const {
+  const std::vector<Term>& terms = operating.layout().terms;
+  const auto at = std::find_if(terms.begin(), terms.end(), [&](const Term& t) { return t.kind == kind && t.item == item; }) - terms.begin();
+  if (term) *term = static_cast<int>(at);
+  std::vector<double> values;
+  for (const Coefficients& c : coefficients) values.push_back(c.p[at]);
+  return values;
+}
+
 DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh::MachineMesh& mesh, const DeckOptions& options) {
   Model model(mesh, options);
   const mesh::Machine& machine = mesh.machine;
@@ -129,9 +152,9 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
     summary.elements += mesh.bodies[b].elements();
     with_heat_only = with_heat_only || !machine.bodies[b].elastic;
   }
-  const Program program = make_program(model);
+  const Program program(model);
   const auto contact = contacts(model);
-  const std::string joints = contact_text(model, contact);
+  const std::string joints = contact_text(model, program, contact);
   const Loads loads = loads_text(model, program, contact);
   if (program.steady() && !loads.has_level)
     throw core::InputError("steady state", "no film, mount or coolant wall with a coefficient above 0",
@@ -144,6 +167,7 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   if (!program.steady() && options.program->time().scheme != TimeScheme::backward_euler)
     model.notes.push_back("CalculiX steps by implicit Euler, first order; thermotwin's own scheme of this load is of second order");
 
+  if (!machine.volumes.empty()) model.notes.push_back("volumes (tanks, working areas) and what they exchange are not in the deck");
   const std::string sensors = sensors_text(model);
   const double initial = options.program ? options.program->initial_C() : machine.reference_C;
   const std::string load = !options.program        ? "the machine as it stands, steady state"

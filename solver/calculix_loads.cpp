@@ -44,7 +44,7 @@ using Faces = std::map<std::pair<int, int>, std::vector<Index>>;
 class Writer {
  public:
   Writer(Model& model, const Program& program, const std::vector<std::vector<ContactPoint>>& contact)
-      : model_(model), program_(program), contact_(contact), operating_(model.machine(), layout(model)) {}
+      : model_(model), program_(program), contact_(contact), operating_(program.operating) {}
 
   Loads text() {
     collect_films();
@@ -66,15 +66,6 @@ class Writer {
     Series power;              ///< W/m^2 on triangles, W at nodes
   };
 
-  static Layout layout(const Model& model) {
-    std::vector<JointGrid> grids;
-    for (const mesh::JointSpec& joint : model.machine().joints) {
-      const int axis = joint.axis.empty() ? -1 : model.machine().axis_index(joint.axis);
-      grids.push_back({axis, false, {axis < 0 ? 0.0 : model.pose[axis]}});
-    }
-    return make_layout(model.machine(), std::move(grids));
-  }
-
   template <class Of>
   Series series(const Of& of) const {
     Series values;
@@ -82,11 +73,22 @@ class Writer {
     return values;
   }
 
-  int ambient_index(const std::string& id) const {
-    const auto& ambients = model_.machine().ambients;
-    return static_cast<int>(std::find_if(ambients.begin(), ambients.end(), [&](const auto& a) { return a.id == id; }) - ambients.begin());
-  }
+  double start_C() const { return model_.options.program ? model_.options.program->initial_C() : model_.machine().reference_C; }
 
+  /// What a film or mount gives heat to, degC: its input over its coefficient.
+  Series sink(int term, const Series& coefficient) const {
+    const std::vector<Input>& inputs = operating_.layout().inputs;
+    const auto input = std::find_if(inputs.begin(), inputs.end(), [&](const Input& i) {
+      return i.term == term && (i.kind == InputKind::film_ambient || i.kind == InputKind::contact_ambient);
+    });
+    Series values(coefficient.size(), start_C());
+    if (input == inputs.end()) return values;
+    constexpr double digits = 1e9;  // the quotient's rounding must not look like a change
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (coefficient[i] != 0.0)
+        values[i] = std::round((program_.coefficients[i].q[input - inputs.begin()] / coefficient[i] + model_.machine().reference_C) * digits) / digits;
+    return values;
+  }
   /// Adds the item to every triangle of the surface. @return false where its body is not in the deck
   bool put(const std::string& surface, int item, std::map<std::pair<int, int>, std::vector<int>>& of_face) const {
     const int index = model_.machine().surface_index(surface), body = model_.body_of_surface(index);
@@ -103,29 +105,41 @@ class Writer {
       for (const std::string& surface : surfaces) any = put(surface, static_cast<int>(films_.size()), films_of_face_) || any;
       if (any) films_.push_back({id, std::move(coefficient), std::move(sink)});
     };
-    const auto ambient = [&](const std::string& id) {
-      const int index = ambient_index(id);
-      return series([&](const Eigen::VectorXd& row) { return operating_.ambient_K(index, row) + machine.reference_C; });
-    };
-    for (std::size_t f = 0; f < machine.films.size(); ++f)
-      add(machine.films[f].id, machine.films[f].surfaces,
-          series([&](const Eigen::VectorXd& row) { return operating_.film_coefficient(static_cast<int>(f), row); }),
-          ambient(machine.films[f].ambient));
-    for (const mesh::JointSpec& joint : machine.joints)
-      if (joint.master.empty())
-        add(joint.id, {joint.slave}, Series(program_.rows.size(), joint.conductance.value), ambient(joint.ambient));
+    int term = -1;
+    for (std::size_t f = 0; f < machine.films.size(); ++f) {
+      const mesh::FilmSpec& film = machine.films[f];
+      const Series coefficient = program_.coefficient(TermKind::film, static_cast<int>(f), &term);
+      const std::size_t before = films_.size();
+      add(film.id, film.surfaces, coefficient, sink(term, coefficient));
+      if (films_.size() > before) note_film(film);
+    }
+    for (std::size_t j = 0; j < machine.joints.size(); ++j)
+      if (machine.joints[j].master.empty()) {
+        const Series coefficient = program_.coefficient(TermKind::contact, static_cast<int>(j), &term);
+        add(machine.joints[j].id, {machine.joints[j].slave}, coefficient, sink(term, coefficient));
+      }
     for (const mesh::CoolantSpec& coolant : machine.coolants) {
       const int inlet = operating_.channels().index("coolant." + coolant.id + ".inlet_T_C");
-      const double start = model_.options.program ? model_.options.program->initial_C() : machine.reference_C;
-      const Series sink = series([&](const Eigen::VectorXd& row) { return inlet >= 0 && std::isfinite(row[inlet]) ? row[inlet] : start; });
+      const Series fluid = series([&](const Eigen::VectorXd& row) { return inlet >= 0 && std::isfinite(row[inlet]) ? row[inlet] : start_C(); });
       const std::size_t before = films_.size();
       for (const mesh::CoolantSegment& segment : coolant.segments)
-        add(coolant.id + "." + segment.id, {segment.surface}, Series(program_.rows.size(), segment.film_coefficient.value), sink);
+        add(coolant.id + "." + segment.id, {segment.surface}, Series(program_.rows.size(), segment.film_coefficient.value), fluid);
       if (films_.size() > before)
         model_.notes.push_back(fmt::format("coolant {}: its walls are films against {}; that it warms up along its way, stops, or is controlled "
                                            "by a chiller is not in the deck",
-                                           coolant.id, is_constant(sink) ? fmt::format("{:.4g} degC", sink.front()) : "its inlet temperature"));
+                                           coolant.id, is_constant(fluid) ? fmt::format("{:.4g} degC", fluid.front()) : "its inlet temperature"));
     }
+  }
+
+  void note_film(const mesh::FilmSpec& film) {
+    const mesh::Machine& machine = model_.machine();
+    const int ambient = machine.ambient_index(film.ambient);
+    if (ambient < 0)
+      model_.notes.push_back(fmt::format("film {} gives to volume {}: here one of {:.4g} degC that does not change", film.id, film.ambient, start_C()));
+    else if (machine.ambients[static_cast<std::size_t>(ambient)].has_gradient)
+      model_.notes.push_back("film " + film.id + " takes " + film.ambient + " at its one height, without its gradient");
+    if (film.of_temperature || (film.exact_radiation && film.emissivity > 0.0))
+      model_.notes.push_back("film " + film.id + " does not follow the temperature of its surface: coefficients are those at the reference temperature");
   }
 
   void collect_sources() {
@@ -140,6 +154,10 @@ class Writer {
         if (put(surface, static_cast<int>(fluxes_.size()), fluxes_of_face_)) fluxes_.push_back({source.id, sum({power}, {share / area})});
       };
       for (const mesh::SourcePlace& place : source.places) {
+        if (!place.volume.empty()) {
+          if (model_.options.body.empty()) model_.notes.push_back("source " + source.id + " heats volume " + place.volume + ": left out");
+          continue;
+        }
         if (place.joint.empty()) {
           on_surface(place.surface, place.share);
           continue;
@@ -301,7 +319,7 @@ class Writer {
   Model& model_;
   const Program& program_;
   const std::vector<std::vector<ContactPoint>>& contact_;
-  OperatingModel operating_;
+  const OperatingModel& operating_;
   std::vector<Film> films_;
   std::vector<Flux> fluxes_, point_fluxes_;
   std::map<std::pair<int, int>, std::vector<int>> films_of_face_, fluxes_of_face_;  ///< by body, triangle

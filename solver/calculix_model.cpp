@@ -105,6 +105,18 @@ std::string elements_text(Model& model, bool elastic) {
   return text;
 }
 
+namespace {
+
+/// Lines of a property over temperature, or its one value.
+std::string property_text(const mesh::Curve& table, double scale, double value) {
+  if (table.at.empty()) return fmt::format("{:.10g}\n", value);
+  std::string text;
+  for (std::size_t i = 0; i < table.at.size(); ++i) text += fmt::format("{:.10g}, {:.10g}\n", scale * table.value[i], table.at[i]);
+  return text;
+}
+
+}  // namespace
+
 std::string materials_text(Model& model, bool elastic) {
   const mesh::Machine& machine = model.machine();
   std::string text;
@@ -125,9 +137,11 @@ std::string materials_text(Model& model, bool elastic) {
         text += fmt::format("*CONDUCTIVITY, TYPE=ANISO\n{:.10g}, {:.10g}, {:.10g}, {:.10g}, {:.10g}, {:.10g}\n", k(0, 0), k(1, 1),
                             k(2, 2), k(0, 1), k(0, 2), k(1, 2));
       } else {
-        text += fmt::format("*CONDUCTIVITY\n{:.10g}\n", material.conductivity);
+        text += "*CONDUCTIVITY\n" + property_text(material.conductivity_table, 1.0, material.conductivity);
       }
-      text += fmt::format("*DENSITY\n{:.10g}\n*SPECIFIC HEAT\n{:.10g}\n", material.density, material.specific_heat.value);
+      const mesh::Curve& heat = material.specific_heat_table;
+      const double scale = heat.at.empty() ? 1.0 : material.specific_heat.value / heat(machine.reference_C);
+      text += fmt::format("*DENSITY\n{:.10g}\n*SPECIFIC HEAT\n", material.density) + property_text(heat, scale, material.specific_heat.value);
     }
     text += fmt::format("*SOLID SECTION, ELSET={}, MATERIAL={}\n", model.body_name(b), name);
   }
@@ -194,13 +208,13 @@ class PairWriter {
  public:
   PairWriter(Model& model) : model_(model) {}
 
-  void add(const mesh::JointSpec& joint, const std::vector<ContactPoint>& contact) {
+  void add(const mesh::JointSpec& joint, double conductance, const std::vector<ContactPoint>& contact) {
     const Side slave(model_, joint.slave), master(model_, joint.master);
     const std::string interaction = model_.names.of("JOINT", joint.id);
     // TIED needs both slopes; a heat step does not use them.
     text_ += fmt::format("** joint {}\n*SURFACE INTERACTION, NAME={}\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TIED\n1e12\n"
                          "*FRICTION\n0.3, 1e12\n*GAP CONDUCTANCE\n{:.10g}\n",
-                         joint.id, interaction, joint.conductance.value);
+                         joint.id, interaction, conductance);
     // ccx walks over the master from its nearest triangle to the one opposite: it has to get there.
     if (!add_pairs(joint, interaction, slave, master, contact, false) && !add_pairs(joint, interaction, master, slave, contact, true))
       throw core::InputError(model_.machine().path.string() + " joint " + joint.id,
@@ -236,7 +250,7 @@ class PairWriter {
 
 }  // namespace
 
-std::string contact_text(Model& model, const std::vector<std::vector<ContactPoint>>& contact) {
+std::string contact_text(Model& model, const Program& program, const std::vector<std::vector<ContactPoint>>& contact) {
   const mesh::Machine& machine = model.machine();
   PairWriter pairs(model);
   bool any = false;
@@ -251,9 +265,12 @@ std::string contact_text(Model& model, const std::vector<std::vector<ContactPoin
       model.notes.push_back("joint " + joint.id + " has no contact at this pose");
       continue;
     }
-    if (!(joint.conductance.value > 0.0)) continue;
+    const std::vector<double> conductance = program.coefficient(TermKind::contact, static_cast<int>(j));
+    if (!(conductance.front() > 0.0)) continue;
     any = true;
-    pairs.add(joint, contact[j]);
+    pairs.add(joint, conductance.front(), contact[j]);
+    if (std::any_of(conductance.begin(), conductance.end(), [&](double h) { return h != conductance.front(); }))
+      model.notes.push_back("joint " + joint.id + " keeps the conductance it begins with; that of the load changes");
   }
   if (any)
     model.notes.push_back("joints conduct as they touch at this pose; contact areas are integrated by CalculiX itself, by its own rule");

@@ -63,15 +63,22 @@ std::string surface_text(const Model& model, const std::string& name, int body, 
 
 /// Where the surfaces of the joints touch at the pose; empty for joints with a body outside the deck.
 std::vector<std::vector<ContactPoint>> contacts(const Model& model);
-/// Contact pairs with gap conductance.
-std::string contact_text(Model& model, const std::vector<std::vector<ContactPoint>>& contact);
-
-/// Times of the increments' ends, and the channels of each increment. Steady: one row, no times.
+/// Times of the increments' ends, the channels of each increment and what follows from them with
+/// joints as they are at the pose, laws at their nominal temperatures. Steady: one row, no times.
 struct Program {
   std::vector<double> ends;
   std::vector<Eigen::VectorXd> rows;
+  OperatingModel operating;
+  std::vector<Coefficients> coefficients;
+
+  Program(const Model& model);
   bool steady() const { return ends.empty(); }
+  /// Coefficient of a film or joint in each increment; term: its index in the layout.
+  std::vector<double> coefficient(TermKind kind, int item, int* term = nullptr) const;
 };
+
+/// Contact pairs with gap conductance.
+std::string contact_text(Model& model, const Program& program, const std::vector<std::vector<ContactPoint>>& contact);
 
 /// Amplitudes to be written before the steps, and the loads of the first step.
 struct Loads {

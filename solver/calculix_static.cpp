@@ -118,6 +118,7 @@ class Writer {
 
   void add_spring(const Spring& spring) {
     std::vector<Entry> entries = gap_entries(model_, units_, spring);
+    add_expansion(spring, entries);
     const Index node = gap_node(), element = model_.next_element++;
     entries.insert(entries.begin(), {node, 1, -1.0});
     const std::string set = "SPRING_" + std::to_string(element);
@@ -126,15 +127,19 @@ class Writer {
                                   1.0 / spring.flexibility);
   }
 
-  /// The gap of a scale is what its tape expands by: the mean temperature over the tape, weighted by
-  /// its own expansion, is that of a free element of 1 m with an expansion of 1/K.
-  void add_scale(const Spring& scale) {
+  /// What a tape or screw expands by comes off the gap: the mean temperature over it, weighted by its
+  /// own expansion, is that of a free element of 1 m with an expansion of 1/K.
+  void add_expansion(const Spring& spring, std::vector<Entry>& entries) {
     double per_kelvin = 0.0;
     std::map<Index, double> weights;
-    for (const auto& [node, factor] : scale.expansion) {
-      weights[model_.node(scale.expansion_body, node)] += factor;
+    for (const auto& [node, factor] : spring.expansion) {
+      weights[model_.node(spring.expansion_body, node)] += factor;
       per_kelvin += factor;
     }
+    if (per_kelvin != 0.0) entries.push_back({thermometer(weights, per_kelvin), 1, -per_kelvin});
+  }
+
+  void add_scale(const Spring& scale) {
     std::vector<Entry> entries = gap_entries(model_, units_, scale);
     // The equation's first unknown is eliminated: one that no other scale has eliminated.
     const auto first = std::max_element(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) {
@@ -143,7 +148,7 @@ class Writer {
     });
     std::iter_swap(entries.begin(), first);
     eliminated_.insert({entries.front().node, entries.front().direction});
-    if (per_kelvin != 0.0) entries.push_back({thermometer(weights, per_kelvin), 1, -per_kelvin});
+    add_expansion(scale, entries);
     statics_.model += equation(entries);
   }
 
