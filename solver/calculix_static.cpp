@@ -3,7 +3,7 @@
 // thermometers for their tapes, or supports.
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -37,13 +37,52 @@ std::string equation(const std::vector<Entry>& entries) {
   return text;
 }
 
+constexpr std::size_t most_nodes = 400, kept_nodes = 150;
+
+/// The mean motion of a large surface by some of its nodes: an equation of ccx ties all its nodes to
+/// each other, which would fill the matrix. The same value for every motion that is linear in space
+/// (rigid, even warming, shear); weights are those of least squares.
+Functional thinned(const mesh::TetMesh& body, const Functional& functional) {
+  std::map<Index, Vector3d> weights;
+  for (const auto& [dof, weight] : functional) weights.try_emplace(dof / 3, Vector3d::Zero()).first->second[dof % 3] += weight;
+  if (weights.size() <= most_nodes) return functional;
+  Vector3d centre = Vector3d::Zero();
+  for (const auto& [node, weight] : weights) centre += body.points.col(node) / static_cast<double>(weights.size());
+  double size = 0.0;
+  for (const auto& [node, weight] : weights) size = std::max(size, (body.points.col(node) - centre).norm());
+  const auto linear = [&](Index node) {
+    Eigen::Vector4d values;
+    values << 1.0, (body.points.col(node) - centre) / size;
+    return values;
+  };
+  std::vector<Index> kept;
+  std::size_t at = 0;
+  Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();
+  Eigen::Matrix<double, 3, 4> moments = Eigen::Matrix<double, 3, 4>::Zero();
+  for (const auto& [node, weight] : weights) {
+    moments += weight * linear(node).transpose();
+    if (at++ * kept_nodes / weights.size() < kept.size()) continue;
+    kept.push_back(node);
+    gram += linear(node) * linear(node).transpose();
+  }
+  // A flat surface says nothing across itself: the least solution.
+  const Eigen::Matrix<double, 4, 3> factors = gram.completeOrthogonalDecomposition().solve(moments.transpose());
+  Functional thin;
+  for (const Index node : kept) {
+    const Vector3d weight = factors.transpose() * linear(node);
+    for (int i = 0; i < 3; ++i) thin.emplace_back(3 * node + i, weight[i]);
+  }
+  return thin;
+}
+
 /// The gap of a spring by displacements in the machine's frame.
 std::vector<Entry> gap_entries(const Model& model, const UnitFunctionals& units, const Spring& spring) {
   std::map<Index, Vector3d> of_node;
   double largest = 0.0;
   for (const UnitTerm& term : spring.gap) {
     const Eigen::Matrix3d turn = model.frame(term.body).linear();
-    for (const auto& [dof, weight] : units.of(term.body)[static_cast<std::size_t>(term.unit)]) {
+    const mesh::TetMesh& body = model.mesh.bodies[static_cast<std::size_t>(term.body)];
+    for (const auto& [dof, weight] : thinned(body, units.of(term.body)[static_cast<std::size_t>(term.unit)])) {
       const auto at = of_node.try_emplace(model.node(term.body, dof / 3), Vector3d::Zero()).first;
       at->second += term.weight * weight * turn.col(dof % 3);
       largest = std::max(largest, at->second.cwiseAbs().maxCoeff());
@@ -75,7 +114,8 @@ class Writer {
     }
     require_held(model_.machine(), elastic, springs);
     for (const Spring& spring : springs) spring.flexibility > 0.0 ? add_spring(spring) : add_scale(spring);
-    model_.notes.push_back("joints in static.inp are springs between mean displacements of their pads, as in thermotwin");
+    model_.notes.push_back(fmt::format("joints in static.inp are springs between mean displacements of their pads, as in thermotwin; means over more than "
+                                       "{} nodes are taken over {} of them, the same for motions linear in space", most_nodes, kept_nodes));
     return statics_;
   }
 

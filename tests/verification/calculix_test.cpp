@@ -6,6 +6,7 @@
 
 #include "solver/elastic_assembly.h"
 #include "solver/element_rules.h"
+#include "solver/simulation.h"
 #include "solver/sparse_factor.h"
 #include "tests/solver/box_machine.h"
 #include "tests/solver/small_machine.h"
@@ -189,6 +190,42 @@ machine_on = false
     EXPECT_GT(rules, of_the_range) << "the reduced rules would not be needed";
   }
   expect_value({of_order("bracket", order), source, "the same with our own, exact rules, after 2200 s, % of the range"}, 0.0, 100.0 * rules, 0.5);
+}
+
+TEST_P(CalculiXDeck, OfMaterialsOverTemperature) {
+  // Ours takes properties at the middle of a step, CalculiX at its end: alike to first order.
+  const int order = GetParam();
+  mesh::MachineMesh mesh = bracket_machine(order);
+  mesh::Material& material = mesh.machine.materials[0];
+  material.conductivity_tensor.reset();
+  material.conductivity_table = {{0, 60, 200}, {60, 35, 25}};
+  material.specific_heat_table = {{0, 100}, {420, 600}};
+  material.conductivity = material.conductivity_table(20.0);
+  material.specific_heat = {material.specific_heat_table(20.0), 0.0};
+  mesh.machine.sources[0].laws[0].power = {0, 700};
+  const solver::LoadProgram load = program("initial_C = 20\ntime_step_s = 600\noutput_s = 3600\n[time]\nscheme = \"backward_euler\"\n[[phase]]\nduration_s = 3600\n[[phase]]\nduration_s = 14400\n", mesh.machine);
+  const solver::ThermalSystem system = solver::assemble_thermal(mesh, solver::ElementRules::reduced);
+  ASSERT_TRUE(system.local);
+  const solver::OperatingModel model(mesh.machine, system.layout);
+  solver::IntegratorOptions backward;
+  backward.backward_euler = true;
+  solver::ThermalIntegrator integrator(system, backward);
+  solver::SimulationOptions quiet;
+  quiet.progress = false;
+  Eigen::VectorXd early, late;
+  solver::simulate(integrator, model, {&load}, quiet, [&](const solver::OutputState& output) {
+    if (output.index == 1) early = output.state.head(mesh.nodes()).array() + 20.0;
+    late = output.state.head(mesh.nodes()).array() + 20.0;
+  });
+  solver::DeckOptions options;
+  options.program = &load;
+  options.heat_only = true;
+  const CalculiX ccx(mesh, options);
+  const Eigen::MatrixXd theirs = ccx.temperatures();
+  const std::string name = of_order("bracket, properties over temperature", order), source = "CalculiX, " + element(order);
+  ASSERT_GE(theirs.cols(), 2);
+  expect_temperatures(name, source, theirs.col(0), early, " after 3600 s", 0.01);
+  expect_temperatures(name, source, theirs.rightCols<1>(), late, " after 18000 s", 0.01);
 }
 
 /// Two boxes, one on the other with a gap between; the lower surface of the upper one is the slave.
