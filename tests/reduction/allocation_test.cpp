@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdlib>
 
+#include "reduction/exact_stepper.h"
 #include "tests/reduction/random_system.h"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
@@ -45,6 +46,19 @@ TEST(ReducedStepper, NothingIsAllocatedAfterTheFirstCall) {
   for (int i = 0; i < 10; ++i) stepper.advance(state, c, 60.0);
   const long after = allocations;
   EXPECT_EQ(after - before, 0);
+}
+
+TEST(ExactStepper, NothingIsAllocatedOnceItsLadderStands) {
+  const ReducedSystem system = random_system(60, 20, 30, 28);
+  const solver::Coefficients c = random_coefficients(system, 29);
+  ExactStepper stepper(system);
+  VectorXd state = VectorXd::Ones(60);
+  for (int i = 0; i < 3; ++i) stepper.advance(state, c, 60.0);
+  const long before = allocations;
+  for (int i = 0; i < 10; ++i) stepper.advance(state, c, 60.0 - i);
+  const long after = allocations;
+  EXPECT_EQ(after - before, 0);
+  EXPECT_EQ(stepper.statistics().passed, 1);
 }
 
 }  // namespace
