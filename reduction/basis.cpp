@@ -50,7 +50,8 @@ Eigen::MatrixXd pivoted_cholesky(const Eigen::MatrixXd& g) {
   return l.leftCols(k);
 }
 
-/// Appends vectors one by one, each made orthogonal in E to those before it (twice: enough).
+}  // namespace
+
 Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& vectors) {
   Eigen::MatrixXd basis(vectors.rows(), vectors.cols());
   Eigen::Index count = 0;
@@ -71,8 +72,6 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
   }
   return basis.leftCols(count);
 }
-
-}  // namespace
 
 Basis make_basis(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction,
                  const Eigen::MatrixXd& candidates, Eigen::Index most) {

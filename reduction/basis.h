@@ -24,6 +24,10 @@ struct Basis {
 Basis make_basis(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction,
                  const Eigen::MatrixXd& candidates, Eigen::Index most);
 
+/// The vectors, each made orthogonal in E to those before it (twice: enough) and of length 1; what
+/// depends on earlier ones is left out.
+Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& vectors);
+
 /// V^T M V for a sparse M; only rows that M has are touched.
 /// @param vectors  row-major copy of V
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

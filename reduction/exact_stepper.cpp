@@ -73,9 +73,9 @@ class Ladder {
 
   void extend() {
     const Eigen::MatrixXd& d = change_.back();
-    const Eigen::MatrixXd& p = mean_.back();
-    Eigen::MatrixXd next = p;
-    next.noalias() += 0.5 * (d * p);
+    const Eigen::MatrixXd& mean = mean_.back();
+    Eigen::MatrixXd next = mean;
+    next.noalias() += 0.5 * (d * mean);
     Eigen::MatrixXd doubled = 2.0 * d;
     doubled.noalias() += d * d;
     mean_.push_back(std::move(next));

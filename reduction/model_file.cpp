@@ -102,17 +102,23 @@ void write_all(StoreWriter& writer, const ReducedModel& model) {
   writer.stack("/outputs/table_own", outputs.table_own, 7, r);
   writer.describe("/outputs/table_own", "(pose, dx dy dz ra rb rc R0T, state)", "m, rad");
 
-  Eigen::MatrixXd errors(static_cast<Eigen::Index>(model.errors.size()), 3);
+  Eigen::MatrixXd errors(static_cast<Eigen::Index>(model.errors.size()), 5);
   std::string loads;
   for (std::size_t i = 0; i < model.errors.size(); ++i) {
     const ReductionErrors& error = model.errors[i];
-    errors.row(static_cast<Eigen::Index>(i)) << error.peak_um, error.max_um, error.rms_um;
+    errors.row(static_cast<Eigen::Index>(i)) << error.peak_um, error.max_um, error.rms_um, error.estimate_max_um, error.effectivity;
     loads += error.load + "\n";
   }
   writer.group("/errors");
   writer.matrix("/errors/values", errors);
-  writer.describe("/errors/values", "peak max rms", "um");
+  writer.describe("/errors/values", "peak max rms estimate effectivity", "um, um, um, um, 1");
   writer.text("/errors/loads", loads);
+
+  Eigen::MatrixXd trained(model.trained.low.size(), 2);
+  if (trained.rows() > 0) trained << model.trained.low, model.trained.high;
+  writer.group("/trained");
+  writer.matrix("/trained/coefficients", trained);
+  writer.describe("/trained/coefficients", "low high", "unit of the term's coefficient; one row a term");
 }
 
 /// Terms and inputs follow from the machine and the grids; the file's own lists must agree.
@@ -208,15 +214,19 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   outputs.table_axis = reader.stack("/outputs/table_axis", tables, 6, r);
   outputs.table_own = reader.stack("/outputs/table_own", tables, 7, r);
 
-  const Eigen::MatrixXd errors = reader.matrix("/errors/values", StoreReader::any, 3);
+  const Eigen::MatrixXd errors = reader.matrix("/errors/values", StoreReader::any, 5);
   const std::string loads = reader.text("/errors/loads");
   std::size_t from = 0;
   for (Eigen::Index i = 0; i < errors.rows(); ++i) {
     const std::size_t end = loads.find('\n', from);
     if (end == std::string::npos) reader.fail("/errors/loads with too few names", fmt::format("{}", errors.rows()));
-    model.errors.push_back({loads.substr(from, end - from), errors(i, 0), errors(i, 1), errors(i, 2)});
+    model.errors.push_back({loads.substr(from, end - from), errors(i, 0), errors(i, 1), errors(i, 2), errors(i, 3), errors(i, 4)});
     from = end + 1;
   }
+  const Eigen::MatrixXd trained = reader.matrix("/trained/coefficients", StoreReader::any, 2);
+  if (trained.rows() != 0 && trained.rows() != size_of(system.layout.terms))
+    reader.fail(fmt::format("/trained/coefficients with {} rows", trained.rows()), fmt::format("none or one a term: {}", system.layout.terms.size()));
+  model.trained = {trained.col(0), trained.col(1)};
   return model;
 }
 

@@ -121,10 +121,11 @@ Eigen::VectorXd weights_on(const std::vector<GridAxis>& grid, const mesh::Machin
   return product(factors);
 }
 
-template <class Rows>
-Rows combine(const std::vector<Eigen::MatrixXd>& rows, const Eigen::VectorXd& weights,
-             const Eigen::VectorXd& state) {
-  Rows sum = Rows::Zero();
+/// Rows between the stored ones, times one state or several.
+template <int components, class States>
+auto combine(const std::vector<Eigen::MatrixXd>& rows, const Eigen::VectorXd& weights, const States& state) {
+  Eigen::Matrix<double, components, States::ColsAtCompileTime> sum =
+      Eigen::Matrix<double, components, States::ColsAtCompileTime>::Zero(components, state.cols());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double weight = weights(static_cast<Eigen::Index>(i));
     if (weight != 0.0) sum.noalias() += weight * (rows[i] * state);
@@ -163,10 +164,27 @@ solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pos
   const Eigen::VectorXd table_shares = table_weights(machine, pose);
   assert(tool_shares.size() == static_cast<Eigen::Index>(outputs.tool.size()));
   assert(table_shares.size() == static_cast<Eigen::Index>(outputs.table_axis.size()));
-  return solver::tcp_error(machine, pose,
-                           combine<solver::Vector6>(outputs.tool, tool_shares, state),
-                           combine<solver::Vector6>(outputs.table_axis, table_shares, state),
-                           combine<solver::Vector7>(outputs.table_own, table_shares, state));
+  return solver::tcp_error(machine, pose, combine<6>(outputs.tool, tool_shares, state),
+                           combine<6>(outputs.table_axis, table_shares, state),
+                           combine<7>(outputs.table_own, table_shares, state));
+}
+
+Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses) {
+  const Eigen::Index r = model.system.order();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
+  Eigen::MatrixXd rows;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Eigen::VectorXd tool_shares = pose_weights(model.machine, poses[i]), table_shares = table_weights(model.machine, poses[i]);
+    const auto tool = combine<6>(model.outputs.tool, tool_shares, identity);
+    const auto axis = combine<6>(model.outputs.table_axis, table_shares, identity);
+    const auto own = combine<7>(model.outputs.table_own, table_shares, identity);
+    for (Eigen::Index k = 0; k < r; ++k) {
+      const Eigen::VectorXd values = solver::tcp_values(solver::tcp_error(model.machine, poses[i], tool.col(k), axis.col(k), own.col(k)));
+      if (rows.size() == 0) rows.resize(values.size() * static_cast<Eigen::Index>(poses.size()), r);
+      rows.col(k).segment(static_cast<Eigen::Index>(i) * values.size(), values.size()) = values;
+    }
+  }
+  return rows;
 }
 
 }  // namespace thermotwin::reduction

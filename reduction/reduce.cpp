@@ -2,6 +2,7 @@
 #include "reduction/reduce.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -12,6 +13,7 @@
 #include "core/thread_pool.h"
 #include "reduction/basis.h"
 #include "reduction/candidates.h"
+#include "reduction/modal_basis.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -75,7 +77,7 @@ Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const std
 
 /// All groups side by side, each brought to its size relative to the responses.
 Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candidates& groups, const Eigen::MatrixXd& snapshots) {
-  const double size = mean_square(thermal, groups.responses);
+  const double size = groups.responses.cols() > 0 ? mean_square(thermal, groups.responses) : 1.0;
   const std::pair<const Eigen::MatrixXd*, double> parts[] = {{&groups.responses, 1.0}, {&groups.adjoints, adjoint_weight},
                                                              {&groups.changes, change_weight}, {&snapshots, snapshot_weight}};
   Eigen::Index count = 0, at = 0;
@@ -173,6 +175,29 @@ struct FullOutputs {
   }
 };
 
+/// Directions of the method, the uniform field first. @param standing  p of the machine at rest
+Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingModel& operating, const std::vector<solver::OutputRows>& rows,
+               const std::vector<solver::LoadResult>& training, const Eigen::VectorXd& standing, BasisMethod method,
+               Eigen::Index most, ReduceSummary& notes) {
+  const solver::SparseMatrix conduction = symmetric_conduction(thermal, standing);
+  if (method == BasisMethod::modal) {
+    Basis basis = modal_basis(thermal, standing, most);
+    notes.candidates = basis.rank;
+    return basis;
+  }
+  const bool krylov = method != BasisMethod::pod, snapshots = method != BasisMethod::krylov;
+  Candidates groups;
+  for (Eigen::MatrixXd* group : {&groups.responses, &groups.adjoints, &groups.changes}) group->resize(thermal.size, 0);
+  if (krylov) groups = make_candidates(thermal, operating, rows, default_candidates());
+  const Eigen::MatrixXd candidates = scaled_columns(thermal, groups, snapshots ? chosen_snapshots(thermal, training) : Eigen::MatrixXd(thermal.size, 0));
+  if (candidates.cols() == 0)
+    throw core::InputError("basis of the reduced model", "no snapshots", "a campaign that keeps them, or --method krylov");
+  notes.candidates = candidates.cols();
+  Basis basis = make_basis(thermal, conduction, candidates, most);
+  notes.deflated = notes.candidates - basis.rank;
+  return basis;
+}
+
 /// The model of a smaller order: bases are nested, so its matrices are the leading blocks.
 ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
   ReducedModel small = model;
@@ -204,6 +229,12 @@ std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> ma
 
 }  // namespace
 
+BasisMethod basis_method(const std::string& name) {
+  for (std::size_t i = 0; i < std::size(basis_methods); ++i)
+    if (name == basis_methods[i]) return static_cast<BasisMethod>(i);
+  throw core::UsageError(fmt::format("unknown method '{}'; one of: {}", name, fmt::join(basis_methods, ", ")));
+}
+
 std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table& tcp) {
   const std::vector<std::string> names = mesh::pose_columns(machine);
   const Eigen::VectorXd units = mesh::pose_values(machine, Eigen::VectorXd::Ones(static_cast<Eigen::Index>(names.size())));
@@ -221,7 +252,7 @@ std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table
 
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
-                    ReduceSummary* summary) {
+                    ReduceSummary* summary, ReducedModel* reference) {
   const auto pairs = matched(loads, training);
   const solver::ThermalSystem& thermal = full.thermal;
   const mesh::Machine& machine = full.mesh.machine;
@@ -230,14 +261,10 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   const Watch basis_watch;
   const FullOutputs rows(full);
 
-  Eigen::MatrixXd candidates = scaled_columns(
-      thermal, make_candidates(thermal, operating, rows.all(), default_candidates()), chosen_snapshots(thermal, training));
-  notes.candidates = candidates.cols();
-  const Eigen::VectorXd standing = operating_points(operating).front().c.p;
-  const Basis basis = make_basis(thermal, symmetric_conduction(thermal, standing), candidates,
-                                 std::max(options.max_order, options.order));
-  candidates.resize(0, 0);
-  notes.deflated = notes.candidates - basis.rank;
+  const std::vector<OperatingPoint> points = operating_points(operating);
+  const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
+  const Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
+  const Basis basis = basis_of(thermal, operating, rows.all(), training, points.front().c.p, options.method, most, notes);
   notes.basis_seconds = basis_watch.seconds();
 
   const Watch projection_watch;
@@ -248,30 +275,38 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   model.system = project_system(thermal, basis.vectors);
   model.outputs = rows.project(basis.vectors);
   notes.projection_seconds = projection_watch.seconds();
+  for (const OperatingPoint& point : points) model.trained.include(point.c.p);
 
-  const Eigen::Index largest = model.system.order();
+  const Eigen::Index largest = std::min(largest_wanted, model.system.order());
   std::vector<Eigen::Index> orders;
   for (const Eigen::Index order : tried_orders) {
     if (order < largest) orders.push_back(order);
   }
   orders.push_back(largest);
-  if (options.order > 0 || pairs.empty()) orders = {options.order > 0 ? std::min(options.order, largest) : largest};
+  if (options.order > 0 || pairs.empty()) orders = {largest};
 
   ReducedModel chosen;
   for (const Eigen::Index order : orders) {
     chosen = truncated(model, order);
     std::vector<double> error(pairs.size());
+    std::vector<TrainedRange> seen(pairs.size());
     core::parallel_for(0, pairs.size(), [&](std::size_t i) {
       const auto [load, result] = pairs[i];
-      const solver::LoadResult reduced = simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp));
+      const solver::LoadResult reduced = simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp), 1.0, &seen[i]);
       error[i] = compare(*result, reduced).max_um;
     });
     if (pairs.empty()) break;
+    for (const TrainedRange& range : seen) {
+      model.trained.include(range.low);
+      model.trained.include(range.high);
+    }
+    chosen.trained = model.trained;
     const double worst = *std::max_element(error.begin(), error.end());
     notes.order_error_um.emplace_back(order, worst);
-    if (worst <= options.tolerance_um) break;
+    if (worst <= options.tolerance_um && !options.every_order) break;
   }
   notes.order = chosen.system.order();
+  if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
   if (summary) *summary = notes;
   return chosen;
 }

@@ -15,10 +15,23 @@
 
 namespace thermotwin::reduction {
 
+/// What the basis is made of.
+enum class BasisMethod {
+  combined,   ///< Krylov vectors, adjoints, changes of coefficients and snapshots
+  krylov,     ///< the same without snapshots: needs no campaign
+  pod,        ///< snapshots of the campaign alone
+  modal       ///< slowest modes of the standing machine
+};
+inline constexpr const char* basis_methods[] = {"combined", "krylov", "pod", "modal"};
+/// @throws UsageError with the known names
+BasisMethod basis_method(const std::string& name);
+
 struct ReduceOptions {
+  BasisMethod method = BasisMethod::combined;
   double tolerance_um = 0.05;      ///< TCP error of the training loads, all poses, translations
   Eigen::Index max_order = 240;
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
+  bool every_order = false;        ///< do not stop at the tolerance: errors of all orders up to the largest
 };
 
 struct ReduceSummary {
@@ -28,15 +41,25 @@ struct ReduceSummary {
   std::string brief() const;
 };
 
-/// @param training  results of the training loads with snapshots (may be empty: Krylov only)
+/// @param training   results of the training loads with snapshots (may be empty: Krylov only)
+/// @param reference  if given: the model of reference_order(), for error_estimate.h
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
-                    ReduceSummary* summary = nullptr);
+                    ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr);
 
-/// Runs a load on the reduced model; tables as the full model's.
+/// Order of the reference of an estimate: half as much again.
+inline Eigen::Index reference_order(Eigen::Index order) { return order + (order + 1) / 2; }
+
+/// Runs a load on the reduced model; tables as the full model's. Warns where coefficients leave the
+/// range that the model was trained on. @param seen  if given: the range of the run is added instead
 solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machine& machine,
                                     const solver::LoadProgram& load,
-                                    const std::vector<mesh::Pose>& poses, double refine = 1.0);
+                                    const std::vector<mesh::Pose>& poses, double refine = 1.0,
+                                    TrainedRange* seen = nullptr);
+
+/// The coefficient that leaves the trained range most, where that is by more than a tenth of the
+/// range's width: its item, values and range; empty: none.
+std::string outside_trained(const ReducedModel& model, const TrainedRange& seen);
 
 /// Poses of a tcp table: those of its first time.
 std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table& tcp);

@@ -43,6 +43,14 @@ struct ReductionErrors {
   std::string load;                       ///< held-out load
   double peak_um = 0;                     ///< largest |TCP error| of the full model, translations
   double max_um = 0, rms_um = 0;          ///< reduced minus full, translations, all poses
+  double estimate_max_um = 0;             ///< largest estimate of that (error_estimate.h); 0: none made
+  double effectivity = 0;                 ///< median of estimated over true
+};
+
+/// Coefficients that the basis has seen: operating points and training loads; empty: unknown.
+struct TrainedRange {
+  Eigen::VectorXd low, high;              ///< (terms) p
+  void include(const Eigen::VectorXd& p);
 };
 
 struct ReducedModel {
@@ -52,10 +60,14 @@ struct ReducedModel {
   ReducedSystem system;
   ReducedOutputs outputs;
   std::vector<ReductionErrors> errors;
+  TrainedRange trained;
 
   /// TCP error at any pose of the workspace. @param state (r)
   solver::TcpError tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const;
 };
+
+/// All of solver::tcp_values at the poses, in um and um/m: (18 poses x r), to be multiplied by states.
+Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses);
 
 /// Weights of the workspace grid's poses at a pose: tensor product of quadratic Lagrange
 /// polynomials (three positions), linear ones (two), clamped to the grid's box.

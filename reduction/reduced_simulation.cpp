@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/progress.h"
 #include "reduction/reduce.h"
 #include "solver/simulation.h"
 
@@ -64,12 +65,32 @@ core::Table input_table(const solver::LoadProgram& load, const solver::Channels&
   return std::move(rows.table);
 }
 
+/// Passes steps on and keeps the range of their coefficients.
+class Watched final : public solver::ThermalStepper {
+ public:
+  Watched(solver::ThermalStepper& stepper, TrainedRange& range) : stepper_(stepper), range_(range) {}
+  Eigen::Index size() const override { return stepper_.size(); }
+  const solver::Layout& layout() const override { return stepper_.layout(); }
+  Eigen::VectorXd uniform(double temperature_K) const override { return stepper_.uniform(temperature_K); }
+  Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override { return stepper_.sensors(state); }
+  void advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) override {
+    for (const solver::Coefficients& of_load : c) range_.include(of_load.p);
+    stepper_.advance(state, c, step_s);
+  }
+
+ private:
+  solver::ThermalStepper& stepper_;
+  TrainedRange& range_;
+};
+
 }  // namespace
 
 solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machine& machine,
                                     const solver::LoadProgram& load,
-                                    const std::vector<mesh::Pose>& poses, double refine) {
-  ReducedStepper stepper(model.system);
+                                    const std::vector<mesh::Pose>& poses, double refine, TrainedRange* seen) {
+  ReducedStepper reduced(model.system);
+  TrainedRange range;
+  Watched stepper(reduced, range);
   const solver::OperatingModel operating(machine, model.system.layout);
   const std::size_t times = load.output_times().size();
   const auto axes = static_cast<Eigen::Index>(machine.axes.size());
@@ -78,16 +99,26 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
   solver::SimulationOptions options;
   options.refine = refine;
   options.progress = false;
+  const Eigen::MatrixXd rows = value_rows(model, poses);
+  std::vector<Eigen::VectorXd> places;
+  for (const mesh::Pose& pose : poses) places.push_back(mesh::pose_values(machine, pose));
+  const Eigen::Index values_of_pose = poses.empty() ? 0 : rows.rows() / static_cast<Eigen::Index>(poses.size());
+  Eigen::VectorXd values;
   solver::simulate(stepper, operating, {&load}, options, [&](const solver::OutputState& at) {
     sensors.next() << at.time, (at.sensors_K.array() + machine.reference_C).matrix().transpose();
-    const Eigen::VectorXd state = at.state;
-    for (const mesh::Pose& pose : poses) {
+    values.noalias() = rows * at.state;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
       auto row = tcp.next();
       row(0) = at.time;
-      row.segment(1, axes) = mesh::pose_values(machine, pose).transpose();
-      row.tail(18) = solver::tcp_values(model.tcp(state, pose)).transpose();
+      row.segment(1, axes) = places[i].transpose();
+      row.tail(values_of_pose) = values.segment(static_cast<Eigen::Index>(i) * values_of_pose, values_of_pose).transpose();
     }
   });
+  if (seen) {
+    if (range.low.size() > 0) seen->include(range.low), seen->include(range.high);
+  } else if (const std::string beyond = outside_trained(model, range); !beyond.empty()) {
+    core::warn(fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
+  }
   return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), refine), {}, {}, {}};
 }
 

@@ -15,6 +15,7 @@
 #include "core/progress.h"
 #include "core/text.h"
 #include "mesh/import.h"
+#include "reduction/error_estimate.h"
 #include "reduction/model_file.h"
 
 namespace thermotwin::tools {
@@ -67,8 +68,36 @@ std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
   return programs;
 }
 
+namespace {
+
+/// A basis that is spent at the model's order leaves none.
+bool has_reference(const ReducedCase& made) { return made.reference.system.order() > made.model.system.order(); }
+
+/// Errors on held-out loads, of the reference too, and how well they are estimated without the full model.
+void judge(ReducedCase& made, const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
+           const std::vector<solver::LoadResult>& full, const std::vector<mesh::Pose>& poses) {
+  made.model.errors.clear();
+  made.reference.errors.clear();
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    if (!has_reference(made)) {
+      made.model.errors.push_back(reduction::compare(full[i], reduction::simulate_reduced(made.model, machine, loads[i], poses)));
+      continue;
+    }
+    const reduction::EstimatedRun run = reduction::simulate_with_estimate(made.model, made.reference, machine, loads[i], poses);
+    reduction::ReductionErrors errors = reduction::compare(full[i], run.result);
+    const reduction::Effectivity judged = reduction::effectivity(full[i], run);
+    errors.estimate_max_um = judged.max_um;
+    errors.effectivity = judged.median;
+    made.model.errors.push_back(errors);
+    made.effectivities.push_back(judged);
+    made.reference.errors.push_back(reduction::compare(full[i], run.larger));
+  }
+}
+
+}  // namespace
+
 ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
-                               int order, bool resume, const std::filesystem::path& out) {
+                               const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out) {
   ReducedCase made;
   const Stopwatch campaign_time;
   solver::CampaignOptions options;
@@ -83,19 +112,16 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   made.campaign_seconds = campaign_time.seconds();
   made.loads = training.size() + heldout.size();
 
-  reduction::ReduceOptions reduce_options;
-  reduce_options.order = order;
+  reduction::ReduceOptions reduce_options = wanted;
   reduce_options.tolerance_um = machine_case.tolerance_um;
-  made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary);
-  made.model.size = fmt::format("{} ({} nodes{})", machine_case.size, full.mesh.nodes(),
-                                machine_case.machine.order == 2 ? ", quadratic" : "");
+  made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary, &made.reference);
+  made.model.size = made.reference.size = fmt::format("{} ({} nodes{})", machine_case.size, full.mesh.nodes(),
+                                                      machine_case.machine.order == 2 ? ", quadratic" : "");
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
-  made.model.errors.clear();
-  for (std::size_t i = 0; i < heldout.size(); ++i)
-    made.model.errors.push_back(reduction::compare(
-        held[i], reduction::simulate_reduced(made.model, machine_case.machine, heldout[i], poses)));
+  judge(made, machine_case.machine, heldout, held, poses);
   reduction::write_model(out / "model.rom.h5", made.model);
+  if (has_reference(made)) reduction::write_model(out / "reference.rom.h5", made.reference);
   return made;
 }
 
@@ -115,14 +141,17 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path,
   if (case_path.empty())
     throw core::UsageError("a CASE or --model model.rom.h5 is needed");
   const solver::Case machine_case = open_case(case_path, "", 0);
-  return make_reduced_model(build(machine_case, out), machine_case, 0, true, out).model;
+  return make_reduced_model(build(machine_case, out), machine_case, {}, true, out).model;
 }
 
 std::string error_table(const std::vector<reduction::ReductionErrors>& errors) {
-  std::vector<std::vector<std::string>> table{{"held-out load", "peak um", "max error um", "rms um", "of peak %"}};
+  std::vector<std::vector<std::string>> table{
+      {"held-out load", "peak um", "max error um", "rms um", "of peak %", "estimated um", "estimated/true, median"}};
   for (const auto& e : errors)
     table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.3f}", e.max_um),
-                     fmt::format("{:.3f}", e.rms_um), fmt::format("{:.2f}", 100 * e.max_um / e.peak_um)});
+                     fmt::format("{:.3f}", e.rms_um), fmt::format("{:.2f}", 100 * e.max_um / e.peak_um),
+                     e.estimate_max_um > 0 ? fmt::format("{:.3f}", e.estimate_max_um) : "-",
+                     e.estimate_max_um > 0 ? fmt::format("{:.2f}", e.effectivity) : "-"});
   return core::format_table(table);
 }
 
@@ -178,6 +207,7 @@ void mesh_machine(const MeshOptions& options) {
 }
 
 void campaign(const CampaignOptions& options) {
+  if (options.reduced) return reduced_campaign(options);
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   std::vector<std::string> names = options.loads;
@@ -211,7 +241,9 @@ void reduce(const ReduceOptions& options) {
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
   const solver::FullModel full = build(machine_case, options.out, options.solver);
-  const ReducedCase made = make_reduced_model(full, machine_case, options.order, options.resume, options.out);
+  reduction::ReduceOptions wanted;
+  wanted.order = options.order;
+  const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out);
   nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()},
                          {"basis_s", made.summary.basis_seconds}, {"seconds", time.seconds()}};
   std::string orders = "order: training error um\n";
@@ -220,7 +252,8 @@ void reduce(const ReduceOptions& options) {
     json["orders"].push_back({{"order", order}, {"error_um", error}});
   }
   for (const auto& e : made.model.errors)
-    json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um}});
+    json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um},
+                               {"estimate_max_um", e.estimate_max_um}, {"effectivity", e.effectivity}});
   print_summary(options,
                 fmt::format("{}\n{}\n{}\n{} in {:.0f} s\n", made.summary.brief(), orders, error_table(made.model.errors),
                             (options.out / "model.rom.h5").string(), time.seconds()),

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "reduction/error_estimate.h"
 #include "reduction/reduce.h"
 #include "reduction/reduced_model.h"
 #include "solver/campaign.h"
@@ -38,16 +39,17 @@ std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
                                                const std::vector<std::string>& names);
 
 struct ReducedCase {
-  reduction::ReducedModel model;
+  reduction::ReducedModel model, reference;   ///< reference: of larger order, for error estimates
+  std::vector<reduction::Effectivity> effectivities;  ///< of the estimates, one a held-out load
   reduction::ReduceSummary summary;
   double campaign_seconds = 0;
   std::size_t loads = 0, poses = 0;
 };
 
 /// Campaign on the training and held-out loads, reduction, errors on the held-out ones; writes
-/// model.rom.h5 and the campaign's tables.
+/// model.rom.h5, reference.rom.h5 and the campaign's tables. The tolerance is the case's.
 ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
-                               int order, bool resume, const std::filesystem::path& out);
+                               const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out);
 
 /// The model of --model, or one made from the case.
 reduction::ReducedModel model_for(const std::filesystem::path& case_path,

@@ -133,12 +133,19 @@ int parse_and_run(int argc, char** argv) {
   add_solver(*verb, simulate.solver);
 
   tools::CampaignOptions campaign;
-  verb = add_verb(app, "campaign", "load programs on the full model, the TCP error at all poses: "
+  verb = add_verb(app, "campaign", "load programs on the full model, or on the reduced one, the TCP error at all poses: "
                   "tcp.csv and sensors.csv per load",
-                  "thermotwin campaign cases/vmc5 --resume", campaign, &tools::campaign);
+                  "thermotwin campaign cases/vmc5 --resume\n"
+                  "  thermotwin campaign cases/vmc5 --reduced --model out/model.rom.h5 --out fast", campaign, &tools::campaign);
   verb->add_option("CASE", campaign.case_path, "case folder or case.toml")->required();
   verb->add_option("--load", campaign.loads, "only these load programs (absent: train and holdout of the case)");
-  verb->add_flag("--resume", campaign.resume, "keep loads that are finished, go on with one that was stopped");
+  auto* resume = verb->add_flag("--resume", campaign.resume, "keep loads that are finished, go on with one that was stopped");
+  auto* reduced = verb->add_flag("--reduced", campaign.reduced, "by the reduced model; with its reference, error_estimate.csv per load too")
+                      ->excludes(resume);
+  verb->add_option("--model", campaign.model, "of --reduced: model.rom.h5 (absent: that of --out)")->needs(reduced);
+  verb->add_option("--reference", campaign.reference, "of --reduced: model of larger order that estimates the error "
+                   "(absent: reference.rom.h5 beside the model, if it is there)")
+      ->needs(reduced);
   add_checkpoint(*verb, campaign.checkpoint_every_s);
   add_mesh(*verb, campaign.size, campaign.mesh_order);
   add_solver(*verb, campaign.solver);

@@ -47,6 +47,8 @@ struct CampaignOptions : CommonOptions {
   bool resume = false;
   double checkpoint_every_s = 60;
   std::string solver = "auto";
+  bool reduced = false;                     ///< by the reduced model
+  std::filesystem::path model, reference;   ///< of it; empty: out/model.rom.h5, reference.rom.h5 beside it
 };
 struct ReduceOptions : CommonOptions {
   std::filesystem::path case_path;
@@ -89,6 +91,7 @@ void run(const RunOptions& options);
 void mesh_machine(const MeshOptions& options);
 void simulate(const SimulateOptions& options);
 void campaign(const CampaignOptions& options);
+void reduced_campaign(const CampaignOptions& options);
 void reduce(const ReduceOptions& options);
 void compensate(const CompensateOptions& options);
 void evaluate(const EvaluateOptions& options);

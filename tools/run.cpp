@@ -194,7 +194,7 @@ void run(const RunOptions& options) {
   json["mesh"] = {{"bodies", machine.bodies.size()}, {"nodes", full.mesh.nodes()}, {"elements", elements}};
 
   step = {};
-  const ReducedCase made = make_reduced_model(full, machine_case, 0, options.resume, options.out);
+  const ReducedCase made = make_reduced_model(full, machine_case, {}, options.resume, options.out);
   text += fmt::format("campaign    {} load programs x {} poses; {:.0f} s\n", made.loads, made.poses, made.campaign_seconds);
   text += fmt::format("reduced     order {} for {} unknowns; basis and projection {:.0f} s\n", made.summary.order,
                       full.thermal.size, made.summary.basis_seconds + made.summary.projection_seconds);

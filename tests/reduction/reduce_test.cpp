@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "reduction/error_estimate.h"
 #include "reduction/model_file.h"
 #include "tests/reduction/small_machine.h"
 
@@ -269,6 +270,79 @@ TEST(Reduce, TheFileKeepsThePrediction) {
   const solver::LoadResult first = simulate_reduced(reduction().model, c.full.mesh.machine, c.loads[1], poses);
   const solver::LoadResult second = simulate_reduced(back, back.machine, c.loads[1], poses);
   EXPECT_EQ(first.tcp.values, second.tcp.values);
+}
+
+/// A small model with its reference, from the training load alone.
+struct Estimated {
+  ReducedModel model, reference;
+  Estimated(Index order, BasisMethod method = BasisMethod::combined) {
+    ReduceOptions options;
+    options.order = order;
+    options.method = method;
+    model = reduce(campaign().full, {campaign().loads[0]}, {campaign().results[0]}, options, nullptr, &reference);
+  }
+};
+
+TEST(ErrorEstimate, IsWithinAFactorOfTwoOnALoadThatItNeverSaw) {
+  const Campaign& c = campaign();
+  const std::vector<mesh::Pose> poses = mesh::workspace_poses(c.full.mesh.machine);
+  for (const Index order : {20, 30, 45}) {
+    const Estimated made(order);
+    ASSERT_EQ(made.reference.system.order(), reference_order(order));
+    const EstimatedRun run = simulate_with_estimate(made.model, made.reference, c.full.mesh.machine, c.loads[1], poses);
+    const Effectivity judged = effectivity(c.results[1], run);
+    const double truth = compare(c.results[1], run.result).max_um;
+    std::printf("order %td: error %.4f um, estimated %.4f um; estimated/true median %.3f, 5..95 %% %.3f..%.3f, within two %.0f %%\n",
+                order, truth, judged.max_um, judged.median, judged.low, judged.high, 100 * judged.within_two);
+    EXPECT_GT(judged.median, 0.5);
+    EXPECT_LT(judged.median, 2.0);
+    EXPECT_GT(judged.within_two, 0.8);
+    EXPECT_EQ(run.estimate.columns.back(), "rc_um_per_m");
+    EXPECT_EQ(run.estimate.rows(), run.result.tcp.rows());
+  }
+}
+
+TEST(ErrorEstimate, SmallerOrForeignReferencesAreRefused) {
+  const Campaign& c = campaign();
+  const Estimated made(20);
+  const auto run = [&](const ReducedModel& reference) {
+    simulate_with_estimate(made.model, reference, c.full.mesh.machine, c.loads[1], {mesh::home_pose(c.full.mesh.machine)});
+  };
+  EXPECT_THROW(run(made.model), core::InputError);
+  ReducedModel foreign = made.reference;
+  foreign.machine.hash += "x";
+  EXPECT_THROW(run(foreign), core::InputError);
+}
+
+TEST(TrainedRange, SaysWhatLeavesIt) {
+  const Campaign& c = campaign();
+  const Estimated made(20);
+  ASSERT_EQ(made.model.trained.low.size(), static_cast<Index>(made.model.system.terms.size()));
+  TrainedRange seen;
+  simulate_reduced(made.model, c.full.mesh.machine, c.loads[0], {mesh::home_pose(c.full.mesh.machine)}, 1.0, &seen);
+  EXPECT_EQ(outside_trained(made.model, seen), "") << "a load of the training";
+  seen.high(0) *= 3.0;
+  const std::string text = outside_trained(made.model, seen);
+  EXPECT_NE(text.find("'" + c.full.mesh.machine.films[0].id + "'"), std::string::npos) << text;
+}
+
+TEST(BasisMethods, OfOneOrderCompareOnTheSameLoad) {
+  const Campaign& c = campaign();
+  const std::vector<mesh::Pose> poses = mesh::workspace_poses(c.full.mesh.machine);
+  const auto error = [&](BasisMethod method) {
+    const Estimated made(40, method);
+    EXPECT_LE(made.model.system.order(), 40) << "snapshots of one load may span less";
+    const double worst = compare(c.results[1], simulate_reduced(made.model, c.full.mesh.machine, c.loads[1], poses)).max_um;
+    std::printf("%s, order 40: %.4f um\n", basis_methods[static_cast<int>(method)], worst);
+    return worst;
+  };
+  const double combined = error(BasisMethod::combined), modal = error(BasisMethod::modal);
+  EXPECT_LT(combined, modal) << "modes know nothing of inputs and outputs";
+  EXPECT_LT(error(BasisMethod::krylov), modal);
+  EXPECT_GT(error(BasisMethod::pod), combined) << "one load does not show all";
+  EXPECT_LT(modal, compare(c.results[1], c.results[1]).peak_um);
+  EXPECT_EQ(basis_method("pod"), BasisMethod::pod);
+  EXPECT_THROW(basis_method("magic"), core::UsageError);
 }
 
 TEST(Reduce, ResultsThatDoNotFitAreRefused) {
