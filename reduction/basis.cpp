@@ -31,10 +31,10 @@ Eigen::MatrixXd gram(const solver::SparseMatrix& energy, const Eigen::MatrixXd& 
 
 /// G = L L^T by the largest remaining diagonal entry, until nothing but rounding remains. What
 /// depends on earlier columns drops out; L has as many columns as there are independent candidates.
-Eigen::MatrixXd pivoted_cholesky(const Eigen::MatrixXd& g) {
+Eigen::MatrixXd pivoted_cholesky(const Eigen::MatrixXd& g, double least) {
   const Eigen::Index n = g.rows();
   Eigen::VectorXd diagonal = g.diagonal();
-  const double stop = dependent * diagonal.maxCoeff();
+  const double stop = n > 0 ? least * diagonal.maxCoeff() : 0.0;
   Eigen::MatrixXd l(n, n);
   Eigen::Index k = 0;
   for (; k < n; ++k) {
@@ -73,10 +73,27 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
   return basis.leftCols(count);
 }
 
+solver::SparseMatrix energy_of(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction) {
+  return conduction + hourly_shift * thermal.capacity;
+}
+
+Eigen::MatrixXd compressed(const solver::SparseMatrix& energy, const Eigen::MatrixXd& x, double least) {
+  const double below = least * least;
+  const Eigen::MatrixXd factor = pivoted_cholesky(gram(energy, x), 1e-2 * below);
+  if (factor.cols() == 0) return x.leftCols(0);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(factor.transpose() * factor);
+  const Eigen::Index count = factor.cols();
+  Eigen::Index kept = 0;
+  while (kept < count && eigen.eigenvalues()(count - 1 - kept) > below * eigen.eigenvalues()(count - 1)) ++kept;
+  // X^T H X = F F^T with F = U S W^T, so that X U are the directions with their lengths S.
+  const Eigen::MatrixXd left = factor * eigen.eigenvectors().rightCols(kept) *
+                               eigen.eigenvalues().tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  return x * left;
+}
+
 Basis make_basis(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction,
                  const Eigen::MatrixXd& candidates, Eigen::Index most) {
-  const solver::SparseMatrix energy = conduction + hourly_shift * thermal.capacity;
-  const Eigen::MatrixXd factor = pivoted_cholesky(gram(energy, candidates));
+  const Eigen::MatrixXd factor = pivoted_cholesky(gram(energy_of(thermal, conduction), candidates), dependent);
 
   Basis basis;
   basis.rank = factor.cols();

@@ -12,6 +12,13 @@
 
 namespace thermotwin::reduction {
 
+/// K + E/(2 h), in which directions compare.
+solver::SparseMatrix energy_of(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction);
+
+/// Fewer columns with the same X X^T, but for directions shorter than `least` of the longest: blocks are
+/// compressed one by one before they meet (hierarchical decomposition, Himpe, Leibner & Rave 2018).
+Eigen::MatrixXd compressed(const solver::SparseMatrix& energy, const Eigen::MatrixXd& x, double least);
+
 struct Basis {
   Eigen::MatrixXd vectors;          ///< (size x order)
   Eigen::VectorXd singular_values;  ///< of the candidates in the energy, falling

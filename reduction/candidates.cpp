@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/progress.h"
+#include "reduction/basis.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -19,11 +20,16 @@ constexpr double rotation_lever_m = 0.3;
 constexpr double sensor_length_m = 5e-6;    ///< a sensor's 1 K counts as much as 5 um at the TCP
 constexpr Eigen::Index most_output_directions = 30;
 constexpr double least_output_direction = 1e-3;
+constexpr double least_direction = 3e-6;   ///< of the longest of its group at a point
 
 using solver::InputKind;
 using solver::TermKind;
 
-enum class Travel { low, high, whole };
+/// Of each axis between its ends; or all of it evenly.
+struct Travel {
+  double at = 0;
+  bool whole = false;
+};
 
 struct AxisNames {
   std::string position, feed, low, high;
@@ -47,10 +53,10 @@ void set_travel(const solver::OperatingModel& model, Eigen::VectorXd& row, Trave
     const AxisNames names = names_of(axis);
     const double low = axis.endless ? 0.0 : axis.low / names.unit;
     const double high = axis.endless ? 360.0 : axis.high / names.unit;
-    const bool whole = travel == Travel::whole;
+    const bool whole = travel.whole;
     set(model, row, names.low, whole ? low : solver::not_given);
     set(model, row, names.high, whole ? high : solver::not_given);
-    set(model, row, names.position, whole ? 0.5 * (low + high) : travel == Travel::low ? low : high);
+    set(model, row, names.position, low + (whole ? 0.5 : travel.at) * (high - low));
   }
 }
 
@@ -145,6 +151,15 @@ bool has_flow(const solver::ThermalSystem& thermal, const solver::Coefficients& 
 
 }  // namespace
 
+solver::SparseMatrix symmetric_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p) {
+  solver::SparseMatrix sum = thermal.conduction;
+  for (std::size_t j = 0; j < thermal.terms.size(); ++j) {
+    const double factor = p(static_cast<Eigen::Index>(j));
+    if (factor != 0.0 && thermal.layout.terms[j].kind != TermKind::coolant_flow) sum += factor * thermal.terms[j];
+  }
+  return sum;
+}
+
 void remove_mean(const solver::ThermalSystem& thermal, Eigen::MatrixXd& block) {
   const Eigen::VectorXd lumped = thermal.capacity * Eigen::VectorXd::Ones(thermal.size);
   const Eigen::RowVectorXd mean = lumped.transpose() * block / lumped.sum();
@@ -161,19 +176,21 @@ std::vector<OperatingPoint> operating_points(const solver::OperatingModel& model
   const Eigen::VectorXd standing = model.channels().defaults();
   points.push_back(make_point(model, "standing", standing));
 
+  const auto add = [&](const char* name, Travel travel, double speed, bool on) {
+    Eigen::VectorXd row = standing;
+    set_travel(model, row, travel);
+    if (speed > 0.0) set_speeds(model, row, speed);
+    set_states(model, row, on);
+    points.push_back(make_point(model, name, row));
+  };
+  add("all on, low end", {0.0}, 1.0, true);
+  add("all off, high end", {1.0}, 0.0, false);
+  add("a quarter of the travel", {0.25}, 0.2, false);
+  add("middle of the travel", {0.5}, 0.6, true);
+  add("three quarters of the travel", {0.75}, 1.0, false);
+
   Eigen::VectorXd row = standing;
-  set_travel(model, row, Travel::low);
-  set_speeds(model, row, 1.0);
-  set_states(model, row, true);
-  points.push_back(make_point(model, "all on, low end", row));
-
-  row = standing;
-  set_travel(model, row, Travel::high);
-  set_states(model, row, false);
-  points.push_back(make_point(model, "all off, high end", row));
-
-  row = standing;
-  set_travel(model, row, Travel::whole);
+  set_travel(model, row, {0.5, true});
   set_speeds(model, row, 0.5);
   points.push_back(make_point(model, "half speed, whole travel", row));
   return points;
@@ -185,8 +202,8 @@ Eigen::MatrixXd effective_inputs(const solver::ThermalSystem& thermal, const sol
   std::vector<Eigen::VectorXd> q;
   for (std::size_t i = 0; i < machine.sources.size(); ++i) {
     const int source = static_cast<int>(i);
-    std::vector<Travel> travels{Travel::whole};
-    if (moves(thermal.layout, source)) travels = {Travel::whole, Travel::low, Travel::high};
+    std::vector<Travel> travels{{0.5, true}};
+    if (moves(thermal.layout, source)) travels = {{0.5, true}, {0.0}, {0.5}, {1.0}};
     for (const Travel travel : travels) {
       Eigen::VectorXd row = point.row;
       set_travel(model, row, travel);
@@ -287,7 +304,17 @@ Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::O
     return std::find(list.begin(), list.end(), shift) != list.end();
   };
 
-  std::vector<Eigen::MatrixXd> responses, adjoints, changes;
+  const solver::SparseMatrix energy = energy_of(thermal, symmetric_conduction(thermal, points.front().c.p));
+  Eigen::Index given = 0;
+  struct Group {
+    std::vector<Eigen::MatrixXd> of_point, kept;
+    void compress(const solver::ThermalSystem& system, const solver::SparseMatrix& h) {
+      Eigen::MatrixXd block = joined(of_point, system.size);
+      of_point.clear();
+      remove_mean(system, block);
+      kept.push_back(compressed(h, block, least_direction));
+    }
+  } responses, adjoints, changes;
   core::Progress progress("basis of the reduced model", points.size() * shifts.size());
   for (const OperatingPoint& point : points) {
     const Eigen::MatrixXd inputs = effective_inputs(thermal, model, point);
@@ -305,24 +332,27 @@ Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::O
         const Eigen::MatrixXd solution = solver::solve_shifted(thermal, point.c, shift, right);
         Eigen::Index at = 0;
         if (direct) {
-          responses.push_back(solution.leftCols(inputs.cols()));
+          responses.of_point.push_back(solution.leftCols(inputs.cols()));
           at = inputs.cols();
         }
         if (adjoint && symmetric) {
-          adjoints.push_back(solution.middleCols(at, outputs.cols()));
+          adjoints.of_point.push_back(solution.middleCols(at, outputs.cols()));
           at += outputs.cols();
         }
-        if (adjoint && changing.cols() > 0) changes.push_back(solution.middleCols(at, changing.cols()));
+        if (adjoint && changing.cols() > 0) changes.of_point.push_back(solution.middleCols(at, changing.cols()));
       }
-      if (adjoint && !symmetric) adjoints.push_back(solver::solve_shifted(thermal, point.c, shift, outputs, true));
+      if (adjoint && !symmetric) adjoints.of_point.push_back(solver::solve_shifted(thermal, point.c, shift, outputs, true));
       if (direct && changing.cols() == 0) {
-        changing = coefficient_changes(thermal, point, responses.back().rowwise().sum() / std::sqrt(static_cast<double>(std::max<Eigen::Index>(1, inputs.cols()))));
+        changing = coefficient_changes(thermal, point, responses.of_point.back().rowwise().sum() / std::sqrt(static_cast<double>(std::max<Eigen::Index>(1, inputs.cols()))));
       }
       progress.advance();
     }
+    for (Group* group : {&responses, &adjoints, &changes}) {
+      for (const Eigen::MatrixXd& block : group->of_point) given += block.cols();
+      group->compress(thermal, energy);
+    }
   }
-  Candidates all{joined(responses, thermal.size), joined(adjoints, thermal.size), joined(changes, thermal.size)};
-  for (Eigen::MatrixXd* group : {&all.responses, &all.adjoints, &all.changes}) remove_mean(thermal, *group);
+  Candidates all{joined(responses.kept, thermal.size), joined(adjoints.kept, thermal.size), joined(changes.kept, thermal.size), given};
   all.responses /= std::sqrt(static_cast<double>(points.size() * options.shifts.size()));
   return all;
 }

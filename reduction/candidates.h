@@ -21,8 +21,8 @@ struct OperatingPoint {
   solver::Coefficients c;          ///< its p is what the operator needs
 };
 
-/// Standing; everything on at the low end of the axes; everything off at the high end; axes that
-/// run over their whole travel at half speed.
+/// Standing; the axes at five places of their travel, where their joints' matrices differ, with films and
+/// coolants on and off and speeds between; axes that run over their whole travel at half speed.
 std::vector<OperatingPoint> operating_points(const solver::OperatingModel& model);
 
 /// Full vectors of what acts at the point, in W: each source at the largest power of its laws (one
@@ -47,6 +47,9 @@ struct CandidateOptions {
 /// constants from ten days to two minutes.
 CandidateOptions default_candidates();
 
+/// K0 + sum p K without the coolant's transport, which is not symmetric.
+solver::SparseMatrix symmetric_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p);
+
 /// Takes the capacity-weighted mean from each column: the uniform field is in every basis anyway.
 void remove_mean(const solver::ThermalSystem& thermal, Eigen::MatrixXd& block);
 /// Sum over the columns of their mean square over the capacity, K^2.
@@ -57,6 +60,8 @@ struct Candidates {
   Eigen::MatrixXd responses;  ///< to inputs, mean over points and shifts
   Eigen::MatrixXd adjoints;   ///< to outputs
   Eigen::MatrixXd changes;    ///< to changes of coefficients
+  Eigen::Index columns() const { return responses.cols() + adjoints.cols() + changes.cols(); }
+  Eigen::Index made = 0;      ///< columns before they were compressed, point by point
 };
 Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::OperatingModel& model,
                            const std::vector<solver::OutputRows>& rows, const CandidateOptions& options);

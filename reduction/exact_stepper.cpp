@@ -18,6 +18,7 @@ constexpr double series_reach = 0.5;       ///< largest norm of h A that the ser
 constexpr int series_terms = 13;           ///< 0.5^13/14!: below rounding
 constexpr double same_length = 1e-12;      ///< of an interval: rounding of its ends
 constexpr std::size_t most_rungs = 60;
+constexpr int sum_afresh_after = 256;      ///< added changes of inputs before their heat is summed anew
 
 /// Propagators of one set of coefficients at rung_0, 2 rung_0, 4 rung_0 ...
 class Ladder {
@@ -115,14 +116,36 @@ struct ExactStepper::Work {
   long uses = 0;
   bool identity_capacity;
   Eigen::PartialPivLU<Eigen::MatrixXd> capacity;
-  Eigen::VectorXd heat, column;
+  Eigen::VectorXd heat, sum, q, column;      ///< heat = E^-1 sum, sum = inputs q
+  int additions = sum_afresh_after;
 
   Work(const ReducedSystem& s, const ExactOptions& o)
       : system(s), options(o), passing(s, o.passing),
         identity_capacity(s.capacity == Eigen::MatrixXd::Identity(s.order(), s.order())) {
     if (!identity_capacity) capacity.compute(s.capacity);
-    heat = column = Eigen::VectorXd::Zero(s.order());
+    heat = sum = column = Eigen::VectorXd::Zero(s.order());
+    q = Eigen::VectorXd::Zero(s.inputs.cols());
     for (Eigen::VectorXd& p : seen) p.setConstant(static_cast<Eigen::Index>(s.terms.size()), -1.0);
+  }
+
+  /// Only what changed is added, as long as that is little.
+  void set_heat(const Eigen::VectorXd& next) {
+    Eigen::Index changed = 0;
+    for (Eigen::Index k = 0; k < q.size(); ++k) changed += next(k) != q(k);
+    if (changed == 0) return;
+    if (++additions > sum_afresh_after || 4 * changed > q.size() || !sum.allFinite()) {
+      sum.noalias() = system.inputs * next;
+      additions = 0;
+    } else {
+      for (Eigen::Index k = 0; k < q.size(); ++k)
+        if (next(k) != q(k)) sum += (next(k) - q(k)) * system.inputs.col(k);
+    }
+    q = next;
+    if (identity_capacity) {
+      heat = sum;
+    } else {
+      heat = capacity.solve(sum);
+    }
   }
 
   Ladder* find(const Eigen::VectorXd& p) {
@@ -176,8 +199,7 @@ void ExactStepper::advance(Eigen::VectorXd& state, const solver::Coefficients& c
   }
   ++work.statistics.exact;
   ladder->last_use = ++work.uses;
-  work.heat.noalias() = work.system.inputs * c.q;
-  if (!work.identity_capacity) work.heat = work.capacity.solve(work.heat).eval();
+  work.set_heat(c.q);
   ladder->advance(state, work.heat, step_s);
   if (!std::isfinite(state.sum()))
     throw core::SolverError(fmt::format("reduced model: the state is no longer finite after a step of {} s; look for NaN in the inputs", step_s));

@@ -37,16 +37,6 @@ class Watch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// K0 + sum p K without the coolant's transport, which is not symmetric.
-solver::SparseMatrix symmetric_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p) {
-  solver::SparseMatrix sum = thermal.conduction;
-  for (std::size_t j = 0; j < thermal.terms.size(); ++j) {
-    const double factor = p(static_cast<Eigen::Index>(j));
-    if (factor != 0.0 && thermal.layout.terms[j].kind != TermKind::coolant_flow) sum += factor * thermal.terms[j];
-  }
-  return sum;
-}
-
 /// Snapshots without their uniform part, every so many if there are too many.
 Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const std::vector<solver::LoadResult>& training) {
   std::vector<Eigen::MatrixXd> blocks;
@@ -192,7 +182,7 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
   const Eigen::MatrixXd candidates = scaled_columns(thermal, groups, snapshots ? chosen_snapshots(thermal, training) : Eigen::MatrixXd(thermal.size, 0));
   if (candidates.cols() == 0)
     throw core::InputError("basis of the reduced model", "no snapshots", "a campaign that keeps them, or --method krylov");
-  notes.candidates = candidates.cols();
+  notes.candidates = candidates.cols() - groups.columns() + groups.made;
   Basis basis = make_basis(thermal, conduction, candidates, most);
   notes.deflated = notes.candidates - basis.rank;
   return basis;

@@ -33,6 +33,25 @@ const char* kind_name(solver::TermKind kind) {
   }
 }
 
+/// A joint is known at all places of its axis where it is known at some: its grid was made for that.
+TrainedRange any_place(const solver::Layout& layout, TrainedRange range) {
+  for (std::size_t j = 0; j < layout.terms.size(); ++j) {
+    const solver::Term& term = layout.terms[j];
+    if (term.kind != solver::TermKind::contact || term.part == 0) continue;
+    const auto here = static_cast<Eigen::Index>(j), first = here - term.part;
+    range.low(first) = std::min(range.low(first), range.low(here));
+    range.high(first) = std::max(range.high(first), range.high(here));
+  }
+  for (std::size_t j = 0; j < layout.terms.size(); ++j) {
+    const solver::Term& term = layout.terms[j];
+    if (term.kind != solver::TermKind::contact) continue;
+    const auto here = static_cast<Eigen::Index>(j), first = here - term.part;
+    range.low(here) = range.low(first);
+    range.high(here) = range.high(first);
+  }
+  return range;
+}
+
 }  // namespace
 
 void TrainedRange::include(const Eigen::VectorXd& p) {
@@ -42,8 +61,8 @@ void TrainedRange::include(const Eigen::VectorXd& p) {
 }
 
 std::string outside_trained(const ReducedModel& model, const TrainedRange& seen) {
-  const TrainedRange& trained = model.trained;
-  if (trained.low.size() != seen.low.size()) return {};
+  if (model.trained.low.size() != seen.low.size()) return {};
+  const TrainedRange trained = any_place(model.system.layout, model.trained);
   double worst = beyond_share;
   std::string text;
   for (Eigen::Index j = 0; j < seen.low.size(); ++j) {

@@ -112,6 +112,20 @@ TEST(ExactStepper, MakesALadderOnceCoefficientsStay) {
   EXPECT_EQ(stepper.statistics().ladders, 1);
 }
 
+TEST(ExactStepper, InputsThatChangeOneByOneAddUp) {
+  const ReducedSystem system = random_system(16, 4, 12, 20);
+  solver::Coefficients c = random_coefficients(system, 21);
+  ExactStepper many(system, at_once());
+  VectorXd state = VectorXd::Zero(16), fresh = state;
+  Numbers number(22);
+  for (int i = 0; i < 600; ++i) {
+    c.q(i % 12) = number();
+    many.advance(state, c, 5.0);
+    ExactStepper(system, at_once()).advance(fresh, c, 5.0);
+    ASSERT_LT((state - fresh).norm(), 1e-12 * (1.0 + fresh.norm())) << i;
+  }
+}
+
 TEST(ExactStepper, TellsWhereNumbersAreNotFinite) {
   const ReducedSystem system = random_system(8, 2, 2, 18);
   solver::Coefficients c = random_coefficients(system, 19);
