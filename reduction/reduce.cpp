@@ -188,7 +188,20 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
   return basis;
 }
 
-/// The model of a smaller order: bases are nested, so its matrices are the leading blocks.
+/// Loads that have a result, as pairs. @throws InputError for a result without its load
+std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> matched(
+    const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& training) {
+  std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> pairs;
+  for (const solver::LoadResult& result : training) {
+    const auto load = std::find_if(loads.begin(), loads.end(), [&](const solver::LoadProgram& l) { return l.name() == result.load; });
+    if (load == loads.end()) throw core::InputError("training result '" + result.load + "'", "no such load", "results of the loads given");
+    if (result.tcp.rows() > 0) pairs.emplace_back(&*load, &result);
+  }
+  return pairs;
+}
+
+}  // namespace
+
 ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
   ReducedModel small = model;
   ReducedSystem& system = small.system;
@@ -204,20 +217,6 @@ ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
   }
   return small;
 }
-
-/// Loads that have a result, as pairs. @throws InputError for a result without its load
-std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> matched(
-    const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& training) {
-  std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> pairs;
-  for (const solver::LoadResult& result : training) {
-    const auto load = std::find_if(loads.begin(), loads.end(), [&](const solver::LoadProgram& l) { return l.name() == result.load; });
-    if (load == loads.end()) throw core::InputError("training result '" + result.load + "'", "no such load", "results of the loads given");
-    if (result.tcp.rows() > 0) pairs.emplace_back(&*load, &result);
-  }
-  return pairs;
-}
-
-}  // namespace
 
 BasisMethod basis_method(const std::string& name) {
   for (std::size_t i = 0; i < std::size(basis_methods); ++i)

@@ -47,6 +47,9 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
                     ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr);
 
+/// The model of a smaller order: bases are nested, so its matrices are the leading blocks.
+ReducedModel truncated(const ReducedModel& model, Eigen::Index order);
+
 /// Order of the reference of an estimate: half as much again.
 inline Eigen::Index reference_order(Eigen::Index order) { return order + (order + 1) / 2; }
 

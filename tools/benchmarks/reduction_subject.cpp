@@ -8,8 +8,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include <map>
+
 namespace thermotwin::bench {
 namespace {
+
+constexpr int online_steps = 5000;
 
 Command reduce(const Settings& s, const std::filesystem::path& out, bool resume) {
   Command command;
@@ -62,6 +66,23 @@ std::string reduction_subject(const Settings& settings) {
                    fmt::format("full model, {} unknowns", last["unknowns"]), 1, last.peak_MiB, 0);
     if (load == "air_cutting") report.figure("TCP error at a pose", duration(last["tcp"]), 1);
     report.note(fmt::format("{}: sensors of both models {:.1e} K apart after {} steps", load, last["sensors_apart_K"], 2 * settings.steps));
+  }
+  for (const int order : {60, 0}) {
+    std::map<std::string, std::vector<double>> times;
+    Outcome last;
+    for (int i = 0; i < settings.pairs; ++i) {
+      Command command;
+      command.words = {(settings.programs / "bench_worker").string(), "online", "--model", model.string(), "--order", std::to_string(order),
+                       "--steps", std::to_string(online_steps), "--threads", "1"};
+      command.cores = 1;
+      last = run(command);
+      for (const char* name : {"fixed", "three", "all", "plain"}) times[name].push_back(last[name]);
+    }
+    const std::string alternative = fmt::format("summed, factorised, solved each step ({} outputs as ours)", last["outputs"]);
+    for (const auto& [name, what] : {std::pair<std::string, std::string>{"fixed", "films stand"}, {"three", "three films change"}, {"all", fmt::format("all {} films change", last["films"])}}) {
+      report.compare(fmt::format("online step, order {}: {}", last["order"], what), times[name], times["plain"], alternative, 1);
+      report.note(fmt::format("order {}, {}: 99.9 % of the steps within {}", last["order"], what, duration(last[name + "_999"])));
+    }
   }
   report.note("steps: one processor, its time; campaign and reduction: wall time");
   return report.text();

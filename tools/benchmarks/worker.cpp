@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -14,7 +16,9 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
+#include "reduction/exact_stepper.h"
 #include "reduction/model_file.h"
+#include "reduction/reduce.h"
 #include "solver/campaign.h"
 #include "solver/elastic_assembly.h"
 #include "solver/multigrid.h"
@@ -32,7 +36,7 @@ namespace {
 struct Options {
   std::string case_path = "cases/vmc5", size = "coarse", body = "column", set = "ambient", load;
   std::filesystem::path folder, model, out;
-  int steps = 100, threads = 1, decks = 6, columns = 1;
+  int steps = 100, threads = 1, decks = 6, columns = 1, order = 0;
   long rows = 100000;
   bool apart = false;
 };
@@ -189,6 +193,63 @@ void loads(const Options& options) {
   print("unknowns", static_cast<double>(system.size));
 }
 
+/// Steps of a control: the state moves on and all outputs of the grid are read, with no film changing, with
+/// three, with all; and the plain way, which sums and factorises in each step.
+void online(const Options& options) {
+  const reduction::ReducedModel stored = reduction::read_model(options.model);
+  const reduction::ReducedModel model = options.order > 0 ? reduction::truncated(stored, std::min<Eigen::Index>(options.order, stored.system.order())) : stored;
+  const auto grid = mesh::workspace_poses(model.machine);
+  const Eigen::MatrixXd values = reduction::value_rows(model, grid);
+  const Eigen::Index each = values.rows() / static_cast<Eigen::Index>(grid.size());
+  Eigen::MatrixXd rows(6 * static_cast<Eigen::Index>(grid.size()), values.cols());
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(grid.size()); ++i) rows.middleRows(6 * i, 6) = values.middleRows(each * i, 6);
+  const solver::OperatingModel operating(model.machine, model.system.layout);
+  const solver::Coefficients nominal =
+      operating.coefficients(operating.channels().defaults(), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.machine.coolants.size())));
+  std::vector<Eigen::Index> films;
+  for (std::size_t j = 0; j < model.system.layout.terms.size(); ++j)
+    if (model.system.layout.terms[j].kind == solver::TermKind::film) films.push_back(static_cast<Eigen::Index>(j));
+
+  constexpr double step_s = 60.0;
+  Eigen::VectorXd outputs(rows.rows());
+  const auto measure = [&](const std::string& name, std::size_t changing, const auto& advance) {
+    Eigen::VectorXd state = model.system.one_kelvin;
+    solver::Coefficients c = nominal;
+    std::vector<double> seconds;
+    Watch processor(1);  // asking it takes as long as a tenth of a step: once for all of them
+    for (int i = 0; i < options.steps; ++i) {
+      for (std::size_t f = 0; f < std::min(changing, films.size()); ++f)
+        c.p(films[f]) = nominal.p(films[f]) * (1.0 + 0.3 * std::sin(0.1 * i + static_cast<double>(f)));
+      c.q(i % c.q.size()) += 1e-3;
+      const auto begin = std::chrono::steady_clock::now();
+      advance(state, c);
+      outputs.noalias() = rows * state;
+      seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    }
+    print(name.c_str(), processor.seconds() / options.steps);
+    std::sort(seconds.begin(), seconds.end());
+    print((name + "_999").c_str(), seconds[seconds.size() * 999 / 1000]);
+  };
+  reduction::ExactStepper exact(model.system);
+  measure("fixed", 0, [&](Eigen::VectorXd& x, const solver::Coefficients& c) { exact.advance(x, c, step_s); });
+  reduction::ReducedStepper three(model.system), all(model.system);
+  measure("three", 3, [&](Eigen::VectorXd& x, const solver::Coefficients& c) { three.advance(x, c, step_s); });
+  measure("all", films.size(), [&](Eigen::VectorXd& x, const solver::Coefficients& c) { all.advance(x, c, step_s); });
+  Eigen::MatrixXd sum;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu(model.system.order());
+  measure("plain", films.size(), [&](Eigen::VectorXd& x, const solver::Coefficients& c) {
+    sum = model.system.conduction;
+    for (Eigen::Index j = 0; j < c.p.size(); ++j)
+      if (c.p(j) != 0.0) sum += c.p(j) * model.system.terms[static_cast<std::size_t>(j)];
+    sum = model.system.capacity + step_s * sum;
+    lu.compute(sum);
+    x = lu.solve(model.system.capacity * x + step_s * (model.system.inputs * c.q)).eval();
+  });
+  print("order", static_cast<double>(model.system.order()));
+  print("films", static_cast<double>(films.size()));
+  print("outputs", static_cast<double>(rows.rows()));
+}
+
 void poses(const Options& options) {
   const Setup setup(options);
   const mesh::MachineMesh mesh = setup.mesh(options);
@@ -298,7 +359,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Options options;
   const std::vector<std::pair<std::string, void (*)(const Options&)>> works = {
-      {"files", write_files}, {"heat", heat}, {"elastic", elastic}, {"iterative", iterative}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"rows", rows}};
+      {"files", write_files}, {"heat", heat}, {"elastic", elastic}, {"iterative", iterative}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"online", online}, {"rows", rows}};
   for (const auto& [name, work] : works) {
     CLI::App* verb = app.add_subcommand(name);
     verb->add_option("--case", options.case_path);
@@ -312,6 +373,7 @@ int main(int argc, char** argv) {
     verb->add_option("--steps", options.steps);
     verb->add_option("--threads", options.threads);
     verb->add_option("--columns", options.columns);
+    verb->add_option("--order", options.order);
     verb->add_option("--deck-steps", options.decks);
     verb->add_option("--rows", options.rows);
     verb->add_flag("--apart", options.apart);
