@@ -237,6 +237,8 @@ void campaign(const CampaignOptions& options) {
 }
 
 void reduce(const ReduceOptions& options) {
+  if (!options.matrices.empty()) return reduce_matrices(options);
+  if (options.case_path.empty()) throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);

@@ -47,6 +47,36 @@ void add_solver(CLI::App& verb, std::string& solver) {
       ->capture_default_str();
 }
 
+/// What `reduce` asks of a case only.
+void add_reduced_case(CLI::App& verb, tools::ReduceOptions& reduce, CLI::Option& of_case) {
+  verb.add_flag("--resume", reduce.resume, "keep campaign results that are finished")->needs(&of_case);
+  add_mesh(verb, reduce.size, reduce.mesh_order, "--mesh-order");
+  add_solver(verb, reduce.solver);
+  for (const char* name : {"--size", "--mesh-order", "--solver"}) verb.get_option(name)->needs(&of_case);
+}
+
+/// What it asks of matrices only.
+void add_matrices(CLI::App& verb, tools::ReduceOptions& reduce, CLI::Option& of_case) {
+  auto* matrices = verb.add_option("--matrices", reduce.matrices,
+                                   "instead of a CASE: folder of A.mtx, B.mtx, C.mtx (Matrix Market), E.mtx where it is not the "
+                                   "identity, D.mtx and A_film_NAME.mtx where there are any; results: the same files, reduced, "
+                                   "and system.rom.h5")
+                       ->excludes(&of_case);
+  verb.add_option("--method", reduce.method, "of --matrices: balanced truncation, modal truncation (dominant modes), rational krylov")
+      ->check(CLI::IsMember({"balanced", "modal", "krylov"}))
+      ->needs(matrices)
+      ->capture_default_str();
+  verb.add_option("--tolerance", reduce.tolerance, "of --matrices: bound of the error, relative to the H-infinity norm")
+      ->check(CLI::PositiveNumber)
+      ->needs(matrices)
+      ->capture_default_str();
+  verb.add_flag("--absolute", reduce.absolute, "the tolerance is the bound itself")->needs(matrices);
+  verb.add_flag("--compare", reduce.compare, "of --matrices: true errors of all methods at several orders")->needs(matrices);
+  verb.add_option("--film", reduce.films, "of --matrices: NAME=VALUE[,VALUE...], factor of A_film_NAME where the bases are made "
+                  "(absent: 1); several values: bases for each, joined")
+      ->needs(matrices);
+}
+
 template <class Options>
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& text,
                    const std::string& example, Options& options, void (*verb)(const Options&)) {
@@ -151,14 +181,16 @@ int parse_and_run(int argc, char** argv) {
   add_solver(*verb, campaign.solver);
 
   tools::ReduceOptions reduce;
-  verb = add_verb(app, "reduce", "reduced state-space model model.rom.h5; order and error table",
-                  "thermotwin reduce cases/vmc5", reduce, &tools::reduce);
-  verb->add_option("CASE", reduce.case_path, "case folder or case.toml")->required();
-  verb->add_option("--order", reduce.order, "order of the model (0: the smallest that meets the case's tolerance)")
+  verb = add_verb(app, "reduce", "reduced state-space model model.rom.h5 of a case, with order and error table; or, with "
+                  "--matrices, of the system E x' = A x + B u, y = C x + D u of another program",
+                  "thermotwin reduce cases/vmc5\n"
+                  "  thermotwin reduce --matrices rail --tolerance 1e-4 --out rail_reduced\n"
+                  "  thermotwin reduce --matrices spindle --film air=5,50 --film oil=1 --compare", reduce, &tools::reduce);
+  auto* reduced_case = verb->add_option("CASE", reduce.case_path, "case folder or case.toml");
+  verb->add_option("--order", reduce.order, "order of the model (0: the smallest that meets the tolerance)")
       ->check(CLI::Range(0, 2000));
-  verb->add_flag("--resume", reduce.resume, "keep campaign results that are finished");
-  add_mesh(*verb, reduce.size, reduce.mesh_order, "--mesh-order");
-  add_solver(*verb, reduce.solver);
+  add_reduced_case(*verb, reduce, *reduced_case);
+  add_matrices(*verb, reduce, *reduced_case);
 
   tools::CompensateOptions compensate;
   verb = add_verb(app, "compensate", "streams rows of what a control knows in, axis offsets out, row by row",

@@ -57,6 +57,11 @@ struct ReduceOptions : CommonOptions {
   int order = 0;
   bool resume = false;
   std::string solver = "auto";
+  std::filesystem::path matrices;           ///< instead of a case: a folder of Matrix Market files
+  std::string method = "balanced";
+  double tolerance = 1e-3;
+  bool absolute = false, compare = false;
+  std::vector<std::string> films;           ///< "name=value[,value...]"
 };
 struct CompensateOptions : CommonOptions {
   CompensateOptions() { out = "-"; }  ///< a file here, "-" for stdout
@@ -93,6 +98,7 @@ void simulate(const SimulateOptions& options);
 void campaign(const CampaignOptions& options);
 void reduced_campaign(const CampaignOptions& options);
 void reduce(const ReduceOptions& options);
+void reduce_matrices(const ReduceOptions& options);
 void compensate(const CompensateOptions& options);
 void evaluate(const EvaluateOptions& options);
 void diagnose(const DiagnoseOptions& options);

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Systems of other programs, E x' = (A + sum_j p_j A_film_j) x + B u, y = C x + D u, from a folder of
+// Matrix Market files E.mtx (absent: identity), A.mtx, B.mtx, C.mtx, D.mtx (absent: none) and any
+// A_film_NAME.mtx. Numbers are taken as they are: units are those of the writer.
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace thermotwin::reduction {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+/// One system with numbers for all parameters.
+struct StateSpace {
+  Sparse E, A;                   ///< (n x n)
+  Eigen::MatrixXd B, C, D;       ///< (n x inputs), (outputs x n), (outputs x inputs)
+  bool identity = false;         ///< E is the identity
+  bool symmetric = false;        ///< E and A are, to rounding, and exactly so here
+
+  Eigen::Index size() const { return A.rows(); }
+  Eigen::Index inputs() const { return B.cols(); }
+  Eigen::Index outputs() const { return C.rows(); }
+};
+
+struct ParameterMatrix {
+  std::string name;              ///< NAME of A_film_NAME.mtx
+  Sparse matrix;
+};
+
+struct LinearSystem {
+  std::filesystem::path folder;
+  StateSpace base;               ///< without the films
+  std::vector<ParameterMatrix> films;  ///< by name
+  bool has_feedthrough = false;  ///< D.mtx is there
+
+  /// @param values  one per film
+  StateSpace at(const std::vector<double>& values) const;
+};
+
+/// @throws InputError: missing or bad file, sizes that disagree, B or C without an entry
+LinearSystem read_linear_system(const std::filesystem::path& folder);
+
+/// The reduced system, of the same form; E is the identity unless films at several values were joined.
+struct ReducedLinearSystem {
+  Eigen::MatrixXd E, A, B, C, D;
+  std::vector<Eigen::MatrixXd> films;  ///< in the order of LinearSystem::films
+
+  Eigen::Index order() const { return A.rows(); }
+  /// With A + sum p_j A_film_j as its A.
+  ReducedLinearSystem at(const std::vector<double>& values) const;
+};
+
+/// W^T (E, A, B, C V, A_film) V. @param left,right  (n x r)
+ReducedLinearSystem project(const LinearSystem& system, const Eigen::MatrixXd& left, const Eigen::MatrixXd& right);
+
+}  // namespace thermotwin::reduction
