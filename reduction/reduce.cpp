@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
+#include "reduction/balanced_basis.h"
 #include "reduction/basis.h"
 #include "reduction/candidates.h"
 #include "reduction/modal_basis.h"
@@ -170,8 +171,8 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
                const std::vector<solver::LoadResult>& training, const Eigen::VectorXd& standing, BasisMethod method,
                Eigen::Index most, ReduceSummary& notes) {
   const solver::SparseMatrix conduction = symmetric_conduction(thermal, standing);
-  if (method == BasisMethod::modal) {
-    Basis basis = modal_basis(thermal, standing, most);
+  if (method == BasisMethod::modal || method == BasisMethod::balanced) {
+    Basis basis = method == BasisMethod::modal ? modal_basis(thermal, standing, most) : balanced_basis(thermal, operating, rows, most);
     notes.candidates = basis.rank;
     return basis;
   }

@@ -20,9 +20,10 @@ enum class BasisMethod {
   combined,   ///< Krylov vectors, adjoints, changes of coefficients and snapshots
   krylov,     ///< the same without snapshots: needs no campaign
   pod,        ///< snapshots of the campaign alone
-  modal       ///< slowest modes of the standing machine
+  balanced,   ///< dominant subspaces of both Gramians of the machine at rest
+  modal       ///< slowest modes of the machine at rest
 };
-inline constexpr const char* basis_methods[] = {"combined", "krylov", "pod", "modal"};
+inline constexpr const char* basis_methods[] = {"combined", "krylov", "pod", "balanced", "modal"};
 /// @throws UsageError with the known names
 BasisMethod basis_method(const std::string& name);
 

@@ -236,30 +236,4 @@ void campaign(const CampaignOptions& options) {
                 json.dump());
 }
 
-void reduce(const ReduceOptions& options) {
-  if (!options.matrices.empty()) return reduce_matrices(options);
-  if (options.case_path.empty()) throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
-  const Stopwatch time;
-  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
-  for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
-  const solver::FullModel full = build(machine_case, options.out, options.solver);
-  reduction::ReduceOptions wanted;
-  wanted.order = options.order;
-  const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out);
-  nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()},
-                         {"basis_s", made.summary.basis_seconds}, {"seconds", time.seconds()}};
-  std::string orders = "order: training error um\n";
-  for (const auto& [order, error] : made.summary.order_error_um) {
-    orders += fmt::format("  {:4}: {:.4f}\n", order, error);
-    json["orders"].push_back({{"order", order}, {"error_um", error}});
-  }
-  for (const auto& e : made.model.errors)
-    json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um},
-                               {"estimate_max_um", e.estimate_max_um}, {"effectivity", e.effectivity}});
-  print_summary(options,
-                fmt::format("{}\n{}\n{}\n{} in {:.0f} s\n", made.summary.brief(), orders, error_table(made.model.errors),
-                            (options.out / "model.rom.h5").string(), time.seconds()),
-                json.dump());
-}
-
 }  // namespace thermotwin::tools

@@ -62,16 +62,14 @@ void add_matrices(CLI::App& verb, tools::ReduceOptions& reduce, CLI::Option& of_
                                    "identity, D.mtx and A_film_NAME.mtx where there are any; results: the same files, reduced, "
                                    "and system.rom.h5")
                        ->excludes(&of_case);
-  verb.add_option("--method", reduce.method, "of --matrices: balanced truncation, modal truncation (dominant modes), rational krylov")
-      ->check(CLI::IsMember({"balanced", "modal", "krylov"}))
-      ->needs(matrices)
-      ->capture_default_str();
+  verb.add_option("--method", reduce.method, "of a case: combined (absent), krylov, pod, balanced, modal; of --matrices: balanced "
+                  "truncation (absent), modal truncation (dominant modes), rational krylov");
   verb.add_option("--tolerance", reduce.tolerance, "of --matrices: bound of the error, relative to the H-infinity norm")
       ->check(CLI::PositiveNumber)
       ->needs(matrices)
       ->capture_default_str();
   verb.add_flag("--absolute", reduce.absolute, "the tolerance is the bound itself")->needs(matrices);
-  verb.add_flag("--compare", reduce.compare, "of --matrices: true errors of all methods at several orders")->needs(matrices);
+  verb.add_flag("--compare", reduce.compare, "true errors of all methods at several orders");
   verb.add_option("--film", reduce.films, "of --matrices: NAME=VALUE[,VALUE...], factor of A_film_NAME where the bases are made "
                   "(absent: 1); several values: bases for each, joined")
       ->needs(matrices);

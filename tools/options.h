@@ -58,7 +58,7 @@ struct ReduceOptions : CommonOptions {
   bool resume = false;
   std::string solver = "auto";
   std::filesystem::path matrices;           ///< instead of a case: a folder of Matrix Market files
-  std::string method = "balanced";
+  std::string method;                       ///< empty: combined for a case, balanced for matrices
   double tolerance = 1e-3;
   bool absolute = false, compare = false;
   std::vector<std::string> films;           ///< "name=value[,value...]"

@@ -146,7 +146,7 @@ void reduce_matrices(const ReduceOptions& options) {
   const reduction::LinearSystem system = reduction::read_linear_system(options.matrices);
   reduction::check_system_folder(options.out, system);
   reduction::SystemReductionOptions how;
-  how.method = reduction::method_of(options.method);
+  if (!options.method.empty()) how.method = reduction::method_of(options.method);
   how.order = options.order;
   how.tolerance = options.tolerance;
   how.absolute = options.absolute;

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A line chart as an SVG file of its own, readable in light and dark browsers and in documents.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace thermotwin::core {
+
+struct LineChart {
+  struct Line {
+    std::string name;
+    std::vector<std::pair<double, double>> points;  ///< x, y; not finite: a gap
+  };
+  std::string title, x_title, y_title;
+  std::vector<Line> lines;             ///< at most eight have a colour of their own
+  bool log_y = false;                  ///< values <= 0 are gaps
+  /// A horizontal line that says what is to be reached; NaN: none.
+  double target;
+  std::string target_name;
+
+  LineChart();
+  std::string svg() const;
+};
+
+}  // namespace thermotwin::core

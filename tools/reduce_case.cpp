@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `reduce CASE`: the reduced model with its order, error and speed; all methods side by side.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/line_chart.h"
+#include "core/progress.h"
+#include "core/text.h"
+#include "core/thread_pool.h"
+#include "tools/chain.h"
+
+namespace thermotwin::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Eigen::Index compared_orders[] = {20, 40, 60, 80, 120, 160, 240, 320, 400};
+
+struct MethodErrors {
+  std::string name;
+  double basis_seconds = 0;
+  std::vector<std::pair<Eigen::Index, double>> worst_um;   ///< order, over all held-out loads
+};
+
+/// Errors on the held-out loads of every method, order by order; the campaign is there.
+std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const solver::Case& machine_case, Eigen::Index largest, const fs::path& out) {
+  solver::CampaignOptions options;
+  options.out = options.checkpoints = out / "campaign";
+  options.resume = options.keep_snapshots = true;
+  const auto training = load_programs(machine_case, machine_case.train), heldout = load_programs(machine_case, machine_case.holdout);
+  const auto trained = solver::run_campaign(full, training, options);
+  options.keep_snapshots = false;
+  const auto held = solver::run_campaign(full, heldout, options);
+  const auto poses = mesh::workspace_poses(machine_case.machine);
+  std::vector<MethodErrors> all;
+  for (std::size_t m = 0; m < std::size(reduction::basis_methods); ++m) {
+    MethodErrors of{reduction::basis_methods[m], 0, {}};
+    reduction::ReduceOptions wanted;
+    wanted.method = static_cast<reduction::BasisMethod>(m);
+    wanted.order = largest;
+    reduction::ReduceSummary summary;
+    const reduction::ReducedModel model = reduction::reduce(full, training, trained, wanted, &summary);
+    of.basis_seconds = summary.basis_seconds;
+    std::vector<Eigen::Index> orders;
+    for (const Eigen::Index order : compared_orders)
+      if (order < model.system.order()) orders.push_back(order);
+    orders.push_back(model.system.order());
+    core::Progress progress("held-out loads, method " + of.name, orders.size() * heldout.size());
+    for (const Eigen::Index order : orders) {
+      const reduction::ReducedModel small = reduction::truncated(model, order);
+      std::vector<double> worst(heldout.size());
+      core::parallel_for(0, heldout.size(), [&](std::size_t i) {
+        reduction::TrainedRange seen;
+        worst[i] = reduction::compare(held[i], reduction::simulate_reduced(small, machine_case.machine, heldout[i], poses, 1.0, &seen)).max_um;
+        progress.advance();
+      });
+      of.worst_um.emplace_back(order, *std::max_element(worst.begin(), worst.end()));
+    }
+    all.push_back(std::move(of));
+  }
+  return all;
+}
+
+std::string comparison_table(const std::vector<MethodErrors>& methods) {
+  std::vector<std::vector<std::string>> table{{"order: worst error on held-out loads, um"}};
+  std::vector<Eigen::Index> orders;
+  for (const MethodErrors& method : methods) {
+    table[0].push_back(method.name);
+    for (const auto& [order, error] : method.worst_um) orders.push_back(order);
+  }
+  std::sort(orders.begin(), orders.end());
+  orders.erase(std::unique(orders.begin(), orders.end()), orders.end());
+  for (const Eigen::Index order : orders) {
+    std::vector<std::string> row{std::to_string(order)};
+    for (const MethodErrors& method : methods) {
+      const auto at = std::find_if(method.worst_um.begin(), method.worst_um.end(), [order](const auto& entry) { return entry.first == order; });
+      row.push_back(at == method.worst_um.end() ? "-" : fmt::format("{:.3f}", at->second));
+    }
+    table.push_back(std::move(row));
+  }
+  std::vector<std::string> row{"basis, s"};
+  for (const MethodErrors& method : methods) row.push_back(fmt::format("{:.0f}", method.basis_seconds));
+  table.push_back(std::move(row));
+  return core::format_table(table);
+}
+
+void write_picture(const fs::path& file, const ReducedCase& made, const std::vector<MethodErrors>& methods, double tolerance_um) {
+  core::LineChart chart;
+  chart.title = fmt::format("Order and error, {}", made.model.machine.name);
+  chart.x_title = "order of the reduced model";
+  chart.y_title = "largest TCP error against the full model, \u00b5m";
+  chart.log_y = true;
+  if (methods.empty()) {
+    core::LineChart::Line line{"training loads", {}};
+    for (const auto& [order, error] : made.summary.order_error_um) line.points.emplace_back(order, error);
+    chart.lines.push_back(std::move(line));
+    for (const auto& e : made.model.errors) chart.lines.push_back({e.load, {{static_cast<double>(made.summary.order), e.max_um}}});
+    chart.target = tolerance_um;
+    chart.target_name = "tolerance";
+  } else {
+    chart.title += ", held-out loads";
+    for (const MethodErrors& method : methods) {
+      core::LineChart::Line line{method.name, {}};
+      for (const auto& [order, error] : method.worst_um) line.points.emplace_back(order, error);
+      chart.lines.push_back(std::move(line));
+    }
+  }
+  core::write_file(file, chart.svg());
+}
+
+}  // namespace
+
+void reduce(const ReduceOptions& options) {
+  if (!options.matrices.empty()) return reduce_matrices(options);
+  if (options.case_path.empty()) throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
+  const Stopwatch time;
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
+  for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
+  reduction::ReduceOptions wanted;
+  wanted.order = options.order;
+  if (!options.method.empty()) wanted.method = reduction::basis_method(options.method);
+  const solver::FullModel full = build(machine_case, options.out, options.solver);
+  const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out);
+  nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()}, {"reference_order", made.reference.system.order()},
+                         {"method", reduction::basis_methods[static_cast<int>(wanted.method)]},
+                         {"basis_s", made.summary.basis_seconds}};
+  for (const auto& [order, error] : made.summary.order_error_um) json["orders"].push_back({{"order", order}, {"error_um", error}});
+  for (const auto& e : made.model.errors)
+    json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um},
+                               {"estimate_max_um", e.estimate_max_um}, {"effectivity", e.effectivity}});
+  std::vector<MethodErrors> methods;
+  std::string text = made.summary.brief() + "\n\n" + error_table(made.model.errors) + "\n";
+  if (options.compare) {
+    methods = compare_methods(full, machine_case, std::max<Eigen::Index>(made.summary.order, 240), options.out);
+    text += comparison_table(methods) + "\n";
+    for (const MethodErrors& method : methods)
+      for (const auto& [order, error] : method.worst_um)
+        json["comparison"].push_back({{"method", method.name}, {"order", order}, {"worst_um", error}, {"basis_s", method.basis_seconds}});
+  }
+  write_picture(options.out / "order.svg", made, methods, machine_case.tolerance_um);
+  json["seconds"] = time.seconds();
+  print_summary(options, text + fmt::format("{} and {} in {:.0f} s\n", (options.out / "model.rom.h5").string(), (options.out / "order.svg").string(), time.seconds()),
+                json.dump());
+}
+
+}  // namespace thermotwin::tools
