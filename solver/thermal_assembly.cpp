@@ -118,7 +118,7 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
   system.capacity = on_diagonal(capacities, mesh.first_node, n, fluids.capacities());
   system.conduction = on_diagonal(conductions, mesh.first_node, n, std::vector<double>(static_cast<std::size_t>(fluids.count()), 0.0));
 
-  std::vector<std::vector<JointTerm>> joints = joint_terms(mesh, system.layout.grids, n);
+  std::vector<std::vector<JointTerm>> joints = joint_terms(mesh, system.layout.grids, rules, n);
   Triplets inputs;
   system.terms.resize(system.layout.terms.size());
   for (std::size_t t = 0; t < system.layout.terms.size(); ++t) {

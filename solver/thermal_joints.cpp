@@ -52,21 +52,14 @@ JointTerm joint_term(const MachineMesh& mesh, const mesh::JointSpec& joint, cons
   const auto body_of = [&](const std::string& surface) {
     return machine.body_index(machine.surfaces[static_cast<std::size_t>(machine.surface_index(surface))].body);
   };
-  const int slave = body_of(joint.slave), master = joint.master.empty() ? -1 : body_of(joint.master);
-  const std::vector<ContactPoint> contact =
-      search.at(mesh::body_transform(machine, slave, pose),
-                master < 0 ? Eigen::Isometry3d::Identity() : mesh::body_transform(machine, master, pose));
+  const int slave = body_of(joint.slave), master = body_of(joint.master);
+  const std::vector<ContactPoint> contact = search.at(mesh::body_transform(machine, slave, pose), mesh::body_transform(machine, master, pose));
   JointTerm term;
   Triplets triplets;
   for (std::size_t i = 0; i < contact.size();) {
     SideBlock of_slave(mesh, slave, contact[i].slave_face);
     for (const int slave_face = contact[i].slave_face; i < contact.size() && contact[i].slave_face == slave_face;) {
       const int master_face = contact[i].master_face;
-      if (master_face < 0) {
-        of_slave.add(of_slave.shape(contact[i].slave_weights), contact[i].area);
-        term.area += contact[i++].area;
-        continue;
-      }
       SideBlock of_master(mesh, master, master_face);
       SideBlock::Values mixed = SideBlock::Values::Zero(of_slave.nodes().size(), of_master.nodes().size());
       for (; i < contact.size() && contact[i].slave_face == slave_face && contact[i].master_face == master_face; ++i) {
@@ -90,9 +83,21 @@ JointTerm joint_term(const MachineMesh& mesh, const mesh::JointSpec& joint, cons
   return term;
 }
 
+/// The ground touches the whole surface, as a film does.
+JointTerm ground_term(const MachineMesh& mesh, const mesh::JointSpec& joint, ElementRules rules, Index size) {
+  const FaceSet set = face_set(mesh, joint.slave);
+  Triplets triplets;
+  add_surface_mass(triplets, set, rules);
+  JointTerm term;
+  term.matrix = from_triplets(size, size, triplets);
+  term.area = set.area;
+  term.slave_load = surface_load(set);
+  return term;
+}
+
 }  // namespace
 
-std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const std::vector<JointGrid>& grids, Index size) {
+std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const std::vector<JointGrid>& grids, ElementRules rules, Index size) {
   std::vector<std::vector<JointTerm>> terms;
   std::vector<std::pair<std::size_t, std::size_t>> tasks;
   for (std::size_t j = 0; j < grids.size(); ++j) {
@@ -103,7 +108,8 @@ std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const s
   for (const mesh::JointSpec& joint : mesh.machine.joints) searches.emplace_back(mesh, joint);
   core::parallel_for(0, tasks.size(), [&](std::size_t i) {
     const auto [j, node] = tasks[i];
-    terms[j][node] = joint_term(mesh, mesh.machine.joints[j], searches[j], grids[j].positions[node], size);
+    const mesh::JointSpec& joint = mesh.machine.joints[j];
+    terms[j][node] = joint.master.empty() ? ground_term(mesh, joint, rules, size) : joint_term(mesh, joint, searches[j], grids[j].positions[node], size);
   });
   for (std::size_t j = 0; j < terms.size(); ++j) {
     const mesh::JointSpec& joint = mesh.machine.joints[j];
