@@ -43,7 +43,13 @@ Uncertain scaled(Uncertain value, double factor);
 /// @throws InputError with the reason if the key is there
 void refuse(const core::Node& node, const std::string& key, const std::string& reason);
 
-/// machine_file.cpp: bodies, axes, surfaces, joints, scales, sensors, tcp, workspace.
+/// machine_material_file.cpp
+Material read_material(const core::Node& node, Draft& draft);
+/// machine_joint_file.cpp
+SurfaceSpec read_surface_spec(const core::Node& node, Draft& draft);
+JointSpec read_joint(const core::Node& node, Draft& draft);
+ScaleSpec read_scale(const core::Node& node, Draft& draft);
+/// machine_file.cpp: bodies, axes, sensors, tcp, workspace, with the above.
 void read_structure(const core::Node& root, Draft& draft, bool files_must_exist);
 void read_workspace(const core::Node& root, Draft& draft);
 /// machine_physics_file.cpp: ambients, films, sources; machine_coolant_file.cpp: the others.

@@ -84,7 +84,7 @@ MemoryNeed ElasticModel::Impl::memory_need(const std::vector<SparseAnalysis>& an
       works.push_back(analyses[i].work_bytes);
     }
     need.iterative += 2.0 * matrix;  // levels, their transfers and working blocks
-    blocks.push_back(2.0 * 3.0 * 8.0 * n * static_cast<double>(columns_at_once(nodes(elastic[i]))));
+    blocks.push_back(3.0 * 3.0 * 8.0 * n * static_cast<double>(columns_at_once(nodes(elastic[i]))));
   }
   // Bodies that are worked on at the same time.
   for (auto* sizes : {&works, &blocks}) {

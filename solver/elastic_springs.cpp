@@ -162,6 +162,7 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
     rigid = rigid_motion(*master, faces, Vector3d::Zero(), spec.master);
     for (std::size_t i = 0; i < 3; ++i) joint.rotation[i] = units.add(joint.master, std::move(rigid[3 + i]));
   }
+  const ContactSearch search(mesh, spec);
   for (std::size_t node = 0; node < grid.positions.size(); ++node) {
     mesh::Pose pose = mesh::home_pose(machine);
     if (axis_index >= 0) pose[axis_index] = grid.positions[node];
@@ -169,7 +170,7 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
     const Eigen::Isometry3d master_frame =
         master ? mesh::body_transform(machine, joint.master, pose) : Eigen::Isometry3d::Identity();
     const Eigen::Isometry3d master_from_slave = master_frame.inverse() * slave_frame;
-    const std::vector<ContactPoint> points = find_contact(mesh, spec, slave_frame, master_frame);
+    const std::vector<ContactPoint> points = search.at(slave_frame, master_frame);
     std::vector<PadContact> contacts(joint.pads.size());
     for (const ContactPoint& point : points) {
       PadContact& contact = contacts[static_cast<std::size_t>(pad_of_face.at(point.slave_face))];

@@ -3,9 +3,8 @@
 // Cholesky factor of a sparse symmetric positive definite matrix (CHOLMOD, supernodal; nested
 // dissection by METIS, AMD for small or dense matrices). The pattern is analysed once, values may
 // be factorised again and again. The same bits for any number of threads: the ordering is made
-// under a lock (METIS draws from rand()), columns are solved in blocks of fixed width, up to twelve
-// by sweeps of our own that share a factor among threads (supernodal_sweeps.h), and BLAS works with
-// one thread except for factors whose operation count calls for all cores. Factors that
+// under a lock (METIS draws from rand()), columns are solved in blocks of fixed width by sweeps of our
+// own that share a factor among threads (supernodal_sweeps.h), and BLAS works with one thread except for factors whose operation count calls for all cores. Factors that
 // overflow 32-bit indices (16 GB) are made with 64-bit ones.
 
 #include <Eigen/Core>
@@ -28,7 +27,7 @@ struct SparseAnalysis {
 
 struct SparseFactorOptions {
   int block = 1;           ///< consecutive unknowns per node; the graph of the nodes is ordered
-  int columns_at_once = 32;  ///< right-hand sides per pass through the factor; one task of the pool
+  int columns_at_once = 48;  ///< right-hand sides per pass through the factor (at most 64)
   double many_core_flops = 2e11;  ///< operations above which BLAS may use all cores
   bool force_wide = false;   ///< 64-bit indices even where 32 bits do
 };

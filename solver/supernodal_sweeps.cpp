@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "core/thread_pool.h"
+#include "solver/blas.h"
 #include "solver/side_by_side.h"
 
 namespace thermotwin::solver {
@@ -14,13 +15,16 @@ using Int = std::int64_t;
 
 constexpr Int parts = 24;             // a subtree holds at most this share of the factor
 constexpr Int rows_at_once = 128;     // of a block that stays in the nearest cache
-constexpr Int columns_at_once = 16;
 constexpr Int split_above = 1 << 17;  // values of a supernode that several threads share
+
+struct NoTurn {};
 
 /// 4 N right-hand sides. Panels of columns are as wide as the registers hold their sums.
 template <int N>
 struct Wide {
-  static constexpr Int width = 4 * N, panel = N == 3 ? 3 : 4;
+  static constexpr Int width = 4 * N, most_width = width, panel = N == 3 ? 3 : 4;
+  static constexpr Int columns_at_once = 16;
+  using Turn = NoTurn;
 
   static Four* at(double* y, Int row) { return reinterpret_cast<Four*>(y + row * width); }
   static const Four* at(const double* y, Int row) { return reinterpret_cast<const Four*>(y + row * width); }
@@ -68,7 +72,9 @@ struct Wide {
 };
 
 struct Single {
-  static constexpr Int width = 1, panel = 4;
+  static constexpr Int width = 1, most_width = 1, panel = 4;
+  static constexpr Int columns_at_once = 16;
+  using Turn = NoTurn;
 
   static void subtract(const double* l, Int stride, Int rows, Int columns, const double* y, double* out) {
     Int j = 0;
@@ -96,9 +102,23 @@ struct Single {
   }
 };
 
+/// Any number of right-hand sides, by the BLAS.
+struct Many {
+  static constexpr Int most_width = SupernodalSweeps::most_columns, columns_at_once = 64;
+  using Turn = BlasTurn;
+  Int width;
+
+  void subtract(const double* l, Int stride, Int rows, Int columns, const double* y, double* out) const {
+    blas_subtract(l, stride, rows, columns, y, out, width);
+  }
+  void subtract_transposed(const double* l, Int stride, Int rows, Int columns, const double* x, double* out) const {
+    blas_subtract_transposed(l, stride, rows, columns, x, out, width);
+  }
+};
+
 /// In place: L y for the lower triangle L, a panel of columns at a time.
 template <class Kernel>
-void solve_triangle(const double* l, Int stride, Int columns, double* y) {
+void solve_triangle(Kernel, const double* l, Int stride, Int columns, double* y) {
   constexpr Int w = Kernel::width;
   for (Int first = 0; first < columns; first += Kernel::panel) {
     const Int last = std::min<Int>(columns, first + Kernel::panel);
@@ -114,7 +134,7 @@ void solve_triangle(const double* l, Int stride, Int columns, double* y) {
 }
 
 template <class Kernel>
-void solve_triangle_transposed(const double* l, Int stride, Int columns, double* y) {
+void solve_triangle_transposed(Kernel, const double* l, Int stride, Int columns, double* y) {
   constexpr Int w = Kernel::width;
   for (Int first = (columns - 1) / Kernel::panel * Kernel::panel; first >= 0; first -= Kernel::panel) {
     const Int last = std::min<Int>(columns, first + Kernel::panel);
@@ -127,6 +147,14 @@ void solve_triangle_transposed(const double* l, Int stride, Int columns, double*
       for (Int k = 0; k < w; ++k) y[j * w + k] *= scale;
     }
   }
+}
+
+void solve_triangle(Many many, const double* l, Int stride, Int columns, double* y) {
+  blas_solve_lower(l, stride, columns, y, many.width, false);
+}
+
+void solve_triangle_transposed(Many many, const double* l, Int stride, Int columns, double* y) {
+  blas_solve_lower(l, stride, columns, y, many.width, true);
 }
 
 template <class Body>
@@ -194,18 +222,22 @@ void SupernodalSweeps::plan() {
 }
 
 template <class Kernel>
-void SupernodalSweeps::forward(Int s, const double* values, double* y, bool split) const {
-  constexpr Int w = Kernel::width;
+void SupernodalSweeps::forward(Kernel kernel, Int s, const double* values, double* y, bool split) const {
+  const Int w = kernel.width;
   const auto at = static_cast<std::size_t>(s);
   const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
   const double* l = values + pattern_.value_begin[at];
   double* own = y + pattern_.column[at] * w;
-  solve_triangle<Kernel>(l, stride, columns, own);
+  {
+    [[maybe_unused]] const typename Kernel::Turn turn;
+    solve_triangle(kernel, l, stride, columns, own);
+  }
   const int* target = target_.data() + pattern_.row_begin[at] + columns;
   in_blocks(stride - columns, rows_at_once, split && stride * columns > split_above, [&](Int first, Int last) {
-    alignas(32) double taken[rows_at_once * w];
+    [[maybe_unused]] const typename Kernel::Turn turn;
+    alignas(32) double taken[rows_at_once * Kernel::most_width];
     std::fill_n(taken, (last - first) * w, 0.0);
-    Kernel::subtract(l + columns + first, stride, last - first, columns, own, taken);
+    kernel.subtract(l + columns + first, stride, last - first, columns, own, taken);
     for (Int i = first; i < last; ++i) {
       double* to = y + static_cast<Int>(target[i]) * w;
       for (Int k = 0; k < w; ++k) to[k] += taken[(i - first) * w + k];
@@ -214,31 +246,34 @@ void SupernodalSweeps::forward(Int s, const double* values, double* y, bool spli
 }
 
 template <class Kernel>
-void SupernodalSweeps::backward(Int s, const double* values, double* y, bool split) const {
-  constexpr Int w = Kernel::width;
+void SupernodalSweeps::backward(Kernel kernel, Int s, const double* values, double* y, bool split) const {
+  const Int w = kernel.width;
   const auto at = static_cast<std::size_t>(s);
   const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
   const double* l = values + pattern_.value_begin[at];
   double* own = y + pattern_.column[at] * w;
   const int* row = pattern_.row.data() + pattern_.row_begin[at] + columns;
-  in_blocks(columns, split && stride * columns > split_above ? columns_at_once : columns, split, [&](Int first, Int last) {
-    alignas(32) double above[rows_at_once * w];
+  const bool shared = split && stride * columns > split_above;
+  in_blocks(columns, shared ? Kernel::columns_at_once : columns, shared, [&](Int first, Int last) {
+    [[maybe_unused]] const typename Kernel::Turn turn;
+    alignas(32) double above[rows_at_once * Kernel::most_width];
     for (Int begin = 0; begin < stride - columns; begin += rows_at_once) {
       const Int end = std::min(stride - columns, begin + rows_at_once);
       for (Int i = begin; i < end; ++i)
         for (Int k = 0; k < w; ++k) above[(i - begin) * w + k] = y[static_cast<Int>(row[i]) * w + k];
-      Kernel::subtract_transposed(l + first * stride + columns + begin, stride, end - begin, last - first, above, own + first * w);
+      kernel.subtract_transposed(l + first * stride + columns + begin, stride, end - begin, last - first, above, own + first * w);
     }
   });
-  solve_triangle_transposed<Kernel>(l, stride, columns, own);
+  [[maybe_unused]] const typename Kernel::Turn turn;
+  solve_triangle_transposed(kernel, l, stride, columns, own);
 }
 
 template <class Kernel>
-void SupernodalSweeps::run(const double* values, double* y) const {
-  constexpr Int w = Kernel::width;
+void SupernodalSweeps::run(Kernel kernel, const double* values, double* y) const {
+  const Int w = kernel.width;
   std::fill_n(y + size() * w, (work_rows_ - size()) * w, 0.0);
   core::parallel_for(0, subtrees_.size(), [&](std::size_t i) {
-    for (Int s = subtrees_[i].first; s <= subtrees_[i].last; ++s) forward<Kernel>(s, values, y, false);
+    for (Int s = subtrees_[i].first; s <= subtrees_[i].last; ++s) forward(kernel, s, values, y, false);
   });
   for (const Subtree& subtree : subtrees_) {
     const auto root = static_cast<std::size_t>(subtree.root);
@@ -249,18 +284,19 @@ void SupernodalSweeps::run(const double* values, double* y) const {
       for (Int k = 0; k < w; ++k) to[k] += from[k];
     }
   }
-  for (const Int s : top_) forward<Kernel>(s, values, y, true);
-  for (auto s = top_.rbegin(); s != top_.rend(); ++s) backward<Kernel>(*s, values, y, true);
+  for (const Int s : top_) forward(kernel, s, values, y, true);
+  for (auto s = top_.rbegin(); s != top_.rend(); ++s) backward(kernel, *s, values, y, true);
   core::parallel_for(0, subtrees_.size(), [&](std::size_t i) {
-    for (Int s = subtrees_[i].last; s >= subtrees_[i].first; --s) backward<Kernel>(s, values, y, false);
+    for (Int s = subtrees_[i].last; s >= subtrees_[i].first; --s) backward(kernel, s, values, y, false);
   });
 }
 
 void SupernodalSweeps::solve(const double* values, double* y, int width) const {
-  if (width == 1) return run<Single>(values, y);
-  if (width == 4) return run<Wide<1>>(values, y);
-  if (width == 8) return run<Wide<2>>(values, y);
-  run<Wide<3>>(values, y);
+  if (width == 1) return run(Single{}, values, y);
+  if (width == 4) return run(Wide<1>{}, values, y);
+  if (width == 8) return run(Wide<2>{}, values, y);
+  if (width == 12) return run(Wide<3>{}, values, y);
+  run(Many{width}, values, y);
 }
 
 double SupernodalSweeps::memory_bytes() const {

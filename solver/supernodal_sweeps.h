@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// L L^T y = b with the values of a supernodal Cholesky factor made elsewhere, for one to twelve
-// right-hand sides that lie side by side (node-major): the factor passes through memory twice,
-// whatever their number. Disjoint subtrees of the elimination tree are worked on at the same time,
+// L L^T y = b with the values of a supernodal Cholesky factor made elsewhere, for right-hand sides that
+// lie side by side (node-major): the factor passes through memory twice, whatever their number. Up to
+// twelve are worked on in registers, more by the BLAS. Disjoint subtrees of the elimination tree are worked on at the same time,
 // each with places of its own for what it takes from rows above it, which are added in a fixed
 // order; in the large supernodes at the top, blocks of rows (columns on the way back) are. The
 // division does not know the number of threads, so that results are the same bits for any.
@@ -24,18 +24,18 @@ struct SupernodalPattern {
 
 class SupernodalSweeps {
  public:
-  static constexpr int most_columns = 12;
+  static constexpr int few_columns = 12, most_columns = 64;
 
   explicit SupernodalSweeps(SupernodalPattern pattern);
 
   std::int64_t size() const { return pattern_.column.back(); }
-  /// Columns that a block of so many right-hand sides is padded to: 1, 4, 8 or 12.
+  /// Columns that a block of so many right-hand sides (at most most_columns) is padded to.
   static int width_for(std::int64_t columns) { return columns <= 1 ? 1 : static_cast<int>((columns + 3) / 4 * 4); }
   /// Rows of the working block: size() and the subtrees' places.
   std::int64_t work_rows() const { return work_rows_; }
 
   /// In place. @param values  of the factor   @param y  (work_rows x width) row by row; what is
-  /// beyond size() is overwritten   @param width  1, 4, 8 or 12
+  /// beyond size() is overwritten   @param width  by width_for
   void solve(const double* values, double* y, int width) const;
   double memory_bytes() const;
 
@@ -43,11 +43,11 @@ class SupernodalSweeps {
   struct Subtree { std::int64_t first, last, extra_begin, root; };  ///< supernodes [first, last]
 
   template <class Kernel>
-  void run(const double* values, double* y) const;
+  void run(Kernel kernel, const double* values, double* y) const;
   template <class Kernel>
-  void forward(std::int64_t s, const double* values, double* y, bool split) const;
+  void forward(Kernel kernel, std::int64_t s, const double* values, double* y, bool split) const;
   template <class Kernel>
-  void backward(std::int64_t s, const double* values, double* y, bool split) const;
+  void backward(Kernel kernel, std::int64_t s, const double* values, double* y, bool split) const;
   void plan();
 
   SupernodalPattern pattern_;

@@ -51,6 +51,18 @@ SparseMatrix lumped_capacity(const TetMesh& body, const Eigen::VectorXd& shares,
   return capacity;
 }
 
+/// Every second row of a matrix whose rows have as many entries in pairs.
+SparseMatrix one_of_two(const SparseMatrix& stacked, Index which) {
+  SparseMatrix matrix(stacked.cols(), stacked.cols());
+  matrix.resizeNonZeros(stacked.nonZeros() / 2);
+  for (Index column = 0; column <= stacked.cols(); ++column) matrix.outerIndexPtr()[column] = stacked.outerIndexPtr()[column] / 2;
+  for (Index i = 0; i < matrix.nonZeros(); ++i) {
+    matrix.innerIndexPtr()[i] = stacked.innerIndexPtr()[2 * i + which] / 2;
+    matrix.valuePtr()[i] = stacked.valuePtr()[2 * i + which];
+  }
+  return matrix;
+}
+
 }  // namespace
 
 BodyHeat assemble_heat(const TetMesh& body, const mesh::Material& material, bool lumped, ElementRules rules) {
@@ -67,26 +79,27 @@ BodyHeat assemble_heat(const TetMesh& body, const mesh::Material& material, bool
   for (const mesh::TetPoint& point : mesh::tet_rule(2 * (order - 1)))
     slopes.push_back({mesh::tet_slopes(order, point.at), point.share});
 
-  BodyHeat heat;
-  ElementMatrix conduction(body);
-  MatrixXd k(mass.rows(), mass.cols());
+  // Both matrices have one pattern: summed up as one whose nodes have a row of each.
+  const int sets = lumped ? 1 : 2;
+  ElementMatrix sum(body, sets, 1);
+  const Index n = mass.rows();
+  MatrixXd k(n, n), both(sets * n, n);
   for (Index e = 0; e < body.elements(); ++e) {
+    const double volume = body.volume(e);
     const Eigen::Matrix<double, 4, 3> gradients = mesh::barycentric_gradients(body, e);
-    const Eigen::Matrix4d g = body.volume(e) * gradients * tensor * gradients.transpose();
+    const Eigen::Matrix4d g = volume * gradients * tensor * gradients.transpose();
     k.setZero();
     for (const Slopes& s : slopes) k += s.share * s.at * g * s.at.transpose();
-    conduction.add(mesh::tet_nodes(body, e), k);
+    for (Index j = 0; j < n; ++j)
+      for (Index i = 0; i < n; ++i) {
+        both(sets * i, j) = k(i, j);
+        if (!lumped) both(2 * i + 1, j) = per_volume * volume * mass(i, j);
+      }
+    sum.add(mesh::tet_nodes(body, e), both);
   }
-  heat.conduction = conduction.take();
-  if (lumped) {
-    heat.capacity = lumped_capacity(body, mass.diagonal() / mass.trace(), per_volume);
-    return heat;
-  }
-  ElementMatrix capacity(body);
-  for (Index e = 0; e < body.elements(); ++e)
-    capacity.add(mesh::tet_nodes(body, e), per_volume * body.volume(e) * mass);
-  heat.capacity = capacity.take();
-  return heat;
+  const SparseMatrix stacked = sum.take();
+  return {lumped ? lumped_capacity(body, mass.diagonal() / mass.trace(), per_volume) : one_of_two(stacked, 1),
+          lumped ? stacked : one_of_two(stacked, 0)};
 }
 
 const MatrixXd& face_mass(int order, ElementRules rules) {

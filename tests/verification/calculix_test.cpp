@@ -18,9 +18,6 @@ namespace thermotwin::test {
 namespace {
 
 constexpr double of_the_range = 1e-4, of_the_largest = 1e-3;
-/// Where triangles of two meshes cut each other, ours are sampled at 12 to 48 points and CalculiX's
-/// are cut to pieces. With 768 points a triangle ours agreed to 1e-5 (linear tetrahedra).
-constexpr double sampled_contact = 5e-3;
 
 std::string element(int order) { return order == 1 ? "C3D4" : "C3D10"; }
 
@@ -257,11 +254,9 @@ TEST_P(CalculiXDeck, OfAContactGap) {
     std::string name;
     Eigen::Vector3i above;
     Vector3d low, high;
-    double bound;
   };
-  // Where triangles cut each other, ours are sampled and CalculiX's are cut to pieces.
-  const Case all[] = {{"contact gap, meshes that match", {4, 3, 2}, {0, 0, 0.1}, {0.2, 0.16, 0.2}, of_the_range},
-                      {"contact gap, meshes that do not match", {5, 4, 2}, {0.03, 0.02, 0.101}, {0.17, 0.13, 0.2}, sampled_contact}};
+  const Case all[] = {{"contact gap, meshes that match", {4, 3, 2}, {0, 0, 0.1}, {0.2, 0.16, 0.2}},
+                      {"contact gap, meshes that do not match", {5, 4, 2}, {0.03, 0.02, 0.101}, {0.17, 0.13, 0.2}}};
   for (const Case& c : all) {
     const mesh::MachineMesh mesh = stack(order, {4, 3, 2}, c.above, c.low, c.high, 1500.0);
     const solver::LoadProgram load = program("initial_C = 20\ntime_step_s = 250\noutput_s = 10000\n[[phase]]\nduration_s = 1500\nair_C = 22\n[[phase]]\nduration_s = 1000\nair_C = 30\n", mesh.machine);
@@ -272,7 +267,7 @@ TEST_P(CalculiXDeck, OfAContactGap) {
     const CalculiX ccx(mesh, options);
     const Eigen::MatrixXd theirs = ccx.temperatures();
     ASSERT_EQ(theirs.cols(), 2);
-    expect_temperatures(of_order(c.name, order), "CalculiX, gap conductance, " + element(order), theirs.col(1), ours.col(1), " after 2500 s", c.bound);
+    expect_temperatures(of_order(c.name, order), "CalculiX, gap conductance, " + element(order), theirs.col(1), ours.col(1), " after 2500 s");
   }
 }
 
@@ -312,8 +307,8 @@ TEST_P(CalculiXDeck, OfTheTwoCubesOfContact7) {
   const Eigen::MatrixXd theirs = ccx.temperatures();
   ASSERT_EQ(theirs.cols(), 2);
   const std::string name = of_order("contact7, two cubes", order), source = "CalculiX, its problem on " + element(order);
-  expect_temperatures(name, source, theirs.col(0), ours.col(0), " after a tenth of the time", sampled_contact);
-  expect_temperatures(name, source, theirs.col(1), ours.col(1), " at the end", sampled_contact);
+  expect_temperatures(name, source, theirs.col(0), ours.col(0), " after a tenth of the time");
+  expect_temperatures(name, source, theirs.col(1), ours.col(1), " at the end");
 }
 
 TEST_P(CalculiXDeck, OfAMachineWithJointsAndScales) {
@@ -321,9 +316,16 @@ TEST_P(CalculiXDeck, OfAMachineWithJointsAndScales) {
   mesh::Machine machine = box_machine();
   machine.order = order;
   machine.sources = {source("motor", "machine.on", {0, 1}, {0, 300}, {on_surface("head.nose", 0.6), at_joint("Z_guide", 0.4, 0.5)})};
-  mesh::MachineMesh mesh = box_machine_mesh();
-  mesh.machine = machine;
-  mesh = with_order(std::move(mesh), order);
+  // The bed's top in two parts, each the master of one joint: where joints share one, the deck has to
+  // exchange the sides of the second, and ccx then differs by 2e-3 to 5e-3 of the range.
+  std::vector<mesh::TetMesh> bodies = box_machine_mesh().bodies;
+  bodies[0] = box_mesh({-0.5, -0.4, -0.3}, {0.5, 0.4, -0.1}, {8, 8, 2});
+  for (const int face : bodies[0].groups.at("z1")) bodies[0].groups[bodies[0].face_centre(face).y() < 0.2 ? "ways" : "seat"].push_back(face);
+  machine.surfaces.push_back(surface("bed.ways", "bed", {"ways"}));
+  machine.surfaces.push_back(surface("bed.seat", "bed", {"seat"}));
+  machine.joints[1].master = "bed.ways";
+  machine.joints[3].master = "bed.seat";
+  const mesh::MachineMesh mesh = with_order(machine_mesh(machine, std::move(bodies)), order);
   const mesh::Pose pose = box_pose(0.2, -0.1, M_PI / 6);
   const solver::ThermalSystem system = solver::assemble_thermal(mesh, solver::ElementRules::reduced);
   const solver::OperatingModel model(mesh.machine, system.layout);
@@ -337,7 +339,7 @@ TEST_P(CalculiXDeck, OfAMachineWithJointsAndScales) {
   const CalculiX ccx(mesh, options);
   ASSERT_EQ(ccx.temperatures().cols(), 1);
   const std::string name = of_order("machine of five bodies, off its home", order), source = "CalculiX, the same mesh of " + element(order);
-  expect_temperatures(name, source, ccx.temperatures().col(0), temperature.array() + 20.0, ", steady", sampled_contact);
+  expect_temperatures(name, source, ccx.temperatures().col(0), temperature.array() + 20.0, ", steady");
 
   // At its temperatures: tapes of scales, pads, a turned table.
   const solver::ElasticModel elastic(mesh, system);
