@@ -11,6 +11,7 @@
 #include "compensation/error_model.h"
 #include "compensation/input_mean.h"
 #include "compensation/output_map.h"
+#include "compensation/sensor_monitor.h"
 #include "core/error.h"
 #include "core/units.h"
 #include "solver/simulation.h"
@@ -45,6 +46,7 @@ const char* status_text(Status status) {
     case Status::no_sensors: return "no_sensors";
     case Status::outside_workspace: return "outside_workspace";
     case Status::input_missing: return "input_missing";
+    case Status::sensor_failed: return "sensor_failed";
   }
   return "";
 }
@@ -57,6 +59,7 @@ struct Compensator::Work {
   OutputMap map;
   ErrorModel errors;
   InputMean inputs;
+  SensorMonitor monitor;
   VectorXd sensor_offset;                 ///< reading in K above the reference minus state's temperature
   double model_error = 0;                 ///< m, of the reduced against the full model
 
@@ -67,6 +70,7 @@ struct Compensator::Work {
   solver::Coefficients coefficients;
   VectorXd state, before, change, corrected;
   VectorXd sensors_state, sensors_change, sensors_start, shift;
+  VectorXd bias_K;                        ///< what the observer adds to the predicted readings
   double last_step = 0;
   OutputMap::Projected base, slope;
   Offsets offsets;
@@ -81,7 +85,7 @@ struct Compensator::Work {
 
   Work(const reduction::ReducedModel& m, const CompensatorOptions& o)
       : model(m), options(o), operating(m.machine, m.system.layout), stepper(m.system), map(m), errors(m),
-        inputs(m.machine, operating.channels()) {
+        inputs(m.machine, operating.channels()), monitor(stated_deviations(m)) {
     const Index sensors = m.system.sensors.rows(), order = m.system.order();
     sensor_offset = solver::sensor_offsets(m.machine, m.system.layout);
     for (const reduction::ReductionErrors& error : m.errors) model_error = std::max(model_error, error.rms_um * core::units::um);
@@ -89,7 +93,7 @@ struct Compensator::Work {
     given_at = VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity());
     reading_K = VectorXd::Constant(sensors, solver::not_given);
     state = before = change = corrected = VectorXd::Zero(order);
-    sensors_change = shift = VectorXd::Zero(sensors);
+    sensors_change = shift = bias_K = VectorXd::Zero(sensors);
     innovation_sum = moment_sum = VectorXd::Zero(sensors);
     innovation_count = Eigen::VectorXi::Zero(sensors);
     innovations.reserve(static_cast<std::size_t>(sensors));
@@ -98,6 +102,25 @@ struct Compensator::Work {
     set_state(m.system.one_kelvin * (options.start_C - m.machine.reference_C));
     map.project(change, slope);
     clear_interval();
+  }
+
+  static VectorXd stated_deviations(const reduction::ReducedModel& m) {
+    VectorXd deviation = VectorXd::Constant(m.system.sensors.rows(), 1.0);
+    for (Index s = 0; s < std::min(deviation.size(), static_cast<Index>(m.machine.sensors.size())); ++s) {
+      deviation[s] = m.machine.sensors[static_cast<std::size_t>(s)].uncertainty;
+    }
+    return deviation;
+  }
+
+  /// Finds sensors that have failed. @param expected_K  above the reference, biases included
+  void watch_sensors(const VectorXd& expected_K) {
+    if (!monitor.judge(time, reading_K - sensor_offset, expected_K)) return;
+    offsets.failed_sensors.clear();
+    for (Index s = 0; s < reading_K.size(); ++s) {
+      if (monitor.fault(s) == SensorFault::none) continue;
+      offsets.failed_sensors += fmt::format("{}{}={}", offsets.failed_sensors.empty() ? "" : " ", model.machine.sensors[static_cast<std::size_t>(s)].id,
+                                            fault_text(monitor.fault(s)));
+    }
   }
 
   void set_state(const VectorXd& value) {
@@ -148,6 +171,7 @@ struct Compensator::Work {
       }
     }
     time = step_end = at;
+    watch_sensors(sensors_state);
     sensors_start = sensors_state;
     predicted_K = sensors_state;
     VectorXd readings = sensors_state + sensor_offset;
@@ -161,7 +185,7 @@ struct Compensator::Work {
     if (by_sensors) {
       innovations.clear();
       for (Index s = 0; s < reading_K.size(); ++s) {
-        if (std::isfinite(reading_K[s])) innovations.push_back({s, reading_K[s] - sensor_offset[s] - sensors_state[s], 1.0, 0.0});
+        if (monitor.trusted(s)) innovations.push_back({s, reading_K[s] - sensor_offset[s] - sensors_state[s], 1.0, 0.0});
       }
       errors.update(innovations, 0.0);
     }
@@ -170,6 +194,7 @@ struct Compensator::Work {
   }
 
   void after_correction() {
+    bias_K = errors.sensor_correction();
     set_corrected();
     map.set_covariance(errors.directions(), errors.covariance());
   }
@@ -255,8 +280,9 @@ struct Compensator::Work {
   void add_readings() {
     const double ahead = last_step > 0.0 ? (time - step_end) / last_step : 0.0;
     const double moment = interval.duration + (time - step_end);
+    watch_sensors(sensors_state + ahead * sensors_change + bias_K);
     for (Index s = 0; s < reading_K.size(); ++s) {
-      if (!std::isfinite(reading_K[s])) continue;
+      if (!monitor.trusted(s)) continue;
       innovation_sum[s] += reading_K[s] - sensor_offset[s] - sensors_state[s] - ahead * sensors_change[s];
       moment_sum[s] += moment;
       ++innovation_count[s];
@@ -293,6 +319,7 @@ struct Compensator::Work {
     offsets.status = missing_input   ? Status::input_missing
                      : outside(pose) ? Status::outside_workspace
                      : !sensed       ? Status::no_sensors
+                     : monitor.any_fault() ? Status::sensor_failed
                                      : Status::ok;
   }
 

@@ -5,7 +5,7 @@
 // error at its own pose, the state carried on to its time at the rate of the last step. Where
 // sensors are given, an observer corrects the state: a Kalman filter in the uncertain quantities of
 // machine.toml (powers, films, contacts, ambients, the start) and a bias for each sensor, see
-// error_model.h; a sensor that is missing (NaN) is left out. Inputs are what a control has, nothing
+// error_model.h; a sensor that is missing (NaN) or has failed (sensor_monitor.h) is left out. Inputs are what a control has, nothing
 // else. std_um comes from the same covariance, a share of the offset for what is not estimated
 // (expansions, the mesh) and the stated error of the reduced model.
 
@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/offset_guard.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::compensation {
@@ -30,7 +31,7 @@ struct CompensatorOptions {
   bool start_from_sensors = true;
 };
 
-enum class Status { ok, no_sensors, outside_workspace, input_missing };
+enum class Status { ok, no_sensors, outside_workspace, input_missing, sensor_failed };
 const char* status_text(Status status);
 
 struct Offsets {
@@ -38,6 +39,8 @@ struct Offsets {
   Eigen::VectorXd offset_um;              ///< (linear axes of the machine)
   Eigen::VectorXd std_um;                 ///< (linear axes) one standard deviation
   Status status = Status::ok;
+  /// "T3=stuck T5=absent" where the status is sensor_failed; such sensors are left out.
+  std::string failed_sensors;
 };
 
 class Compensator {
@@ -72,8 +75,9 @@ class Compensator {
 
 /// Streams CSV rows from in to out, row by row (flushes each row if unbuffered), constant memory.
 /// Columns: time_s, any channel, any <sensor>_C; an unknown column is an InputError with the nearest
-/// known name. @return rows written
+/// known name. @param guard  limits size and rate of the offsets; nullptr: as the model says
+/// @return rows written
 long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
-                       const std::string& in_name, std::ostream& out, bool unbuffered);
+                       const std::string& in_name, std::ostream& out, bool unbuffered, OffsetGuard* guard = nullptr);
 
 }  // namespace thermotwin::compensation

@@ -6,270 +6,222 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
-#include "compensation/compensator.h"
-#include "compensation/data_models.h"
+#include "compensation/evaluate_judge.h"
 #include "core/error.h"
 #include "core/text.h"
-#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
 
+using core::InputError;
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-constexpr double day_s = 86400.0;
+void require_displacements(const Measurement& measurement) {
+  if (std::any_of(measurement.channels.begin(), measurement.channels.end(), [](const auto& c) { return c.kind == ChannelKind::displacement; })) return;
+  throw InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
+                   "at least one, since models are compared on displacements");
+}
 
-struct Part {
-  std::string name;
-  double from, to;  ///< [from, to)
-};
-
-/// The training part, then what is left of each day (24 h by the record's own time) that has rows.
-std::vector<Part> parts_of(const VectorXd& time, double train_until) {
-  constexpr std::size_t most = 100;  // a record of years: the rest in one part
-  constexpr double forever = std::numeric_limits<double>::infinity();
-  std::vector<Part> parts;
-  double day = 0.0;
-  for (Index i = 0; i < time.size(); ++i) {
-    const bool training = time[i] < train_until;
-    const double at_day = std::floor(time[i] / day_s);
-    const bool begins = parts.empty() || (!training && (parts.back().name == "training" || at_day != day));
-    if (!begins || parts.size() == most) continue;
-    if (!parts.empty()) parts.back().to = parts.back().name == "training" ? train_until : (day + 1.0) * day_s;
-    day = at_day;
-    parts.push_back({training ? "training" : fmt::format("day {:.0f}", day), time[i], forever});
+void require_channels(const std::vector<std::string>& check, const Measurement& measurement) {
+  std::vector<std::string> ids;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.kind == ChannelKind::displacement) ids.push_back(channel.id);
   }
-  if (!parts.empty()) parts.back().to = std::nextafter(time[time.size() - 1], forever);
+  for (const std::string& id : check) {
+    if (std::find(ids.begin(), ids.end(), id) == ids.end()) {
+      throw InputError((measurement.folder / "channels.toml").string(), "no displacement channel '" + id + "'",
+                       "one of: " + core::join(ids) + " (nearest: " + core::nearest(id, ids) + ")");
+    }
+  }
+}
+
+/// Another folder is judged as a whole, or by its programs.
+std::vector<EvaluationPart> parts_of_other(const Measurement& other) {
+  const std::string name = std::filesystem::weakly_canonical(other.folder).filename().string();
+  std::vector<EvaluationPart> parts;
+  for (const Program& program : other.programs) parts.push_back({name + "/" + program.name, program.from_s, program.to_s, false});
+  if (parts.empty()) parts.push_back({name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false});
   return parts;
 }
 
-VectorXd within(const VectorXd& time, const VectorXd& values, const Part& part) {
-  VectorXd inside = values;
-  for (Index i = 0; i < time.size(); ++i) {
-    if (time[i] < part.from || time[i] >= part.to) inside[i] = missing;
-  }
-  return inside;
+void judge_machine(const Measurement& measurement, const reduction::ReducedModel* model, Judge& judge) {
+  if (model == nullptr) return;
+  judge_reduced_model(measurement, *model, false, judge);
+  const bool any_sensor = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                      [](const MeasuredChannel& channel) { return !channel.sensor.empty(); });
+  if (any_sensor) judge_reduced_model(measurement, *model, true, judge);
 }
 
-VectorXd zeroed(const VectorXd& values, Index at) { return at < 0 ? values : VectorXd(values.array() - values[at]); }
-
-Index first_known(const VectorXd& values) {
-  for (Index i = 0; i < values.size(); ++i) {
-    if (std::isfinite(values[i])) return i;
-  }
-  return -1;
-}
-
-class Evaluator {
- public:
-  Evaluator(const Measurement& measurement, const EvaluateOptions& options)
-      : measurement_(measurement), time_(measurement.time()), parts_(parts_of(time_, options.train_until_s)) {
-    result_.predictions.source = "predictions";
-    add_column("time_s", time_);
-    for (const MeasuredChannel& channel : measurement.channels) {
-      if (channel.kind == ChannelKind::displacement) displacements_.push_back(&channel);
+double training_hours(const Judge& judge) {
+  double hours = 0.0;
+  for (const EvaluationPart& part : judge.parts()) {
+    double first = std::numeric_limits<double>::infinity(), last = -first;
+    for (Index i = 0; part.training && i < judge.data().rows(); ++i) {
+      const double time = judge.data().time[i];
+      if (time < part.from || time >= part.to) continue;
+      first = std::min(first, time);
+      last = std::max(last, time);
     }
-    for (const MeasuredChannel* channel : displacements_) {
-      const VectorXd raw = measurement.values(*channel);
-      measured_.push_back(channel->zero == Zero::first ? zeroed(raw, first_known(raw)) : raw);
-      add_column(channel->id + "_measured", measured_.back());
-    }
+    if (last > first) hours += (last - first) / 3600.0;
   }
-
-  const std::vector<const MeasuredChannel*>& displacements() const { return displacements_; }
-  const VectorXd& measured(std::size_t channel) const { return measured_[channel]; }
-  const VectorXd& time() const { return time_; }
-  void note(std::string text) { result_.notes.push_back(std::move(text)); }
-
-  void judge(const std::string& model, std::size_t channel, const VectorXd& predicted) {
-    for (const Part& part : parts_) {
-      const Measures measures = measure(within(time_, measured_[channel], part), predicted);
-      if (measures.count == 0) continue;
-      result_.rows.push_back({model, displacements_[channel]->id, part.name, part.from, part.to, measures, displacements_[channel]->unit});
-    }
-    add_column(displacements_[channel]->id + "_" + model, predicted);
-  }
-
-  Evaluation finish() {
-    result_.predictions.values.resize(time_.size(), static_cast<Index>(columns_.size()));
-    for (std::size_t i = 0; i < columns_.size(); ++i) result_.predictions.values.col(static_cast<Index>(i)) = columns_[i];
-    return std::move(result_);
-  }
-
- private:
-  void add_column(const std::string& name, const VectorXd& values) {
-    result_.predictions.columns.push_back(name);
-    columns_.push_back(values);
-  }
-
-  const Measurement& measurement_;
-  VectorXd time_;
-  std::vector<Part> parts_;
-  std::vector<const MeasuredChannel*> displacements_;
-  std::vector<VectorXd> measured_, columns_;
-  Evaluation result_;
-};
-
-void evaluate_data_models(const Measurement& measurement, const EvaluateOptions& options, Evaluator& evaluator) {
-  std::vector<const MeasuredChannel*> temperatures;
-  for (const MeasuredChannel& channel : measurement.channels) {
-    if (channel.kind == ChannelKind::temperature) temperatures.push_back(&channel);
-  }
-  if (temperatures.empty()) {
-    evaluator.note("no temperature channel: regression and transfer functions left out");
-    return;
-  }
-  const VectorXd& time = evaluator.time();
-  Eigen::MatrixXd inputs(time.size(), static_cast<Index>(temperatures.size()));
-  for (std::size_t i = 0; i < temperatures.size(); ++i) inputs.col(static_cast<Index>(i)) = measurement.values(*temperatures[i]);
-  Index train = 0, incomplete = 0;
-  for (Index i = 0; i < time.size(); ++i) {
-    train += time[i] < options.train_until_s;
-    incomplete += !inputs.row(i).allFinite();
-  }
-  if (incomplete > 0) evaluator.note(fmt::format("{} rows without all temperatures are left out", incomplete));
-  if (train == time.size()) evaluator.note("all data are training data: nothing is left to judge the fitted models on");
-  for (auto make : {make_static_regression, make_first_order}) {
-    for (std::size_t c = 0; c < evaluator.displacements().size(); ++c) {
-      const std::unique_ptr<DataModel> model = make();
-      const std::string label = model->name() + " " + evaluator.displacements()[c]->id;
-      try {
-        model->fit(time.head(train), inputs.topRows(train), evaluator.measured(c).head(train));
-      } catch (const core::InputError& error) {
-        evaluator.note(label + " left out: " + error.what());
-        continue;
-      }
-      evaluator.note(label + ": " + model->explain());
-      evaluator.judge(model->name(), c, model->predict(time, inputs));
-    }
-  }
-}
-
-/// Errors in the frame of the table where the channel asks for it.
-void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChannel& channel, const mesh::Machine& machine,
-                     const mesh::Pose& pose) {
-  if (channel.frame != "table") return;
-  const Eigen::Matrix3d to_table =
-      mesh::body_transform(machine, machine.body_index(machine.tcp.table_body), pose).linear().transpose();
-  for (solver::TcpError& error : errors) {
-    for (solver::Vector6* part : {&error.error, &error.tool, &error.table}) {
-      part->head<3>() = (to_table * part->head<3>()).eval();
-      part->tail<3>() = (to_table * part->tail<3>()).eval();
-    }
-  }
-}
-
-/// Uniform start of the run without sensors: what a control knows is the air.
-double start_temperature(const Measurement& measurement, const mesh::Machine& machine) {
-  for (const MeasuredChannel& channel : measurement.channels) {
-    if (channel.input != "air.T_C") continue;
-    const VectorXd values = measurement.values(channel);
-    if (const Index first = first_known(values); first >= 0) return values[first];
-  }
-  return machine.reference_C;
-}
-
-void evaluate_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, bool with_sensors,
-                            Evaluator& evaluator) {
-  require_fits(measurement, model.machine);
-  CompensatorOptions options;
-  options.use_sensors = options.start_from_sensors = with_sensors;
-  options.start_C = start_temperature(measurement, model.machine);
-  Compensator compensator(model, options);
-
-  const VectorXd& time = evaluator.time();
-  const Eigen::MatrixXd rows = channel_rows(measurement, compensator.channels());
-  Eigen::MatrixXd readings = Eigen::MatrixXd::Constant(time.size(), static_cast<Index>(model.machine.sensors.size()), missing);
-  for (const MeasuredChannel& channel : measurement.channels) {
-    if (with_sensors && !channel.sensor.empty()) {
-      readings.col(model.machine.sensor_index(channel.sensor)) = measurement.values(channel);
-    }
-  }
-  const std::vector<const MeasuredChannel*>& displacements = evaluator.displacements();
-  std::vector<mesh::Pose> poses;
-  for (const MeasuredChannel* channel : displacements) {
-    poses.push_back(mesh::parse_pose(model.machine, channel->pose_text, channel->id));
-  }
-  std::vector<std::vector<solver::TcpError>> errors(displacements.size());
-  VectorXd row;
-  for (Index i = 0; i < time.size(); ++i) {
-    // Row i of a measurement holds until i + 1; the compensator is told what held since its last row.
-    row = rows.row(std::max<Index>(i - 1, 0)).transpose();
-    compensator.step(time[i], row, readings.row(i).transpose());
-    for (std::size_t k = 0; k < poses.size(); ++k) errors[k].push_back(compensator.tcp(poses[k]));
-  }
-  const std::string name = with_sensors ? "reduced_model_sensors" : "reduced_model";
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const MeasuredChannel& channel = *displacements[k];
-    turn_into_frame(errors[k], channel, model.machine, poses[k]);
-    const VectorXd predicted = quantity_series(errors[k], channel);
-    const Index zero = channel.zero == Zero::first ? first_known(measurement.values(channel)) : -1;
-    evaluator.judge(name, k, zeroed(predicted, zero));
-  }
-  if (!with_sensors) evaluator.note(fmt::format("reduced_model: nothing fitted; starts uniform at {:.2f} degC", options.start_C));
-}
-
-std::string number(double value, const char* format = "{:.2f}") {
-  return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : "-";
+  return hours;
 }
 
 }  // namespace
 
-VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel) {
-  static constexpr const char* direct[] = {"dx", "dy", "dz", "ra", "rb", "rc"};
-  static constexpr char iso[] = {'X', 'Y', 'Z', 'A', 'B', 'C'};
-  const std::string& quantity = channel.quantity;
-  int component = -1;
-  double sign = 1.0;
-  for (int i = 0; i < 6; ++i) {
-    if (quantity == direct[i]) component = i;
-    // An ISO location error is where the axis (or the table) went; the TCP error is tool - table.
-    if (quantity.size() == 3 && quantity[1] == '0' && quantity[0] == iso[i]) {
-      component = i;
-      sign = -1.0;
+Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model, const EvaluateOptions& options,
+                    const std::vector<Measurement>& others) {
+  require_displacements(measurement);
+  require_channels(options.check, measurement);
+  for (const Measurement& other : others) require_displacements(other);
+  Judge judge(measurement, parts_of(measurement, options));
+  std::vector<Judge> other_judges;
+  for (const Measurement& other : others) other_judges.emplace_back(other, parts_of_other(other));
+
+  Evaluation result;
+  const std::vector<bool> training = judge.training();
+  if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
+    judge.note("all data are training data: nothing is left to judge the fitted models on");
+  }
+  Index incomplete = 0;
+  for (Index i = 0; i < judge.data().rows(); ++i) incomplete += !judge.data().input_values.row(i).allFinite();
+  if (incomplete > 0) judge.note(fmt::format("{} rows lack an input; models that need it leave them out", incomplete));
+  for (const ModelSpec* spec : chosen_models(options)) {
+    FittedModel fitted(*spec);
+    if (!fit_and_judge(fitted, options.check, judge)) continue;
+    for (Judge& other : other_judges) other.add(fitted.name(), fitted.predict(other.data()), false);
+    result.models.push_back(std::move(fitted));
+  }
+  judge_machine(measurement, model, judge);
+  for (std::size_t i = 0; i < others.size(); ++i) judge_machine(others[i], model, other_judges[i]);
+
+  result.predictions = judge.predictions();
+  result.rows = std::move(judge.rows);
+  result.notes = std::move(judge.notes);
+  result.training_hours = training_hours(judge);
+  result.inputs = judge.data().input_values.cols();
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(), other_judges[i].predictions());
+    result.rows.insert(result.rows.end(), other_judges[i].rows.begin(), other_judges[i].rows.end());
+  }
+  // A channel that no fit may use is held out in every part.
+  for (EvaluationRow& row : result.rows) {
+    if (std::find(options.check.begin(), options.check.end(), row.channel) != options.check.end()) row.training = false;
+  }
+  result.leaderboard = standings(result.rows);
+  return result;
+}
+
+Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> models, const EvaluateOptions& options) {
+  require_displacements(measurement);
+  Judge judge(measurement, parts_of(measurement, options));
+  for (FittedModel& model : models) {
+    const MatrixXd as_is = model.predict(judge.data());
+    if (known_range(as_is.reshaped()).first < 0) {
+      judge.note(model.name() + " left out: it predicts none of these channels from these inputs");
+      continue;
+    }
+    judge.add(model.name() + "_as_is", as_is, false);
+    judge.note(model.name() + " corrected: " + model.correct(judge.data(), judge.training()));
+    judge.add(model.name() + "_corrected", model.predict(judge.data()), true);
+  }
+  Evaluation result;
+  result.predictions = judge.predictions();
+  result.rows = std::move(judge.rows);
+  result.notes = std::move(judge.notes);
+  result.training_hours = training_hours(judge);
+  result.inputs = judge.data().input_values.cols();
+  result.models = std::move(models);
+  // Both are compared where neither was fitted.
+  std::vector<EvaluationRow> comparable;
+  for (const EvaluationRow& row : result.rows) {
+    const bool seen = std::any_of(judge.parts().begin(), judge.parts().end(), [&](const EvaluationPart& p) { return p.training && p.name == row.part && p.from == row.from_s; });
+    if (!seen) comparable.push_back(row);
+  }
+  result.leaderboard = standings(comparable);
+  return result;
+}
+
+CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateOptions& options) {
+  require_displacements(measurement);
+  Measurement cut = measurement;
+  if (cut.programs.empty()) {
+    EvaluateOptions by_day;
+    by_day.train_until_s = std::numeric_limits<double>::min();  // every day is a part of its own
+    for (const EvaluationPart& part : parts_of(measurement, by_day)) {
+      if (!part.training) cut.programs.push_back({part.name, part.from, part.to});
     }
   }
-  if (component < 0) {
-    throw core::InputError("channel '" + channel.id + "'", "quantity '" + quantity + "'",
-                           "a displacement or rotation of the TCP at a pose: dx dy dz ra rb rc X0C Y0C Z0T A0C B0C");
+  CrossExperiment cross;
+  for (const Program& program : cut.programs) cross.programs.push_back(program.name);
+  const auto n = static_cast<Index>(cross.programs.size());
+  if (n < 2) throw InputError(measurement.folder.string(), fmt::format("{} program or day", n), "at least two, to fit on one and judge on another");
+  for (const ModelSpec* spec : chosen_models(options)) {
+    CrossExperiment::Entry entry{spec->name, MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN())};
+    for (Index from = 0; from < n; ++from) {
+      EvaluateOptions one = options;
+      one.train_programs = {cross.programs[static_cast<std::size_t>(from)]};
+      Judge judge(cut, parts_of(cut, one));
+      FittedModel model(*spec);
+      if (!fit_and_judge(model, options.check, judge)) continue;
+      for (Index to = 0; to < n; ++to) {
+        double shares = 0.0, count = 0.0;
+        for (const EvaluationRow& row : judge.rows) {
+          if (row.part != cross.programs[static_cast<std::size_t>(to)] || !(row.measures.rms_before > 0.0)) continue;
+          shares += std::pow(row.measures.rms / row.measures.rms_before, 2);
+          count += 1.0;
+        }
+        if (count > 0.0) entry.reduction_percent(from, to) = 100.0 * (1.0 - std::sqrt(shares / count));
+      }
+    }
+    if (entry.reduction_percent.array().isFinite().any()) cross.entries.push_back(std::move(entry));
   }
-  const double scale = sign / (component < 3 ? core::units::um : core::units::um_per_m);
-  VectorXd values(static_cast<Index>(errors.size()));
-  for (Index i = 0; i < values.size(); ++i) values[i] = scale * errors[static_cast<std::size_t>(i)].error[component];
-  return values;
+  return cross;
 }
 
-Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model, const EvaluateOptions& options) {
-  Evaluator evaluator(measurement, options);
-  if (evaluator.displacements().empty()) {
-    throw core::InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
-                           "at least one, since models are compared on displacements");
-  }
-  evaluate_data_models(measurement, options, evaluator);
-  if (model != nullptr) {
-    evaluate_reduced_model(measurement, *model, false, evaluator);
-    const bool any_sensor = std::any_of(measurement.channels.begin(), measurement.channels.end(),
-                                        [](const MeasuredChannel& channel) { return !channel.sensor.empty(); });
-    if (any_sensor) evaluate_reduced_model(measurement, *model, true, evaluator);
-  }
-  return evaluator.finish();
-}
+LengthStudy length_study(const Measurement& measurement, const std::string& name, const std::string& channel, int lengths, int sections) {
+  require_channels({channel}, measurement);
+  if (lengths < 2 || sections < 2) throw InputError("length study", fmt::format("{} lengths, {} sections", lengths, sections), "at least 2 each");
+  Dataset data = make_dataset(measurement);
+  std::size_t target = 0;
+  while (data.targets[target].id != channel) ++target;
+  const auto [first, last] = known_range(data.target_values.col(static_cast<Index>(target)));
+  if (first < 0 || first == last) throw InputError(measurement.folder.string(), "channel '" + channel + "' without rows", "a channel that was measured");
+  const MeasuredChannel kept = data.targets[target];
+  const VectorXd values = data.target_values.col(static_cast<Index>(target));
+  data.targets = {kept};
+  data.target_values = values;
+  const double begin = data.time[first], span = data.time[last] - begin;
 
-std::string Evaluation::brief() const {
-  std::vector<std::vector<std::string>> table = {
-      {"model", "channel", "part", "rows", "rms before", "rms after", "reduction %", "PK before", "PK after", "reduction %", "fit %", "unit"}};
-  for (const EvaluationRow& row : rows) {
-    const Measures& m = row.measures;
-    table.push_back({row.model, row.channel, row.part, std::to_string(m.count), number(m.rms_before, "{:.3f}"), number(m.rms, "{:.3f}"),
-                     number(m.rms_reduction_percent, "{:.1f}"), number(m.peak_to_peak_before), number(m.peak_to_peak),
-                     number(m.peak_to_peak_reduction_percent, "{:.1f}"), number(m.fit, "{:.1f}"), row.unit});
+  LengthStudy study{name, channel, kept.unit, VectorXd(lengths), MatrixXd::Constant(lengths, sections, std::numeric_limits<double>::quiet_NaN()), {}};
+  study.rest_rms = study.fit_rms;
+  std::mt19937_64 engine(5);
+  const ModelSpec& spec = model_spec(name);
+  for (int l = 0; l < lengths; ++l) {
+    const double length = span * (0.08 + 0.72 * l / (lengths - 1.0));
+    study.hours[l] = length / 3600.0;
+    for (int s = 0; s < sections; ++s) {
+      const double from = begin + (span - length) * static_cast<double>(engine() >> 11U) * 0x1p-53;
+      std::vector<bool> training(static_cast<std::size_t>(data.rows()));
+      VectorXd inside = values, outside = values;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const bool in = data.time[i] >= from && data.time[i] < from + length;
+        training[static_cast<std::size_t>(i)] = in;
+        (in ? outside : inside)[i] = std::numeric_limits<double>::quiet_NaN();
+      }
+      FittedModel model(spec);
+      model.fit(data, training, {});
+      if (model.empty()) continue;
+      const VectorXd predicted = model.predict(data).col(0);
+      study.fit_rms(l, s) = measure(inside, predicted).rms;
+      study.rest_rms(l, s) = measure(outside, predicted).rms;
+    }
   }
-  std::string text = core::format_table(table);
-  for (const std::string& line : notes) text += "  " + line + "\n";
-  return text;
+  return study;
 }
 
 }  // namespace thermotwin::compensation

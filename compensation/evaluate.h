@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Every compensation model on the same measurement, one table: fitted on the training part, judged
-// on the rest. With a reduced model of the machine: its prediction with and without sensors.
+// Every compensation model on the same measurement: fitted on the training part, judged on the
+// rest, row by row, so that no prediction knows what comes later. With a reduced model of the
+// machine: its prediction with and without sensors, nothing of it fitted. Every figure is computed
+// from the displacements before and after; what a fit saw and what it did not is said in each row.
 
 #include <filesystem>
 #include <string>
@@ -9,31 +11,78 @@
 
 #include "compensation/measurement.h"
 #include "compensation/measures.h"
+#include "compensation/model_zoo.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::compensation {
 
 struct EvaluateOptions {
-  double train_until_s = 86400;   ///< models that are fitted see the data up to here only
+  /// Models that are fitted see the data up to here only, s; 0: 24 h, of a record below 30 h its first half.
+  double train_until_s = 0;
+  std::vector<std::string> train_programs;  ///< instead: these programs of the measurement
+  std::vector<std::string> models;          ///< by name; empty: all
+  std::vector<std::string> check;           ///< displacement channels that no fit may use
 };
 
 struct EvaluationRow {
-  std::string model, channel, part;   ///< part: "training" or "day 2" ...
+  std::string model, channel, part;   ///< part: "training", "day 2", a program or another folder
   double from_s = 0, to_s = 0;
   Measures measures;
   std::string unit;
+  bool training = false;              ///< the model's fit saw displacements of this part
+};
+
+/// A model over all displacements that its fit did not see.
+struct Standing {
+  std::string model;
+  Eigen::Index channels = 0;
+  double reduction_percent = 0;       ///< 1 - root mean square over channels of RMS after / before
+  double against_static_percent = 0;  ///< mean over channels of 1 - RMS / RMS of static_regression
 };
 
 struct Evaluation {
   std::vector<EvaluationRow> rows;
+  std::vector<Standing> leaderboard;  ///< best first; models of all channels before others
   core::Table predictions;            ///< time_s, <channel>_measured, <channel>_<model>
-  std::vector<std::string> notes;     ///< explained parameters, what was left out and why
-  std::string brief() const;          ///< table for the terminal
+  std::vector<std::pair<std::string, core::Table>> other_predictions;  ///< by name of the folder
+  std::vector<FittedModel> models;
+  std::vector<std::string> notes;     ///< what was left out and why
+  double training_hours = 0;          ///< calibration effort: displacements over this time ...
+  Eigen::Index inputs = 0;            ///< ... and this many channels that a control has to know
+  std::string brief() const;          ///< leaderboard, and a table a channel
 };
 
-/// @param model  nullptr where there is no machine
+/// @param model   nullptr where there is no machine
+/// @param others  further measurements with the same channels, none of whose rows a fit sees
 Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model,
-                    const EvaluateOptions& options);
+                    const EvaluateOptions& options, const std::vector<Measurement>& others = {});
+
+/// Models fitted before, on another machine of the type: as they are (`<model>_as_is`) and with one
+/// factor a channel from the training part (`<model>_corrected`); document 002, 5.2.
+Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> models, const EvaluateOptions& options);
+
+/// Fitted on one program (without programs: one day) after the other, judged on each.
+struct CrossExperiment {
+  std::vector<std::string> programs;
+  struct Entry {
+    std::string model;
+    Eigen::MatrixXd reduction_percent;  ///< (trained on, judged on), RMS over the channels; NaN: not possible
+  };
+  std::vector<Entry> entries;
+  std::string brief() const;
+};
+CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateOptions& options);
+
+/// How long a measurement a model needs (000, Figs. 5.23 and 5.24): sections of equal length at
+/// random places, a fit on each.
+struct LengthStudy {
+  std::string model, channel, unit;
+  Eigen::VectorXd hours;              ///< (lengths)
+  Eigen::MatrixXd fit_rms;            ///< (lengths x sections) residual in the section; NaN: could not be fitted
+  Eigen::MatrixXd rest_rms;           ///< (lengths x sections) residual in the rows outside of it
+};
+LengthStudy length_study(const Measurement& measurement, const std::string& model, const std::string& channel,
+                         int lengths, int sections);
 
 /// Predicted time series of a displacement channel's quantity by the compensator (um or um/m).
 /// @param errors  TCP error at the channel's pose per time

@@ -17,6 +17,8 @@ namespace {
 
 using core::InputError;
 
+constexpr double largest = 1e10;  ///< no quantity of a machine is larger in its unit
+
 struct Kind {
   ChannelKind kind;
   const char* word;
@@ -127,6 +129,12 @@ void check_columns(Measurement& measurement, const std::string& channels_file) {
                        "a column for each channel (nearest: " + core::nearest(channel.id, data.columns) + ")");
     }
     channel.column = *column;
+    for (Eigen::Index i = 0; i < data.rows(); ++i) {
+      const double value = data.values(i, *column);
+      if (std::isnan(value) || std::abs(value) <= largest) continue;
+      throw InputError(fmt::format("{}:{} {}", data.source, core::Table::line_of_row(i), channel.id), fmt::format("{}", value),
+                       fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));
+    }
     if (channel.kind != ChannelKind::state) continue;
     for (Eigen::Index i = 0; i < data.rows(); ++i) {
       const double value = data.values(i, *column);
@@ -141,6 +149,26 @@ void check_columns(Measurement& measurement, const std::string& channels_file) {
     throw InputError(fmt::format("{}:1 column {}", data.source, i + 1), "'" + data.columns[i] + "'",
                      "a channel of " + channels_file + " (nearest: " + core::nearest(data.columns[i], ids) + ")");
   }
+}
+
+std::vector<Program> read_programs(const core::Node& root) {
+  std::vector<Program> programs;
+  for (const core::Node& node : root.tables("program")) {
+    Program program{node.text("name"), node.number("from_s"), node.number("to_s")};
+    if (program.name.empty() || program.name == "training" || program.name.starts_with("day ")) {
+      throw InputError(node.place("name"), "'" + program.name + "'", "a name of its own, not 'training' or 'day ...'");
+    }
+    if (!(program.to_s > program.from_s)) throw InputError(node.place("to_s"), fmt::format("{}", program.to_s), fmt::format("later than from_s = {}", program.from_s));
+    for (const Program& before : programs) {
+      if (before.name == program.name) throw InputError(node.place("name"), "'" + program.name + "' a second time", "each name once");
+    }
+    if (!programs.empty() && program.from_s < programs.back().to_s) {
+      throw InputError(node.place("from_s"), fmt::format("{}", program.from_s), fmt::format("at least {}, where '{}' ends", programs.back().to_s, programs.back().name));
+    }
+    node.finish();
+    programs.push_back(std::move(program));
+  }
+  return programs;
 }
 
 }  // namespace
@@ -161,6 +189,7 @@ Measurement read_measurement(const std::filesystem::path& folder) {
   measurement.folder = folder;
   std::vector<std::string> seen{"time_s"};
   for (const core::Node& node : root.tables("channel")) measurement.channels.push_back(read_channel(node, seen));
+  measurement.programs = read_programs(root);
   root.finish();
   if (measurement.channels.empty()) {
     throw InputError(channels_path.string(), "no channel", "one [[channel]] for each column of data.csv");
@@ -170,6 +199,13 @@ Measurement read_measurement(const std::filesystem::path& folder) {
     throw InputError(data_path.string(), "no rows", "at least one row of numbers below the column names");
   }
   core::require_time_column(measurement.data);
+  for (const Eigen::Index i : {Eigen::Index{0}, measurement.data.rows() - 1}) {
+    constexpr double longest = 1e11;  // s; 3000 years
+    const double time = measurement.data.values(i, 0);
+    if (!(std::abs(time) <= longest)) {
+      throw InputError(fmt::format("{}:{} time_s", data_path.string(), core::Table::line_of_row(i)), fmt::format("{}", time), fmt::format("a number of at most {:.0e}", longest));
+    }
+  }
   check_columns(measurement, channels_path.string());
   return measurement;
 }
@@ -202,6 +238,9 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
       fmt::format_to(out, "pose = {{{}}}\n", pose);
     }
     fmt::format_to(out, "frame = \"{}\"\nzero = \"{}\"\n", channel.frame, channel.zero == Zero::first ? "first" : "absolute");
+  }
+  for (const Program& program : measurement.programs) {
+    fmt::format_to(out, "[[program]]\nname = \"{}\"\nfrom_s = {}\nto_s = {}\n", program.name, program.from_s, program.to_s);
   }
   core::write_csv(folder / "data.csv", measurement.data, 10);
   core::write_file(folder / "channels.toml", std::string_view(text.data(), text.size()));

@@ -31,8 +31,15 @@ struct MeasuredChannel {
   Eigen::Index column = 0;           ///< in data.csv
 };
 
+/// A named part of the record: an experiment with a load program of its own.
+struct Program {
+  std::string name;
+  double from_s = 0, to_s = 0;       ///< [from, to)
+};
+
 struct Measurement {
   std::filesystem::path folder;
+  std::vector<Program> programs;     ///< in order of time, apart from each other; may be empty
   std::vector<MeasuredChannel> channels;
   core::Table data;                  ///< first column time_s, rising
 
@@ -41,7 +48,8 @@ struct Measurement {
 };
 
 /// @throws InputError: missing file, unknown kind or unit, a channel without column or a column
-///         without channel, time running backwards, an empty file
+///         without channel, time running backwards, an empty file, values beyond 1e10, programs
+///         that overlap
 Measurement read_measurement(const std::filesystem::path& folder);
 
 /// Checks against a machine: sensors, inputs, quantities and poses exist, units fit.

@@ -45,7 +45,7 @@ Measures measure(const Eigen::VectorXd& measured, const Eigen::VectorXd& predict
   }
   if (result.count == 0) {
     for (double* value : {&result.fit, &result.peak_to_peak, &result.rms, &result.maximum, &result.mean, &result.rms_before,
-                          &result.peak_to_peak_before, &result.maximum_before, &result.rms_reduction_percent,
+                          &result.peak_to_peak_before, &result.maximum_before, &result.mean_before, &result.rms_reduction_percent,
                           &result.peak_to_peak_reduction_percent}) {
       *value = undefined;
     }
@@ -63,6 +63,7 @@ Measures measure(const Eigen::VectorXd& measured, const Eigen::VectorXd& predict
   result.rms = std::sqrt(squares_e / n);
   result.maximum = std::max(std::abs(low_e), std::abs(high_e));
   result.mean = sum_e / n;
+  result.mean_before = mean_z;
   result.rms_before = std::sqrt(squares_z / n);
   result.peak_to_peak_before = high_z - low_z;
   result.maximum_before = std::max(std::abs(low_z), std::abs(high_z));

@@ -179,7 +179,7 @@ class RowReader {
 }  // namespace
 
 long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
-                       std::ostream& out, bool unbuffered) {
+                       std::ostream& out, bool unbuffered, OffsetGuard* guard) {
   RowReader reader(in, in_name, compensator.channels(), machine);
   fmt::memory_buffer text;
   const auto write = [&] {
@@ -207,9 +207,12 @@ long compensate_stream(Compensator& compensator, const mesh::Machine& machine, s
   while (reader.next()) {
     const Offsets& offsets = compensator.step(reader.time(), reader.row(), reader.sensors());
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},"), offsets.time);
-    for (const double value : offsets.offset_um) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
+    const Eigen::VectorXd& applied = guard != nullptr ? guard->step(offsets.time, offsets.offset_um) : offsets.offset_um;
+    for (const double value : applied) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
     for (const double value : offsets.std_um) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
-    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{}\n"), status_text(offsets.status));
+    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{}"), status_text(offsets.status));
+    if (offsets.status == Status::sensor_failed) fmt::format_to(std::back_inserter(text), FMT_COMPILE(" {}"), offsets.failed_sensors);
+    text.push_back('\n');
     ++rows;
     if (unbuffered || text.size() >= chunk) write();
     if (rows % between_checks == 0) core::check_interrupt();

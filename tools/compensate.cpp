@@ -8,6 +8,7 @@
 
 #include <fstream>
 #include <iostream>
+#include <memory>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -40,16 +41,23 @@ void compensate(const CompensateOptions& options) {
   std::istream& in = from_stdin ? piped : file;
   const std::string in_name = from_stdin ? "standard input" : options.in;
 
+  std::unique_ptr<compensation::OffsetGuard> guard;
+  if (options.largest_um > 0.0 || options.rate_um_s > 0.0) {
+    compensation::GuardOptions limits;
+    limits.largest_um = options.largest_um > 0.0 ? options.largest_um : 1e5;
+    limits.rate_um_s = options.rate_um_s > 0.0 ? options.rate_um_s : 1e6;
+    guard = std::make_unique<compensation::OffsetGuard>(static_cast<Eigen::Index>(compensator.axes().size()), limits);
+  }
   const Stopwatch time;
   long rows = 0;
   if (to_stdout) {
     // A control waits for each answer: rows are flushed one by one.
-    rows = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, true);
+    rows = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, true, guard.get());
   } else {
     core::write_file_by(options.out, [&](const std::filesystem::path& temporary) {
       std::ofstream out(temporary, std::ios::binary);
       try {
-        rows = compensation::compensate_stream(compensator, model.machine, in, in_name, out, false);
+        rows = compensation::compensate_stream(compensator, model.machine, in, in_name, out, false, guard.get());
       } catch (const core::InputError&) {
         if (out) throw;
         throw core::InputError(options.out.string(), "cannot be written", "a place with room and permission");

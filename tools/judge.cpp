@@ -1,72 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The verbs that hold a model against measurements: evaluate, diagnose, validate.
+// The verbs that hold the machine's model against measurements: diagnose, validate.
 
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
-#include <algorithm>
-
-#include "compensation/evaluate.h"
 #include "compensation/validation.h"
 #include "core/error.h"
 #include "diagnosis/diagnose.h"
 #include "tools/chain.h"
+#include "tools/measured_model.h"
 #include "tools/options.h"
 
 namespace thermotwin::tools {
-namespace {
-
-std::string evaluate_instead(const std::filesystem::path& data) {
-  return "; for data that belong to no machine model use: thermotwin evaluate --data " + data.string();
-}
-
-/// @throws InputError unless the measurement is one of the machine
-void require_measured_on(const mesh::Machine& machine, const compensation::Measurement& measurement) {
-  const bool names_machine = std::any_of(measurement.channels.begin(), measurement.channels.end(),
-                                         [](const auto& channel) { return !channel.quantity.empty() || !channel.input.empty(); });
-  try {
-    compensation::require_fits(measurement, machine);
-  } catch (const core::InputError& error) {
-    if (names_machine) throw;
-    throw core::InputError(std::string(error.what()) + evaluate_instead(measurement.folder));
-  }
-}
-
-/// The reduced model of the verb; a measurement that does not fit is refused before any long work.
-reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
-                                 const std::filesystem::path& model, const std::filesystem::path& out) {
-  if (model.empty()) require_measured_on(open_case(case_path, "", 0).machine, measurement);
-  reduction::ReducedModel made = model_for(case_path, model, out);
-  require_measured_on(made.machine, measurement);
-  return made;
-}
-
-}  // namespace
-
-void evaluate(const EvaluateOptions& options) {
-  const compensation::Measurement measurement = compensation::read_measurement(options.data);
-  compensation::EvaluateOptions settings;
-  settings.train_until_s = 3600.0 * options.train_until_h;
-  const bool has_model = !options.model.empty() || !options.case_path.empty();
-  compensation::Evaluation evaluation;
-  if (has_model) {
-    const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
-    evaluation = compensation::evaluate(measurement, &model, settings);
-  } else {
-    evaluation = compensation::evaluate(measurement, nullptr, settings);
-  }
-  const auto file = options.out / "evaluation" / "predictions.csv";
-  core::write_csv(file, evaluation.predictions);
-  nlohmann::json json = {{"predictions", file.string()}};
-  for (const auto& row : evaluation.rows)
-    json["rows"].push_back({{"model", row.model}, {"channel", row.channel}, {"part", row.part}, {"unit", row.unit},
-                            {"fit", row.measures.fit}, {"peak_to_peak", row.measures.peak_to_peak},
-                            {"rms", row.measures.rms}, {"rms_before", row.measures.rms_before},
-                            {"rms_reduction_percent", row.measures.rms_reduction_percent}});
-  json["notes"] = evaluation.notes;
-  print_summary(options, fmt::format("{}\npredictions in {}\n", evaluation.brief(), file.string()), json.dump());
-}
 
 void diagnose(const DiagnoseOptions& options) {
   if (options.case_path.empty() && options.model.empty())

@@ -202,15 +202,42 @@ int parse_and_run(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 
+  verb->add_option("--largest-offset", compensate.largest_um, "um; no offset is larger (absent: no limit)")->check(CLI::PositiveNumber);
+  verb->add_option("--offset-rate", compensate.rate_um_s, "um/s; no offset changes faster, from nought at the start (absent: no limit)")
+      ->check(CLI::PositiveNumber);
+
+  tools::OffsetsOptions offsets;
+  verb = add_verb(app, "offsets", "location errors of any kinematic chain to axis offsets, row by row",
+                  "thermotwin offsets --chain \"V [w C' B' b Y X Z (C1) t]\" --in errors.csv --out offsets.csv", offsets, &tools::offsets);
+  verb->add_option("--chain", offsets.chain, "ISO 10791-1: axes from the workpiece w by the bed b to the tool t")->required();
+  verb->add_option("--in", offsets.in, "CSV: time_s, positions X_mm B_deg, functional point point_x_mm (absent: 0), errors X0C_um A0C_um_per_m R0T_um")
+      ->required();
+  verb->get_option("--out")->description("CSV file of the offsets, or - for standard output");
+  verb->add_flag("--orientation", offsets.orientation, "use rotary axes for the functional orientation too");
+  verb->add_option("--axes", offsets.axes, "only these axes may be used: X,Y,Z (absent: all of the chain)")->delimiter(',');
+  verb->add_option("--with-letter", offsets.along_letter, "axes that move the workpiece with their letter instead of against it: B,C")->delimiter(',');
+  verb->add_option("--table-radius", offsets.table_radius_mm, "mm, at which R0T is stated")->check(CLI::PositiveNumber)->capture_default_str();
+
   tools::EvaluateOptions evaluate;
-  verb = add_verb(app, "evaluate", "every compensation model on the same measurement, one table",
-                  "thermotwin evaluate --data measured_drift", evaluate, &tools::evaluate);
+  verb = add_verb(app, "evaluate", "every compensation model on the same measurement, fitted on its beginning, judged on the rest",
+                  "thermotwin evaluate --data measured_drift\n"
+                  "  thermotwin evaluate cases/vmc5 --data measurement --model out/model.rom.h5 --check dx@2,dy@2,dz@2\n"
+                  "  thermotwin evaluate --data other_machine --fitted out/evaluation/models.toml --train-until 2",
+                  evaluate, &tools::evaluate);
   verb->add_option("CASE", evaluate.case_path, "case folder (absent: no machine model)");
   verb->add_option("--data", evaluate.data, "measurement folder")->required();
+  verb->add_option("--also", evaluate.also, "further folders with the same channels, none of which a fit sees: A,B")->delimiter(',');
   verb->add_option("--model", evaluate.model, "model.rom.h5 (absent: made from the case)");
-  verb->add_option("--train-until", evaluate.train_until_h, "hours that fitted models may see")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  auto* until = verb->add_option("--train-until", evaluate.train_until_h, "hours that fitted models may see (absent: 24, of a record below 30 h half)")
+                    ->check(CLI::PositiveNumber);
+  verb->add_option("--train-programs", evaluate.train_programs, "programs of channels.toml that fitted models may see instead: A,B")
+      ->delimiter(',')
+      ->excludes(until);
+  verb->add_option("--models", evaluate.models, "only these fitted models: static_regression,grey_box,... (absent: all)")->delimiter(',');
+  verb->add_option("--check", evaluate.check, "displacement channels that no fit may use, predicted over the workspace: dx@2,dy@2")->delimiter(',');
+  verb->add_option("--fitted", evaluate.fitted, "models.toml of another machine of the type: as it is, and with one factor a channel");
+  verb->add_flag("--cross", evaluate.cross, "fit on each program (or day), judge on all the others");
+  verb->add_option("--length-study", evaluate.length_study, "MODEL CHANNEL: how long a measurement the model needs, as box plots")->expected(2);
 
   tools::DiagnoseOptions diagnose;
   verb = add_verb(app, "diagnose", "what the simulation gets wrong in a measurement, why, the extended model, the gain",

@@ -69,10 +69,24 @@ struct CompensateOptions : CommonOptions {
   std::string in = "-";
   bool no_sensors = false;
   double step_s = 60;
+  double largest_um = 0, rate_um_s = 0;     ///< of an offset; 0: no limit
+};
+struct OffsetsOptions : CommonOptions {
+  OffsetsOptions() { out = "-"; }  ///< a file here, "-" for stdout
+  std::filesystem::path in;
+  std::string chain;
+  std::vector<std::string> along_letter;    ///< axes whose body goes with the letter though it carries the workpiece
+  bool orientation = false;
+  std::vector<std::string> axes;
+  double table_radius_mm = 300;
 };
 struct EvaluateOptions : CommonOptions {
-  std::filesystem::path case_path, data, model;
-  double train_until_h = 24;
+  std::filesystem::path case_path, data, model, fitted;
+  std::vector<std::filesystem::path> also;
+  double train_until_h = 0;                 ///< 0: a day, of a short record half
+  std::vector<std::string> train_programs, models, check;
+  bool cross = false;
+  std::vector<std::string> length_study;    ///< model and channel
 };
 struct DiagnoseOptions : CommonOptions {
   std::filesystem::path case_path, data, model;
@@ -100,6 +114,7 @@ void reduced_campaign(const CampaignOptions& options);
 void reduce(const ReduceOptions& options);
 void reduce_matrices(const ReduceOptions& options);
 void compensate(const CompensateOptions& options);
+void offsets(const OffsetsOptions& options);
 void evaluate(const EvaluateOptions& options);
 void diagnose(const DiagnoseOptions& options);
 void validate(const ValidateOptions& options);

@@ -134,20 +134,22 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
     core::log_line("no display: machine.png is left out (xvfb-run -a gives one)");
 }
 
-/// One line per axis of the best model on the measured drift, or nothing where there are no data.
+/// Three models on the measured drift, or nothing where there are no data.
 std::optional<compensation::Evaluation> measured_drift() {
   const char* folder = std::getenv("THERMOTWIN_DATA");
   if (!folder) return std::nullopt;
   const auto data = std::filesystem::path(folder) / "measured_drift";
   if (!std::filesystem::exists(data / "data.csv")) return std::nullopt;
-  return compensation::evaluate(compensation::read_measurement(data), nullptr, {});
+  compensation::EvaluateOptions options;
+  options.models = {"static_regression", "first_order", "grey_box"};
+  return compensation::evaluate(compensation::read_measurement(data), nullptr, options);
 }
 
 /// A line per model: RMS removed per axis on each held-out day.
 std::string drift_lines(const compensation::Evaluation& drift, nlohmann::json& json) {
   std::map<std::string, std::map<std::string, std::string>> lines;
   for (const auto& row : drift.rows) {
-    if (row.part == "training") continue;
+    if (row.training) continue;
     std::string& days = lines[row.model][row.channel];
     days += fmt::format("{}{:.0f}", days.empty() ? "" : ", ", row.measures.rms_reduction_percent);
     json["measured_drift"].push_back({{"model", row.model}, {"channel", row.channel}, {"part", row.part},

@@ -181,7 +181,7 @@ TEST(WholeChain, ExtendedMachineCanBeMeshedAndMeasuresBetter) {
   }
 
   const auto rms = [&](const std::string& model) {
-    const Result result = toy.run({"evaluate", "--data", (toy_run() / "measurement").string(), "--model", (toy_run() / model).string(), "--json"});
+    const Result result = toy.run({"evaluate", "--data", (toy_run() / "measurement").string(), "--model", (toy_run() / model).string(), "--models", "static_regression", "--json"});
     EXPECT_EQ(result.status, 0) << result.err;
     const json summary = json::parse(result.out);
     for (const json& row : summary["rows"])

@@ -46,7 +46,15 @@ TEST(Evaluate, NeedsNoMachine) {
       EXPECT_GT(row["rms_reduction_percent"], 99.0) << row;
     }
   }
-  EXPECT_EQ(models, (std::set<std::string>{"first_order", "static_regression"}));
+  for (const char* model : {"static_regression", "first_order", "grey_box", "arx", "armax", "output_error", "heating_cooling", "composite", "feed_forward", "memory_network"}) {
+    EXPECT_TRUE(models.contains(model)) << model;
+  }
+  // What needs speeds or several poses says so instead of taking part.
+  EXPECT_FALSE(models.contains("phenomenological") || models.contains("one_point"));
+  EXPECT_SAYS(summary["notes"].dump(), "phenomenological z");
+  EXPECT_SAYS(read(toy.result("evaluation/leaderboard.svg")), "grey_box");
+  EXPECT_SAYS(read(toy.result("evaluation/z.svg")), "</svg>");
+  EXPECT_SAYS(read(toy.result("evaluation/tables.txt")), "static_regression");
   const core::Table predictions = core::read_csv(summary["predictions"].get<std::string>());
   EXPECT_EQ(predictions.rows(), 600);
   EXPECT_TRUE(predictions.find("z_measured").has_value());
@@ -55,12 +63,35 @@ TEST(Evaluate, NeedsNoMachine) {
 TEST(Evaluate, JudgesTheMachineBesideTheDataModels) {
   const Toy toy;
   const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();
-  const Result result = toy.run({"evaluate", toy.path(), "--data", data, "--model", model, "--train-until", "3", "--json"});
+  const Result result = toy.run({"evaluate", toy.path(), "--data", data, "--model", model, "--train-until", "3", "--models", "static_regression,grey_box_all", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   std::set<std::string> models;
   const json summary = json::parse(result.out);
   for (const json& row : summary["rows"]) models.insert(row["model"]);
-  EXPECT_EQ(models, (std::set<std::string>{"first_order", "static_regression", "reduced_model", "reduced_model_sensors"}));
+  EXPECT_EQ(models, (std::set<std::string>{"grey_box_all", "static_regression", "reduced_model", "reduced_model_sensors"}));
+}
+
+TEST(Evaluate, ModelsCarryToAnotherRecordAndCross) {
+  const Toy toy;
+  write_drift(toy);
+  const Result first = toy.run({"evaluate", "--data", toy.file("drift"), "--models", "static_regression,first_order", "--also", toy.file("drift"), "--cross",
+                                "--length-study", "first_order", "z", "--json"});
+  ASSERT_EQ(first.status, 0) << first.err;
+  const json summary = json::parse(first.out);
+  EXPECT_EQ(summary["cross"]["programs"].size(), 3U) << "days 0, 1 and 2";
+  EXPECT_EQ(summary["cross"]["models"][0]["rms_reduction_percent"].size(), 3U);
+  EXPECT_EQ(summary["length_study"].size(), 8U);
+  bool judged_elsewhere = false;
+  for (const json& row : summary["rows"]) judged_elsewhere = judged_elsewhere || row["part"] == "drift";
+  EXPECT_TRUE(judged_elsewhere);
+  const Result carried = toy.run({"evaluate", "--data", toy.file("drift"), "--fitted", toy.result("evaluation/models.toml").string(), "--json"});
+  ASSERT_EQ(carried.status, 0) << carried.err;
+  std::set<std::string> models;
+  for (const json& row : json::parse(carried.out)["rows"]) models.insert(row["model"]);
+  EXPECT_EQ(models, (std::set<std::string>{"static_regression_as_is", "static_regression_corrected", "first_order_as_is", "first_order_corrected"}));
+  const Result unknown = toy.run({"evaluate", "--data", toy.file("drift"), "--models", "grey_bocks"});
+  EXPECT_EQ(unknown.status, 3);
+  for (const char* words : {"grey_bocks", "nearest: grey_box"}) EXPECT_SAYS(unknown.err, words);
 }
 
 TEST(Diagnose, WithoutAMachineSaysThatEvaluateIsForThat) {

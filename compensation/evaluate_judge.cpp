@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/evaluate_judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace thermotwin::compensation {
+
+using core::InputError;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+constexpr double day_s = 86400.0;
+constexpr std::size_t most_parts = 100;  // a record of years: the rest in one part
+
+VectorXd within(const VectorXd& time, const VectorXd& values, const EvaluationPart& part) {
+  VectorXd inside = values;
+  for (Index i = 0; i < time.size(); ++i) {
+    if (time[i] < part.from || time[i] >= part.to) inside[i] = missing;
+  }
+  return inside;
+}
+
+/// Training ends after a day, where a quarter of a day is left to judge; else half way.
+double automatic_training(const VectorXd& time) {
+  const double span = time[time.size() - 1] - time[0];
+  constexpr double least_rest = 0.25 * day_s;
+  return span >= day_s + least_rest ? day_s : time[0] + 0.5 * span;
+}
+
+}  // namespace
+
+std::vector<EvaluationPart> parts_of(const Measurement& measurement, const EvaluateOptions& options) {
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  const VectorXd time = measurement.time();
+  std::vector<EvaluationPart> parts;
+  if (!options.train_programs.empty()) {
+    std::vector<std::string> names;
+    for (const Program& program : measurement.programs) {
+      const bool training = std::find(options.train_programs.begin(), options.train_programs.end(), program.name) != options.train_programs.end();
+      parts.push_back({program.name, program.from_s, program.to_s, training});
+      names.push_back(program.name);
+    }
+    for (const std::string& name : options.train_programs) {
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      throw InputError((measurement.folder / "channels.toml").string(), "no program '" + name + "'",
+                       names.empty() ? "[[program]] tables with name, from_s and to_s" : "one of: " + core::join(names));
+    }
+    return parts;
+  }
+  const double until = options.train_until_s > 0.0 ? options.train_until_s : automatic_training(time);
+  if (!measurement.programs.empty()) {
+    for (const Program& program : measurement.programs) {
+      // A program that the training's end cuts is judged from there on.
+      if (program.from_s < until) parts.push_back({program.to_s <= until ? program.name : "training", program.from_s, std::min(program.to_s, until), true});
+      if (program.to_s > until) parts.push_back({program.name, std::max(program.from_s, until), program.to_s, false});
+    }
+    return parts;
+  }
+  double day = 0.0;
+  for (Index i = 0; i < time.size(); ++i) {
+    const bool training = time[i] < until;
+    const double at_day = std::floor(time[i] / day_s);
+    const bool begins = parts.empty() || (!training && (parts.back().training || at_day != day));
+    if (!begins || parts.size() == most_parts) continue;
+    if (!parts.empty()) parts.back().to = parts.back().training ? until : (day + 1.0) * day_s;
+    day = at_day;
+    parts.push_back({training ? "training" : fmt::format("day {:.0f}", day), time[i], forever, training});
+  }
+  if (!parts.empty()) {
+    const double end = std::nextafter(time[time.size() - 1], forever);
+    parts.back().to = parts.back().training ? std::min(until, end) : end;
+  }
+  return parts;
+}
+
+Judge::Judge(const Measurement& measurement, std::vector<EvaluationPart> parts) : data_(make_dataset(measurement)), parts_(std::move(parts)) {
+  names_.push_back("time_s");
+  columns_.push_back(data_.time);
+  for (std::size_t t = 0; t < data_.targets.size(); ++t) {
+    names_.push_back(data_.targets[t].id + "_measured");
+    columns_.push_back(data_.target_values.col(static_cast<Index>(t)));
+  }
+}
+
+std::vector<bool> Judge::training() const {
+  std::vector<bool> used(static_cast<std::size_t>(data_.rows()), false);
+  for (const EvaluationPart& part : parts_) {
+    for (Index i = 0; part.training && i < data_.rows(); ++i) {
+      if (data_.time[i] >= part.from && data_.time[i] < part.to) used[static_cast<std::size_t>(i)] = true;
+    }
+  }
+  return used;
+}
+
+void Judge::add(const std::string& model, std::size_t target, const VectorXd& given, bool fitted) {
+  const MeasuredChannel& channel = data_.targets[target];
+  const VectorXd measured = data_.target_values.col(static_cast<Index>(target));
+  VectorXd predicted = given;
+  if (!fitted && channel.zero == Zero::first) {
+    // What was not fitted to this record knows nothing of its zero.
+    for (Index i = 0; i < predicted.size(); ++i) {
+      if (!std::isfinite(measured[i]) || !std::isfinite(predicted[i])) continue;
+      predicted.array() -= double(predicted[i]) - measured[i];
+      break;
+    }
+  }
+  for (const EvaluationPart& part : parts_) {
+    const Measures measures = measure(within(data_.time, measured, part), predicted);
+    if (measures.count == 0) continue;
+    rows.push_back({model, channel.id, part.name, part.from, part.to, measures, channel.unit, fitted && part.training});
+  }
+  names_.push_back(channel.id + "_" + model);
+  columns_.push_back(std::move(predicted));
+}
+
+void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted) {
+  for (std::size_t t = 0; t < data_.targets.size(); ++t) {
+    const VectorXd series = predicted.col(static_cast<Index>(t));
+    if (known_range(series).first >= 0) add(model, t, series, fitted);
+  }
+}
+
+core::Table Judge::predictions() const {
+  core::Table table;
+  table.source = "predictions";
+  table.columns = names_;
+  table.values.resize(data_.rows(), static_cast<Index>(columns_.size()));
+  for (std::size_t i = 0; i < columns_.size(); ++i) table.values.col(static_cast<Index>(i)) = columns_[i];
+  return table;
+}
+
+std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options) {
+  std::vector<const ModelSpec*> chosen;
+  if (options.models.empty()) {
+    for (const ModelSpec& spec : model_specs()) chosen.push_back(&spec);
+  }
+  for (const std::string& name : options.models) chosen.push_back(&model_spec(name));
+  return chosen;
+}
+
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Judge& judge) {
+  try {
+    model.fit(judge.data(), judge.training(), check);
+  } catch (const InputError& error) {
+    judge.note(model.name() + " left out: " + error.what());
+    return false;
+  }
+  // A model that no channel carries says so once.
+  if (model.empty() && !model.left_out().empty()) {
+    judge.note("left out: " + model.left_out().front());
+    return false;
+  }
+  for (const std::string& reason : model.left_out()) judge.note("left out: " + reason);
+  judge.add(model.name(), model.predict(judge.data()), true);
+  return true;
+}
+
+std::vector<Standing> standings(const std::vector<EvaluationRow>& rows) {
+  struct Sums {
+    double before = 0, after = 0;
+  };
+  std::map<std::string, std::map<std::string, Sums>> held_out;  // by model and channel
+  std::vector<std::string> order;
+  for (const EvaluationRow& row : rows) {
+    if (row.training) continue;
+    if (!held_out.contains(row.model)) order.push_back(row.model);
+    Sums& sums = held_out[row.model][row.channel];
+    const auto count = static_cast<double>(row.measures.count);
+    sums.before += count * row.measures.rms_before * row.measures.rms_before;
+    sums.after += count * row.measures.rms * row.measures.rms;
+  }
+  const auto reference = held_out.find("static_regression");
+  std::vector<Standing> result;
+  for (const std::string& model : order) {
+    Standing standing{model, static_cast<Index>(held_out[model].size()), 0.0, missing};
+    double shares = 0.0, gains = 0.0, compared = 0.0;
+    for (const auto& [channel, sums] : held_out[model]) {
+      shares += sums.before > 0.0 ? sums.after / sums.before : missing;
+      if (reference == held_out.end()) continue;
+      const auto same = reference->second.find(channel);
+      if (same == reference->second.end() || !(same->second.after > 0.0)) continue;
+      gains += 1.0 - std::sqrt(sums.after / same->second.after);
+      compared += 1.0;
+    }
+    standing.reduction_percent = 100.0 * (1.0 - std::sqrt(shares / static_cast<double>(standing.channels)));
+    if (compared > 0.0) standing.against_static_percent = 100.0 * gains / compared;
+    result.push_back(standing);
+  }
+  std::stable_sort(result.begin(), result.end(), [](const Standing& a, const Standing& b) {
+    if (a.channels != b.channels) return a.channels > b.channels;
+    return a.reduction_percent > b.reduction_percent || (std::isfinite(a.reduction_percent) && !std::isfinite(b.reduction_percent));
+  });
+  return result;
+}
+
+}  // namespace thermotwin::compensation

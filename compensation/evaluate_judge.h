@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// One measurement cut into parts, and the predictions that are held against it.
+
+#include "compensation/evaluate.h"
+
+namespace thermotwin::compensation {
+
+struct EvaluationPart {
+  std::string name;
+  double from = 0, to = 0;           ///< [from, to)
+  bool training = false;
+};
+
+class Judge {
+ public:
+  Judge(const Measurement& measurement, std::vector<EvaluationPart> parts);
+
+  const Dataset& data() const { return data_; }
+  const std::vector<EvaluationPart>& parts() const { return parts_; }
+  /// (rows) whether a fit may use it
+  std::vector<bool> training() const;
+
+  /// Judges a prediction (rows) of a target. @param fitted  false: no part was seen by a fit
+  void add(const std::string& model, std::size_t target, const Eigen::VectorXd& predicted, bool fitted);
+  /// All channels of a fitted model that it predicts.
+  void add(const std::string& model, const Eigen::MatrixXd& predicted, bool fitted);
+  void note(std::string text) { notes.push_back(std::move(text)); }
+
+  std::vector<EvaluationRow> rows;
+  std::vector<std::string> notes;
+  core::Table predictions() const;
+
+ private:
+  Dataset data_;
+  std::vector<EvaluationPart> parts_;
+  std::vector<std::string> names_;
+  std::vector<Eigen::VectorXd> columns_;
+};
+
+/// Training part and days, or programs. @throws InputError for an unknown program
+std::vector<EvaluationPart> parts_of(const Measurement& measurement, const EvaluateOptions& options);
+
+/// Models of the options; all without any. @throws InputError for an unknown name
+std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options);
+
+/// Fits a model and judges it; what could not be done is noted. @return whether anything was fitted
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Judge& judge);
+
+std::vector<Standing> standings(const std::vector<EvaluationRow>& rows);
+
+void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, bool with_sensors, Judge& judge);
+
+}  // namespace thermotwin::compensation

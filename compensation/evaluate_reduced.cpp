@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The reduced model of the machine on a measurement, with and without sensors.
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "compensation/compensator.h"
+#include "compensation/evaluate_judge.h"
+#include "core/error.h"
+#include "core/units.h"
+
+namespace thermotwin::compensation {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// Errors in the frame of the table where the channel asks for it.
+void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChannel& channel, const mesh::Machine& machine,
+                     const mesh::Pose& pose) {
+  if (channel.frame != "table") return;
+  const Eigen::Matrix3d to_table =
+      mesh::body_transform(machine, machine.body_index(machine.tcp.table_body), pose).linear().transpose();
+  for (solver::TcpError& error : errors) {
+    for (solver::Vector6* part : {&error.error, &error.tool, &error.table}) {
+      part->head<3>() = (to_table * part->head<3>()).eval();
+      part->tail<3>() = (to_table * part->tail<3>()).eval();
+    }
+  }
+}
+
+/// Uniform start of the run without sensors: what a control knows is the air.
+double start_temperature(const Measurement& measurement, const mesh::Machine& machine) {
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.input != "air.T_C") continue;
+    const VectorXd values = measurement.values(channel);
+    if (const Index first = known_range(values).first; first >= 0) return values[first];
+  }
+  return machine.reference_C;
+}
+
+}  // namespace
+
+void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, bool with_sensors, Judge& judge) {
+  require_fits(measurement, model.machine);
+  CompensatorOptions options;
+  options.use_sensors = options.start_from_sensors = with_sensors;
+  options.start_C = start_temperature(measurement, model.machine);
+  Compensator compensator(model, options);
+
+  const VectorXd& time = judge.data().time;
+  const Eigen::MatrixXd rows = channel_rows(measurement, compensator.channels());
+  Eigen::MatrixXd readings = Eigen::MatrixXd::Constant(time.size(), static_cast<Index>(model.machine.sensors.size()), missing);
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (with_sensors && !channel.sensor.empty()) {
+      readings.col(model.machine.sensor_index(channel.sensor)) = measurement.values(channel);
+    }
+  }
+  const std::vector<MeasuredChannel>& displacements = judge.data().targets;
+  std::vector<mesh::Pose> poses;
+  for (const MeasuredChannel& channel : displacements) {
+    poses.push_back(mesh::parse_pose(model.machine, channel.pose_text, channel.id));
+  }
+  std::vector<std::vector<solver::TcpError>> errors(displacements.size());
+  VectorXd row;
+  for (Index i = 0; i < time.size(); ++i) {
+    // Row i of a measurement holds until i + 1; the compensator is told what held since its last row.
+    row = rows.row(std::max<Index>(i - 1, 0)).transpose();
+    compensator.step(time[i], row, readings.row(i).transpose());
+    for (std::size_t k = 0; k < poses.size(); ++k) errors[k].push_back(compensator.tcp(poses[k]));
+  }
+  const std::string name = with_sensors ? "reduced_model_sensors" : "reduced_model";
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const MeasuredChannel& channel = displacements[k];
+    turn_into_frame(errors[k], channel, model.machine, poses[k]);
+    const VectorXd predicted = quantity_series(errors[k], channel);
+    judge.add(name, k, predicted, false);
+  }
+  if (!with_sensors) judge.note(fmt::format("reduced_model: nothing fitted; starts uniform at {:.2f} degC", options.start_C));
+}
+
+VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel) {
+  static constexpr const char* direct[] = {"dx", "dy", "dz", "ra", "rb", "rc"};
+  static constexpr char iso[] = {'X', 'Y', 'Z', 'A', 'B', 'C'};
+  const std::string& quantity = channel.quantity;
+  int component = -1;
+  double sign = 1.0;
+  for (int i = 0; i < 6; ++i) {
+    if (quantity == direct[i]) component = i;
+    // An ISO location error is where the axis (or the table) went; the TCP error is tool - table.
+    if (quantity.size() == 3 && quantity[1] == '0' && quantity[0] == iso[i]) {
+      component = i;
+      sign = -1.0;
+    }
+  }
+  if (component < 0) {
+    throw core::InputError("channel '" + channel.id + "'", "quantity '" + quantity + "'",
+                           "a displacement or rotation of the TCP at a pose: dx dy dz ra rb rc X0C Y0C Z0T A0C B0C");
+  }
+  const double scale = sign / (component < 3 ? core::units::um : core::units::um_per_m);
+  VectorXd values(static_cast<Index>(errors.size()));
+  for (Index i = 0; i < values.size(); ++i) values[i] = scale * errors[static_cast<std::size_t>(i)].error[component];
+  return values;
+}
+
+}  // namespace thermotwin::compensation

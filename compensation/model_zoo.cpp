@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/model_zoo.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "compensation/models_grey_box.h"
+#include "compensation/models_composite.h"
+#include "compensation/models_network.h"
+#include "compensation/models_phenomenological.h"
+#include "compensation/models_regression.h"
+#include "compensation/models_transfer.h"
+#include "compensation/workspace_weights.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using core::InputError;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// Columns that a model of this choice may use: known in half of the training rows and moving there.
+std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& training, InputChoice choice) {
+  std::vector<Index> usable;
+  for (Index k = 0; k < data.input_values.cols(); ++k) {
+    const InputInfo& info = data.inputs[static_cast<std::size_t>(k)];
+    if (choice == InputChoice::temperatures && !info.temperature) continue;
+    if (choice == InputChoice::activity && info.temperature && !info.ambient) continue;
+    double low = std::numeric_limits<double>::infinity(), high = -low, known = 0.0, rows = 0.0;
+    for (Index i = 0; i < data.rows(); ++i) {
+      if (!training[static_cast<std::size_t>(i)]) continue;
+      rows += 1.0;
+      const double value = data.input_values(i, k);
+      if (!std::isfinite(value)) continue;
+      known += 1.0;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    if (known >= 0.5 * rows && high > low) usable.push_back(k);
+  }
+  return usable;
+}
+
+std::string group_of(const MeasuredChannel& channel) { return channel.quantity.empty() ? channel.direction : channel.quantity; }
+
+/// The activity whose values tell load levels: the one with the largest share of training time on.
+struct Levels {
+  std::string input;
+  std::vector<double> values;
+};
+Levels load_levels(const Dataset& data, const std::vector<bool>& training) {
+  Levels best;
+  double longest = 0.0;
+  for (std::size_t k = 0; k < data.inputs.size(); ++k) {
+    if (!data.inputs[k].activity) continue;
+    std::map<double, double> count;
+    double on = 0.0, rows = 0.0;
+    for (Index i = 0; i < data.rows(); ++i) {
+      if (!training[static_cast<std::size_t>(i)]) continue;
+      rows += 1.0;
+      const double value = data.input_values(i, static_cast<Index>(k));
+      if (!(value > 0.0)) continue;
+      count[value] += 1.0;
+      on += 1.0;
+    }
+    if (on <= longest) continue;
+    std::vector<double> values;
+    constexpr double least_share = 0.1;
+    for (const auto& [value, times] : count) {
+      if (times >= least_share * rows) values.push_back(value);
+    }
+    if (values.empty()) continue;
+    longest = on;
+    best = {data.inputs[k].id, values};
+  }
+  return best;
+}
+
+/// (levels) weights, linear between levels, constant beyond them.
+VectorXd level_shares(const std::vector<double>& levels, double at) {
+  VectorXd shares = VectorXd::Zero(std::max<Index>(static_cast<Index>(levels.size()), 1));
+  if (levels.size() < 2 || at <= levels.front()) {
+    shares[0] = 1.0;
+  } else if (at >= levels.back()) {
+    shares[shares.size() - 1] = 1.0;
+  } else {
+    const auto above = std::upper_bound(levels.begin(), levels.end(), at) - levels.begin();
+    const double low = levels[static_cast<std::size_t>(above - 1)], high = levels[static_cast<std::size_t>(above)];
+    shares[above] = (at - low) / (high - low);
+    shares[above - 1] = 1.0 - shares[above];
+  }
+  return shares;
+}
+
+/// (rows) last value above 0 of the load input; the lowest level before it.
+VectorXd levels_of_rows(const Dataset& data, const std::string& input, const std::vector<double>& levels) {
+  VectorXd level = VectorXd::Constant(data.rows(), levels.empty() ? 0.0 : levels.front());
+  for (std::size_t k = 0; k < data.inputs.size(); ++k) {
+    if (data.inputs[k].id != input) continue;
+    double last = levels.empty() ? 0.0 : levels.front();
+    for (Index i = 0; i < data.rows(); ++i) {
+      const double value = data.input_values(i, static_cast<Index>(k));
+      if (value > 0.0) last = value;
+      level[i] = last;
+    }
+  }
+  return level;
+}
+
+}  // namespace
+
+VectorXd ChannelModel::predict(const VectorXd& time, const MatrixXd& inputs) const {
+  const std::unique_ptr<RowPredictor> predictor = start();
+  VectorXd result(time.size());
+  for (Index i = 0; i < time.size(); ++i) {
+    const double value = predictor->step(time[i], inputs.row(i));
+    result[i] = std::isfinite(value) ? value : missing;
+  }
+  return result;
+}
+
+const std::vector<ModelSpec>& model_specs() {
+  using enum InputChoice;
+  const auto transfer = [](TransferMethod method) { return [method] { return make_transfer_model(method); }; };
+  const auto phenomenological = [](SwitchBy by) { return [by] { return make_phenomenological({by, Search::simplex}); }; };
+  static const std::vector<ModelSpec> specs = {
+      {"static_regression", "least squares on all temperatures, intercept", temperatures, Spatial::each_channel, make_static_regression},
+      {"ridge_regression", "the same, strength of a ridge from held-out training blocks", temperatures, Spatial::each_channel, make_ridge_regression},
+      {"selected_regression", "temperatures taken in one by one", temperatures, Spatial::each_channel, make_selected_regression},
+      {"first_order", "one lag for all temperatures", temperatures, Spatial::each_channel, make_first_order},
+      {"grey_box", "spectrum of time constants, drift and start accounted for", temperatures, Spatial::each_channel, make_grey_box},
+      {"grey_box_all", "the same from temperatures, speeds, powers and states", InputChoice::all, Spatial::each_channel, make_grey_box},
+      {"arx", "transfer functions, least squares (002)", temperatures, Spatial::each_channel, transfer(TransferMethod::arx)},
+      {"armax", "transfer functions with modelled noise (004)", temperatures, Spatial::each_channel, transfer(TransferMethod::armax)},
+      {"output_error", "transfer functions by their simulated output (002)", temperatures, Spatial::each_channel, transfer(TransferMethod::output_error)},
+      {"output_error_activity", "the same from speeds, powers, states and ambient", activity, Spatial::each_channel, transfer(TransferMethod::output_error)},
+      {"heating_cooling", "one lag, separate sets for heating and cooling (004)", temperatures, Spatial::each_channel, phenomenological(SwitchBy::warming)},
+      {"phenomenological", "differential equation of speeds and powers (000, 5.26)", activity, Spatial::each_channel, phenomenological(SwitchBy::nothing)},
+      {"phenomenological_switched", "switched by motion (000, 5.27)", activity, Spatial::each_channel, phenomenological(SwitchBy::motion)},
+      {"one_point", "one transfer function, b_j over the workspace (001)", temperatures, Spatial::one_point, transfer(TransferMethod::output_error)},
+      {"transfer_grid", "transfer functions at each pose (001)", temperatures, Spatial::grid, transfer(TransferMethod::output_error)},
+      {"composite", "baseline, ambient with modes, internal part (003)", temperatures, Spatial::each_channel, make_composite},
+      {"feed_forward", "network without memory (003)", temperatures, Spatial::each_channel, [] { return make_network(false); }},
+      {"memory_network", "network with first-order memories (003)", temperatures, Spatial::each_channel, [] { return make_network(true); }},
+  };
+  return specs;
+}
+
+const ModelSpec& model_spec(const std::string& name) {
+  std::vector<std::string> names;
+  for (const ModelSpec& spec : model_specs()) {
+    if (spec.name == name) return spec;
+    names.push_back(spec.name);
+  }
+  throw InputError("model", "'" + name + "'", "one of: " + core::join(names) + " (nearest: " + core::nearest(name, names) + ")");
+}
+
+bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& training, Index target) {
+  const MeasuredChannel& channel = data.targets[static_cast<std::size_t>(target)];
+  const std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
+  try {
+    if (used.empty()) {
+      throw InputError(name() + " " + channel.id,
+                       spec_->inputs == InputChoice::temperatures ? "no temperature that moves in the training rows"
+                       : spec_->inputs == InputChoice::activity   ? "no speed, power, flow or state that moves in the training rows"
+                                                                  : "no input that moves in the training rows",
+                       "at least one");
+    }
+    const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
+    TrainingData part;
+    part.label = name() + " " + channel.id;
+    part.time = data.time.head(rows);
+    part.inputs = data.input_values(Eigen::all, used).topRows(rows);
+    part.target = data.target_values.col(target).head(rows);
+    for (Index i = 0; i < rows; ++i) {
+      if (!training[static_cast<std::size_t>(i)]) part.target[i] = missing;
+    }
+    for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
+    std::unique_ptr<ChannelModel> model = spec_->make();
+    model->fit(part);
+    parts_.push_back({channel.id, channel.unit, part.info, std::move(model)});
+    return true;
+  } catch (const InputError& error) {
+    left_out_.emplace_back(error.what());
+    return false;
+  }
+}
+
+void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, const std::vector<std::string>& check) {
+  parts_.clear();
+  outputs_.clear();
+  left_out_.clear();
+  levels_.clear();
+  if (std::find(training.begin(), training.end(), true) == training.end()) {
+    throw InputError(data.source, "no row to train on", "at least some hours of training data");
+  }
+  std::vector<bool> checked;
+  for (const MeasuredChannel& channel : data.targets) checked.push_back(std::find(check.begin(), check.end(), channel.id) != check.end());
+  if (spec_->spatial == Spatial::one_point) return add_one_point(data, training, checked);
+  if (spec_->spatial == Spatial::grid) return add_grid(data, training, checked);
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    if (checked[t] || !add_part(data, training, static_cast<Index>(t))) continue;
+    outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
+  }
+}
+
+void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    if (!group_of(data.targets[t]).empty()) groups[group_of(data.targets[t])].push_back(t);
+  }
+  const Levels levels = load_levels(data, training);
+  level_input_ = levels.input;
+  levels_ = levels.values;
+  const VectorXd level = levels_of_rows(data, level_input_, levels_);
+  const Index level_count = std::max<Index>(static_cast<Index>(levels_.size()), 1);
+  for (const auto& [group, members] : groups) {
+    std::vector<std::size_t> known;
+    std::vector<std::string> poses;
+    for (const std::size_t t : members) {
+      if (checked[t]) continue;
+      known.push_back(t);
+      poses.push_back(data.targets[t].pose_text);
+    }
+    if (members.size() < 2 || known.empty()) {
+      left_out_.push_back(name() + " " + group + ": measured at one pose only");
+      continue;
+    }
+    // The calibration point is the pose nearest to the middle of the known ones.
+    std::map<std::string, double> centre;
+    for (const std::string& text : poses) {
+      for (const auto& [axis, value] : pose_of_text(text)) centre[axis] += value / static_cast<double>(poses.size());
+    }
+    std::size_t calibration = known.front();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      double distance = 0.0;
+      std::map<std::string, double> pose = pose_of_text(poses[i]);
+      for (const auto& [axis, value] : centre) distance += std::pow(pose[axis] - value, 2);
+      if (distance < nearest) {
+        nearest = distance;
+        calibration = known[i];
+      }
+    }
+    if (!add_part(data, training, static_cast<Index>(calibration))) continue;
+    const std::size_t part = parts_.size() - 1;
+    const VectorXd reference = data.target_values.col(static_cast<Index>(calibration));
+    double largest = 0.0;
+    for (Index i = 0; i < data.rows(); ++i) {
+      if (training[static_cast<std::size_t>(i)] && std::isfinite(reference[i])) largest = std::max(largest, std::abs(reference[i]));
+    }
+    // b_j: mean over time of the ratio, where the reference is large enough to divide by.
+    MatrixXd ratios = MatrixXd::Zero(level_count, static_cast<Index>(known.size()));
+    for (std::size_t j = 0; j < known.size(); ++j) {
+      VectorXd sum = VectorXd::Zero(level_count), count = sum;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const double z = data.target_values(i, static_cast<Index>(known[j]));
+        constexpr double least_share = 0.25;
+        if (!training[static_cast<std::size_t>(i)] || !std::isfinite(z) || !(std::abs(reference[i]) > least_share * largest)) continue;
+        const VectorXd share = level_shares(levels_, level[i]);
+        sum += share * (z / reference[i]);
+        count += share;
+      }
+      const double all = count.sum() > 0.0 ? sum.sum() / count.sum() : 1.0;
+      for (Index l = 0; l < level_count; ++l) ratios(l, static_cast<Index>(j)) = count[l] > 0.5 ? sum[l] / count[l] : all;
+    }
+    for (const std::size_t t : members) {
+      const auto at = std::find(known.begin(), known.end(), t);
+      const MatrixXd weights = at != known.end() ? MatrixXd(ratios.col(at - known.begin()))
+                                                 : MatrixXd(ratios * workspace_weights(poses, data.targets[t].pose_text));
+      outputs_.push_back({data.targets[t].id, {part}, weights});
+    }
+  }
+}
+
+void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+  std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<std::string>>> grids;  // parts and poses
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    const std::string group = group_of(data.targets[t]);
+    if (checked[t] || group.empty() || !add_part(data, training, static_cast<Index>(t))) continue;
+    grids[group].first.push_back(parts_.size() - 1);
+    grids[group].second.push_back(data.targets[t].pose_text);
+    outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
+  }
+  if (std::all_of(grids.begin(), grids.end(), [](const auto& grid) { return grid.second.first.size() < 2; })) {
+    left_out_.push_back(name() + ": no quantity is measured at two poses");
+    outputs_.clear();
+    parts_.clear();
+    return;
+  }
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    const auto grid = grids.find(group_of(data.targets[t]));
+    if (!checked[t] || grid == grids.end()) continue;
+    outputs_.push_back({data.targets[t].id, grid->second.first, workspace_weights(grid->second.second, data.targets[t].pose_text).transpose()});
+  }
+}
+
+MatrixXd FittedModel::predict(const Dataset& data) const {
+  std::vector<VectorXd> series;
+  for (const Part& part : parts_) {
+    MatrixXd inputs = MatrixXd::Constant(data.rows(), static_cast<Index>(part.inputs.size()), missing);
+    for (std::size_t k = 0; k < part.inputs.size(); ++k) {
+      for (std::size_t column = 0; column < data.inputs.size(); ++column) {
+        if (data.inputs[column].id == part.inputs[k].id) inputs.col(static_cast<Index>(k)) = data.input_values.col(static_cast<Index>(column));
+      }
+    }
+    series.push_back(part.model->predict(data.time, inputs));
+  }
+  const VectorXd level = levels_of_rows(data, level_input_, levels_);
+  MatrixXd result = MatrixXd::Constant(data.rows(), static_cast<Index>(data.targets.size()), missing);
+  for (const Output& output : outputs_) {
+    for (std::size_t t = 0; t < data.targets.size(); ++t) {
+      if (data.targets[t].id != output.channel) continue;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const Eigen::RowVectorXd weights =
+            output.weights.rows() == 1 ? Eigen::RowVectorXd(output.weights.row(0)) : Eigen::RowVectorXd(level_shares(levels_, level[i]).transpose() * output.weights);
+        double sum = 0.0;
+        for (std::size_t p = 0; p < output.parts.size(); ++p) sum += weights[static_cast<Index>(p)] * series[output.parts[p]][i];
+        sum *= output.factor;
+        result(i, static_cast<Index>(t)) = std::isfinite(sum) ? sum : missing;
+      }
+    }
+  }
+  return result;
+}
+
+std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& training) {
+  const MatrixXd predicted = predict(data);
+  std::string text;
+  for (Output& output : outputs_) {
+    for (std::size_t t = 0; t < data.targets.size(); ++t) {
+      if (data.targets[t].id != output.channel) continue;
+      double products = 0.0, squares = 0.0;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const double p = predicted(i, static_cast<Index>(t)), z = data.target_values(i, static_cast<Index>(t));
+        if (!training[static_cast<std::size_t>(i)] || !std::isfinite(p) || !std::isfinite(z)) continue;
+        products += p * z;
+        squares += p * p;
+      }
+      if (squares > 0.0) output.factor *= products / squares;
+      text += fmt::format("{}{} x {:.3g}", text.empty() ? "" : ", ", output.channel, output.factor);
+    }
+  }
+  return text;
+}
+
+std::vector<std::string> FittedModel::explain() const {
+  std::vector<std::string> lines;
+  for (const Part& part : parts_) lines.push_back(name() + " " + part.channel + ": " + part.model->explain(part.unit));
+  if (spec_->spatial != Spatial::one_point) return lines;
+  for (const Output& output : outputs_) {
+    std::string text = name() + " " + output.channel + ": b =";
+    for (Index l = 0; l < output.weights.rows(); ++l) {
+      text += fmt::format(" {:.3f}", output.weights(l, 0));
+      if (!levels_.empty()) text += fmt::format(" at {} {:g}", level_input_, levels_[static_cast<std::size_t>(l)]);
+    }
+    lines.push_back(text + " of " + parts_[output.parts[0]].channel);
+  }
+  return lines;
+}
+
+}  // namespace thermotwin::compensation

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Every model that is fitted to a measurement, behind one interface: fit on some rows of a
+// measurement, predict all its displacement channels row by row, explain, save and load.
+// Most models are fitted to each channel by itself. Two carry what they know over the workspace
+// (document 001): `one_point` has one transfer function a quantity and a factor b_j for each pose,
+// one for each load level; `transfer_grid` has a transfer function at each pose. Both predict poses
+// that no fit has seen (EvaluateOptions::check) by interpolation between those that it has.
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compensation/channel_model.h"
+
+namespace thermotwin::compensation {
+
+enum class InputChoice { temperatures, activity, all };
+enum class Spatial { each_channel, one_point, grid };
+
+struct ModelSpec {
+  std::string name, about;
+  InputChoice inputs = InputChoice::temperatures;
+  Spatial spatial = Spatial::each_channel;
+  std::function<std::unique_ptr<ChannelModel>()> make;
+};
+const std::vector<ModelSpec>& model_specs();
+/// @throws InputError with the nearest known name
+const ModelSpec& model_spec(const std::string& name);
+
+class FittedModel {
+ public:
+  explicit FittedModel(const ModelSpec& spec) : spec_(&spec) {}
+
+  /// @param training  (rows) true where targets may be used  @param check  channels that may not
+  void fit(const Dataset& data, const std::vector<bool>& training, const std::vector<std::string>& check);
+
+  /// (rows x targets) predicted row by row; NaN where inputs are missing or a channel is not modelled
+  Eigen::MatrixXd predict(const Dataset& data) const;
+
+  /// One factor a channel, fitted on these rows: the same model on another machine of the type
+  /// (document 002, 5.2). @return factors in words
+  std::string correct(const Dataset& data, const std::vector<bool>& training);
+
+  const std::string& name() const { return spec_->name; }
+  /// Parameters of each channel in words.
+  std::vector<std::string> explain() const;
+  /// Channels that could not be fitted, and why.
+  const std::vector<std::string>& left_out() const { return left_out_; }
+  bool empty() const { return outputs_.empty(); }
+
+  /// As TOML: [[model]] tables with every number at full precision.
+  std::string to_toml() const;
+  /// @throws InputError (not such a file, unknown model, parameters missing or of wrong size)
+  static std::vector<FittedModel> read(const std::filesystem::path& file);
+
+ private:
+  struct Part {
+    std::string channel, unit;
+    std::vector<InputInfo> inputs;
+    std::unique_ptr<ChannelModel> model;
+  };
+  /// A channel as a weighted sum of parts; the weights may depend on the load level.
+  struct Output {
+    std::string channel;
+    std::vector<std::size_t> parts;
+    Eigen::MatrixXd weights;         ///< (levels x parts)
+    double factor = 1.0;
+  };
+  bool add_part(const Dataset& data, const std::vector<bool>& training, Eigen::Index target);
+  void add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
+  void add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
+
+  const ModelSpec* spec_;
+  std::vector<Part> parts_;
+  std::vector<Output> outputs_;
+  std::string level_input_;          ///< activity whose last value above 0 is the load level
+  std::vector<double> levels_;
+  std::vector<std::string> left_out_;
+};
+
+}  // namespace thermotwin::compensation

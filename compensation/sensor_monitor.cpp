@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/sensor_monitor.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+
+constexpr double absent_s = 300.0, agreed_s = 1800.0;
+constexpr double window_s = 900.0;         ///< that noise is looked for in
+constexpr double memory_s = 600.0;         ///< of the usual difference; at least four rows
+constexpr double leap = 12.0, scatter = 4.0, moved = 5.0, same = 0.1;
+constexpr double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
+constexpr double confirm_s = 30.0;         ///< that a leap has to stay
+constexpr std::size_t most_samples = 64;
+
+}  // namespace
+
+const char* fault_text(SensorFault fault) {
+  switch (fault) {
+    case SensorFault::none: return "none";
+    case SensorFault::absent: return "absent";
+    case SensorFault::stuck: return "stuck";
+    case SensorFault::offset: return "offset";
+    case SensorFault::noise: return "noise";
+  }
+  return "";
+}
+
+SensorMonitor::SensorMonitor(const Eigen::VectorXd& deviation_K) : deviation_(deviation_K.cwiseMax(least_deviation_K)), sensors_(static_cast<std::size_t>(deviation_.size())) {}
+
+void SensorMonitor::start(Sensor& sensor, double time, double reading, double expected) {
+  sensor.known = true;
+  sensor.seen_at = time;
+  sensor.last_reading = sensor.same_value = reading;
+  sensor.same_expected = sensor.expected_memory = expected;
+  sensor.same_count = 1;
+  sensor.usual = sensor.last_difference = reading - expected;
+  sensor.last_expected = expected;
+}
+
+bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eigen::VectorXd& expected) {
+  // What sensors differ by from what is expected, at the first readings: most of them are right.
+  std::vector<double> differences;
+  for (Index s = 0; s < reading.size(); ++s) {
+    if (std::isfinite(reading[s])) differences.push_back(std::abs(reading[s] - expected[s]));
+  }
+  double usual = 0.0;
+  if (!differences.empty()) {
+    const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+    std::nth_element(differences.begin(), middle, differences.end());
+    usual = *middle;
+  }
+  bool changed = false;
+  faults_ = 0;
+  for (Index s = 0; s < reading.size(); ++s) {
+    Sensor& sensor = sensors_[static_cast<std::size_t>(s)];
+    const SensorFault before = sensor.fault;
+    if (std::isfinite(reading[s])) {
+      judge_one(sensor, deviation_[s], time, reading[s], expected[s], usual);
+    } else {
+      sensor.trusted = false;
+      if (sensor.known && sensor.fault == SensorFault::none && time - sensor.seen_at > absent_s) sensor.fault = SensorFault::absent;
+    }
+    changed = changed || sensor.fault != before;
+    faults_ += sensor.fault != SensorFault::none;
+  }
+  return changed;
+}
+
+void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, double reading, double expected, double others) {
+  const bool first = !sensor.known;
+  const double interval = first ? 0.0 : time - sensor.seen_at;
+  if (first) {
+    start(sensor, time, reading, expected);
+    // A sensor far off from the start has nothing usual to leap from.
+    if (std::abs(reading - expected) > start_K && std::abs(reading - expected) > start_factor * (others + deviation)) {
+      sensor.usual = 0.0;
+      sensor.leapt = true;
+      sensor.leapt_at = time;
+    }
+  } else if (sensor.fault == SensorFault::absent) {
+    sensor.fault = SensorFault::none;
+    sensor.usual = sensor.last_difference = reading - expected;
+    sensor.last_expected = expected;
+    sensor.recent.clear();
+  }
+  const double share = 1.0 - std::exp(-interval / std::max(memory_s, 4.0 * interval));
+  sensor.expected_memory += share * (expected - sensor.expected_memory);
+  const double sigma = deviation + model_share * std::abs(expected - sensor.expected_memory);
+  const double difference = reading - expected - sensor.usual;
+  const double jump = std::abs(reading - expected - sensor.last_difference);
+  if (!sensor.leapt && jump > leap * deviation + model_share * std::abs(expected - sensor.last_expected)) {
+    sensor.leapt = true;
+    sensor.leapt_at = time;
+  }
+  if (sensor.leapt && std::abs(difference) <= scatter * sigma) sensor.leapt = false;
+
+  // Stuck: the reading repeats while the machine moves on. Coarse digits repeat too.
+  if (const double step = std::abs(reading - sensor.last_reading); step > 0.0) {
+    sensor.smallest_step = sensor.smallest_step > 0.0 ? std::min(sensor.smallest_step, step) : step;
+  }
+  if (std::abs(reading - sensor.same_value) <= same * deviation) {
+    ++sensor.same_count;
+  } else {
+    sensor.same_value = reading;
+    sensor.same_expected = expected;
+    sensor.same_count = 1;
+  }
+  const double enough = std::max(moved * deviation, 1.5 * sensor.smallest_step);
+  const bool stuck = sensor.same_count >= 3 && std::abs(expected - sensor.same_expected) > enough;
+
+  sensor.recent.push_back({time, difference, std::abs(difference) > scatter * sigma});
+  while (sensor.recent.size() > most_samples || time - sensor.recent.front().time > window_s) sensor.recent.pop_front();
+  int above = 0, below = 0, turns = 0;
+  for (std::size_t i = 0; i < sensor.recent.size(); ++i) {
+    const Sample& sample = sensor.recent[i];
+    if (!sample.far) continue;
+    ++(sample.difference > 0.0 ? above : below);
+    turns += i > 0 && sample.difference * sensor.recent[i - 1].difference < 0.0;
+  }
+  const bool noisy = above >= 1 && below >= 1 && above + below >= 3 && turns >= 2 &&
+                     5 * (above + below) > static_cast<int>(sensor.recent.size());
+
+  const bool stays = sensor.leapt && sensor.leapt_at < time && time - sensor.leapt_at >= confirm_s && above * below == 0;
+  const bool suspect = stuck || noisy || sensor.leapt;
+  if (suspect) sensor.agreed_since = -1.0;
+  else if (sensor.agreed_since < 0.0) sensor.agreed_since = time;
+  if (noisy) sensor.fault = SensorFault::noise;
+  else if (stuck) sensor.fault = SensorFault::stuck;
+  else if (stays && sensor.fault == SensorFault::none) sensor.fault = SensorFault::offset;
+  else if (sensor.fault != SensorFault::none && sensor.agreed_since >= 0.0 && time - sensor.agreed_since >= agreed_s) sensor.fault = SensorFault::none;
+
+  sensor.trusted = !suspect && sensor.fault == SensorFault::none;
+  if (sensor.trusted) sensor.usual += share * difference;
+  sensor.seen_at = time;
+  sensor.last_reading = reading;
+  sensor.last_difference = reading - expected;
+  sensor.last_expected = expected;
+}
+
+}  // namespace thermotwin::compensation

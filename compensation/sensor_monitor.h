@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Temperature sensors that have failed are found, named and left out of the observer. A reading is
+// compared with what the observer expects of it; the slow part of that difference is model error and
+// is followed, a leap from one reading to the next is the sensor's:
+// - absent: no reading for five minutes, after there was one;
+// - stuck: the very same reading (to a tenth of its deviation) while the expected one has moved by 5 sigma;
+// - offset: the difference leaps by more than 12 sigma and stays there (or stands out from the start
+//   by 1 K and by far among the sensors);
+// - noise: differences beyond 4 sigma on both sides in quick succession.
+// Readings after a leap are withheld at once, before the fault has its name, so that they do no
+// harm. sigma is the sensor's stated deviation, at least 0.03 K, plus a tenth of what the expected
+// reading moved, since a model errs most while things change. A sensor comes back once its readings
+// have agreed for half an hour. Limits: a sensor that drifts slowly is taken for model error, and one
+// that is off from the start by less than its neighbours differ is not found.
+
+#include <Eigen/Core>
+#include <deque>
+#include <string>
+#include <vector>
+
+namespace thermotwin::compensation {
+
+enum class SensorFault { none, absent, stuck, offset, noise };
+const char* fault_text(SensorFault fault);
+
+class SensorMonitor {
+ public:
+  /// @param deviation_K  (sensors) stated standard deviation of a reading
+  explicit SensorMonitor(const Eigen::VectorXd& deviation_K);
+
+  /// Judges the readings of one time. @param reading_K  (sensors) NaN where missing
+  /// @param expected_K  (sensors) by the observer  @return whether anything changed its name
+  bool judge(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K);
+
+  /// Whether the last reading may correct the model.
+  bool trusted(Eigen::Index sensor) const { return sensors_[static_cast<std::size_t>(sensor)].trusted; }
+  SensorFault fault(Eigen::Index sensor) const { return sensors_[static_cast<std::size_t>(sensor)].fault; }
+  bool any_fault() const { return faults_ > 0; }
+
+ private:
+  struct Sample {
+    double time, difference;
+    bool far;
+  };
+  struct Sensor {
+    SensorFault fault = SensorFault::none;
+    bool trusted = true, known = false, leapt = false;
+    double seen_at = 0, last_reading = 0;
+    double usual = 0;                        ///< slow part of reading - expected; stands after a leap
+    double last_difference = 0, last_expected = 0;
+    double expected_memory = 0;              ///< slow part of the expected reading
+    double same_value = 0, same_expected = 0;
+    int same_count = 0;
+    double smallest_step = 0;                ///< of the reading's digits, where it has coarse ones
+    double leapt_at = -1, agreed_since = -1;
+    std::deque<Sample> recent;
+  };
+  void start(Sensor& sensor, double time, double reading, double expected);
+  void judge_one(Sensor& sensor, double deviation, double time, double reading, double expected, double others);
+
+  Eigen::VectorXd deviation_;
+  std::vector<Sensor> sensors_;
+  int faults_ = 0;
+};
+
+}  // namespace thermotwin::compensation

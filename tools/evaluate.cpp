@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The verb evaluate: models on a measurement, as tables, pictures, JSON and a file of the models.
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "compensation/evaluate.h"
+#include "compensation/evaluation_plots.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "tools/chain.h"
+#include "tools/measured_model.h"
+#include "tools/options.h"
+
+namespace thermotwin::tools {
+namespace {
+
+nlohmann::json json_of(const compensation::EvaluationRow& row) {
+  const compensation::Measures& m = row.measures;
+  return {{"model", row.model}, {"channel", row.channel}, {"part", row.part}, {"unit", row.unit}, {"seen_by_fit", row.training},
+          {"from_s", row.from_s}, {"to_s", row.to_s}, {"count", m.count}, {"fit", m.fit},
+          {"peak_to_peak", m.peak_to_peak}, {"peak_to_peak_before", m.peak_to_peak_before},
+          {"peak_to_peak_reduction_percent", m.peak_to_peak_reduction_percent}, {"rms", m.rms}, {"rms_before", m.rms_before},
+          {"rms_reduction_percent", m.rms_reduction_percent}, {"mean", m.mean}, {"mean_before", m.mean_before},
+          {"maximum", m.maximum}, {"maximum_before", m.maximum_before}};
+}
+
+/// A channel id as a file's name.
+std::string file_name(const std::string& id) {
+  std::string name = id;
+  for (char& c : name) {
+    if (c == '/' || c == '.' || c == '\\') c = '_';
+  }
+  return name;
+}
+
+void study_lengths(const EvaluateOptions& options, const compensation::Measurement& measurement, nlohmann::json& json, std::string& text) {
+  constexpr int lengths = 8, sections = 30;
+  const compensation::LengthStudy study = compensation::length_study(measurement, options.length_study[0], options.length_study[1], lengths, sections);
+  const auto file = options.out / "evaluation" / "length_study.svg";
+  core::write_file(file, compensation::length_study_svg(study));
+  text += fmt::format("\nlength of the measurement, {} of {}, {} sections each; residual in {} outside of the section\n", study.model, study.channel, sections, study.unit);
+  for (Eigen::Index l = 0; l < study.hours.size(); ++l) {
+    const compensation::Quartiles fit = compensation::quartiles(study.fit_rms.row(l)), rest = compensation::quartiles(study.rest_rms.row(l));
+    text += fmt::format("  {:6.1f} h  fit {:.3f} ({:.3f} to {:.3f})  outside {:.3f} ({:.3f} to {:.3f})\n", study.hours[l], fit.median, fit.low, fit.high, rest.median, rest.low, rest.high);
+    json["length_study"].push_back({{"hours", study.hours[l]}, {"fit_rms_median", fit.median}, {"fit_rms_quartiles", {fit.low, fit.high}},
+                                    {"outside_rms_median", rest.median}, {"outside_rms_quartiles", {rest.low, rest.high}}});
+  }
+  text += "box plots in " + file.string() + "\n";
+}
+
+}  // namespace
+
+void evaluate(const EvaluateOptions& options) {
+  const compensation::Measurement measurement = compensation::read_measurement(options.data);
+  std::vector<compensation::Measurement> others;
+  for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
+  const compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};
+  for (const std::string& name : options.models) compensation::model_spec(name);
+
+  compensation::Evaluation evaluation;
+  if (!options.fitted.empty()) {
+    evaluation = compensation::transfer(measurement, compensation::FittedModel::read(options.fitted), settings);
+  } else if (!options.model.empty() || !options.case_path.empty()) {
+    const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
+    evaluation = compensation::evaluate(measurement, &model, settings, others);
+  } else {
+    evaluation = compensation::evaluate(measurement, nullptr, settings, others);
+  }
+
+  const auto folder = options.out / "evaluation";
+  const auto file = folder / "predictions.csv";
+  core::write_csv(file, evaluation.predictions);
+  for (const auto& [name, table] : evaluation.other_predictions) core::write_csv(folder / ("predictions_" + file_name(name) + ".csv"), table);
+  std::string models = "schema = 1\n", explained;
+  for (const compensation::FittedModel& model : evaluation.models) {
+    models += model.to_toml();
+    for (const std::string& line : model.explain()) explained += line + "\n";
+  }
+  core::write_file(folder / "models.toml", models);
+  core::write_file(folder / "models.txt", explained);
+  core::write_file(folder / "leaderboard.svg", compensation::leaderboard_svg(evaluation));
+  for (const std::string& channel : compensation::judged_channels(evaluation)) {
+    core::write_file(folder / (file_name(channel) + ".svg"), compensation::channel_svg(evaluation, channel));
+  }
+
+  nlohmann::json json = {{"predictions", file.string()}, {"training_hours", evaluation.training_hours}, {"inputs", evaluation.inputs}};
+  for (const auto& row : evaluation.rows) json["rows"].push_back(json_of(row));
+  for (const auto& standing : evaluation.leaderboard) {
+    json["leaderboard"].push_back({{"model", standing.model}, {"channels", standing.channels}, {"rms_reduction_percent", standing.reduction_percent},
+                                   {"below_static_regression_percent", standing.against_static_percent}});
+  }
+  json["notes"] = evaluation.notes;
+  std::string text = evaluation.brief();
+  core::write_file(folder / "tables.txt", text);
+  text += fmt::format("predictions in {}, models in models.toml and models.txt, pictures in *.svg beside it\n", file.string());
+  if (options.cross) {
+    const compensation::CrossExperiment cross = compensation::cross_experiment(measurement, settings);
+    text += "\n" + cross.brief();
+    json["cross"]["programs"] = cross.programs;
+    for (const auto& entry : cross.entries) {
+      nlohmann::json rows = nlohmann::json::array();
+      for (const auto& row : entry.reduction_percent.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+      json["cross"]["models"].push_back({{"model", entry.model}, {"rms_reduction_percent", rows}});
+    }
+  }
+  if (!options.length_study.empty()) study_lengths(options, measurement, json, text);
+  print_summary(options, text, json.dump());
+}
+
+}  // namespace thermotwin::tools

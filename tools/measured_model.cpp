@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/measured_model.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "tools/chain.h"
+
+namespace thermotwin::tools {
+
+std::string evaluate_instead(const std::filesystem::path& data) {
+  return "; for data that belong to no machine model use: thermotwin evaluate --data " + data.string();
+}
+
+namespace {
+
+/// @throws InputError unless the measurement is one of the machine
+void require_measured_on(const mesh::Machine& machine, const compensation::Measurement& measurement) {
+  const bool names_machine = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                         [](const auto& channel) { return !channel.quantity.empty() || !channel.input.empty(); });
+  try {
+    compensation::require_fits(measurement, machine);
+  } catch (const core::InputError& error) {
+    if (names_machine) throw;
+    throw core::InputError(std::string(error.what()) + evaluate_instead(measurement.folder));
+  }
+}
+
+}  // namespace
+
+reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
+                                 const std::filesystem::path& model, const std::filesystem::path& out) {
+  if (model.empty()) require_measured_on(open_case(case_path, "", 0).machine, measurement);
+  reduction::ReducedModel made = model_for(case_path, model, out);
+  require_measured_on(made.machine, measurement);
+  return made;
+}
+
+}  // namespace thermotwin::tools
