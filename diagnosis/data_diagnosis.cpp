@@ -252,15 +252,15 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
     Judged judged = judge_channel(record, t, parts);
     const std::vector<Index> last = finite_rows(record.targets.col(t), parts.last), later = finite_rows(record.targets.col(t), joined(parts.middle, parts.last));
     const bool discrepancy = judged.p_value < discrepant;
-    none = std::min(none, discrepancy ? judged.probability_none : 1.0);
     std::size_t best = 0;
-    for (std::size_t i = 0; i < judged.extensions.size(); ++i) {
-      d.ranking.push_back(ranked(judged.extensions[i], channel.id, judged.probability[i]));
+    for (std::size_t i = 0; i < judged.extensions.size(); ++i)
       if (judged.probability[i] > judged.probability[best]) best = i;
-    }
     if (discrepancy) {
       all_none = false;
-      unknown = std::max(unknown, judged.probability_unknown);
+      // None was refused by all later days: what it had on the middle part alone is nobody's.
+      none = 0.0;
+      unknown = std::max(unknown, judged.probability_unknown + judged.probability_none);
+      for (std::size_t i = 0; i < judged.extensions.size(); ++i) d.ranking.push_back(ranked(judged.extensions[i], channel.id, judged.probability[i]));
       const Extension& leading = judged.extensions[best];
       const VectorXd after = record.targets.col(t) - leading.predicted;
       const Interval gain = last_interval(judged.before, after, last, record.interval);

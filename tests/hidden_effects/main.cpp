@@ -54,7 +54,10 @@ int run(int argc, char** argv) {
   std::set<std::string> done;
   if (std::ifstream before(file); before)
     for (std::string text; std::getline(before, text);)
-      if (hidden::Line line = hidden::Line::parse(text); !line.id.empty() && line.id != "id") done.insert(line.id), lines.push_back(std::move(line));
+      if (!text.starts_with("id\t")) {
+        hidden::Line line = hidden::Line::parse(text);
+        if (!line.id.empty() && done.insert(line.id).second) lines.push_back(std::move(line));
+      }
   std::ofstream log(file, std::ios::app);
   if (done.empty()) log << hidden::Line::header() << "\n";
 

@@ -177,14 +177,16 @@ Measurement Specimen::measure(const Draw& draw) const {
   const auto size_at = [&](double time) { return 1.0 + 0.15 * std::sin(2.0 * std::numbers::pi * time / period + phase); };
   std::vector<Index> own_input(static_cast<std::size_t>(inputs), -1), own_term(static_cast<std::size_t>(terms), -1);
   MatrixXd heat_columns(thermal.size, 0);
-  const solver::Coefficients typical = right_model.coefficients(load.row(0.0, load.step_ends().front()), VectorXd::Zero(static_cast<Index>(machine.coolants.size())));
+  const std::vector<double> ends = load.step_ends(options_.refine);
+  const solver::Coefficients typical = right_model.coefficients(load.row(0.0, ends.front()), VectorXd::Zero(static_cast<Index>(machine.coolants.size())));
+  std::vector<std::pair<solver::Coefficients, solver::Coefficients>> both;  // right and wrong, every so often
+  for (std::size_t s = 0; s < ends.size(); s += 3) {
+    const VectorXd row = load.row(s > 0 ? ends[s - 1] : 0.0, ends[s]);
+    const VectorXd inlet = VectorXd::Constant(static_cast<Index>(machine.coolants.size()), 0.1);
+    both.emplace_back(right_model.coefficients(row, inlet), wrong_model.coefficients(row, inlet));
+  }
   const auto differs_ever = [&](const auto& pick) {
-    for (const double end : load.step_ends(4.0)) {
-      const VectorXd row = load.row(std::max(0.0, end - 1.0), end);
-      const VectorXd inlet = VectorXd::Constant(static_cast<Index>(machine.coolants.size()), 0.1);
-      if (pick(right_model.coefficients(row, inlet)) != pick(wrong_model.coefficients(row, inlet))) return true;
-    }
-    return false;
+    return std::any_of(both.begin(), both.end(), [&](const auto& pair) { return pick(pair.first) != pick(pair.second); });
   };
   for (Index k = 0; k < inputs; ++k) {
     const solver::Input& input = thermal.layout.inputs[static_cast<std::size_t>(k)];
@@ -221,7 +223,6 @@ Measurement Specimen::measure(const Draw& draw) const {
   MatrixXd state = stepper.uniform(load.initial_C() - machine.reference_C);
   const VectorXd offsets = solver::sensor_offsets(machine, full_.thermal.layout);
   const auto readings = [&] { return VectorXd(stepper.sensors(state).col(0) + offsets); };
-  std::vector<double> ends = load.step_ends(options_.refine);
   std::vector<double> times{0.0};
   times.insert(times.end(), ends.begin(), ends.end());
   const VectorXd first_row = load.row(0.0, ends.front());
