@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +14,7 @@
 #include "diagnosis/judgement.h"
 #include "diagnosis/model_search.h"
 #include "diagnosis/problem.h"
+#include "diagnosis/residual_analysis.h"
 #include "diagnosis/response.h"
 
 namespace thermotwin::diagnosis {
@@ -202,9 +204,27 @@ std::string extend(const mesh::Machine& machine, const std::vector<RankedCause>&
   return extended.text;
 }
 
-void add_notes(const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,
+/// Of the reduced model as the record begins, s.
+double slowest_time_constant(const reduction::ReducedModel& model, const Observations& obs) {
+  const solver::OperatingModel operating(model.machine, model.system.layout);
+  const VectorXd p = operating.coefficients(obs.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(model.machine.coolants.size()))).p;
+  Eigen::MatrixXd a = model.system.conduction;
+  for (Index j = 0; j < p.size(); ++j)
+    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+  a = 0.5 * (a + a.transpose()).eval();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(a, model.system.capacity, Eigen::EigenvaluesOnly);
+  return 1.0 / std::max(eigen.eigenvalues()[0], 1e-12);
+}
+
+void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,
                Diagnosis& d) {
   const Observations& obs = problem.observations;
+  if (const double slowest = slowest_time_constant(model, obs); obs.end - obs.start < slowest)
+    d.notes.push_back(fmt::format("The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h: what acts that slowly "
+                                  "is hardly seen, and the start counts for all of it.",
+                                  (obs.end - obs.start) / 3600.0, slowest / 3600.0));
+  if (!obs.left_out.empty())
+    d.notes.push_back("Left out, with fewer than four values in the part that is fitted: " + core::join(obs.left_out) + ".");
   d.notes.push_back(fmt::format(
       "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the rest only judged.",
       obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / 3600.0));
@@ -227,7 +247,7 @@ void add_notes(const Problem& problem, const SearchResult& found, const Diagnose
 }  // namespace
 
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
-                   const DiagnoseOptions& options) {
+                   const DiagnoseOptions& options, const Parts* parts) {
   require_valid(options);
   const mesh::Machine& machine = model.machine;
   compensation::require_fits(measurement, machine);
@@ -236,8 +256,8 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
       observe(measurement, machine, channels,
               {.interval_s = options.interval_s, .heldout_share = options.heldout_share});
   const Observations kept = observations;  // the response refers to it for its whole life
-  const Response response(model, kept);
-  const Problem problem = make_problem(machine, measurement, std::move(observations), response, options);
+  const Response response(model, kept, parts);
+  const Problem problem = make_problem(machine, measurement, std::move(observations), response, options, parts != nullptr);
   const SearchResult found = search(problem, response, machine);
 
   Diagnosis d;
@@ -254,7 +274,9 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   if (d.verdict == "explained" && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   if (d.verdict == "ambiguous") d.next = next_measurement(problem, response, machine, d);
-  add_notes(problem, found, options, d);
+  d.analysis = analyse(problem, channels);
+  add_notes(model, problem, found, options, d);
+  for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);
   return d;
 }

@@ -12,6 +12,7 @@
 
 #include "compensation/measurement.h"
 #include "diagnosis/hypothesis.h"
+#include "diagnosis/parts.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::diagnosis {
@@ -21,6 +22,17 @@ struct ChannelResidual {
   double uncertainty = 0, rms_before = 0, rms_after = 0;
   double explained_std = 0;   ///< expected residual from nominal uncertainty, mesh and noise
   double p_value_white = 0;
+};
+
+/// What a channel's residual without a cause shows, on the whole record.
+struct ResidualAnalysis {
+  std::string id;
+  double ratio = 0;                ///< RMS over what is expected
+  double mean = 0, peak = 0;       ///< in the channel's unit
+  double peak_time_s = 0;
+  double memory_s = 0;             ///< time by which it forgets itself
+  std::string follows;             ///< input that it follows most; empty: none well
+  double delay_s = 0, correlation = 0;
 };
 
 struct RankedCause {
@@ -41,6 +53,7 @@ struct Diagnosis {
   std::vector<RankedCause> causes;           ///< named ones
   std::vector<RankedCause> ambiguous_set;
   std::vector<ChannelResidual> residuals;
+  std::vector<ResidualAnalysis> analysis;
   double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
   std::string sentence;                      ///< the verdict in words
@@ -60,13 +73,18 @@ struct DiagnoseOptions {
   double interval_s = 600;        ///< residuals are averaged over such intervals
 };
 
+/// @param parts  matrices of single bodies, joints, scales and screws, where they are known
 Diagnosis diagnose(const reduction::ReducedModel& model,
-                   const compensation::Measurement& measurement, const DiagnoseOptions& options);
+                   const compensation::Measurement& measurement, const DiagnoseOptions& options,
+                   const Parts* parts = nullptr);
 
 /// diagnosis.json, report.html, residuals.csv, extended/machine.toml (and extended/model.rom.h5),
 /// each whole or not at all.
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
                      const reduction::ReducedModel& model);
+
+/// The same files of data without a machine, which are never extended.
+void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis);
 
 /// The JSON of DESIGN's contract.
 std::string diagnosis_json(const Diagnosis& diagnosis);

@@ -45,6 +45,11 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
                                                {"rms_after", channel.rms_after},
                                                {"unit", channel.unit},
                                                {"p_value_white", channel.p_value_white}});
+  json["residual"]["analysis"] = Json::array();
+  for (const ResidualAnalysis& a : diagnosis.analysis)
+    json["residual"]["analysis"].push_back({{"id", a.id}, {"rms_over_expected", a.ratio}, {"mean", a.mean}, {"peak", a.peak},
+                                            {"peak_time_s", a.peak_time_s}, {"memory_s", a.memory_s}, {"follows", a.follows},
+                                            {"delay_s", a.delay_s}, {"correlation", a.correlation}});
   json["gain"] = {{"heldout_rms_before_um", diagnosis.heldout_rms_before_um},
                   {"heldout_rms_after_um", diagnosis.heldout_rms_after_um},
                   {"reduction_percent", diagnosis.reduction_percent},

@@ -19,11 +19,6 @@ using mesh::Machine;
 
 namespace {
 
-/// What a value is uncertain by at least, though the file states less: no machine is exact, and a
-/// coarse mesh makes a contact or a film worse by some percent.
-constexpr double least_source_std = 0.03, least_film_std = 0.05, least_contact_std = 0.10;
-constexpr double least_offset_std = 0.1;  ///< K, air beside the structure against the channel
-
 template <class Items>
 auto* find_item(Items& items, const std::string& id, const std::string& kind) {
   for (auto& item : items)
@@ -54,158 +49,148 @@ void shift_defaults(const Machine& before, Machine& after) {
   }
 }
 
-bool measures(const compensation::Measurement& measurement, const std::string& input) {
-  return std::any_of(measurement.channels.begin(), measurement.channels.end(),
-                     [&](const auto& channel) { return channel.input == input; });
-}
-
-/// A candidate: uncertain by nominal_std where the machine is right, by cause_std where it is wrong.
-Parameter candidate(const std::string& kind, const std::string& where, double nominal_std, double cause_std) {
-  Parameter p = make_parameter(kind, where);
-  p.nominal_std = nominal_std;
-  p.cause_std = std::max(cause_std, 3.0 * p.nominal_std);
-  return p;
-}
-
-Parameter ratio(const std::string& kind, const std::string& where, const core::Uncertain& nominal,
-                double least_std, double cause_std) {
-  return candidate(kind, where, std::max(nominal.std_percent / 100.0, least_std), cause_std);
-}
-
-/// An ambient whose own channel is measured does not follow: its offset then acts nowhere.
-bool offset_acts(const mesh::AmbientSpec& ambient, const compensation::Measurement& measurement) {
-  return ambient.follows.empty() || !measures(measurement, ambient.id + ".T_C");
-}
-
-}  // namespace
-
-const std::vector<Kind>& known_kinds() {
-  static const std::vector<Kind> kinds = {
-      {"source_power", "id of a [[source]]", "factor", "1", "ratio"},
-      {"film_coefficient", "id of a [[film]]", "factor", "1", "ratio"},
-      {"contact_conductance", "id of a [[joint]]", "factor", "1", "ratio"},
-      {"ambient_offset", "id of an [[ambient]]", "offset", "K", "absolute"},
-      {"coolant_flow", "id of a [[coolant]]", "factor", "1", "ratio"},
-      {"coolant_coupling", "<coolant>.<segment> of a [[coolant.segment]]", "factor", "1", "ratio"},
-      {"control_sensor_offset", "id of a [[coolant]]", "offset", "K", "absolute"},
-      {"sensor_offset", "id of a measured channel", "offset", "K", "absolute"},
-  };
-  return kinds;
-}
-
-Parameter make_parameter(const std::string& kind, const std::string& where) {
-  std::vector<std::string> known;
-  for (const Kind& k : known_kinds()) {
-    known.push_back(k.kind);
-    if (k.kind != kind) continue;
-    Parameter p;
-    p.kind = kind;
-    p.where = where;
-    p.name = k.name;
-    p.unit = k.unit;
-    const bool is_ratio = k.sense == "ratio";
-    p.nominal = is_ratio ? 1.0 : 0.0;
-    p.low = is_ratio ? 0.0 : -30.0;
-    p.high = is_ratio ? 8.0 : 30.0;
-    return p;
+/// Bodies of one casting share a material in the file; the cause is one body's.
+mesh::Material& own_material(Machine& machine, mesh::BodySpec& body) {
+  const std::string id = own_material_id(machine, body);
+  if (id != body.material) {
+    mesh::Material copy = machine.material(body.material);
+    copy.id = id;
+    machine.materials.push_back(std::move(copy));
+    body.material = id;
   }
-  throw InputError("diagnosis", "kind '" + kind + "'", "one of: " + core::join(known));
+  return *find_item(machine.materials, id, "material");
 }
 
-std::vector<Parameter> candidate_parameters(const Machine& machine,
-                                            const compensation::Measurement& measurement) {
-  std::vector<Parameter> found;
-  for (const auto& source : machine.sources)
-    found.push_back(ratio("source_power", source.id, source.scale, least_source_std, 0.6));
-  for (const auto& film : machine.films)
-    found.push_back(ratio("film_coefficient", film.id, film.coefficient, least_film_std, 0.8));
-  for (const auto& joint : machine.joints)
-    if (joint.conductance.value > 0.0)
-      found.push_back(ratio("contact_conductance", joint.id, joint.conductance, least_contact_std, 0.8));
-  for (const auto& ambient : machine.ambients) {
-    if (!offset_acts(ambient, measurement)) continue;
-    double std = least_offset_std;
-    for (const auto& channel : measurement.channels)
-      if (channel.input == ambient.id + ".T_C") std = std::max(std, channel.uncertainty);
-    // Where nothing is measured, the file's own uncertainty of the temperature is what counts.
-    if (!measures(measurement, ambient.id + ".T_C"))
-      std = std::max(std, std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0);
-    found.push_back(candidate("ambient_offset", ambient.id, std, 2.0));
-  }
-  for (const auto& coolant : machine.coolants) {
-    found.push_back(ratio("coolant_flow", coolant.id, coolant.flow, least_source_std, 0.5));
-    for (const auto& segment : coolant.segments)
-      found.push_back(ratio("coolant_coupling", coolant.id + "." + segment.id, segment.film_coefficient,
-                            least_contact_std, 0.6));
-    if (!measures(measurement, "coolant." + coolant.id + ".inlet_T_C"))
-      found.push_back(candidate("control_sensor_offset", coolant.id, least_offset_std, 2.0));
-  }
-  for (const auto& channel : measurement.channels) {
-    if (channel.kind != compensation::ChannelKind::temperature || channel.sensor.empty()) continue;
-    if (machine.sensor_index(channel.sensor) < 0) continue;
-    found.push_back(candidate("sensor_offset", channel.id, std::max(channel.uncertainty, 0.01), 2.0));
-    found.back().item = channel.sensor;
-  }
-  return found;
+template <class Items>
+auto* find_axis(Items& items, const std::string& axis, const std::string& kind) {
+  for (auto& item : items)
+    if (item.axis == axis) return &item;
+  throw InputError("diagnosis", kind + " of '" + axis + "'", "an axis of the machine that has one");
 }
 
-MachineValue machine_value(Machine& machine, const Parameter& parameter) {
-  const std::string& id = parameter.item.empty() ? parameter.where : parameter.item;
-  const std::string& kind = parameter.kind;
-  if (kind == "source_power")
-    return {"source", id, "", "scale", &find_item(machine.sources, id, kind)->scale.value};
-  if (kind == "film_coefficient") {
-    mesh::FilmSpec* film = find_item(machine.films, id, kind);
-    const bool constant = film->kind == mesh::FilmKind::constant;
-    return {"film", id, "", constant ? "film_coefficient_W_m2K" : "factor", &film->coefficient.value};
-  }
-  if (kind == "contact_conductance")
-    return {"joint", id, "", "conductance_W_m2K", &find_item(machine.joints, id, kind)->conductance.value};
-  if (kind == "ambient_offset")
-    return {"ambient", id, "", "offset_K", &find_item(machine.ambients, id, kind)->offset};
-  if (kind == "coolant_flow")
-    return {"coolant", id, "", "flow_kg_s", &find_item(machine.coolants, id, kind)->flow.value};
-  if (kind == "control_sensor_offset")
-    return {"coolant", id, "", "guide_offset_K", &find_item(machine.coolants, id, kind)->guide_offset};
-  if (kind == "sensor_offset")
-    return {"sensor", id, "", "offset_K", &find_item(machine.sensors, id, kind)->offset};
+mesh::ReadingSpec& reading_of(Machine& machine, const std::string& id) {
+  for (mesh::ReadingSpec& reading : machine.readings)
+    if (reading.id == id) return reading;
+  machine.readings.push_back({.id = id});
+  return machine.readings.back();
+}
+
+constexpr double hour = 3600.0;
+
+std::vector<MachineValue> source_value(Machine& machine, const std::string& kind, const std::string& id) {
+  mesh::SourceSpec* source = find_item(machine.sources, id, kind);
+  if (kind == "source_speed_law") return {{"source", id, "", "speed_exponent", &source->speed_exponent}};
+  if (kind == "standstill_power") return {{"source", id, "", "standstill_W", &source->standstill}};
+  return {{"source", id, "", "scale", &source->scale.value}};
+}
+
+std::vector<MachineValue> film_value(Machine& machine, const std::string& kind, const std::string& id) {
+  mesh::FilmSpec* film = find_item(machine.films, id, kind);
+  if (kind == "film_speed_law") return {{"film", id, "", "speed_factor", &film->speed_factor}};
+  if (kind == "radiation_load") return {{"film", id, "", "radiation_load_W_m2", &film->radiation_load}};
+  const bool constant = film->kind == mesh::FilmKind::constant;
+  return {{"film", id, "", constant ? "film_coefficient_W_m2K" : "factor", &film->coefficient.value}};
+}
+
+std::vector<MachineValue> joint_value(Machine& machine, const std::string& kind, const std::string& id) {
+  mesh::JointSpec* joint = find_item(machine.joints, id, kind);
+  if (kind == "contact_conductance") return {{"joint", id, "", "conductance_W_m2K", &joint->conductance.value}};
+  std::vector<MachineValue> both{{"joint", id, "", "stiffness_normal_N_mm3", &joint->stiffness_normal.value, 1e9}};
+  if (joint->stiffness_tangential.value > 0.0)
+    both.push_back({"joint", id, "", "stiffness_tangential_N_mm3", &joint->stiffness_tangential.value, 1e9});
+  return both;
+}
+
+std::vector<MachineValue> coolant_value(Machine& machine, const std::string& kind, const std::string& id) {
   if (kind == "coolant_coupling") {
     // Ids may hold dots themselves: the coolant is the one whose id the name begins with.
     for (auto& coolant : machine.coolants)
       for (auto& segment : coolant.segments)
         if (coolant.id + "." + segment.id == id)
-          return {"coolant", coolant.id, segment.id, "film_coefficient_W_m2K",
-                  &segment.film_coefficient.value};
+          return {{"coolant", coolant.id, segment.id, "film_coefficient_W_m2K", &segment.film_coefficient.value}};
     throw InputError("diagnosis", "coolant_coupling of '" + id + "'", "<coolant>.<segment> of the machine");
   }
+  mesh::CoolantSpec* coolant = find_item(machine.coolants, id, kind);
+  if (kind == "coolant_flow") return {{"coolant", id, "", "flow_kg_s", &coolant->flow.value}};
+  if (kind == "coolant_inlet") return {{"coolant", id, "", "inlet_offset_K", &coolant->inlet_offset}};
+  return {{"coolant", id, "", "guide_offset_K", &coolant->guide_offset}};
+}
+
+std::vector<MachineValue> part_value(Machine& machine, const std::string& kind, const std::string& id) {
+  if (kind == "scale_expansion")
+    return {{"scale", id, "", "expansion_1_K", &find_axis(machine.scales, id, kind)->expansion.value, 1.0, "axis"}};
+  if (kind == "screw_expansion")
+    return {{"screw", id, "", "expansion_1_K", &find_axis(machine.screws, id, kind)->expansion.value, 1.0, "axis"}};
+  mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, kind));
+  if (kind == "expansion_coefficient") return {{"material", material.id, "", "expansion_1_K", &material.expansion.value}};
+  return {{"material", material.id, "", "specific_heat_J_kgK", &material.specific_heat.value}};
+}
+
+std::vector<MachineValue> reading_value(Machine& machine, const std::string& kind, const std::string& id) {
+  if (kind == "probe_drift") return {{"reading", id, "", "drift_1_h", &reading_of(machine, id).drift, 1.0 / hour, "id", true}};
+  if (kind == "clock_shift") return {{"reading", id, "", "shift_s", &reading_of(machine, id).shift, 1.0, "id", true}};
+  mesh::SensorSpec* sensor = find_item(machine.sensors, id, kind);
+  if (kind == "sensor_drift") return {{"sensor", id, "", "drift_K_h", &sensor->drift, 1.0 / hour}};
+  if (kind == "sensor_lag") return {{"sensor", id, "", "time_constant_s", &sensor->lag}};
+  if (kind == "sensor_detached") return {{"sensor", id, "", "air_share", &sensor->air_share}};
+  return {{"sensor", id, "", "offset_K", &sensor->offset}};
+}
+
+}  // namespace
+
+std::string own_material_id(const Machine& machine, const mesh::BodySpec& body) {
+  int users = 0;
+  for (const mesh::BodySpec& other : machine.bodies) users += other.material == body.material;
+  return users < 2 ? body.material : body.material + "." + body.id;
+}
+
+std::vector<MachineValue> machine_values(Machine& machine, const Parameter& parameter) {
+  const std::string& id = parameter.item.empty() ? parameter.where : parameter.item;
+  const std::string& kind = parameter.kind;
   make_parameter(kind, id);  // says which kinds there are
-  throw std::logic_error("kind '" + kind + "' is listed but changes nothing");
+  if (kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat") return source_value(machine, kind, id);
+  if (kind.starts_with("film_") || kind == "radiation_load") return film_value(machine, kind, id);
+  if (kind == "ambient_gradient") return {{"ambient", id, "", "gradient_K_m", &find_item(machine.ambients, id, kind)->gradient.value}};
+  if (kind.starts_with("ambient_") || kind == "foundation_temperature" || kind == "cutting_fluid")
+    return {{"ambient", id, "", "offset_K", &find_item(machine.ambients, id, kind)->offset}};
+  if (kind.starts_with("contact_")) return joint_value(machine, kind, id);
+  if (kind.starts_with("coolant_") || kind == "control_sensor_offset") return coolant_value(machine, kind, id);
+  return needs_parts(kind) ? part_value(machine, kind, id) : reading_value(machine, kind, id);
 }
 
 double changed_value(double in_file, const Parameter& parameter, double value) {
   // Nine digits are what a file should carry: 12.184, not 12.184000000000001.
-  const double exact = parameter.unit == "1" ? in_file * value : in_file + value;
+  const double exact = parameter.ratio ? in_file * value : in_file + value;
   return std::stod(fmt::format("{:.9g}", exact));
 }
 
 Machine with_parameter(const Machine& machine, const Parameter& parameter, double value) {
   Machine changed = machine;
-  double& number = *machine_value(changed, parameter).value;
-  number = changed_value(number, parameter, value);
-  if (parameter.kind == "ambient_offset") shift_defaults(machine, changed);
+  for (const MachineValue& place : machine_values(changed, parameter))
+    *place.value = place.per_unit * changed_value(*place.value / place.per_unit, parameter, value);
+  if (parameter.kind == "ambient_offset" || parameter.kind == "foundation_temperature" || parameter.kind == "cutting_fluid")
+    shift_defaults(machine, changed);
   return changed;
 }
 
 std::string extended_text(const Machine& machine, const Parameter& parameter, double value, double std,
                           const std::string& why) {
   Machine copy = machine;
-  const MachineValue place = machine_value(copy, parameter);
-  const std::string unit = parameter.unit == "1" ? "" : " " + parameter.unit;
-  std::string comment = fmt::format("diagnosis: {} {} {:.4g}{} +- {:.2g}{}, was {:.9g}", parameter.kind,
-                                    parameter.name, value, unit, std, unit, *place.value);
-  if (!why.empty()) comment += "; " + why;
-  return changed_text(machine.text, machine.path.string(), place,
-                      changed_value(*place.value, parameter, value), comment);
+  std::string text = machine.text;
+  const std::vector<MachineValue> places = machine_values(copy, parameter);
+  if (copy.materials.size() > machine.materials.size())
+    text = with_own_material(text, machine.path.string(), machine.body_index(parameter.where) >= 0
+                                 ? machine.bodies[static_cast<std::size_t>(machine.body_index(parameter.where))].material : "",
+                             copy.materials.back().id, parameter.where);
+  for (const MachineValue& place : places) {
+    const std::string unit = parameter.unit == "1" ? "" : " " + parameter.unit;
+    const double was = *place.value / place.per_unit;
+    std::string comment = fmt::format("diagnosis: {} {} {:.4g}{} +- {:.2g}{}, was {:.9g}", parameter.kind,
+                                      parameter.name, value, unit, std, unit, was);
+    if (!why.empty()) comment += "; " + why;
+    text = changed_text(text, machine.path.string(), place, changed_value(was, parameter, value), comment);
+  }
+  return text;
 }
 
 }  // namespace thermotwin::diagnosis

@@ -14,30 +14,40 @@ namespace thermotwin::diagnosis {
 
 struct Parameter {
   std::string kind;         ///< "source_power", "film_coefficient", ... (README table)
-  std::string where;        ///< id in machine.toml, or channel id for sensor_offset
-  std::string name;         ///< "factor" or "offset"
-  std::string unit;         ///< "1" (ratio to nominal) or "K"
-  double nominal = 1;       ///< 1 for ratios, 0 for offsets
+  std::string where;        ///< id in machine.toml, or channel id of a sensor, probe or clock
+  std::string name;         ///< "factor", "offset", ...
+  std::string unit;         ///< "1", "K", "W", ...
+  bool ratio = true;        ///< multiplies the nominal value; else it is added
+  double nominal = 1;       ///< 1 for ratios, 0 for what is added
   double nominal_std = 0;   ///< stated uncertainty: what a clean machine may have
   double cause_std = 0.5;   ///< prior width where it is the cause
   double low = 0, high = 5; ///< bounds
+  double step = 0.01;       ///< of the finite difference
   std::string item;         ///< id in machine.toml that carries the value, where `where` is a channel
 };
 
 /// The kinds that candidate_parameters knows, as README.md lists them.
 struct Kind {
-  std::string kind, where;      ///< what `where` refers to, in words
+  std::string kind, where;        ///< what `where` refers to, in words
   std::string name, unit, sense;  ///< of its one parameter; sense "ratio" or "absolute"
+  double low, high, step;         ///< bounds, step of the finite difference
 };
 const std::vector<Kind>& known_kinds();
 
-/// The parameter of a kind at an item, with the kind's name, unit and nominal value.
+/// It changes what is read, not what the machine does: no run of the model is needed.
+bool acts_on_readings(const std::string& kind);
+/// It changes matrices of single bodies, joints, scales or screws: see parts.h.
+bool needs_parts(const std::string& kind);
+
+/// The parameter of a kind at an item, with the kind's name, unit, bounds and nominal value.
 /// @throws InputError: unknown kind
 Parameter make_parameter(const std::string& kind, const std::string& where);
 
 /// Every parameter of every kind that machine and measurement offer.
+/// @param with_parts  those that need the matrices of single parts, too
 std::vector<Parameter> candidate_parameters(const mesh::Machine& machine,
-                                            const compensation::Measurement& measurement);
+                                            const compensation::Measurement& measurement,
+                                            bool with_parts = false);
 
 /// The machine with the parameter at the value. A sensor's offset is that of the sensor that the
 /// channel reads. The text of the machine is left as it was. @throws InputError: no such item

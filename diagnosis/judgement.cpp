@@ -57,7 +57,7 @@ bool is_gauge(const ObservedChannel& channel) {
   return !channel.is_temperature() && channel.channel.unit == "um";
 }
 
-bool is_sensor_kind(const Parameter& parameter) { return parameter.kind == "sensor_offset"; }
+bool is_sensor_kind(const Parameter& parameter) { return acts_on_readings(parameter.kind); }
 
 void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
   const Observations& obs = problem.observations;

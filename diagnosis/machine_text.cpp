@@ -121,13 +121,13 @@ const Statement* find_key(const std::vector<Statement>& all, const Section& sect
 
 /// The table with that id among the headers in [from, to).
 bool find_table(const std::string& text, const std::vector<Statement>& all, const std::string& table,
-                const std::string& id, std::size_t from, std::size_t to, Section& section) {
+                const std::string& id, std::size_t from, std::size_t to, Section& section, const std::string& id_key = "id") {
   for (std::size_t i = from; i < to; ++i) {
     if (!all[i].header || all[i].name != table) continue;
     section.first = i + 1;
     section.last = section.first;
     while (section.last < all.size() && !all[section.last].header) ++section.last;
-    const Statement* key = find_key(all, section, "id");
+    const Statement* key = find_key(all, section, id_key);
     if (!key || key->end - key->begin < 2) continue;
     if (text.compare(key->begin + 1, key->end - key->begin - 2, id) == 0) return true;
   }
@@ -169,11 +169,17 @@ std::string written(double number) { return fmt::format("{}", number); }
 std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place,
                          double number, const std::string& comment) {
   const std::vector<Statement> all = outline(text);
-  const std::string what = "[[" + place.table + "]] with id = \"" + place.id + "\"";
+  const std::string what = "[[" + place.table + "]] with " + place.id_key + " = \"" + place.id + "\"";
   Section section;
-  if (!find_table(text, all, place.table, place.id, 0, all.size(), section))
-    throw core::InputError(source, "no " + what,
-                           "a table with this header and id, so that its key can be changed");
+  std::string line = comment;
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 32; }, ' ');
+  if (!find_table(text, all, place.table, place.id, 0, all.size(), section, place.id_key)) {
+    if (!place.may_lack)
+      throw core::InputError(source, "no " + what, "a table with this header and id, so that its key can be changed");
+    return text + (text.ends_with('\n') ? "" : "\n") + "\n[[" + place.table + "]]\n" + place.id_key + " = " + quoted(place.id) +
+           "\n# " + line + "\n" + place.key + " = " + written(number) + "\n";
+  }
   if (!place.segment.empty()) {
     std::size_t to = section.last;
     while (to < all.size() && !(all[to].header && !all[to].name.starts_with(place.table + "."))) ++to;
@@ -182,9 +188,6 @@ std::string changed_text(const std::string& text, const std::string& source, con
                              "no [[" + place.table + ".segment]] '" + place.segment + "' below " + what,
                              "a table with this header and id, so that its key can be changed");
   }
-  std::string line = comment;
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 32; }, ' ');
   std::string changed = text;
   if (const Statement* key = find_key(all, section, place.key)) {
     const auto [first, last] = number_span(text, *key);
@@ -196,7 +199,7 @@ std::string changed_text(const std::string& text, const std::string& source, con
     changed.insert(key->line, indent + "# " + line + "\n");
     return changed;
   }
-  const Statement* id = find_key(all, section, "id");
+  const Statement* id = find_key(all, section, place.id_key);
   std::size_t at = line_end(text, id->end);
   const std::string indent = text.substr(id->line, text.find_first_not_of(" \t", id->line) - id->line);
   std::string added = indent + "# " + line + "\n" + indent + place.key + " = " + written(number);
@@ -205,6 +208,30 @@ std::string changed_text(const std::string& text, const std::string& source, con
   else
     ++at, added += "\n";
   return changed.insert(at, added);
+}
+
+std::string with_own_material(const std::string& text, const std::string& source, const std::string& material,
+                              const std::string& copy, const std::string& body) {
+  const auto find = [&](const std::string& in, const std::string& table, const std::string& id, std::vector<Statement>& all) {
+    all = outline(in);
+    Section section;
+    if (!find_table(in, all, table, id, 0, all.size(), section))
+      throw core::InputError(source, "no [[" + table + "]] with id = \"" + id + "\"", "a table with this header and id");
+    return section;
+  };
+  std::vector<Statement> all;
+  std::string changed = text;
+  Section section = find(changed, "body", body, all);
+  const Statement* key = find_key(all, section, "material");
+  if (!key) throw core::InputError(source, "body '" + body + "' without material", "a material");
+  changed.replace(key->begin, key->end - key->begin, quoted(copy));
+  section = find(changed, "material", material, all);
+  const std::size_t from = all[section.first - 1].line;
+  const std::size_t last = std::min(line_end(changed, all[section.last - 1].end) + 1, changed.size());
+  std::string added = changed.substr(from, last - from);
+  const Statement* id = find_key(all, section, "id");
+  added.replace(id->begin - from, id->end - id->begin, quoted(copy));
+  return changed.insert(last, (changed[last - 1] == '\n' ? "" : "\n") + added);
 }
 
 std::string with_cad_paths(const std::string& text, const mesh::Machine& machine) {

@@ -19,6 +19,11 @@ namespace thermotwin::diagnosis {
 std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place,
                          double number, const std::string& comment);
 
+/// The text with a material that is a copy of another under a new id, and that of one body.
+/// @throws InputError if material or body cannot be found
+std::string with_own_material(const std::string& text, const std::string& source, const std::string& material,
+                              const std::string& copy, const std::string& body);
+
 /// The text with the whole path for each body's CAD file that can be found, so that it may stand in
 /// another folder. @param machine  what was read from the text, at its own place
 std::string with_cad_paths(const std::string& text, const mesh::Machine& machine);

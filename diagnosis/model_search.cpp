@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numbers>
 
 #include "core/thread_pool.h"
 #include "diagnosis/evidence.h"
@@ -46,6 +48,30 @@ double total(const LinearEvidence& evidence, const White& white) {
   return evidence.log_evidence() - 0.5 * white.whitener.log_determinant();
 }
 
+/// Beside a cause: something that wanders by a share of what was seen without it.
+constexpr double leftover_levels[] = {0.3, 0.6, 1.2};
+double leftover_evidence(const Problem& problem, const Hypothesis& h, const MatrixXd& sensitivity, const VectorXd& predicted_less_cause) {
+  std::vector<double> logs;
+  VectorXd prior_std = problem.prior_std;
+  MatrixXd columns = problem.columns;
+  for (std::size_t k = 0; k < h.members.size(); ++k) {
+    prior_std[h.members[k]] = problem.parameters[static_cast<std::size_t>(h.members[k])].cause_std;
+    columns.col(h.members[k]) = sensitivity.col(static_cast<Index>(k));
+  }
+  for (const double level : leftover_levels) {
+    std::vector<ChannelCovariance> covariance = problem.fitted_covariance();
+    for (std::size_t k = 0; k < covariance.size(); ++k) {
+      const Index first = problem.first_row(k), n = problem.observations.channels[k].fitted;
+      const VectorXd seen = (problem.measured - problem.predicted).segment(first, n);
+      covariance[k].wander.push_back({level * std::sqrt(seen.squaredNorm() / static_cast<double>(std::max<Index>(n, 1))), unknown_time_constant});
+    }
+    const Whitener whitener(covariance);
+    const LinearEvidence evidence(whitener.whiten(problem.fitted(columns)), whitener.whiten(problem.fitted(problem.measured - predicted_less_cause)), prior_std);
+    logs.push_back(evidence.log_evidence() - 0.5 * whitener.log_determinant());
+  }
+  return log_sum(logs) - std::log(static_cast<double>(std::size(leftover_levels)));
+}
+
 double unknown_evidence(const Problem& problem) {
   std::vector<double> logs;
   for (const double level : unknown_levels) {
@@ -57,6 +83,30 @@ double unknown_evidence(const Problem& problem) {
     logs.push_back(total(LinearEvidence(white.columns, white.residual, problem.prior_std), white));
   }
   return log_sum(logs) - std::log(static_cast<double>(std::size(unknown_levels)));
+}
+
+double normal_mass(double mean, double std, double low, double high) {
+  const auto below = [&](double x) { return 0.5 * std::erfc((mean - x) / (std * std::numbers::sqrt2)); };
+  return below(high) - below(low);
+}
+
+/// What bounds do to the evidence of a Gaussian: mass that the posterior has within them over that of
+/// the prior. A time constant or a power that would have to be negative explains nothing.
+double log_within_bounds(const Parameter& p, double value, double std) {
+  constexpr double least = 1e-12;
+  const double width = std::max(std, 1e-6 * p.cause_std);
+  return std::log(std::max(normal_mass(value, width, p.low, p.high), least)) -
+         std::log(std::max(normal_mass(p.nominal, p.cause_std, p.low, p.high), least));
+}
+
+/// Each kind counts the same, and each place of a kind. (candidates) adds up to 1
+std::vector<double> prior_shares(const Problem& problem, const std::vector<int>& candidates) {
+  std::map<std::string, int> places;
+  for (const int i : candidates) ++places[problem.parameters[static_cast<std::size_t>(i)].kind];
+  std::vector<double> shares;
+  for (const int i : candidates)
+    shares.push_back(1.0 / static_cast<double>(places.size()) / places[problem.parameters[static_cast<std::size_t>(i)].kind]);
+  return shares;
 }
 
 /// All hypotheses on the nominal linearisation.
@@ -71,25 +121,33 @@ std::vector<Hypothesis> enumerate(const Problem& problem, const LinearEvidence& 
     h.log_evidence = widened.log_ratio;
     h.value = widened.mean;
     h.std = widened.std;
-    for (std::size_t k = 0; k < members.size(); ++k)
-      h.value[static_cast<Index>(k)] += problem.nominal[members[k]];
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      const auto at = static_cast<Index>(k);
+      const Parameter& p = problem.parameters[static_cast<std::size_t>(members[k])];
+      h.value[at] += p.nominal;
+      h.log_evidence += log_within_bounds(p, h.value[at], h.std[at]);
+      h.value[at] = std::clamp(h.value[at], p.low, p.high);
+    }
+    h.log_evidence *= options.evidence_share;
     h.members = std::move(members);
     return h;
   };
   std::vector<Hypothesis> all(1);
   all[0].log_prior = std::log(options.prior_none);
-  const auto n = static_cast<double>(candidates.size());
-  for (const int i : candidates) all.push_back(make({i}, options.prior_single / n));
+  const std::vector<double> share = prior_shares(problem, candidates);
+  for (std::size_t i = 0; i < candidates.size(); ++i) all.push_back(make({candidates[i]}, options.prior_single * share[i]));
   // Pairs need a member that is among the better single causes.
   std::vector<std::size_t> order(candidates.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return all[a + 1].log_evidence > all[b + 1].log_evidence;
   });
-  const double pairs = std::max(1.0, n * (n - 1.0) / 2.0);
+  double squares = 0.0;
+  for (const double s : share) squares += s * s;
+  const double pairs = std::max(0.5 * (1.0 - squares), 1e-12);  // sum of the products of all pairs
   for (std::size_t a = 0; a < std::min(order.size(), most_pair_partners); ++a)
     for (std::size_t b = a + 1; b < order.size(); ++b)
-      all.push_back(make({candidates[order[a]], candidates[order[b]]}, options.prior_pair / pairs));
+      all.push_back(make({candidates[order[a]], candidates[order[b]]}, options.prior_pair * share[order[a]] * share[order[b]] / pairs));
   return all;
 }
 
@@ -114,13 +172,15 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
   const auto inside = [&](VectorXd value) {
     for (Index k = 0; k < count; ++k) {
       const Parameter& p = parameters[static_cast<std::size_t>(k)];
-      value[k] = std::clamp(value[k], p.low + (p.unit == "1" ? 0.02 : 0.0), p.high);
+      value[k] = std::clamp(value[k], p.low + (p.ratio ? 0.02 : 0.0), p.high);
     }
     return value;
   };
   VectorXd at = inside(h.value);
   MatrixXd columns = white.columns;
-  for (int iteration = 0; iteration < options.iterations; ++iteration) {
+  // Clocks and time constants are far from linear.
+  const bool reads = std::any_of(parameters.begin(), parameters.end(), [](const Parameter& p) { return acts_on_readings(p.kind); });
+  for (int iteration = 0; iteration < (reads ? 3 : 1) * options.iterations; ++iteration) {
     const Response::Linear linear = response.linearise(machine, parameters, at, false);
     const MatrixXd sensitivity = white.whitener.whiten(problem.fitted(linear.sensitivity));
     for (Index k = 0; k < count; ++k)
@@ -135,14 +195,19 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
       next[k] = nominal[k] + evidence.mean()[i];
       h.std[k] = std::sqrt(std::max(0.0, evidence.covariance()(i, i)));
     }
+    h.chi_square = evidence.chi_square();
+    double bounds = 0.0;
+    for (Index k = 0; k < count; ++k) bounds += log_within_bounds(parameters[static_cast<std::size_t>(k)], next[k], h.std[k]);
     next = inside(next);
-    h.log_evidence = options.evidence_share * (evidence.log_evidence() - log_nominal);
+    h.log_evidence = options.evidence_share * (evidence.log_evidence() - log_nominal + bounds);
     h.value = next;
     const bool settled = ((next - at).cwiseAbs().array() < 0.05 * h.std.array() + 1e-6).all();
     at = next;
     if (settled) break;
   }
-  h.predicted = response.predict(with_parameters(machine, parameters, h.value));
+  const Response::Linear there = response.linearise(machine, parameters, h.value, false);
+  h.predicted = there.predicted;
+  h.sensitivity = there.sensitivity;
   h.refined = true;
 }
 
@@ -169,7 +234,6 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   }
   std::vector<Hypothesis>& all = result.hypotheses;
   all = enumerate(problem, nominal, candidates, options);
-  for (Hypothesis& h : all) h.log_evidence *= options.evidence_share;
   sort_by_posterior(all);
 
   std::vector<Hypothesis*> leading;
@@ -185,11 +249,30 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   sort_by_posterior(all);
 
   result.log_evidence_unknown = options.evidence_share * (unknown_evidence(problem) - total(nominal, white));
+  // Whether the best single cause and the best pair leave what they do not describe.
+  std::vector<std::pair<const Hypothesis*, double>> leftovers;
+  for (const std::size_t members : {1, 2})
+    for (const Hypothesis& h : all)
+      if (h.members.size() == members && h.refined) {
+        VectorXd at_nominal = h.predicted;
+        for (std::size_t k = 0; k < members; ++k)
+          at_nominal -= h.sensitivity.col(static_cast<Index>(k)) * (h.value[static_cast<Index>(k)] - problem.nominal[h.members[k]]);
+        const double log = leftover_evidence(problem, h, h.sensitivity, at_nominal) - total(nominal, white);
+        leftovers.emplace_back(&h, std::log(options.prior_leftover) + h.log_prior + options.evidence_share * log);
+        break;
+      }
   std::vector<double> logs = {std::log(options.prior_unknown) + result.log_evidence_unknown};
   for (const Hypothesis& h : all) logs.push_back(h.log_prior + h.log_evidence);
+  for (const auto& [h, log] : leftovers) logs.push_back(log);
   const double normal = log_sum(logs);
   result.probability_unknown = std::exp(logs[0] - normal);
   result.marginal = VectorXd::Zero(static_cast<Index>(problem.parameters.size()));
+  for (const auto& [h, log] : leftovers) {
+    const double probability = std::exp(log - normal);
+    result.probability_leftover += probability;
+    for (const int i : h->members) result.marginal[i] += probability;
+  }
+  result.probability_unknown += result.probability_leftover;
   for (Hypothesis& h : all) {
     h.probability = std::exp(h.log_prior + h.log_evidence - normal);
     if (h.members.empty()) result.probability_none = h.probability;

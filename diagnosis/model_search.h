@@ -19,11 +19,14 @@ struct Hypothesis {
   double probability = 0;
   Eigen::VectorXd value, std;      ///< (members) estimates
   bool refined = false;
+  double chi_square = 0;           ///< of the fitted part, if refined
   Eigen::VectorXd predicted;       ///< (observations) of the machine at the estimate, if refined
+  Eigen::MatrixXd sensitivity;     ///< (observations x members) there
 };
 
 struct SearchOptions {
   double prior_none = 0.5, prior_single = 0.35, prior_pair = 0.1, prior_unknown = 0.05;
+  double prior_leftover = 0.1;     ///< that a cause leaves something unknown beside it
   /// What evidence counts of its nominal weight. Channels err together (the same mesh bends all
   /// poses alike), while the covariance takes them for independent; on clean virtual measurements
   /// the best of sixty causes otherwise collects up to eight nats from errors of the model alone.
@@ -35,6 +38,7 @@ struct SearchResult {
   std::vector<Hypothesis> hypotheses;  ///< most probable first; without unknown
   Eigen::VectorXd marginal;            ///< (parameters) probability to be in the model
   double probability_none = 0, probability_unknown = 0, log_evidence_unknown = 0;
+  double probability_leftover = 0;     ///< of a cause with something unknown beside it; part of unknown's
   std::vector<int> invisible;          ///< parameters that this measurement cannot show
   double chi_square_none = 0;          ///< of the fitted part, no cause
   Eigen::Index fitted = 0;             ///< its degrees of freedom

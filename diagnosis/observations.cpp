@@ -201,6 +201,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
     if (!temperature && channel.kind != ChannelKind::displacement) continue;
     ObservedChannel observed = average_channel(channel, time, measurement.values(channel), out);
     if (observed.fitted >= 4) out.channels.push_back(std::move(observed));
+    else out.left_out.push_back(channel.id);
   }
   if (out.channels.empty())
     throw InputError(place, "no channel of kind temperature (with sensor) or displacement with data",

@@ -38,6 +38,7 @@ struct Observations {
   Eigen::Index intervals = 0;
   Eigen::VectorXd points;                ///< (steps + 1) s, ends of the model's steps
   Eigen::MatrixXd rows;                  ///< (steps x channels of the machine) inputs of each step
+  std::vector<std::string> left_out;     ///< channels with too few values to be fitted
   double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
 
   Eigen::Index size() const;             ///< means of all channels

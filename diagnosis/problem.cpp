@@ -57,6 +57,11 @@ Floor floor_of(const ObservedChannel& channel) {
   return channel.is_temperature() ? Floor{0.005, 0.02, 0.05} : Floor{0.02, 0.1, 0.3};
 }
 
+/// No hypothesis has the footprint and the time course of the truth: a share of what is seen stays with
+/// each channel, some of it for hours, some for all of the record.
+constexpr double form_error_hours[] = {3.0, 24.0};
+constexpr double form_error_share[] = {0.07, 0.03};
+
 struct MaterialSpread {
   double expansion = 0, heat = 0;  ///< largest stated relative standard deviations
 };
@@ -91,6 +96,9 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   const double slow = std::hypot(model_error, 0.5 * spread.heat) * amplitude;
   cov.wander = {{std::hypot(slow, floor.slow), slow_hours * hour},
                 {std::hypot(0.5 * slow, floor.fast), fast_hours * hour}};
+  const double seen = root_mean_square((channel.value - predicted).head(channel.fitted));
+  for (std::size_t i = 0; i < std::size(form_error_share); ++i)
+    cov.wander.push_back({form_error_share[i] * seen, form_error_hours[i] * hour});
   return cov;
 }
 
@@ -123,17 +131,16 @@ std::vector<ChannelCovariance> Problem::fitted_covariance() const {
 }
 
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options) {
+                     Observations observations, const Response& response, const DiagnoseOptions& options,
+                     bool with_parts) {
   Problem problem;
   problem.observations = std::move(observations);
   const Observations& obs = problem.observations;
-  problem.parameters = candidate_parameters(machine, measurement);
-  // An offset of a sensor whose channel has no data cannot be seen.
+  problem.parameters = candidate_parameters(machine, measurement, with_parts);
+  // A channel without data shows nothing.
   std::erase_if(problem.parameters, [&](const Parameter& p) {
-    return p.kind == "sensor_offset" &&
-           std::none_of(obs.channels.begin(), obs.channels.end(), [&](const ObservedChannel& c) {
-             return c.channel.id == p.where && c.channel.zero == compensation::Zero::absolute;
-           });
+    return acts_on_readings(p.kind) && p.where != "temperature" && p.where != "displacement" &&
+           std::none_of(obs.channels.begin(), obs.channels.end(), [&](const ObservedChannel& c) { return c.channel.id == p.where; });
   });
   const auto count = static_cast<Index>(problem.parameters.size());
   problem.nominal.resize(count);

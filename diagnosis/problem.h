@@ -31,6 +31,7 @@ struct Problem {
 };
 
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options);
+                     Observations observations, const Response& response, const DiagnoseOptions& options,
+                     bool with_parts = false);
 
 }  // namespace thermotwin::diagnosis

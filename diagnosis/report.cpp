@@ -244,6 +244,34 @@ std::string plots(const Diagnosis& d) {
   return page + "</div>\n";
 }
 
+std::string overview(const Diagnosis& d) {
+  ResidualMap map;
+  map.hours = d.series.column("time_s") / 3600.0;
+  map.ratio.resize(map.hours.size(), static_cast<Index>(d.residuals.size()));
+  map.heldout_from = d.heldout_from_s / 3600.0;
+  for (std::size_t c = 0; c < d.residuals.size(); ++c) {
+    const std::string& id = d.residuals[c].id;
+    map.channels.push_back(id);
+    map.ratio.col(static_cast<Index>(c)) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
+  }
+  return "<h2>What is wrong, at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus predicted over what noise, mesh and stated "
+         "uncertainty explain: orange too much, blue too little, pale as expected; right of the line nothing was fitted</p>\n" +
+         residual_map_svg(map) + "</section>\n";
+}
+
+std::string analysis(const Diagnosis& d) {
+  if (d.analysis.empty()) return "";
+  std::string page = "<h2>What the residuals follow</h2>\n<section class=\"card scroll\"><table>\n<tr><th>channel</th><th class=\"n\">times expected</th>"
+                     "<th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">memory, h</th><th>follows</th><th class=\"n\">delay, h</th>"
+                     "<th class=\"n\">correlation</th></tr>\n";
+  for (const ResidualAnalysis& a : d.analysis)
+    page += fmt::format("<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td class=\"n\">{:.1f}</td><td>{}</td>"
+                        "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
+                        a.ratio < 1.5 ? " class=\"quiet\"" : "", html_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0, a.memory_s / 3600.0,
+                        a.follows.empty() ? "–" : html_text(a.follows), a.delay_s / 3600.0, a.correlation);
+  return page + "</table></section>\n";
+}
+
 std::string notes(const Diagnosis& d) {
   std::string page = "<h2>How it was judged</h2>\n<section class=\"card\"><ul>";
   for (const std::string& note : d.notes) page += "<li>" + html_text(note) + "</li>";
@@ -257,8 +285,8 @@ std::string report_html(const Diagnosis& d, const mesh::Machine& machine) {
          "content=\"width=device-width,initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
          html_text(machine.name) + "</title><style>" + style + "</style></head><body><main>\n" +
-         headline(d, machine) + sets(d) + ranking_table(d) + extension(d, machine) + plots(d) +
-         channel_table(d) + notes(d) + "</main></body></html>\n";
+         headline(d, machine) + overview(d) + sets(d) + ranking_table(d) + extension(d, machine) + plots(d) +
+         channel_table(d) + analysis(d) + notes(d) + "</main></body></html>\n";
 }
 
 }  // namespace thermotwin::diagnosis

@@ -2,6 +2,7 @@
 #include "diagnosis/response.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <list>
@@ -11,6 +12,7 @@
 #include "compensation/evaluate.h"
 #include "core/error.h"
 #include "core/thread_pool.h"
+#include "diagnosis/readings.h"
 #include "solver/simulation.h"
 
 namespace thermotwin::diagnosis {
@@ -21,8 +23,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr std::size_t tangents_in_block = 12;           ///< fixed, so that results do not depend on threads
-constexpr double ratio_step = 1e-2, offset_step = 0.1;  ///< all coefficients are linear in them
+constexpr std::size_t tangents_in_block = 48;  ///< fixed, so that results do not depend on threads
 
 /// One machine's way from channels to coefficients, with its chillers.
 struct Drive {
@@ -57,7 +58,7 @@ struct Drive {
 /// The last few factors of E + gamma h A: programs alternate between a few states.
 class Factors {
  public:
-  explicit Factors(const reduction::ReducedSystem& system) : system_(system) {}
+  Factors(const reduction::ReducedSystem& system, const MatrixXd& capacity) : system_(system), capacity_(capacity) {}
 
   struct Entry {
     VectorXd p;
@@ -77,17 +78,44 @@ class Factors {
     MatrixXd shifted = system_.conduction;
     for (Index j = 0; j < p.size(); ++j)
       if (p[j] != 0.0) shifted += p[j] * system_.terms[static_cast<std::size_t>(j)];
-    shifted = system_.capacity + solver::sdirk_gamma * step * shifted;
+    shifted = capacity_ + solver::sdirk_gamma * step * shifted;
     entry.shifted_inverse = Eigen::PartialPivLU<MatrixXd>(shifted).inverse();
     return entry;
   }
 
  private:
   const reduction::ReducedSystem& system_;
+  const MatrixXd& capacity_;
   std::list<Entry> kept_;
 };
 
-double step_of(const Parameter& parameter) { return parameter.unit == "1" ? ratio_step : offset_step; }
+/// A chiller follows this sensor: what is wrong with it acts on the machine.
+bool guides(const mesh::Machine& machine, const Parameter& parameter) {
+  return parameter.kind == "sensor_offset" &&
+         std::any_of(machine.coolants.begin(), machine.coolants.end(), [&](const mesh::CoolantSpec& c) { return c.guide_sensor == parameter.item; });
+}
+
+/// Rows of the observed channels for one set of outputs. The error is linear in the state: its row is
+/// what it says to each unit state. The zero is the observation's affair.
+MatrixXd rows_of(const reduction::ReducedModel& model, const std::vector<ObservedChannel>& channels, bool with_sensors) {
+  const Index r = model.system.order();
+  MatrixXd rows = MatrixXd::Zero(static_cast<Index>(channels.size()), r);
+  for (Index k = 0; k < rows.rows(); ++k) {
+    compensation::MeasuredChannel channel = channels[static_cast<std::size_t>(k)].channel;
+    if (channel.kind == compensation::ChannelKind::temperature) {
+      if (with_sensors) rows.row(k) = model.system.sensors.row(model.machine.sensor_index(channel.sensor));
+      continue;
+    }
+    channel.zero = compensation::Zero::absolute;
+    const mesh::Pose pose = channel.pose_text.empty()
+                                ? mesh::home_pose(model.machine)
+                                : mesh::parse_pose(model.machine, channel.pose_text, "channel " + channel.id);
+    std::vector<solver::TcpError> errors;
+    for (Index i = 0; i < r; ++i) errors.push_back(model.tcp(VectorXd::Unit(r, i), pose));
+    rows.row(k) = compensation::quantity_series(errors, channel).transpose();
+  }
+  return rows;
+}
 
 }  // namespace
 
@@ -116,31 +144,63 @@ mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Param
   return machine;
 }
 
-Response::Response(const reduction::ReducedModel& model, const Observations& observations)
-    : model_(model), observations_(observations) {
-  const Index r = model.system.order();
-  rows_.resize(static_cast<Index>(observations.channels.size()), r);
-  for (Index k = 0; k < rows_.rows(); ++k) {
-    compensation::MeasuredChannel channel = observations.channels[static_cast<std::size_t>(k)].channel;
-    if (channel.kind == compensation::ChannelKind::temperature) {
-      rows_.row(k) = model.system.sensors.row(model.machine.sensor_index(channel.sensor));
-      continue;
+MatrixXd Response::Rows::of(const PartChanges& changes) const {
+  MatrixXd rows = base;
+  const auto add = [&](const std::vector<MatrixXd>& parts, const VectorXd& amounts) {
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if (const double amount = amounts[static_cast<Index>(i)]; amount != 0.0) rows += amount * parts[i];
+  };
+  add(bodies, changes.bodies);
+  add(scales, changes.scales);
+  add(screws, changes.screws);
+  add(stiffness, changes.stiffness);
+  return rows;
+}
+
+Response::Response(const reduction::ReducedModel& model, const Observations& observations, const Parts* parts)
+    : model_(model), observations_(observations), parts_(parts), rows_(observed_rows()) {
+  const mesh::Machine& machine = model.machine;
+  air_.setConstant(observations.points.size(), machine.reference_C);
+  const int air = machine.ambient_index("air");
+  if (air < 0) return;
+  const solver::OperatingModel operating(machine, model.system.layout);
+  for (Index i = 0; i < air_.size(); ++i)
+    air_[i] += operating.ambient_K(air, observations.rows.row(std::min(i, observations.rows.rows() - 1)).transpose());
+}
+
+Response::Rows Response::observed_rows() const {
+  Rows rows;
+  rows.base = rows_of(model_, observations_.channels, true);
+  if (!parts_) return rows;
+  reduction::ReducedModel part = model_;
+  const auto all_of = [&](const std::vector<reduction::ReducedOutputs>& outputs) {
+    std::vector<MatrixXd> all;
+    for (const reduction::ReducedOutputs& output : outputs) {
+      part.outputs = output;
+      all.push_back(rows_of(part, observations_.channels, false));
     }
-    // The error is linear in the state: its row is what it says to each unit state. The zero is
-    // the observation's affair.
-    channel.zero = compensation::Zero::absolute;
-    const mesh::Pose pose = channel.pose_text.empty()
-                                ? mesh::home_pose(model.machine)
-                                : mesh::parse_pose(model.machine, channel.pose_text, "channel " + channel.id);
-    std::vector<solver::TcpError> errors;
-    for (Index i = 0; i < r; ++i) errors.push_back(model.tcp(VectorXd::Unit(r, i), pose));
-    rows_.row(k) = compensation::quantity_series(errors, channel).transpose();
-  }
+    return all;
+  };
+  rows.bodies = all_of(parts_->bodies);
+  rows.scales = all_of(parts_->scales);
+  rows.screws = all_of(parts_->screws);
+  rows.stiffness = all_of(parts_->stiffness);
+  return rows;
+}
+
+MatrixXd Response::capacity_of(const mesh::Machine& machine) const {
+  MatrixXd capacity = model_.system.capacity;
+  if (!parts_) return capacity;
+  const VectorXd changes = part_changes(model_.machine, machine).capacity;
+  for (std::size_t b = 0; b < parts_->capacity.size(); ++b)
+    if (const double change = changes[static_cast<Index>(b)]; change != 0.0) capacity += change * parts_->capacity[b];
+  return capacity;
 }
 
 std::vector<MatrixXd> Response::run(const mesh::Machine& machine, const std::vector<Variant>& variants,
-                                    const MatrixXd& rows) const {
+                                    const Rows& all_rows) const {
   const reduction::ReducedSystem& system = model_.system;
+  const MatrixXd rows = all_rows.of(part_changes(model_.machine, machine)), capacity = capacity_of(machine);
   const Observations& obs = observations_;
   const Index r = system.order(), points = obs.points.size(), m = static_cast<Index>(variants.size());
   Drive nominal(machine, system.layout);
@@ -153,15 +213,30 @@ std::vector<MatrixXd> Response::run(const mesh::Machine& machine, const std::vec
   for (Index v = 0; v < m; ++v)
     tangent.col(v) = system.one_kelvin * variants[static_cast<std::size_t>(v)].start_K;
 
+  // What differs in the matrices themselves, by variant; mostly nothing.
+  std::vector<MatrixXd> row_change(static_cast<std::size_t>(m)), capacity_change(static_cast<std::size_t>(m));
+  for (std::size_t v = 0; parts_ && v < variants.size(); ++v) {
+    const PartChanges there = part_changes(model_.machine, variants[v].machine), here = part_changes(model_.machine, machine);
+    if ((there.capacity.array() != here.capacity.array()).any()) capacity_change[v] = capacity_of(variants[v].machine) - capacity;
+    if (there.any_rows() || here.any_rows()) {
+      MatrixXd change = all_rows.of(there) - rows;
+      if ((change.array() != 0.0).any()) row_change[v] = std::move(change);
+    }
+  }
+
   std::vector<MatrixXd> out(static_cast<std::size_t>(m) + 1, MatrixXd(points, rows.rows()));
   const auto record = [&](Index point) {
     out[0].row(point) = (rows * state).transpose();
     const MatrixXd all = rows * tangent;
-    for (Index v = 0; v < m; ++v) out[static_cast<std::size_t>(v) + 1].row(point) = all.col(v).transpose();
+    for (Index v = 0; v < m; ++v) {
+      const auto at = static_cast<std::size_t>(v);
+      out[at + 1].row(point) = all.col(v).transpose();
+      if (row_change[at].size() > 0) out[at + 1].row(point) += (row_change[at] * state).transpose();
+    }
   };
   record(0);
 
-  Factors factors(system);
+  Factors factors(system, capacity);
   const std::size_t terms = system.terms.size();
   MatrixXd forcing(r, m), heat_change(r, m), right(r, m + 1), stage(r, m + 1);
   std::vector<VectorXd> image(terms);  // K_j x of the present stage, where a variant asks for it
@@ -188,7 +263,7 @@ std::vector<MatrixXd> Response::run(const mesh::Machine& machine, const std::vec
     const Factors::Entry& factor = factors.get(nominal.c.p, step);
     const double scale = gamma * step;
     // A' x of a stage, for all variants; each K_j x once.
-    const auto forcing_at = [&](const VectorXd& x) {
+    const auto forcing_at = [&](const VectorXd& x, const VectorXd& before) {
       std::fill(known.begin(), known.end(), 0);
       forcing = heat_change;
       for (Index v = 0; v < m; ++v) {
@@ -200,14 +275,16 @@ std::vector<MatrixXd> Response::run(const mesh::Machine& machine, const std::vec
           if (!known[term]) image[term].noalias() = system.terms[term] * x, known[term] = 1;
           forcing.col(v) -= change * image[term];
         }
+        if (const MatrixXd& change = capacity_change[static_cast<std::size_t>(v)]; change.size() > 0)
+          forcing.col(v) -= change * (x - before) / scale;
       }
     };
     const auto solve_stage = [&](const VectorXd& x, const MatrixXd& x_tangent) {
-      right.col(0) = system.capacity * x + scale * heat;
+      right.col(0) = capacity * x + scale * heat;
       stage.col(0).noalias() = factor.shifted_inverse * right.col(0);
       if (m == 0) return;
-      forcing_at(stage.col(0));
-      right.rightCols(m).noalias() = system.capacity * x_tangent;
+      forcing_at(stage.col(0), x);
+      right.rightCols(m).noalias() = capacity * x_tangent;
       right.rightCols(m) += scale * forcing;
       stage.rightCols(m).noalias() = factor.shifted_inverse * right.rightCols(m);
     };
@@ -222,20 +299,21 @@ std::vector<MatrixXd> Response::run(const mesh::Machine& machine, const std::vec
   if (!state.allFinite() || !tangent.allFinite())
     throw core::SolverError(
         "diagnosis: the reduced model's state is no longer finite; look for NaN in the measured inputs");
-  for (Index v = 0; v < m; ++v)
-    out[static_cast<std::size_t>(v) + 1] /= variants[static_cast<std::size_t>(v)].step;
   return out;
 }
 
-/// What each observed channel shows beside the state: reference temperature and sensor offset.
-VectorXd Response::constants(const mesh::Machine& machine) const {
-  VectorXd result = VectorXd::Zero(rows_.rows());
-  for (Index k = 0; k < result.size(); ++k) {
+MatrixXd Response::records(const mesh::Machine& machine, const MatrixXd& states) const {
+  MatrixXd result(states.rows(), states.cols());
+  for (Index k = 0; k < states.cols(); ++k) {
     const ObservedChannel& observed = observations_.channels[static_cast<std::size_t>(k)];
-    if (observed.is_temperature())
-      result[k] =
-          machine.reference_C +
-          machine.sensors[static_cast<std::size_t>(machine.sensor_index(observed.channel.sensor))].offset;
+    VectorXd values = states.col(k);
+    if (observed.is_temperature()) {
+      values.array() += machine.reference_C;
+      values = sensor_readings(machine.sensors[static_cast<std::size_t>(machine.sensor_index(observed.channel.sensor))],
+                               observations_.points, air_, values);
+    }
+    result.col(k) = recorded(machine, observed.channel.id, observed.is_temperature() ? "temperature" : "displacement",
+                             observations_.points, std::move(values));
   }
   return result;
 }
@@ -252,9 +330,7 @@ VectorXd Response::stack(const MatrixXd& at_points) const {
 }
 
 MatrixXd Response::at_points(const mesh::Machine& machine) const {
-  MatrixXd values = run(machine, {}, rows_).front();
-  values.rowwise() += constants(machine).transpose();
-  return values;
+  return records(machine, run(machine, {}, rows_).front());
 }
 
 VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at_points(machine)); }
@@ -266,19 +342,35 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   assert(static_cast<std::size_t>(values.size()) == count);
   const mesh::Machine machine = with_parameters(base, parameters, values);
   std::vector<Variant> variants;
+  struct Reading { mesh::Machine above, below; double width; };
+  std::vector<Reading> of_readings;
+  std::vector<Index> place, place_of_readings;  // column of each
   for (std::size_t i = 0; i < count; ++i) {
-    const double step = step_of(parameters[i]);
+    const double step = parameters[i].step;
+    const auto at = static_cast<Index>(i);
     VectorXd moved = values;
-    moved[static_cast<Index>(i)] += step;
+    if (acts_on_readings(parameters[i].kind) && !guides(base, parameters[i])) {
+      // Both sides: the straight lines between the points of a late series have corners.
+      moved[at] = std::min(values[at] + step, parameters[i].high);
+      const mesh::Machine above = with_parameters(base, parameters, moved);
+      const double high = moved[at];
+      moved[at] = std::max(values[at] - step, parameters[i].low);
+      of_readings.push_back({above, with_parameters(base, parameters, moved), high - moved[at]});
+      place_of_readings.push_back(at);
+      continue;
+    }
+    moved[at] += step;
     variants.push_back({with_parameters(base, parameters, moved), 0.0, step, std::nullopt});
+    place.push_back(at);
   }
+  const auto total = static_cast<Index>(count + disturbances.size() + (with_start ? 1 : 0));
+  for (Index i = static_cast<Index>(count); i < total; ++i) place.push_back(i);
   for (const Disturbance& disturbance : disturbances) variants.push_back({machine, 0.0, 1.0, disturbance});
   if (with_start) variants.push_back({machine, 1.0, 1.0, std::nullopt});
 
   Linear result;
-  result.sensitivity.resize(observations_.size(), static_cast<Index>(count));
-  result.disturbed.resize(observations_.size(), static_cast<Index>(disturbances.size()));
-  const VectorXd here = constants(machine);
+  MatrixXd columns(observations_.size(), total);
+  MatrixXd states, here;  // of block 0
   const std::size_t blocks =
       std::max<std::size_t>(1, (variants.size() + tangents_in_block - 1) / tangents_in_block);
   core::parallel_for(0, blocks, [&](std::size_t block) {
@@ -286,22 +378,22 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
                       last = std::min(first + tangents_in_block, variants.size());
     const std::vector<Variant> part(variants.begin() + static_cast<std::ptrdiff_t>(first),
                                     variants.begin() + static_cast<std::ptrdiff_t>(last));
-    std::vector<MatrixXd> out = run(machine, part, rows_);
-    if (block == 0) {
-      out[0].rowwise() += here.transpose();
-      result.predicted = stack(out[0]);
-    }
+    const std::vector<MatrixXd> out = run(machine, part, rows_);
+    const MatrixXd read = records(machine, out[0]);
     for (std::size_t i = first; i < last; ++i) {
-      MatrixXd& column = out[i - first + 1];
-      column.rowwise() += (constants(variants[i].machine) - here).transpose() / variants[i].step;
-      if (i < count)
-        result.sensitivity.col(static_cast<Index>(i)) = stack(column);
-      else if (i < count + disturbances.size())
-        result.disturbed.col(static_cast<Index>(i - count)) = stack(column);
-      else
-        result.start = stack(column);
+      const MatrixXd there = records(variants[i].machine, out[0] + out[i - first + 1]);
+      columns.col(place[i]) = stack((there - read) / variants[i].step);
     }
+    if (block == 0) states = out[0], here = read;
   });
+  core::parallel_for(0, of_readings.size(), [&](std::size_t i) {
+    columns.col(place_of_readings[i]) =
+        stack((records(of_readings[i].above, states) - records(of_readings[i].below, states)) / of_readings[i].width);
+  });
+  result.predicted = stack(here);
+  result.sensitivity = columns.leftCols(static_cast<Index>(count));
+  result.disturbed = columns.middleCols(static_cast<Index>(count), static_cast<Index>(disturbances.size()));
+  if (with_start) result.start = columns.col(total - 1);
   return result;
 }
 
@@ -313,7 +405,7 @@ MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mes
     for (Index i = 0; i < r; ++i)
       rows.block(sensors + 3 * static_cast<Index>(k), i, 3, 1) =
           1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
-  MatrixXd values = run(machine, {}, rows).front();
+  MatrixXd values = run(machine, {}, Rows{rows, {}, {}, {}, {}}).front();
   for (Index s = 0; s < sensors; ++s)
     values.col(s).array() += machine.reference_C + machine.sensors[static_cast<std::size_t>(s)].offset;
   return values;

@@ -7,13 +7,15 @@
 // in the same stages of the same SDIRK2 scheme, so a sensitivity is the exact derivative of what is
 // predicted. All tangents share the factors of A with the prediction: sixty of them cost little more
 // than one run. p, q, p', q' are those of solver::OperatingModel for the machine and its variants,
-// each with its own chillers in the loop.
+// each with its own chillers in the loop. What changes readings only (readings.h) needs no run; heat
+// capacities and output rows change by the matrices of single parts (parts.h), where these are given.
 
 #include <Eigen/Core>
 #include <vector>
 
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/observations.h"
+#include "diagnosis/parts.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::diagnosis {
@@ -32,8 +34,8 @@ mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Param
 
 class Response {
  public:
-  /// Both must outlive it.
-  Response(const reduction::ReducedModel& model, const Observations& observations);
+  /// All must outlive it. @param parts  may be null: then no parameter that needs it can act
+  Response(const reduction::ReducedModel& model, const Observations& observations, const Parts* parts = nullptr);
 
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
@@ -58,15 +60,26 @@ class Response {
 
  private:
   struct Variant;
-  /// Rows of outputs times states: nominal in block 0, tangents behind it.
+  /// Output rows of a machine whose expansions or stiffnesses may differ from the model's own.
+  struct Rows {
+    Eigen::MatrixXd base;
+    std::vector<Eigen::MatrixXd> bodies, scales, screws, stiffness;
+    Eigen::MatrixXd of(const PartChanges& changes) const;
+  };
+  /// Rows of outputs times states: nominal in block 0, tangents (in units of each step) behind it.
   std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, const std::vector<Variant>& variants,
-                                   const Eigen::MatrixXd& rows) const;
-  Eigen::VectorXd constants(const mesh::Machine& machine) const;
+                                   const Rows& rows) const;
+  Eigen::MatrixXd capacity_of(const mesh::Machine& machine) const;
+  /// What is recorded of the observed channels. @param states (points x channels), K or um
+  Eigen::MatrixXd records(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
+  Rows observed_rows() const;
   Eigen::VectorXd stack(const Eigen::MatrixXd& at_points) const;
 
   const reduction::ReducedModel& model_;
   const Observations& observations_;
-  Eigen::MatrixXd rows_;  ///< (observed channels x r)
+  const Parts* parts_;
+  Rows rows_;             ///< (observed channels x r)
+  Eigen::VectorXd air_;   ///< (points) degC
 };
 
 }  // namespace thermotwin::diagnosis

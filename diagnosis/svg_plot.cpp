@@ -88,6 +88,37 @@ std::string html_text(const std::string& text) {
   return safe;
 }
 
+std::string residual_map_svg(const ResidualMap& map) {
+  constexpr double row = 15.0, name = 110.0, wide = 960.0, below = 34.0;
+  constexpr Index most_columns = 120;
+  const Index n = map.hours.size(), channels = map.ratio.cols(), columns = std::min(n, most_columns);
+  if (n < 2 || channels == 0) return "";
+  const double tall = row * static_cast<double>(channels);
+  std::string svg = fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"residuals of all channels over time\">\n", wide, tall + below);
+  const double cell = (wide - name) / static_cast<double>(columns);
+  for (Index c = 0; c < channels; ++c) {
+    svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", name - 6, row * (static_cast<double>(c) + 0.75),
+                       html_text(map.channels[static_cast<std::size_t>(c)]));
+    for (Index k = 0; k < columns; ++k) {
+      double sum = 0.0;
+      int count = 0;
+      for (Index i = k * n / columns; i < (k + 1) * n / columns; ++i)
+        if (std::isfinite(map.ratio(i, c))) sum += map.ratio(i, c), ++count;
+      if (count == 0) continue;
+      const double value = sum / count, strength = std::clamp((std::abs(value) - 1.0) / 7.0, 0.0, 1.0);
+      svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{:.1f}\" fill=\"{}\" fill-opacity=\"{:.2f}\"/>",
+                         name + cell * static_cast<double>(k), row * static_cast<double>(c) + 0.5, cell + 0.05, row - 1, value > 0 ? "#c4552d" : "#1b6ca8",
+                         0.06 + 0.94 * strength);
+    }
+    svg += "\n";
+  }
+  const Scale x{map.hours[0], map.hours[n - 1], name, wide};
+  for (const double tick : axis_ticks(x.low, x.high, 8))
+    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.0f}v5\"/><text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{:g}</text>", x(tick), tall, x(tick), tall + 17, tick);
+  svg += fmt::format("<path class=\"grid zero\" d=\"M{:.1f} 0V{:.0f}\"/>", x(map.heldout_from), tall);
+  return svg + fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">time in h</text></svg>\n", 0.5 * (name + wide), tall + 31);
+}
+
 std::string residual_svg(const ResidualPlot& plot) {
   const Index n = plot.hours.size();
   double low = 0.0, high = 0.0;

@@ -18,6 +18,16 @@ struct ResidualPlot {
   bool show_after = true;
 };
 
+/// Channels over time in colours: residual over what is expected of it, blue below, orange above, pale
+/// within two standard deviations. One look says which channels are off, and when.
+struct ResidualMap {
+  std::vector<std::string> channels;
+  Eigen::VectorXd hours;                 ///< (n)
+  Eigen::MatrixXd ratio;                 ///< (n x channels), NaN where nothing was measured
+  double heldout_from = 0;               ///< h
+};
+std::string residual_map_svg(const ResidualMap& map);
+
 std::string residual_svg(const ResidualPlot& plot);
 
 /// Numbers for an axis from low to high: steps of 1, 2 or 5 times a power of ten, about `count`.

@@ -11,34 +11,54 @@
 
 namespace thermotwin::diagnosis {
 
-void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
-                     const reduction::ReducedModel& model) {
+namespace {
+
+/// An extension of an earlier diagnosis would contradict this one.
+void remove_extension(const std::filesystem::path& out) {
+  std::error_code ignored;
+  for (const char* name : {"extended/machine.toml", "extended/model.rom.h5", "extended"}) std::filesystem::remove(out / name, ignored);
+}
+
+/// @param extend  writes further files into the folder and names them
+template <class Extend>
+void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine& machine, const Extend& extend) {
   using std::filesystem::path;
-  const bool extends = !diagnosis.extended_machine_text.empty();
   core::write_files_by(out, [&](const path& staged) {
     std::vector<path> files{"residuals.csv", "report.html"};
     core::write_csv(staged / "residuals.csv", diagnosis.series);
-    core::write_file(staged / "report.html", report_html(diagnosis, model.machine));
-    if (extends) {
-      const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
-      const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine);
-      reduction::ReducedModel extended = model;
-      extended.machine = mesh::parse_machine(text, model.machine.path);
-      core::write_file(staged / machine_file, text);
-      reduction::write_model(staged / model_file, extended);
-      files.insert(files.end(), {machine_file, model_file});
-    }
+    core::write_file(staged / "report.html", report_html(diagnosis, machine));
+    extend(staged, files);
     // Last: who finds it finds the rest as well.
     core::write_file(staged / "diagnosis.json", diagnosis_json(diagnosis));
     files.emplace_back("diagnosis.json");
     return files;
   });
-  if (extends) return;
-  // An extension of an earlier diagnosis would contradict this one.
-  std::error_code ignored;
-  std::filesystem::remove(out / "extended" / "machine.toml", ignored);
-  std::filesystem::remove(out / "extended" / "model.rom.h5", ignored);
-  std::filesystem::remove(out / "extended", ignored);
+}
+
+}  // namespace
+
+void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
+                     const reduction::ReducedModel& model) {
+  using std::filesystem::path;
+  const bool extends = !diagnosis.extended_machine_text.empty();
+  write_files(out, diagnosis, model.machine, [&](const path& staged, std::vector<path>& files) {
+    if (!extends) return;
+    const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
+    const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine);
+    reduction::ReducedModel extended = model;
+    extended.machine = mesh::parse_machine(text, model.machine.path);
+    core::write_file(staged / machine_file, text);
+    reduction::write_model(staged / model_file, extended);
+    files.insert(files.end(), {machine_file, model_file});
+  });
+  if (!extends) remove_extension(out);
+}
+
+void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis) {
+  mesh::Machine machine;
+  machine.name = "data without a machine";
+  write_files(out, diagnosis, machine, [](const std::filesystem::path&, std::vector<std::filesystem::path>&) {});
+  remove_extension(out);
 }
 
 }  // namespace thermotwin::diagnosis

@@ -141,6 +141,8 @@ struct FilmSpec {
   double radius = 0;                ///< m, of the disc
   double fraction = 1.0;            ///< share of the disc's film that reaches this surface
   std::string state;                ///< channel ("cutting_fluid.on") that multiplies; "" always 1
+  double speed_factor = 1.0;        ///< of what speed adds: the disc's own film, a table above its lowest point
+  double radiation_load = 0.0;      ///< W/m^2 that shine on it and no ambient explains (sun, a furnace)
 };
 
 struct AmbientSpec {
@@ -184,6 +186,7 @@ struct CoolantSpec {
   std::string guide_sensor;         ///< id; "" follows the ambient of guide_ambient
   std::string guide_ambient = "air";
   double guide_offset = 0;          ///< K, set point minus guide reading
+  double inlet_offset = 0;          ///< K, what enters minus what the channel of the inlet says
   std::string guide_warmed_by;      ///< volume next to the guide sensor (control cabinet), or ""
   double guide_warmed_share = 0;    ///< of the volume's temperature in the reading
   bool controls_return = false;     ///< what is held at the set point: the return, else the outlet
@@ -220,6 +223,8 @@ struct SourceSpec {
   std::string drive;                ///< "<drive>.power_W" replaces the laws where it is given
   double drive_loss_share = 1.0;    ///< share of the drive's power that becomes this heat
   Uncertain scale{1.0, 0.0};
+  double standstill = 0;            ///< W while the machine is on, beside laws or measured power
+  double speed_exponent = 0;        ///< laws of speeds times (speed / half the largest)^this
   std::vector<PowerLaw> laws;       ///< added up, with losses
   std::vector<LossLaw> losses;
   std::vector<SourcePlace> places;
@@ -230,7 +235,17 @@ struct SensorSpec {
   std::string volume, return_of;    ///< in a volume; in the mixed return of a coolant
   Eigen::Vector3d point;            ///< m, home frame; moved to the nearest point of the body
   double offset = 0;                ///< K
+  double drift = 0;                 ///< K/s from the start of a record
+  double lag = 0;                   ///< s, time constant of the reading
+  double air_share = 0;             ///< of the air's temperature in the reading: 1 hangs loose
   double uncertainty = 0.05;        ///< K, one standard deviation
+};
+
+/// What a recorded channel does that no machine does: its probe drifts, its clock is late.
+struct ReadingSpec {
+  std::string id;                   ///< of the channel in channels.toml
+  double drift = 0;                 ///< unit of the channel per s from the start of a record
+  double shift = 0;                 ///< s that it shows what happens too late
 };
 
 struct TcpSpec {
@@ -271,6 +286,7 @@ struct Machine {
   std::vector<CoolantSpec> coolants;
   std::vector<SourceSpec> sources;
   std::vector<SensorSpec> sensors;
+  std::vector<ReadingSpec> readings;
   TcpSpec tcp;
   Workspace workspace;
   std::filesystem::path path;       ///< machine.toml

@@ -192,6 +192,14 @@ void check_surfaces(const Draft& draft) {
   on_body("table_surface", machine.tcp.table_surface, machine.tcp.table_body);
 }
 
+/// A volume's films have no input of their own.
+void check_loads(const Draft& draft) {
+  for (const FilmSpec& film : draft.machine.films)
+    if (film.radiation_load != 0.0 && draft.machine.volume_index(film.ambient) >= 0)
+      throw InputError(draft.place("film", film.id), fmt::format("radiation_load_W_m2 = {}", film.radiation_load),
+                       "0 on a film whose ambient is a volume");
+}
+
 }  // namespace
 
 void check_references(const Draft& draft) {
@@ -227,6 +235,7 @@ void check_volumes(const Draft& draft) {
 }
 
 void check_machine(const Draft& draft) {
+  check_loads(draft);
   check_volumes(draft);
   check_tree(draft);
   check_surfaces(draft);

@@ -166,6 +166,7 @@ CoolantSpec read_coolant(const Node& node, Draft& draft) {
     refuse(node, "guide_ambient", "either guide_sensor or guide_ambient");
   }
   coolant.guide_offset = node.number_or("guide_offset_K", 0.0, {-100.0, 100.0});
+  coolant.inlet_offset = node.number_or("inlet_offset_K", 0.0, {-100.0, 100.0});
   coolant.guide_warmed_by = draft.refer_or_empty(node, "guide_warmed_by", "volume");
   if (coolant.guide_warmed_by.empty())
     refuse(node, "guide_warmed_share", "together with guide_warmed_by");

@@ -148,6 +148,9 @@ SensorSpec read_sensor(const Node& node, Draft& draft) {
     if (!sensor.volume.empty()) refuse(node, "return_of", "either volume or return_of");
   }
   sensor.offset = node.number_or("offset_K", 0.0, {-100.0, 100.0});
+  sensor.drift = node.number_or("drift_K_h", 0.0, {-100.0, 100.0}) / 3600.0;
+  sensor.lag = node.number_or("time_constant_s", 0.0, {0.0, 1e6});
+  sensor.air_share = node.number_or("air_share", 0.0, {0.0, 1.0});
   sensor.uncertainty = node.number_or("uncertainty_K", 0.05, core::positive);
   node.finish();
   return sensor;
@@ -169,6 +172,17 @@ TcpSpec read_tcp(const Node& node, Draft& draft) {
   return tcp;
 }
 
+/// Channels are those of measurements, which this file does not know.
+ReadingSpec read_reading(const Node& node, Draft& draft) {
+  ReadingSpec reading;
+  reading.id = node.text("id");
+  core::require_unique_id(reading.id, node.place("id"), draft.ids["reading"]);
+  reading.drift = node.number_or("drift_1_h", 0.0, {-1e4, 1e4}) / 3600.0;
+  reading.shift = node.number_or("shift_s", 0.0, {-1e6, 1e6});
+  node.finish();
+  return reading;
+}
+
 }  // namespace
 
 void read_structure(const Node& root, Draft& draft, bool files_must_exist) {
@@ -182,6 +196,7 @@ void read_structure(const Node& root, Draft& draft, bool files_must_exist) {
   for (const Node& node : root.tables("scale")) machine.scales.push_back(read_scale(node, draft));
   read_screws(root, draft);
   for (const Node& node : root.tables("sensor")) machine.sensors.push_back(read_sensor(node, draft));
+  for (const Node& node : root.tables("reading")) machine.readings.push_back(read_reading(node, draft));
   if (machine.bodies.empty()) throw InputError(root.place(), "no [[body]]", "one or more bodies");
   machine.tcp = read_tcp(root.table("tcp"), draft);
 }

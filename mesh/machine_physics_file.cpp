@@ -154,6 +154,10 @@ FilmSpec read_film(const Node& node, Draft& draft) {
   } else {
     for (const char* key : {"radiation", "surroundings"}) refuse(node, key, "together with emissivity > 0");
   }
+  const bool has_speed = kind == "rotating_disc" || (kind == "table" && !film.table.input.ends_with(".T_C"));
+  if (has_speed) film.speed_factor = node.number_or("speed_factor", 1.0, {0.0, 1e3});
+  else refuse(node, "speed_factor", "kind = \"rotating_disc\" or a \"table\" over a speed");
+  film.radiation_load = node.number_or("radiation_load_W_m2", 0.0, {-1e5, 1e5});
   film.state = node.text_or("state", "");
   if (!film.state.empty()) draft.references.push_back({"state channel", film.state, node.place("state")});
   node.finish();
@@ -187,6 +191,8 @@ SourceSpec read_source(const Node& node, Draft& draft) {
   else
     source.drive_loss_share = node.number_or("drive_loss_share", 1.0, share);
   source.scale = node.uncertain_or("scale", {1.0, 0.0}, {0.0, 1e6});
+  source.standstill = node.number_or("standstill_W", 0.0, {-1e6, 1e6});
+  source.speed_exponent = node.number_or("speed_exponent", 0.0, {-5.0, 5.0});
   for (const Node& law : node.tables("law")) {
     if (law.has("kind")) {
       source.losses.push_back(read_loss(law, draft));

@@ -52,7 +52,7 @@ Chiller::Chiller(const mesh::Machine& machine, const Layout& layout, const Chann
                          coolant.guide_sensor.empty() ? -1 : machine.sensor_index(coolant.guide_sensor),
                          place_of(machine, layout, ObservedKind::coolant_return, static_cast<int>(i)),
                          place_of(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by)),
-                         coolant.guide_warmed_share, coolant.guide_offset, coolant.time_constant, coolant.control,
+                         coolant.guide_warmed_share, coolant.guide_offset, coolant.inlet_offset, coolant.time_constant, coolant.control,
                          coolant.controls_return, coolant.band, coolant.pull_down, coolant.drift_up, coolant.gain,
                          coolant.integral_time, coolant.flow.value * coolant.specific_heat, coolant.power});
   }
@@ -147,7 +147,7 @@ const VectorXd& Chiller::advance(const VectorXd& row, const Readings& readings, 
     const auto place = static_cast<Index>(i);
     double &outlet = outlet_K_[place], &inlet = inlet_K_[place];
     if (std::isfinite(row[circuit.inlet])) {
-      outlet = row[circuit.inlet] - reference_C_;
+      outlet = row[circuit.inlet] + circuit.inlet_offset - reference_C_;
     } else if (!(row[circuit.on] > 0.0)) {
       // It keeps its temperature.
     } else if (!exact(i)) {
@@ -176,7 +176,7 @@ VectorXd Chiller::outlet_after(const VectorXd& row, const Readings& readings, do
     const Circuit& circuit = circuits_[i];
     double& value = outlet[static_cast<Index>(i)];
     if (std::isfinite(row[circuit.inlet])) {
-      value = row[circuit.inlet] - reference_C_;
+      value = row[circuit.inlet] + circuit.inlet_offset - reference_C_;
       continue;
     }
     if (!(row[circuit.on] > 0.0)) continue;

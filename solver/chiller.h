@@ -68,7 +68,7 @@ class Chiller {
   struct Circuit {
     int on, inlet;
     int guide, returns, warmed_by;   // places in readings, -1; guide -1: an ambient
-    double warmed_share, offset, time_constant;
+    double warmed_share, offset, inlet_offset, time_constant;
     mesh::ChillerControl control;
     bool controls_return;
     double band, pull_down, drift_up, gain, integral_time, heat_flow, power;  // heat_flow: W/K at full flow

@@ -16,6 +16,7 @@
 // A mean speed enters as it is: with a duty below 100 % laws that are not linear see the mean.
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "mesh/machine.h"
 #include "solver/channels.h"
@@ -39,6 +40,8 @@ class LossInput {
   LossInput(const mesh::Machine& machine, const Channels& channels, const mesh::LossLaw& loss);
 
   double power(const mesh::LossLaw& loss, const Eigen::VectorXd& row) const;
+  /// Speed over the largest one; negative where the law has none.
+  double relative_speed(const Eigen::VectorXd& row) const { return speed_ < 0 || !(fastest_ > 0.0) ? -1.0 : std::abs(row[speed_]) / fastest_; }
   /// Sets the row to where this law gives its most within travel and speed of the machine.
   void set_hottest(const mesh::LossLaw& loss, const mesh::Machine& machine, Eigen::VectorXd& row) const;
 

@@ -43,6 +43,20 @@ double interpolate(const mesh::PowerLaw& law, double x) {
   return law.power[right - 1] + s * (law.power[right] - law.power[right - 1]);
 }
 
+/// Of a channel of speeds, in its unit; 0 for any other channel.
+double largest_speed(const mesh::Machine& machine, const std::string& channel) {
+  if (channel == "spindle.speed_rpm") return machine.spindle_max_rpm;
+  for (const mesh::Axis& axis : machine.axes)
+    if (channel.starts_with("axis." + axis.id + ".feed_"))
+      return axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? 1e-3 : degree);
+  return 0.0;
+}
+
+/// A power law beside the table: 1 at half of the largest speed, and at rest.
+double by_speed(double relative, double exponent) {
+  return exponent == 0.0 || !(relative > 0.0) ? 1.0 : std::pow(std::max(relative, 1e-3), exponent);
+}
+
 }  // namespace
 
 OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layout)
@@ -54,6 +68,7 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
                               channels_.index(id + "low_" + unit), channels_.index(id + "high_" + unit),
                               linear ? 1e-3 : degree});
   }
+  machine_on_ = channels_.index("machine.on");
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
     ambient_channels_.push_back(channels_.index(ambient.id + ".T_C"));
     gradient_channels_.push_back(ambient.has_gradient ? channels_.index(ambient.id + ".gradient_K_m") : -1);
@@ -123,7 +138,7 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
     source_drive_.push_back(source.drive.empty() ? -1 : channels_.index(source.drive + ".power_W"));
     std::vector<LawChannel> laws;
     for (const mesh::PowerLaw& law : source.laws)
-      laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C")});
+      laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C"), 0.5 * largest_speed(machine, law.input)});
     law_channels_.push_back(std::move(laws));
     std::vector<LossInput> losses;
     for (const mesh::LossLaw& loss : source.losses) losses.emplace_back(machine, channels_, loss);
@@ -181,10 +196,12 @@ OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen:
   if (c.table >= 0) {
     const double value = row[c.table];
     // An input that nobody gives: its law has nothing to say.
+    const double lowest = spec.table.power.front();
     parts.convection = std::isfinite(value) ? interpolate(spec.table, spec.table.input.ends_with(".T_C") ? value : std::abs(value)) : 0.0;
+    if (std::isfinite(value) && spec.speed_factor != 1.0) parts.convection = std::max(0.0, lowest + spec.speed_factor * (parts.convection - lowest));
   }
   if (c.speed >= 0) {
-    const double forced = spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius), still = parts.convection;
+    const double forced = spec.speed_factor * spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius), still = parts.convection;
     parts.convection = std::cbrt(still * still * still + forced * forced * forced);
   }
   double factor = spec.kind != mesh::FilmKind::constant ? spec.coefficient.value : 1.0;
@@ -198,15 +215,20 @@ OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen:
 double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) const {
   const mesh::SourceSpec& source = machine_.sources[i];
   const double drive = source_drive_[i] >= 0 ? row[source_drive_[i]] : not_given;
-  if (std::isfinite(drive)) return source.scale.value * source.drive_loss_share * drive;
+  const double standstill = source.standstill != 0.0 && machine_on_ >= 0 ? source.standstill * row[machine_on_] : source.standstill;
+  if (std::isfinite(drive)) return source.scale.value * source.drive_loss_share * drive + standstill;
   double power = 0.0;
   for (std::size_t k = 0; k < source.laws.size(); ++k) {
-    const double value = row[law_channels_[i][k].channel];
+    const auto& [channel, magnitude, half_speed] = law_channels_[i][k];
+    const double value = row[channel];
     // An input that nobody gives: its law has nothing to say.
-    if (std::isfinite(value)) power += interpolate(source.laws[k], law_channels_[i][k].magnitude ? std::abs(value) : value);
+    if (!std::isfinite(value)) continue;
+    const double factor = half_speed > 0.0 ? by_speed(std::abs(value) / half_speed, source.speed_exponent) : 1.0;
+    power += factor * interpolate(source.laws[k], magnitude ? std::abs(value) : value);
   }
-  for (std::size_t k = 0; k < source.losses.size(); ++k) power += loss_inputs_[i][k].power(source.losses[k], row);
-  return source.scale.value * power;
+  for (std::size_t k = 0; k < source.losses.size(); ++k)
+    power += by_speed(2.0 * loss_inputs_[i][k].relative_speed(row), source.speed_exponent) * loss_inputs_[i][k].power(source.losses[k], row);
+  return source.scale.value * power + standstill;
 }
 
 double OperatingModel::conductance(std::size_t joint, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const {
@@ -258,7 +280,7 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
         out.p[t] = parts.convection + parts.radiation;
         if (film_channels_[item].ambient < 0) break;
         const auto k = static_cast<Eigen::Index>(film_first_input_[item]);
-        out.q[k] = parts.convection * parts.ambient_K + parts.radiation * parts.surroundings_K;
+        out.q[k] = parts.convection * parts.ambient_K + parts.radiation * parts.surroundings_K + machine_.films[item].radiation_load;
         if (gradient_channels_[static_cast<std::size_t>(film_channels_[item].ambient)] >= 0)
           out.q[k + 1] = parts.convection * gradient_K_m(film_channels_[item].ambient, row);
         if (machine_.films[item].exact_radiation && parts.emissivity > 0.0)

@@ -140,10 +140,11 @@ class OperatingModel {
   std::vector<std::vector<ExchangeChannels>> exchange_channels_;
   std::vector<int> volume_given_, gradient_channels_;
   bool follows_temperature_ = false;
+  int machine_on_ = -1;
   Eigen::VectorXd still_film_;      // W/(m^2 K), convection of the air at rest (laws), or the constant
   Eigen::VectorXd radiation_film_;  // W/(m^2 K)
   std::vector<int> film_first_input_, joint_first_term_, joint_ambient_, coolant_on_, source_drive_;
-  struct LawChannel { int channel; bool magnitude; };
+  struct LawChannel { int channel; bool magnitude; double half_speed; };  // half_speed 0: the law is not over a speed
   std::vector<std::vector<LawChannel>> law_channels_;
   std::vector<std::vector<LossInput>> loss_inputs_;
   std::vector<double> contact_factor_, clamped_factor_;  // of joints' conductances, by pressure

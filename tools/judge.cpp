@@ -8,6 +8,7 @@
 #include "compensation/validation.h"
 #include "core/error.h"
 #include "diagnosis/diagnose.h"
+#include "diagnosis/grey_box.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"
@@ -15,14 +16,17 @@
 namespace thermotwin::tools {
 
 void diagnose(const DiagnoseOptions& options) {
-  if (options.case_path.empty() && options.model.empty())
-    throw core::UsageError("diagnose needs the machine that was measured: a CASE or --model model.rom.h5" +
-                           evaluate_instead(options.data));
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
-  const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
-  const diagnosis::Diagnosis result = diagnosis::diagnose(model, measurement, {});
   const auto folder = options.out / "diagnosis";
-  diagnosis::write_diagnosis(folder, result, model);
+  diagnosis::Diagnosis result;
+  if (options.case_path.empty() && options.model.empty()) {
+    result = diagnosis::diagnose_data(measurement, {});
+    diagnosis::write_diagnosis(folder, result);
+  } else {
+    const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
+    result = diagnosis::diagnose(model, measurement, {});
+    diagnosis::write_diagnosis(folder, result, model);
+  }
   std::string text = result.sentence + "\n";
   for (std::size_t i = 0; i < result.ranking.size() && i < 5; ++i)
     text += fmt::format("  {:5.1f} %  {} {}\n", 100 * result.ranking[i].probability,

@@ -243,7 +243,7 @@ int parse_and_run(int argc, char** argv) {
   verb = add_verb(app, "diagnose", "what the simulation gets wrong in a measurement, why, the extended model, the gain",
                   "thermotwin diagnose cases/vmc5 --data measurement --model out/model.rom.h5", diagnose,
                   &tools::diagnose);
-  verb->add_option("CASE", diagnose.case_path, "case folder (absent: --model must be given)");
+  verb->add_option("CASE", diagnose.case_path, "case folder (absent, and no --model: data without a machine, against a grey box of its first day)");
   verb->add_option("--data", diagnose.data, "measurement folder")->required();
   verb->add_option("--model", diagnose.model, "model.rom.h5 (absent: made from the case)");
 

@@ -8,11 +8,12 @@
 
 namespace thermotwin::tools {
 
-std::string evaluate_instead(const std::filesystem::path& data) {
-  return "; for data that belong to no machine model use: thermotwin evaluate --data " + data.string();
-}
-
 namespace {
+
+std::string evaluate_instead(const std::filesystem::path& data) {
+  return "; for data that belong to no machine model leave CASE and --model away: thermotwin evaluate --data " + data.string() +
+         " or thermotwin diagnose --data " + data.string();
+}
 
 /// @throws InputError unless the measurement is one of the machine
 void require_measured_on(const mesh::Machine& machine, const compensation::Measurement& measurement) {

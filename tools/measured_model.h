@@ -10,9 +10,6 @@
 
 namespace thermotwin::tools {
 
-/// Words for data that no machine model fits.
-std::string evaluate_instead(const std::filesystem::path& data);
-
 /// The reduced model of the verb; a measurement that does not fit is refused before any long work.
 /// @param model  empty: made from the case
 reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,

@@ -171,7 +171,7 @@ std::string hidden_truth(const solver::Case& machine_case) {
   mesh::Machine nominal = machine_case.machine;
   mesh::Machine measured = measured_machine(machine_case);
   const diagnosis::Parameter effect = diagnosis::make_parameter(wrong.kind, wrong.where);
-  const double ratio = *diagnosis::machine_value(measured, effect).value / *diagnosis::machine_value(nominal, effect).value;
+  const double ratio = *diagnosis::machine_values(measured, effect).front().value / *diagnosis::machine_values(nominal, effect).front().value;
   return fmt::format("            hidden in the virtual measurement of {}: {} of {} x {:.3g}\n", wrong.load, wrong.kind,
                      wrong.where, ratio);
 }

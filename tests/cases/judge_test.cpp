@@ -94,16 +94,27 @@ TEST(Evaluate, ModelsCarryToAnotherRecordAndCross) {
   for (const char* words : {"grey_bocks", "nearest: grey_box"}) EXPECT_SAYS(unknown.err, words);
 }
 
-TEST(Diagnose, WithoutAMachineSaysThatEvaluateIsForThat) {
+TEST(Diagnose, NeedsNoMachine) {
   const Toy toy;
   write_drift(toy);
-  const Result bare = toy.run({"diagnose", "--data", toy.file("drift")});
-  EXPECT_EQ(bare.status, 2);
-  for (const char* words : {"CASE", "--model", "thermotwin evaluate --data "}) EXPECT_SAYS(bare.err, words);
+  const Result result = toy.run({"diagnose", "--data", toy.file("drift"), "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json d = json::parse(result.out);
+  // Two first-order elements are what it is.
+  EXPECT_EQ(d["verdict"], "no_discrepancy") << result.out;
+  EXPECT_EQ(d["residual"]["per_channel"][0]["id"], "z");
+  EXPECT_TRUE(d["extended_machine"].is_null());
+  for (const char* file : {"diagnosis/diagnosis.json", "diagnosis/report.html", "diagnosis/residuals.csv"})
+    EXPECT_TRUE(std::filesystem::exists(toy.result(file))) << file;
+}
+
+TEST(Diagnose, DataOfAnotherMachineAreRefused) {
+  const Toy toy;
+  write_drift(toy);
   // Refused at once: nothing is meshed or simulated for it.
   const Result foreign = toy.run({"diagnose", toy.path(), "--data", toy.file("drift")});
   EXPECT_EQ(foreign.status, 3);
-  for (const char* words : {"channels.toml", "'hall'", "T1, T2, T3, T4", "thermotwin evaluate --data "}) EXPECT_SAYS(foreign.err, words);
+  for (const char* words : {"channels.toml", "'hall'", "T1, T2, T3, T4", "thermotwin diagnose --data "}) EXPECT_SAYS(foreign.err, words);
   EXPECT_TRUE(files_in(toy.out()).empty());
 }
 

@@ -347,6 +347,35 @@ inline void set_inputs(double hour, const solver::Channels& channels, Eigen::Vec
   set("air.T_C", 20.5 + 1.8 * std::sin(2 * std::numbers::pi * hour / 24.0) + 0.4 * std::sin(hour));
 }
 
+/// What a faulty sensor, probe or clock makes of its column, in the plainest words.
+inline void spoil(compensation::Measurement& m, const diagnosis::Parameter& fault, double value) {
+  const Eigen::VectorXd time = m.data.values.col(0);
+  Index air = -1;
+  for (const auto& channel : m.channels)
+    if (channel.input == "air.T_C") air = channel.column;
+  for (const auto& channel : m.channels) {
+    const bool group = (fault.where == "displacement" && !channel.quantity.empty()) || (fault.where == "temperature" && !channel.sensor.empty());
+    if (channel.id != fault.where && !group) continue;
+    auto column = m.data.values.col(channel.column);
+    const Eigen::VectorXd before = column;
+    for (Index i = 0; i < time.size(); ++i) {
+      if (fault.kind == "sensor_drift" || fault.kind == "probe_drift") column[i] += value * (time[i] - time[0]) / 3600.0;
+      if (fault.kind == "sensor_detached") column[i] += value * (m.data.values(i, air) - before[i]);
+      if (fault.kind == "sensor_lag" && i > 0) {
+        double y = column[i - 1];  // a hundred Euler steps a sample
+        const double h = (time[i] - time[i - 1]) / 100.0;
+        for (int k = 0; k < 100; ++k) y += h / value * (before[i - 1] + (before[i] - before[i - 1]) * (k + 0.5) / 100.0 - y);
+        column[i] = y;
+      }
+      if (fault.kind == "clock_shift") {
+        const double at = std::clamp(time[i] - value, time[0], time[time.size() - 1]);
+        const auto left = std::min(static_cast<Index>((at - time[0]) / (time[1] - time[0])), time.size() - 2);
+        column[i] = before[left] + (before[left + 1] - before[left]) * (at - time[left]) / (time[1] - time[0]);
+      }
+    }
+  }
+}
+
 /// A measurement of a machine: `faults` are what is wrong with it, by kinds of the diagnosis.
 inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::Parameter, double>>& faults,
                                          const MeasureOptions& options = {}) {
@@ -371,7 +400,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
       air_offset = value;
     else if (parameter.kind == "sensor_offset")
       sensor_fault[static_cast<std::size_t>(m.sensor_index(parameter.item))] = value;
-    else
+    else if (!diagnosis::acts_on_readings(parameter.kind))
       m = diagnosis::with_parameter(m, parameter, value);
   }
   const reduction::ReducedModel truth = model(m, options.cells);
@@ -469,6 +498,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
       stepper.advance(state, operating.coefficients(real, inlet), step);
     }
   }
+  for (const auto& [parameter, value] : faults) spoil(out, parameter, value);
   return out;
 }
 

@@ -1,0 +1,339 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is wrong with a grey box on the days after the one it was fitted on, what may explain it, and
+// whether that holds on the last day.
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/text.h"
+#include "diagnosis/covariance.h"
+#include "diagnosis/evidence.h"
+#include "diagnosis/grey_box.h"
+#include "diagnosis/statistics.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double day = 86400.0, hour = 3600.0;
+constexpr double sure = 0.9, discrepant = 0.01;  ///< probability of a cause; p value of a residual
+constexpr double prior_none = 0.5, prior_cause = 0.45, prior_unknown = 0.05;
+
+struct Days {
+  std::vector<Index> first, middle, last;
+  double first_end = 0, last_start = 0;  ///< s
+};
+
+Days divide(const DataRecord& record) {
+  const double start = record.time[0] - 0.5 * record.interval, length = record.time[record.time.size() - 1] - record.time[0];
+  Days parts;
+  const double part = length >= 2.25 * day ? day : length / 3.0;
+  parts.first_end = start + part;
+  parts.last_start = start + 2.0 * part;
+  for (Index i = 0; i < record.time.size(); ++i)
+    (record.time[i] < parts.first_end ? parts.first : record.time[i] < parts.last_start ? parts.middle : parts.last).push_back(i);
+  return parts;
+}
+
+std::vector<Index> joined(const std::vector<Index>& a, const std::vector<Index>& b) {
+  std::vector<Index> all = a;
+  all.insert(all.end(), b.begin(), b.end());
+  return all;
+}
+
+std::vector<Index> finite_rows(const VectorXd& values, const std::vector<Index>& rows) {
+  std::vector<Index> good;
+  for (const Index row : rows)
+    if (std::isfinite(values[row])) good.push_back(row);
+  return good;
+}
+
+/// A way to extend the grey box: further columns with priors, or the box fitted on more days.
+struct Extension {
+  std::string kind, name, unit;
+  MatrixXd columns;       ///< (n x k)
+  VectorXd prior_std;     ///< (k)
+  bool refit = false;
+  double log_evidence = 0, value = 0, std = 0;
+  VectorXd predicted;     ///< (n)
+};
+
+/// Time by which a residual forgets itself, from its correlation one interval apart; s.
+double memory_of(const VectorXd& residual, const std::vector<Index>& rows, double interval) {
+  double product = 0.0, square = 0.0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    if (rows[i] != rows[i - 1] + 1) continue;
+    product += residual[rows[i]] * residual[rows[i - 1]];
+    square += 0.5 * (residual[rows[i]] * residual[rows[i]] + residual[rows[i - 1]] * residual[rows[i - 1]]);
+  }
+  const double correlation = square > 0.0 ? product / square : 0.0;
+  return correlation > 0.0 && correlation < 1.0 ? -interval / std::log(correlation) : 0.0;
+}
+
+double correlation(const VectorXd& a, const VectorXd& b) {
+  const VectorXd x = a.array() - a.mean(), y = b.array() - b.mean();
+  const double size = x.norm() * y.norm();
+  return size > 0.0 ? x.dot(y) / size : 0.0;
+}
+
+struct Judged {
+  GreyBox box;
+  VectorXd before, after, expected_std;  ///< (n) residuals, and what the first day makes one expect
+  double p_value = 1;                    ///< of the later days' residual under the box of the first day
+  double probability_none = 1, probability_unknown = 0;
+  std::vector<Extension> extensions;
+  std::vector<double> probability;       ///< of the extensions
+  std::string words;
+};
+
+/// Log evidence of rows under the box's own process; columns added to its gains, whose posterior is
+/// that of the first day.
+LinearEvidence evidence_of(const DataRecord& record, const GreyBox& box, const VectorXd& target, const std::vector<Index>& rows,
+                           const MatrixXd& added, const VectorXd& added_std, double wander, double& log_determinant) {
+  const auto n = static_cast<Index>(rows.size());
+  const MatrixXd all = box.columns(record)(rows, Eigen::all);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(box.covariance);
+  const MatrixXd root = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  MatrixXd columns(n, root.cols() + added.cols());
+  columns << all * root, MatrixXd(added(rows, Eigen::all));
+  VectorXd prior(columns.cols());
+  prior << VectorXd::Ones(root.cols()), added_std;
+  const Whitener white({{record.time(rows), VectorXd::Constant(n, box.noise_std * box.noise_std), VectorXd::Zero(n),
+                         {{wander * box.wander_std, box.wander_time}}}});
+  log_determinant = white.log_determinant();
+  return LinearEvidence(white.whiten(columns), white.whiten(target(rows) - all * box.gains), prior);
+}
+
+std::vector<Extension> candidates(const DataRecord& record, double size) {
+  const Index n = record.time.size();
+  const VectorXd since = record.time.array() - record.time[0];
+  std::vector<Extension> all;
+  Extension drift{"probe_drift", "drift", "um/h", since / hour, VectorXd::Constant(1, size / 24.0), false, 0, 0, 0, {}};
+  all.push_back(drift);
+  MatrixXd daily(n, 4);
+  for (Index i = 0; i < n; ++i) {
+    const double angle = 2.0 * std::numbers::pi * record.time[i] / day;
+    daily.row(i) << std::sin(angle), std::cos(angle), std::sin(2.0 * angle), std::cos(2.0 * angle);
+  }
+  all.push_back({"unmeasured_temperature", "daily_amplitude", "um", daily, (VectorXd(4) << 0.5, 0.5, 0.25, 0.25).finished() * size, false, 0, 0, 0, {}});
+  all.push_back({"time_constant", "slowest", "s", MatrixXd(n, 0), VectorXd(0), true, 0, 0, 0, {}});
+  return all;
+}
+
+Judged judge_channel(const DataRecord& record, Index target, const Days& parts) {
+  Judged judged;
+  const VectorXd value = record.targets.col(target);
+  const std::vector<Index> first = finite_rows(value, parts.first), middle = finite_rows(value, parts.middle),
+                           last = finite_rows(value, parts.last), later = joined(middle, last);
+  judged.box = fit_grey_box(record, target, first);
+  const GreyBox& box = judged.box;
+  const MatrixXd columns = box.columns(record);
+  const VectorXd predicted = columns * box.gains;
+  judged.before = value - predicted;
+  judged.expected_std = ((columns * box.covariance).cwiseProduct(columns).rowwise().sum().array() +
+                         box.wander_std * box.wander_std + box.noise_std * box.noise_std).sqrt();
+  judged.after = judged.before;
+  double determinant = 0.0;
+  const MatrixXd nothing(record.time.size(), 0);
+  const VectorXd none_std(0);
+  const LinearEvidence all_later = evidence_of(record, box, value, later, nothing, none_std, 1.0, determinant);
+  judged.p_value = chi_square_tail(all_later.chi_square(), static_cast<double>(later.size()));
+
+  // Hypotheses compete on the middle part, given the first; the last one is never fitted.
+  const LinearEvidence none = evidence_of(record, box, value, middle, nothing, none_std, 1.0, determinant);
+  const double log_none = none.log_evidence() - 0.5 * determinant;
+  const double size = std::max({root_mean_square(judged.before(middle)), root_mean_square(value(first).array() - value(first).mean()), 1e-6});
+  judged.extensions = candidates(record, size);
+  std::vector<double> logs = {std::log(prior_none) + log_none};
+  for (Extension& extension : judged.extensions) {
+    if (extension.refit) {
+      // The same elements with other time constants and gains, on both parts.
+      const GreyBox both = fit_grey_box(record, target, joined(first, middle), box.time_constants);
+      // Time constants are taken at their best: each costs half a logarithm of the values.
+      extension.log_evidence = both.log_evidence - box.log_evidence -
+                               0.5 * static_cast<double>(record.inputs.cols()) * std::log(static_cast<double>(middle.size()));
+      extension.predicted = both.columns(record) * both.gains;
+      extension.value = both.time_constants.maxCoeff();
+      extension.std = 0.5 * extension.value;
+    } else {
+      const LinearEvidence wide = evidence_of(record, box, value, middle, extension.columns, extension.prior_std, 1.0, determinant);
+      extension.log_evidence = wide.log_evidence() - 0.5 * determinant;
+      const Index k = extension.columns.cols();
+      const VectorXd gains = wide.mean().tail(k);
+      const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(box.covariance);
+      const VectorXd moved = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * wide.mean().head(box.gains.size());
+      extension.predicted = predicted + columns * moved + extension.columns * gains;
+      extension.value = k == 1 ? gains[0] : gains.head(2).norm();
+      extension.std = std::sqrt(wide.covariance().bottomRightCorner(k, k).diagonal().maxCoeff());
+    }
+    logs.push_back(std::log(prior_cause / static_cast<double>(judged.extensions.size())) + extension.log_evidence);
+  }
+  double unknown = -std::numeric_limits<double>::infinity();
+  for (const double wander : {2.0, 4.0, 8.0}) {
+    const LinearEvidence wide = evidence_of(record, box, value, middle, nothing, none_std, wander, determinant);
+    unknown = std::max(unknown, wide.log_evidence() - 0.5 * determinant - std::log(3.0));
+  }
+  logs.push_back(std::log(prior_unknown) + unknown);
+  const double top = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (double& log : logs) sum += log = std::exp(log - top);
+  judged.probability_none = logs.front() / sum;
+  judged.probability_unknown = logs.back() / sum;
+  for (std::size_t i = 0; i < judged.extensions.size(); ++i) {
+    judged.probability.push_back(logs[i + 1] / sum);
+    judged.extensions[i].log_evidence -= log_none;
+  }
+  return judged;
+}
+
+/// Sums of squares per interval of the last part.
+Interval last_interval(const VectorXd& before, const VectorXd& after, const std::vector<Index>& rows, double interval) {
+  return reduction_interval(before(rows).cwiseAbs2(), after(rows).cwiseAbs2(), static_cast<Index>(std::lround(2.0 * hour / interval)));
+}
+
+RankedCause ranked(const Extension& extension, const std::string& channel, double probability) {
+  RankedCause cause;
+  cause.parameter.kind = extension.kind;
+  cause.parameter.where = channel;
+  cause.parameter.name = extension.name;
+  cause.parameter.unit = extension.unit;
+  cause.parameter.ratio = false;
+  cause.parameter.nominal = 0.0;
+  cause.probability = probability;
+  cause.log_evidence = extension.log_evidence;
+  cause.value = extension.value;
+  cause.std = extension.std;
+  return cause;
+}
+
+std::string what_is_known(const DataRecord& record, const Judged& judged, const std::string& channel, const std::vector<Index>& later) {
+  const VectorXd residual = judged.before(later);
+  double strongest = 0.0;
+  std::string follows;
+  for (Index i = 0; i < record.inputs.cols(); ++i)
+    if (const double r = correlation(record.inputs.col(i)(later), residual); std::abs(r) > std::abs(strongest))
+      strongest = r, follows = record.input_names[static_cast<std::size_t>(i)];
+  const VectorXd since = record.time(later).array() - record.time[later.front()];
+  return fmt::format("{}: later days' RMS {:.2f} against {:.2f} expected, mean {:+.2f}, {:+.3f} per hour, forgets itself in {:.1f} h, "
+                     "correlation {:+.2f} with {}",
+                     channel, root_mean_square(residual), root_mean_square(judged.expected_std(later)), residual.mean(),
+                     since.size() > 2 ? (since.array() - since.mean()).matrix().dot((residual.array() - residual.mean()).matrix()) /
+                                            (since.array() - since.mean()).square().sum() * hour : 0.0,
+                     memory_of(judged.before, later, record.interval) / hour, strongest, follows);
+}
+
+}  // namespace
+
+Diagnosis diagnose_data(const compensation::Measurement& measurement, const DiagnoseOptions& options) {
+  const DataRecord record = data_record(measurement, options.interval_s);
+  const Days parts = divide(record);
+  Diagnosis d;
+  d.measurement = measurement.folder.filename().string();
+  d.heldout_from_s = parts.last_start;
+  const Index n = record.time.size(), targets = record.targets.cols();
+  d.series.source = "residuals.csv";
+  d.series.columns = {"time_s"};
+  d.series.values.resize(n, 1 + 4 * targets);
+  d.series.values.col(0) = record.time;
+
+  bool all_none = true, all_explained = true, any_shared = false;
+  double square_before = 0, square_after = 0, count = 0, none = 1.0, unknown = 0.0;
+  VectorXd pooled_before = VectorXd::Zero(n), pooled_after = VectorXd::Zero(n);
+  for (Index t = 0; t < targets; ++t) {
+    const compensation::MeasuredChannel& channel = record.channels[static_cast<std::size_t>(t)];
+    Judged judged = judge_channel(record, t, parts);
+    const std::vector<Index> last = finite_rows(record.targets.col(t), parts.last), later = finite_rows(record.targets.col(t), joined(parts.middle, parts.last));
+    const bool discrepancy = judged.p_value < discrepant;
+    std::size_t best = 0;
+    for (std::size_t i = 0; i < judged.extensions.size(); ++i)
+      if (judged.probability[i] > judged.probability[best]) best = i;
+    if (discrepancy) {
+      all_none = false;
+      // None was refused by all later days: what it had on the middle part alone is nobody's.
+      none = 0.0;
+      unknown = std::max(unknown, judged.probability_unknown + judged.probability_none);
+      for (std::size_t i = 0; i < judged.extensions.size(); ++i) d.ranking.push_back(ranked(judged.extensions[i], channel.id, judged.probability[i]));
+      const Extension& leading = judged.extensions[best];
+      const VectorXd after = record.targets.col(t) - leading.predicted;
+      const Interval gain = last_interval(judged.before, after, last, record.interval);
+      const bool holds = gain.low > 0.0;
+      d.notes.push_back(fmt::format("{}: {} (probability {:.2f}) changes the last part's RMS from {:.2f} to {:.2f} ({:.0f} %, 95 % interval {:.0f} to {:.0f}): {}.",
+                                    channel.id, leading.kind, judged.probability[best], root_mean_square(judged.before(last)),
+                                    root_mean_square(after(last)),
+                                    reduction_percent(root_mean_square(judged.before(last)), root_mean_square(after(last))), gain.low, gain.high,
+                                    holds ? "it holds" : "it does not hold there"));
+      d.notes.push_back(what_is_known(record, judged, channel.id, later) + ".");
+      if (judged.probability[best] >= sure && holds) {
+        d.causes.push_back(ranked(leading, channel.id, judged.probability[best]));
+        judged.after = after;
+      } else {
+        all_explained = false;
+        if (holds && judged.probability_unknown < 0.5) any_shared = true;
+        if (holds) d.ambiguous_set.push_back(ranked(leading, channel.id, judged.probability[best]));
+      }
+    }
+    std::string elements;
+    for (Index i = 0; i < record.inputs.cols(); ++i)
+      elements += fmt::format("{}{:+.2f} {} ({:.1f} h)", i > 0 ? ", " : "", judged.box.gains[i], record.input_names[static_cast<std::size_t>(i)],
+                              judged.box.time_constants[i] / hour);
+    d.notes.push_back(fmt::format("Grey box of {} on the first {:.0f} h, gain per unit and time constant: {}.", channel.id,
+                                  (parts.first_end - record.time[0]) / hour, elements));
+    ChannelResidual residual;
+    residual.id = channel.id;
+    residual.unit = channel.unit;
+    residual.uncertainty = channel.uncertainty;
+    residual.rms_before = root_mean_square(judged.before(last));
+    residual.rms_after = root_mean_square(judged.after(last));
+    residual.explained_std = root_mean_square(judged.expected_std(last));
+    residual.p_value_white = white_noise_p_value(judged.before(finite_rows(record.targets.col(t), parts.first)));
+    d.residuals.push_back(residual);
+    for (const Index row : last) {
+      pooled_before[row] += judged.before[row] * judged.before[row];
+      pooled_after[row] += judged.after[row] * judged.after[row];
+      square_before += judged.before[row] * judged.before[row];
+      square_after += judged.after[row] * judged.after[row];
+      count += 1.0;
+    }
+    for (const char* suffix : {"", "_before", "_after", "_std"}) d.series.columns.push_back(channel.id + suffix);
+    d.series.values.middleCols(1 + 4 * t, 4) << record.targets.col(t), judged.before, judged.after, judged.expected_std;
+  }
+  RankedCause row;
+  row.parameter.name.clear();
+  row.parameter.unit.clear();
+  row.parameter.kind = "none";
+  row.probability = none;
+  d.ranking.push_back(row);
+  row.parameter.kind = "unknown";
+  row.probability = unknown;
+  d.ranking.push_back(row);
+  std::stable_sort(d.ranking.begin(), d.ranking.end(), [](const auto& a, const auto& b) { return a.probability > b.probability; });
+
+  d.heldout_rms_before_um = std::sqrt(square_before / std::max(count, 1.0));
+  d.heldout_rms_after_um = std::sqrt(square_after / std::max(count, 1.0));
+  d.reduction_percent = reduction_percent(d.heldout_rms_before_um, d.heldout_rms_after_um);
+  const Interval ci = reduction_interval(pooled_before(parts.last), pooled_after(parts.last), static_cast<Index>(std::lround(2.0 * hour / record.interval)));
+  d.ci95_low_percent = ci.low;
+  d.ci95_high_percent = ci.high;
+  d.verdict = all_none ? "no_discrepancy" : all_explained ? "explained" : any_shared && d.ambiguous_set.size() > 1 ? "ambiguous" : "unexplained";
+  if (d.verdict != "ambiguous") d.ambiguous_set.clear();
+  std::vector<std::string> named;
+  for (const RankedCause& cause : d.causes) named.push_back(cause.parameter.kind + " of " + cause.parameter.where);
+  d.sentence = d.verdict == "no_discrepancy" ? "No discrepancy: the later days differ from the first day's grey box by no more than it is uncertain."
+               : d.verdict == "explained"
+                   ? fmt::format("Explained by {}: on the last day the displacements' RMS goes from {:.2f} to {:.2f} um.", core::join(named),
+                                 d.heldout_rms_before_um, d.heldout_rms_after_um)
+                   : fmt::format("{}: the first day's grey box misses the later days{}; the notes say how they differ.",
+                                 d.verdict == "ambiguous" ? "Ambiguous" : "Unexplained",
+                                 named.empty() ? ", and nothing proposed holds on the last one" : ", and only " + core::join(named) + " holds on the last one");
+  return d;
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// From what there is to what a record shows: a sensor that hangs loose takes a share of the air, its
+// time constant delays, its offset and drift add; a probe drifts; a clock is late:
+//   tau dy/dt = (1 - s) T + s T_air - y,   z(t) = y(t - shift) + offset + drift (t - start).
+
+#include <Eigen/Core>
+
+#include "mesh/machine.h"
+
+namespace thermotwin::diagnosis {
+
+/// First-order lag of a series with straight lines between its points, exact; it starts in balance.
+Eigen::VectorXd lagged(const Eigen::VectorXd& time, const Eigen::VectorXd& values, double time_constant);
+
+/// The series as a clock that is late by so much shows it (early if negative); constant beyond its ends.
+Eigen::VectorXd shifted(const Eigen::VectorXd& time, const Eigen::VectorXd& values, double shift);
+
+/// @param values  (n) degC at the sensor  @param air (n) degC  @return readings, degC
+Eigen::VectorXd sensor_readings(const mesh::SensorSpec& sensor, const Eigen::VectorXd& time,
+                                const Eigen::VectorXd& air, const Eigen::VectorXd& values);
+
+/// What the recorder makes of it. @param group "temperature" or "displacement", a clock of its own
+Eigen::VectorXd recorded(const mesh::Machine& machine, const std::string& channel, const std::string& group,
+                         const Eigen::VectorXd& time, Eigen::VectorXd values);
+
+}  // namespace thermotwin::diagnosis

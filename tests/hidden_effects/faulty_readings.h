@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Faulty readings and what no kind of the diagnosis describes, written without a line of its code.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "specimen.h"
+
+namespace thermotwin::hidden {
+
+/// A lag is two elements in a row, a drift bends, a loose sensor swings a little.
+Eigen::VectorXd spoilt_reading(const std::string& kind, double value, const Eigen::VectorXd& time, const Eigen::VectorXd& air,
+                               Eigen::VectorXd values);
+
+class OutsideEffect {
+ public:
+  OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine, const solver::Layout& layout, Random& random);
+  /// Changes the coefficients of a step.
+  void act(solver::Coefficients& c, const Eigen::VectorXd& row, double time, double step);
+  Eigen::VectorXd reading(const std::string& sensor, const Eigen::VectorXd& time, Eigen::VectorXd values);
+
+ private:
+  Outside effect_;
+  std::string where_;
+  const mesh::Machine& machine_;
+  const solver::Layout& layout_;
+  Random& random_;
+  double level_ = 1.0, humidity_ = 0.0, last_heat_ = 0.0;
+  bool open_ = false;
+};
+
+}  // namespace thermotwin::hidden

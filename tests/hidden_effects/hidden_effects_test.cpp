@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A short selection of the bank, on the toy machine of tests/cases.
+#include <gtest/gtest.h>
+
+#include "bank.h"
+#include "reduction/reduce.h"
+
+namespace {
+
+using namespace thermotwin;
+
+struct Bench {
+  solver::Case machine_case = solver::read_case(THERMOTWIN_SOURCE_DIR "/tests/cases/toy");
+  reduction::ReducedModel model;
+  hidden::Specimen specimen{machine_case, {.size_factor = 0.7, .refine = 1.3}};
+
+  Bench() {
+    const solver::FullModel full = solver::build_full_model(machine_case.machine, {1.0, {}});
+    std::vector<solver::LoadProgram> loads;
+    for (const std::string& name : machine_case.train) loads.push_back(machine_case.load(name));
+    model = reduction::reduce(full, loads, solver::run_campaign(full, loads, {.keep_snapshots = true}), {.order = 80});
+  }
+};
+
+Bench& bench() {
+  static Bench one;
+  return one;
+}
+
+hidden::Line run(hidden::Group group, const hidden::Draw& draw) {
+  return hidden::diagnose_set("test", group, draw, bench().specimen.measure(draw), bench().model);
+}
+
+hidden::Draw with(const std::string& kind, const std::string& where, double value, std::uint64_t seed) {
+  hidden::Draw draw;
+  draw.load = "mixed";
+  draw.seed = seed;
+  for (const auto& p : diagnosis::candidate_parameters(bench().specimen.nominal(), bench().specimen.blank("mixed")))
+    if (p.kind == kind && p.where == where) draw.truths.push_back({p, value});
+  EXPECT_EQ(draw.truths.size(), 1u) << kind << " of " << where;
+  return draw;
+}
+
+TEST(HiddenEffects, CleanMachinesRaiseNoAlarm) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    hidden::Draw draw;
+    draw.load = "mixed";
+    draw.seed = seed;
+    const hidden::Line line = run(hidden::Group::clean, draw);
+    EXPECT_EQ(line.verdict, "no_discrepancy") << line.text();
+  }
+}
+
+TEST(HiddenEffects, LargeEffectsAreNamed) {
+  struct { const char *kind, *where; double value; } const effects[] = {
+      {"source_power", "spindle.bearings", 2.0}, {"ambient_offset", "air", 2.5}, {"sensor_drift", "T2", 0.25}, {"clock_shift", "displacement", 2400}};
+  for (const auto& effect : effects)
+    for (const std::uint64_t seed : {5, 6}) {
+      const hidden::Line line = run(hidden::Group::single, with(effect.kind, effect.where, effect.value, seed));
+      SCOPED_TRACE(line.text());
+      ASSERT_TRUE(line.identifiable());
+      EXPECT_EQ(line.named_kind, effect.kind);
+      EXPECT_EQ(line.named_where, effect.where);
+      EXPECT_GT(line.probability, 0.8);
+    }
+}
+
+TEST(HiddenEffects, ASlippingCableIsNotExplained) {
+  hidden::Draw draw;
+  draw.load = "mixed";
+  draw.outside = hidden::Outside::slipping_cable;
+  draw.outside_where = "T1";
+  draw.seed = 9;
+  const hidden::Line line = run(hidden::Group::outside, draw);
+  EXPECT_TRUE(line.verdict == "unexplained" || line.verdict == "ambiguous") << line.text();
+}
+
+TEST(HiddenEffects, LinesAreReadAsTheyWereWritten) {
+  hidden::Line line;
+  line.id = "a_1";
+  line.group = "single";
+  line.kind = "film_coefficient";
+  line.where = "table";
+  line.value = 1.5;
+  line.verdict = "explained";
+  line.against_none = 40;
+  line.against_rival = 12;
+  line.second_named = true;
+  EXPECT_EQ(hidden::Line::parse(line.text()).text(), line.text());
+  EXPECT_TRUE(hidden::Line::parse(line.text()).identifiable());
+}
+
+TEST(HiddenEffects, TheScoreCountsWhatItSays) {
+  const auto line = [](const char* group, const char* verdict, const char* named, double against_none, double probability) {
+    hidden::Line l;
+    l.id = "x";
+    l.group = group;
+    l.kind = "source_power", l.where = "motor", l.value = 2.0, l.estimate = 2.1, l.std = 0.1;
+    l.verdict = verdict;
+    l.named_kind = named, l.named_where = "motor";
+    l.against_none = against_none, l.against_rival = against_none;
+    l.probability = l.named_probability = probability;
+    l.rank = 1;
+    return l;
+  };
+  const std::string table = hidden::score({line("single", "explained", "source_power", 50, 0.95), line("single", "explained", "film_coefficient", 50, 0.95),
+                                           line("single", "no_discrepancy", "source_power", 5, 0.3), line("clean", "explained", "source_power", 0, 0.95)});
+  EXPECT_NE(table.find("| >= 60 % | 66.7 % (2 of 3) |"), std::string::npos) << table;
+  EXPECT_NE(table.find("| >= 95 % | 50.0 % (1 of 2) |"), std::string::npos) << table;
+  EXPECT_NE(table.find("| 0 of 200 | 100.0 % (1 of 1) |"), std::string::npos) << table;
+  // Claimed 0.95 three times, right once (a clean set has no cause).
+  EXPECT_NE(table.find("expected calibration error"), std::string::npos) << table;
+}
+
+}  // namespace

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The bank as a program: see tools/hidden_effects.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <set>
+
+#include "bank.h"
+#include "core/error.h"
+#include "reduction/model_file.h"
+
+namespace {
+
+using namespace thermotwin;
+
+/// --name value pairs.
+std::map<std::string, std::string> read_options(int argc, char** argv) {
+  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write"};
+  std::map<std::string, std::string> options;
+  for (int i = 1; i + 1 < argc; i += 2) {
+    const std::string name = std::string(argv[i]).substr(2);
+    if (!known.count(name)) throw core::UsageError("unknown option " + std::string(argv[i]));
+    options[name] = argv[i + 1];
+  }
+  if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
+    throw core::UsageError("hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
+                           "--size F --loads a,b --kinds a,b --cache DIR --write DIR]");
+  return options;
+}
+
+std::vector<std::string> parts_of(const std::string& list) {
+  std::vector<std::string> parts;
+  std::string part;
+  for (const char c : list + ",")
+    if (c != ',') part += c;
+    else if (!part.empty()) parts.push_back(part), part.clear();
+  return parts;
+}
+
+int run(int argc, char** argv) {
+  const auto options = read_options(argc, argv);
+  const auto number = [&](const std::string& name, double otherwise) { return options.count(name) ? std::stod(options.at(name)) : otherwise; };
+  const auto seed = static_cast<std::uint64_t>(number("seed", 1000));
+  const solver::Case machine_case = solver::read_case(options.at("case"));
+  const reduction::ReducedModel model = reduction::read_model(options.at("model"));
+  const std::filesystem::path out = options.at("out");
+  std::filesystem::create_directories(out);
+  const std::filesystem::path file = out / fmt::format("bank_{}.tsv", seed);
+
+  std::vector<hidden::Line> lines;
+  std::set<std::string> done;
+  if (std::ifstream before(file); before)
+    for (std::string text; std::getline(before, text);)
+      if (!text.starts_with("id\t")) {
+        hidden::Line line = hidden::Line::parse(text);
+        if (!line.id.empty() && done.insert(line.id).second) lines.push_back(std::move(line));
+      }
+  std::ofstream log(file, std::ios::app);
+  if (done.empty()) log << hidden::Line::header() << "\n";
+
+  hidden::SpecimenOptions made;
+  made.size_factor = number("size", 0.7);
+  made.seed = seed;
+  if (options.count("cache")) made.cache = options.at("cache");
+  const hidden::Specimen specimen(machine_case, made);
+  std::cerr << fmt::format("specimen of {} nodes\n", specimen.nodes());
+  const std::vector<std::string> loads = options.count("loads") ? parts_of(options.at("loads")) : machine_case.holdout;
+  std::uint64_t serial = 0;
+  const auto one = [&](hidden::Group group, const std::string& kind, const std::string& id) {
+    const std::uint64_t own = seed * 100000 + ++serial;
+    if (done.count(id)) return;
+    const hidden::Draw draw = hidden::draw_set(specimen, group, kind, loads[serial % loads.size()], own);
+    try {
+      const compensation::Measurement measurement = specimen.measure(draw);
+      if (options.count("write")) compensation::write_measurement(std::filesystem::path(options.at("write")) / id, measurement);
+      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model));
+    } catch (const std::exception& error) {
+      std::cerr << id << ": " << error.what() << "\n";
+      return;
+    }
+    const hidden::Line& line = lines.back();
+    log << line.text() << std::endl;
+    std::cerr << fmt::format("{} {} {} {:.3g}: {} {} {} ({:.2f}), truth {:.2f}; 2lnB {:.0f}/{:.0f} {}\n", id, line.kind, line.where, line.value, line.verdict,
+                             line.named_kind, line.named_where, line.named_probability, line.probability, line.against_none, line.against_rival, line.rival);
+  };
+  const std::vector<std::string> kinds = options.count("kinds") ? parts_of(options.at("kinds")) : hidden::offered_kinds(specimen, loads.front());
+  for (int i = 0; i < static_cast<int>(number("draws", 10)); ++i)
+    for (const std::string& kind : kinds) one(hidden::Group::single, kind, fmt::format("{}_{}", kind, i));
+  for (int i = 0; i < static_cast<int>(number("clean", 200)); ++i) one(hidden::Group::clean, "", fmt::format("clean_{}", i));
+  for (int i = 0; i < static_cast<int>(number("pairs", 40)); ++i) one(hidden::Group::pair, "", fmt::format("pair_{}", i));
+  for (int i = 0; i < static_cast<int>(number("outside", 40)); ++i) one(hidden::Group::outside, "", fmt::format("outside_{}", i));
+  std::cout << hidden::score(lines);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const core::UsageError& error) {
+    std::cerr << error.what() << "\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << "\n";
+    return 3;
+  }
+}

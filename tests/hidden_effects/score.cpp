@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "bank.h"
+
+namespace thermotwin::hidden {
+
+namespace {
+
+struct Share {
+  int hit = 0, of = 0;
+  void count(bool yes) { hit += yes, ++of; }
+  std::string text() const { return of == 0 ? "-" : fmt::format("{:.1f} % ({} of {})", 100.0 * hit / of, hit, of); }
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+bool in_set(const Line& line, const std::string& kind, const std::string& where) {
+  return ("; " + line.set + ";").find("; " + kind + " " + where + ";") != std::string::npos;
+}
+
+/// The first one named is the truth, and it is called explained.
+bool named(const Line& line) { return line.verdict == "explained" && line.named_kind == line.kind && line.named_where == line.where; }
+
+}  // namespace
+
+std::string score(const std::vector<Line>& lines) {
+  Share identifiable, first, other, third, alarms, outside, both, covered, negative;
+  double probability = 0.0;
+  std::vector<double> gains, seconds;
+  struct Bin { double claimed = 0; int right = 0, of = 0; };
+  std::vector<Bin> bins(10);
+  std::map<std::string, std::pair<Share, Share>> by_kind;   // identifiable, first named right
+  std::map<int, Share> by_size;                             // log2 of the expected factor
+  std::map<std::string, int> outside_verdicts;
+  for (const Line& line : lines) {
+    seconds.push_back(line.seconds);
+    if (line.group == "clean") alarms.count(line.verdict != "no_discrepancy");
+    if (line.group == "outside") {
+      outside.count(line.verdict == "unexplained" || line.verdict == "ambiguous");
+      ++outside_verdicts[line.verdict];
+    }
+    if (line.group == "pair") both.count(in_set(line, line.kind, line.where) && line.second_named);
+    if (line.group != "outside" && line.verdict != "no_discrepancy" && !line.named_kind.empty()) {
+      Bin& bin = bins[static_cast<std::size_t>(std::clamp(static_cast<int>(10.0 * line.named_probability), 0, 9))];
+      bin.claimed += line.named_probability;
+      const bool right = (line.named_kind == line.kind && line.named_where == line.where) || (line.named_kind == line.kind2 && line.named_where == line.where2);
+      bin.right += right;
+      ++bin.of;
+    }
+    if (line.group != "single") continue;
+    identifiable.count(line.identifiable());
+    by_kind[line.kind].first.count(line.identifiable());
+    by_size[static_cast<int>(std::floor(std::log2(std::max(line.against_none, 1.0))))].count(named(line));
+    if (line.identifiable()) {
+      first.count(named(line));
+      by_kind[line.kind].second.count(named(line));
+      probability += line.probability;
+      third.count(line.rank > 0 && line.rank <= 3);
+      covered.count(std::abs(line.estimate - line.value) <= 1.96 * line.std);
+      if (line.verdict == "explained") {
+        gains.push_back(line.gain);
+        negative.count(line.gain < 0.0);
+      }
+    } else {
+      other.count(line.verdict == "no_discrepancy" || named(line) || (line.verdict == "ambiguous" && in_set(line, line.kind, line.where)));
+    }
+  }
+  double calibration = 0.0, verdicts = 0.0;
+  for (const Bin& bin : bins) verdicts += bin.of;
+  for (const Bin& bin : bins)
+    if (bin.of > 0) calibration += std::abs(bin.claimed - bin.right) / std::max(verdicts, 1.0);
+  std::string text = "| measure | to reach | here |\n|---|---|---|\n";
+  const auto row = [&](const char* measure, const char* aim, const std::string& value) { text += fmt::format("| {} | {} | {} |\n", measure, aim, value); };
+  row("identifiable sets, share of singles", ">= 60 %", identifiable.text());
+  row("first named cause right (kind and place), identifiable", ">= 95 %", first.text());
+  row("other sets: no_discrepancy, or the truth named or in the set", ">= 90 %", other.text());
+  row("mean probability given to the truth, identifiable", ">= 0.85", first.of > 0 ? fmt::format("{:.2f}", probability / first.of) : "-");
+  row("expected calibration error", "<= 0.05", fmt::format("{:.3f} ({:.0f} verdicts)", calibration, verdicts));
+  row("truth within the first three, identifiable", ">= 99 %", third.text());
+  row("false alarms on clean sets", "0 of 200", alarms.text());
+  row("outside effects called unexplained or ambiguous", ">= 80 %", outside.text());
+  row("both of two causes named", ">= 85 %", both.text());
+  row("95 % interval holds the truth, identifiable", "90-98 %", covered.text());
+  row("gain on held-out time relative to the truth's, median", ">= 0.9", gains.empty() ? "-" : fmt::format("{:.2f}", median(gains)));
+  row("such gains that are negative", "<= 1 %", negative.text());
+  row("seconds of a diagnosis, median", "-", fmt::format("{:.1f}", median(seconds)));
+  text += "\n| kind | identifiable | first named right |\n|---|---|---|\n";
+  for (const auto& [kind, shares] : by_kind) text += fmt::format("| {} | {} | {} |\n", kind, shares.first.text(), shares.second.text());
+  text += "\n| expected 2 ln Bayes factor against none | named right |\n|---|---|\n";
+  for (const auto& [size, share] : by_size) text += fmt::format("| {:.0f} to {:.0f} | {} |\n", std::exp2(size), std::exp2(size + 1), share.text());
+  text += "\noutside effects:";
+  for (const auto& [verdict, count] : outside_verdicts) text += fmt::format(" {} {},", count, verdict);
+  if (text.ends_with(',')) text.back() = '\n';
+  return text;
+}
+
+}  // namespace thermotwin::hidden

@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "specimen.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "compensation/virtual_measurement.h"
+#include "faulty_readings.h"
+#include "solver/simulation.h"
+#include "solver/tcp.h"
+
+namespace thermotwin::hidden {
+
+using compensation::ChannelKind;
+using compensation::MeasuredChannel;
+using compensation::Measurement;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double hour = 3600.0;
+constexpr const char* quantities[] = {"dx", "dy", "dz"};
+
+/// Materials of the specimen; what a coefficient is comes anew with every set.
+mesh::Machine with_own_materials(const mesh::Machine& machine, std::uint64_t seed) {
+  const mesh::Machine other = compensation::perturbed(machine, seed);
+  mesh::Machine result = machine;
+  result.materials = other.materials;
+  for (std::size_t i = 0; i < result.joints.size(); ++i) {
+    result.joints[i].stiffness_normal = other.joints[i].stiffness_normal;
+    result.joints[i].stiffness_tangential = other.joints[i].stiffness_tangential;
+  }
+  result.scales = other.scales;
+  result.screws = other.screws;
+  return result;
+}
+
+struct Suffix {
+  const char* suffix;
+  ChannelKind kind;
+  const char* unit;
+};
+constexpr Suffix suffixes[] = {{"_mm_min", ChannelKind::speed, "mm_min"}, {"_deg_min", ChannelKind::speed, "deg_min"},
+                               {"_rpm", ChannelKind::speed, "rpm"},       {"_mm", ChannelKind::position, "mm"},
+                               {"_deg", ChannelKind::position, "deg"},    {"T_C", ChannelKind::temperature, "degC"},
+                               {"_W", ChannelKind::power, "W"}};
+
+/// A control knows speeds, positions, states, the air; nobody measures the other surroundings.
+bool is_sent(const std::string& name, const mesh::Machine& machine) {
+  for (const mesh::AmbientSpec& ambient : machine.ambients)
+    if (name == ambient.id + ".T_C") return ambient.id == "air";
+  for (const mesh::VolumeSpec& volume : machine.volumes)
+    if (name == volume.id + ".T_C") return false;
+  return !name.ends_with(".inlet_T_C") && !name.ends_with("power_W") && !name.ends_with("gradient_K_m");
+}
+
+/// Heat of a column after five minutes of conduction: E (E + 300 s K)^-1 s, the same in sum.
+VectorXd spread_heat(const solver::ThermalSystem& thermal, const solver::Coefficients& c, const VectorXd& column) {
+  const double shift = 1.0 / 300.0;
+  solver::Coefficients closed = c;
+  closed.p.setZero();
+  return thermal.capacity * (shift * solver::solve_shifted(thermal, closed, shift, column));
+}
+
+/// Uneven over a surface by 20 % either way, along the machine's longest extent.
+VectorXd unevenness(const solver::FullModel& full, double phase) {
+  VectorXd factor = VectorXd::Ones(full.thermal.size);
+  for (std::size_t b = 0; b < full.mesh.bodies.size(); ++b) {
+    const mesh::TetMesh& body = full.mesh.bodies[b];
+    for (Index n = 0; n < static_cast<Index>(body.points.cols()); ++n)
+      factor[full.mesh.first_node[b] + n] = 1.0 + 0.2 * std::sin(7.0 * body.points.col(n).sum() + phase);
+  }
+  return factor;
+}
+
+}  // namespace
+
+double Random::normal() {
+  return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform());
+}
+
+Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& options)
+    : case_(machine_case),
+      options_(options),
+      full_(solver::build_full_model(with_own_materials(machine_case.machine, options.seed), {options.size_factor, options.cache})) {
+  poses_.push_back(mesh::home_pose(case_.machine));
+  for (const mesh::Pose& pose : case_.check_points)
+    if (poses_.size() < 4) poses_.push_back(pose);
+  for (const mesh::Pose& pose : poses_) rows_.push_back(full_.elastic.output_rows(pose));
+}
+
+Measurement Specimen::described() const {
+  Measurement m;
+  const auto add = [&](MeasuredChannel channel) {
+    channel.column = static_cast<Index>(m.channels.size()) + 1;
+    m.channels.push_back(std::move(channel));
+  };
+  const solver::Channels channels(case_.machine);
+  for (const std::string& name : channels.names()) {
+    if (!is_sent(name, case_.machine)) continue;
+    MeasuredChannel channel;
+    channel.id = channel.input = name;
+    channel.kind = ChannelKind::state;
+    channel.unit = "1";
+    for (const Suffix& s : suffixes)
+      if (name.ends_with(s.suffix)) {
+        channel.kind = s.kind;
+        channel.unit = s.unit;
+        break;
+      }
+    if (channel.kind == ChannelKind::temperature) channel.uncertainty = options_.noise_K;
+    add(std::move(channel));
+  }
+  for (const mesh::SensorSpec& sensor : case_.machine.sensors) {
+    MeasuredChannel channel;
+    channel.id = channel.sensor = sensor.id;
+    channel.kind = ChannelKind::temperature;
+    channel.unit = "degC";
+    channel.uncertainty = options_.noise_K;
+    add(std::move(channel));
+  }
+  for (std::size_t p = 0; p < poses_.size(); ++p)
+    for (const char* quantity : quantities) {
+      MeasuredChannel channel;
+      channel.id = quantity + std::string("@") + std::to_string(p + 1);
+      channel.kind = ChannelKind::displacement;
+      channel.unit = "um";
+      channel.uncertainty = options_.noise_um;
+      channel.quantity = quantity;
+      channel.pose_text = mesh::format_pose(case_.machine, poses_[p]);
+      channel.zero = compensation::Zero::first;
+      add(std::move(channel));
+    }
+  m.data.source = "data.csv";
+  m.data.columns = {"time_s"};
+  for (const MeasuredChannel& channel : m.channels) m.data.columns.push_back(channel.id);
+  m.folder = "hidden";
+  return m;
+}
+
+Measurement Specimen::blank(const std::string& load) const {
+  Measurement m = described();
+  (void)case_.load(load);  // it exists
+  m.data.values.setZero(1, static_cast<Index>(m.data.columns.size()));
+  return m;
+}
+
+Measurement Specimen::measure(const Draw& draw) const {
+  Random random(draw.seed);
+  const solver::LoadProgram load = case_.load(draw.load);
+  // A machine of the type: coefficients drawn anew, materials those of the specimen.
+  mesh::Machine machine = compensation::perturbed(case_.machine, draw.seed);
+  machine.materials = full_.mesh.machine.materials;
+  mesh::Machine wrong = machine;
+  std::vector<const Truth*> of_readings;
+  bool air_differs = false;
+  for (const Truth& truth : draw.truths) {
+    if (diagnosis::acts_on_readings(truth.parameter.kind)) {
+      of_readings.push_back(&truth);
+      continue;
+    }
+    air_differs = air_differs || truth.parameter.kind == "ambient_offset";
+    wrong = diagnosis::with_parameter(wrong, truth.parameter, truth.value);
+  }
+  (void)air_differs;
+  solver::ThermalSystem thermal = full_.thermal;
+  const solver::OperatingModel right_model(machine, thermal.layout), wrong_model(wrong, thermal.layout);
+  const solver::Channels& channels = right_model.channels();
+  const Index inputs = thermal.inputs.cols(), terms = static_cast<Index>(thermal.terms.size());
+
+  // Inputs and terms of the effect's own footprint, one for each that changes.
+  const VectorXd uneven = unevenness(full_, random.uniform(0.0, 6.28));
+  const double phase = random.uniform(0.0, 6.28), period = random.uniform(5.0, 11.0) * hour;
+  const auto size_at = [&](double time) { return 1.0 + 0.15 * std::sin(2.0 * std::numbers::pi * time / period + phase); };
+  std::vector<Index> own_input(static_cast<std::size_t>(inputs), -1), own_term(static_cast<std::size_t>(terms), -1);
+  MatrixXd heat_columns(thermal.size, 0);
+  const std::vector<double> ends = load.step_ends(options_.refine);
+  const solver::Coefficients typical = right_model.coefficients(load.row(0.0, ends.front()), VectorXd::Zero(static_cast<Index>(machine.coolants.size())));
+  std::vector<std::pair<solver::Coefficients, solver::Coefficients>> both;  // right and wrong, every so often
+  for (std::size_t s = 0; s < ends.size(); s += 3) {
+    const VectorXd row = load.row(s > 0 ? ends[s - 1] : 0.0, ends[s]);
+    const VectorXd inlet = VectorXd::Constant(static_cast<Index>(machine.coolants.size()), 0.1);
+    both.emplace_back(right_model.coefficients(row, inlet), wrong_model.coefficients(row, inlet));
+  }
+  const auto differs_ever = [&](const auto& pick) {
+    return std::any_of(both.begin(), both.end(), [&](const auto& pair) { return pick(pair.first) != pick(pair.second); });
+  };
+  for (Index k = 0; k < inputs; ++k) {
+    const solver::Input& input = thermal.layout.inputs[static_cast<std::size_t>(k)];
+    if (input.kind != solver::InputKind::source) continue;
+    if (!differs_ever([&](const solver::Coefficients& c) { return c.q[k]; })) continue;
+    own_input[static_cast<std::size_t>(k)] = heat_columns.cols();
+    heat_columns.conservativeResize(Eigen::NoChange, heat_columns.cols() + 1);
+    heat_columns.rightCols(1) = spread_heat(thermal, typical, thermal.inputs.col(k));
+  }
+  const solver::SparseMatrix base_inputs = thermal.inputs;
+  std::vector<VectorXd> film_columns;
+  for (Index j = 0; j < terms; ++j) {
+    if (thermal.layout.terms[static_cast<std::size_t>(j)].kind != solver::TermKind::film) continue;
+    if (!differs_ever([&](const solver::Coefficients& c) { return c.p[j]; })) continue;
+    own_term[static_cast<std::size_t>(j)] = static_cast<Index>(thermal.terms.size());
+    solver::SparseMatrix matrix = uneven.asDiagonal() * thermal.terms[static_cast<std::size_t>(j)] * uneven.asDiagonal();
+    const double total = VectorXd::Ones(thermal.size).dot(thermal.terms[static_cast<std::size_t>(j)] * VectorXd::Ones(thermal.size));
+    matrix *= total / VectorXd::Ones(thermal.size).dot(matrix * VectorXd::Ones(thermal.size));
+    thermal.layout.terms.push_back(thermal.layout.terms[static_cast<std::size_t>(j)]);
+    film_columns.push_back(matrix * VectorXd::Ones(thermal.size));
+    thermal.terms.push_back(std::move(matrix));
+  }
+  MatrixXd added(thermal.size, heat_columns.cols() + static_cast<Index>(film_columns.size()));
+  added.leftCols(heat_columns.cols()) = heat_columns;
+  for (std::size_t f = 0; f < film_columns.size(); ++f) added.col(heat_columns.cols() + static_cast<Index>(f)) = film_columns[f];
+  thermal.inputs.conservativeResize(thermal.size, inputs + added.cols());
+  for (Index a = 0; a < added.cols(); ++a)
+    for (Index n = 0; n < thermal.size; ++n)
+      if (added(n, a) != 0.0) thermal.inputs.coeffRef(n, inputs + a) = added(n, a);
+  thermal.inputs.makeCompressed();
+  for (Index a = 0; a < added.cols(); ++a) thermal.layout.inputs.push_back({solver::InputKind::source, -1, 0, 0, 0});
+
+  solver::ThermalIntegrator stepper(thermal, {.backward_euler = draw.seed % 2 == 0});
+  MatrixXd state = stepper.uniform(load.initial_C() - machine.reference_C);
+  const VectorXd offsets = solver::sensor_offsets(machine, full_.thermal.layout);
+  const auto readings = [&] { return VectorXd(stepper.sensors(state).col(0) + offsets); };
+  std::vector<double> times{0.0};
+  times.insert(times.end(), ends.begin(), ends.end());
+  const VectorXd first_row = load.row(0.0, ends.front());
+  solver::Chiller right_chiller(machine, full_.thermal.layout, channels, solver::chiller_set_points(machine, full_.thermal.layout, readings(), right_model.guide_K(first_row)));
+  solver::Chiller wrong_chiller(wrong, full_.thermal.layout, channels, solver::chiller_set_points(wrong, full_.thermal.layout, readings(), wrong_model.guide_K(first_row)));
+
+  OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
+  const auto steps = static_cast<Index>(ends.size());
+  const auto sensors = static_cast<Index>(machine.sensors.size());
+  MatrixXd rows(steps + 1, channels.size()), temperatures(steps + 1, sensors), errors(steps + 1, 3 * static_cast<Index>(poses_.size()));
+  const auto record = [&](Index i) {
+    temperatures.row(i) = (stepper.sensors(state).col(0).head(sensors).array() + machine.reference_C).transpose();
+    for (Index s = 0; s < sensors; ++s) temperatures(i, s) += machine.sensors[static_cast<std::size_t>(s)].offset;
+    for (std::size_t p = 0; p < poses_.size(); ++p) {
+      const solver::OutputRows& r = rows_[p];
+      const solver::TcpError error = solver::tcp_error(machine, poses_[p], r.tool * state, r.table_axis * state, r.table_own * state);
+      errors.row(i).segment(3 * static_cast<Index>(p), 3) = 1e6 * error.error.head<3>().transpose();
+    }
+  };
+  record(0);
+  for (Index s = 0; s < steps; ++s) {
+    const double from = times[static_cast<std::size_t>(s)], to = times[static_cast<std::size_t>(s) + 1], step = to - from;
+    const VectorXd row = load.row(from, to), read = readings();
+    rows.row(s) = row.transpose();
+    solver::Coefficients c = right_model.coefficients(row, right_chiller.advance(row, read, right_model.guide_K(row), step), read);
+    const solver::Coefficients other = wrong_model.coefficients(row, wrong_chiller.advance(row, read, wrong_model.guide_K(row), step), read);
+    const double size = size_at(0.5 * (from + to));
+    VectorXd p = VectorXd::Zero(static_cast<Index>(thermal.terms.size())), q = VectorXd::Zero(thermal.inputs.cols());
+    p.head(terms) = c.p;
+    q.head(inputs) = c.q;
+    for (Index j = 0; j < terms; ++j)
+      p[own_term[static_cast<std::size_t>(j)] >= 0 ? own_term[static_cast<std::size_t>(j)] : j] += size * (other.p[j] - c.p[j]);
+    for (Index k = 0; k < inputs; ++k) {
+      const double change = size * (other.q[k] - c.q[k]);
+      const solver::Input& input = thermal.layout.inputs[static_cast<std::size_t>(k)];
+      Index at = k;
+      if (own_input[static_cast<std::size_t>(k)] >= 0) at = inputs + own_input[static_cast<std::size_t>(k)];
+      else if (input.kind == solver::InputKind::film_ambient && own_term[static_cast<std::size_t>(input.term)] >= 0)
+        at = inputs + heat_columns.cols() + own_term[static_cast<std::size_t>(input.term)] - terms;
+      q[at] += change;
+    }
+    c.p = p;
+    c.q = q;
+    c.occupancy.conservativeResize(c.p.size());
+    c.occupancy.tail(c.p.size() - terms).setOnes();
+    outside.act(c, row, from, step);
+    stepper.advance(state, {c}, step);
+    record(s + 1);
+  }
+  rows.row(steps) = rows.row(steps - 1);
+
+  const VectorXd time = Eigen::Map<VectorXd>(times.data(), static_cast<Index>(times.size()));
+  VectorXd air = VectorXd::Constant(time.size(), machine.reference_C);
+  if (const int index = channels.index("air.T_C"); index >= 0) air = rows.col(index);
+  Measurement m = described();
+  m.data.values.resize(time.size(), static_cast<Index>(m.data.columns.size()));
+  m.data.values.col(0) = time;
+  Index pose_column = 0;
+  for (const MeasuredChannel& channel : m.channels) {
+    auto column = m.data.values.col(channel.column);
+    if (!channel.input.empty()) {
+      column = rows.col(channels.index(channel.input));
+      if (channel.kind == ChannelKind::temperature)
+        for (double& value : column) value += options_.noise_K * random.normal();
+      continue;
+    }
+    const bool is_sensor = !channel.sensor.empty();
+    VectorXd values = is_sensor ? VectorXd(temperatures.col(machine.sensor_index(channel.sensor))) : VectorXd(errors.col(pose_column++));
+    for (const Truth* truth : of_readings) {
+      const std::string& where = truth->parameter.where;
+      if (where == channel.id || (where == "temperature" && is_sensor) || (where == "displacement" && !is_sensor))
+        values = spoilt_reading(truth->parameter.kind, truth->value, time, air, std::move(values));
+    }
+    if (is_sensor) values = outside.reading(channel.sensor, time, std::move(values));
+    const bool coarse = is_sensor && channel.column % 3 == 0;  // an older module: steps of 0.1 K
+    for (double& value : values) {
+      value += (is_sensor ? options_.noise_K : options_.noise_um) * random.normal();
+      if (coarse) value = 0.1 * std::round(10.0 * value);
+      if (random.uniform() < options_.missing_share) value = std::nan("");
+    }
+    column = values;
+  }
+  // Rows that a logger lost: sampling is irregular.
+  std::vector<Index> kept{0};
+  for (Index i = 1; i < time.size(); ++i)
+    if (random.uniform() > 0.5 * options_.missing_share || i + 1 == time.size()) kept.push_back(i);
+  m.data.values = m.data.values(kept, Eigen::all).eval();
+  return m;
+}
+
+}  // namespace thermotwin::hidden

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A machine that is measured: the full model on a mesh, in steps and with nominal values of its own,
+// with hidden effects whose footprint, law and time course are not those of the diagnosis. Heat that
+// an effect adds is spread by five minutes of conduction, a film's change is uneven over its surface,
+// sizes wander by 15 % in the course of hours, a slow sensor is two elements in a row.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "compensation/measurement.h"
+#include "diagnosis/hypothesis.h"
+#include "solver/campaign.h"
+
+namespace thermotwin::hidden {
+
+/// The same numbers with every library: Box and Muller on the engine's bits.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low = 0.0, double high = 1.0) {
+    return low + (high - low) * (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53;
+  }
+  double normal();
+  std::size_t index(std::size_t count) { return static_cast<std::size_t>(engine_() % count); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// What is wrong, in words of the diagnosis: what it should find.
+struct Truth {
+  diagnosis::Parameter parameter;
+  double value = 0;
+};
+
+/// Effects that no kind describes.
+enum class Outside { none, hysteretic_joint, humid_film, slipping_cable, jumping_bearing };
+
+struct Draw {
+  std::vector<Truth> truths;           ///< none: a clean set
+  Outside outside = Outside::none;
+  std::string outside_where;
+  std::string load;
+  std::uint64_t seed = 1;
+};
+
+struct SpecimenOptions {
+  double size_factor = 0.7, refine = 3.0;   ///< mesh; longest steps relative to the load's own
+  double noise_K = 0.05, noise_um = 0.3;
+  double missing_share = 0.03;              ///< of values; half as many whole rows
+  std::uint64_t seed = 1;                   ///< of materials
+  std::filesystem::path cache;
+};
+
+class Specimen {
+ public:
+  Specimen(const solver::Case& machine_case, const SpecimenOptions& options);
+
+  const mesh::Machine& nominal() const { return case_.machine; }
+  /// A measurement that says what its channels are and holds one row: for choosing what to hide.
+  compensation::Measurement blank(const std::string& load) const;
+  compensation::Measurement measure(const Draw& draw) const;
+  Eigen::Index nodes() const { return full_.mesh.nodes(); }
+
+ private:
+  /// Channels and their columns; values follow.
+  compensation::Measurement described() const;
+
+  solver::Case case_;
+  SpecimenOptions options_;
+  solver::FullModel full_;
+  std::vector<mesh::Pose> poses_;
+  std::vector<solver::OutputRows> rows_;
+};
+
+}  // namespace thermotwin::hidden
