@@ -36,7 +36,7 @@ VectorXd within(const VectorXd& time, const VectorXd& values, const EvaluationPa
 double automatic_training(const VectorXd& time) {
   const double span = time[time.size() - 1] - time[0];
   constexpr double least_rest = 0.25 * day_s;
-  return span >= day_s + least_rest ? day_s : time[0] + 0.5 * span;
+  return span >= day_s + least_rest ? day_s : 0.5 * span;
 }
 
 }  // namespace
@@ -59,7 +59,9 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
     }
     return parts;
   }
-  const double until = options.train_until_s > 0.0 ? options.train_until_s : automatic_training(time);
+  // Hours and days count from the first row: a clock may start anywhere.
+  const double origin = time[0];
+  const double until = origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(time));
   if (!measurement.programs.empty()) {
     for (const Program& program : measurement.programs) {
       // A program that the training's end cuts is judged from there on.
@@ -71,10 +73,10 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   double day = 0.0;
   for (Index i = 0; i < time.size(); ++i) {
     const bool training = time[i] < until;
-    const double at_day = std::floor(time[i] / day_s);
+    const double at_day = std::floor((time[i] - origin) / day_s);
     const bool begins = parts.empty() || (!training && (parts.back().training || at_day != day));
     if (!begins || parts.size() == most_parts) continue;
-    if (!parts.empty()) parts.back().to = parts.back().training ? until : (day + 1.0) * day_s;
+    if (!parts.empty()) parts.back().to = parts.back().training ? until : origin + (day + 1.0) * day_s;
     day = at_day;
     parts.push_back({training ? "training" : fmt::format("day {:.0f}", day), time[i], forever, training});
   }

@@ -10,6 +10,7 @@
 
 #include "compensation/lag_bank.h"
 #include "compensation/least_squares.h"
+#include "compensation/stretch.h"
 #include "core/error.h"
 
 namespace thermotwin::compensation {
@@ -38,8 +39,7 @@ Parts parts_of(const VectorXd& x) { return {std::exp(x[0]), std::exp(x[1]), std:
 class GreyBox final : public ChannelModel {
  public:
   void fit(const TrainingData& whole) override {
-    const auto [first, last] = known_range(whole.target);
-    const double span = first < 0 ? 0.0 : whole.time[last] - whole.time[first];
+    const double span = longest_stretch(whole);
     if (!(span > 0.0)) throw InputError(whole.label, fmt::format("displacements over {} s", span), "a record with a duration");
     // Blocks resolve the part with displacements; a long record around it does not make them longer.
     const double share = std::max(span / (whole.time[whole.time.size() - 1] - whole.time[0]), 0.05);

@@ -10,6 +10,7 @@
 
 #include "compensation/lag_bank.h"
 #include "compensation/least_squares.h"
+#include "compensation/stretch.h"
 #include "core/error.h"
 
 namespace thermotwin::compensation {
@@ -68,8 +69,7 @@ class Phenomenological final : public ChannelModel {
     const Blocks blocks = make_blocks(whole, most_blocks);
     const TrainingData& data = blocks.data;
     info_ = data.info;
-    const auto [first, last] = known_range(data.target);
-    const double span = first < 0 ? 0.0 : data.time[last] - data.time[first];
+    const double span = longest_stretch(data);
     if (!(span > 0.0)) throw InputError(data.label, fmt::format("displacements over {} s", span), "a record with a duration");
     reference_ = VectorXd::Zero(data.inputs.cols());
     for (Index k = 0; k < reference_.size(); ++k) {
@@ -89,7 +89,7 @@ class Phenomenological final : public ChannelModel {
     sets_ = others < least_rows || counted - others < least_rows ? 1 : 2;
 
     const double interval = (data.time[data.time.size() - 1] - data.time[0]) / static_cast<double>(data.time.size() - 1);
-    const double fastest = std::log(0.5 * interval), slowest = std::log(span / 2.0);
+    const double fastest = std::log(std::min(0.5 * interval, span / 8.0)), slowest = std::log(span / 2.0);
     const auto bounded = [&](const VectorXd& x) { return VectorXd(x.cwiseMax(fastest).cwiseMin(slowest).array().exp()); };
     const auto line = [&](const VectorXd& tau) { return fit_line(responses(data, states, tau), data.target, data.label); };
     const auto squares = [&](const VectorXd& x) {

@@ -8,6 +8,7 @@
 
 #include "compensation/lag_bank.h"
 #include "compensation/least_squares.h"
+#include "compensation/stretch.h"
 #include "core/error.h"
 
 namespace thermotwin::compensation {
@@ -141,11 +142,12 @@ class FirstOrder final : public LaggedLine {
     const Blocks blocks = make_blocks(whole, most_blocks);
     const TrainingData& data = blocks.data;
     info_ = data.info;
-    const double span = data.time.size() > 1 ? data.time[data.time.size() - 1] - data.time[0] : 0.0;
+    const double span = longest_stretch(data);
     if (!(span > 0.0)) throw InputError(data.label, fmt::format("a record of {} s", span), "a record with a duration");
     // A lag below half the mean interval cannot be told from none. One beyond a third of the record
     // has not run off in it (95 % take three time constants) and cannot be told from a ramp.
-    const double shortest = std::log(0.5 * span / static_cast<double>(data.time.size() - 1)), longest = std::log(span / 3.0);
+    const double shortest = std::log(std::min(0.5 * (data.time[data.time.size() - 1] - data.time[0]) / static_cast<double>(data.time.size() - 1), span / 6.0)),
+                 longest = std::log(span / 3.0);
     const auto squares = [&](double log_tau) {
       return fit_line(lagged_features(data, {std::exp(log_tau)}, blocks.averaged), data.target, data.label).squares;
     };

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "compensation/least_squares.h"
+#include "compensation/stretch.h"
 #include "compensation/transfer_function.h"
 #include "core/error.h"
 
@@ -25,7 +26,7 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_inputs = 4;
 constexpr Index highest_order = 3;
 constexpr int thirds = 3;
-constexpr double most_samples = 20000;   ///< of a grid, where little of a long record may be fitted
+constexpr double most_samples = 4000;    ///< of a grid, where little of a long record may be fitted
 
 /// Differences to the ambient temperature, where it is known.
 void relate_to_ambient(const std::vector<InputInfo>& info, Eigen::Ref<RowVectorXd, 0, Eigen::InnerStride<>> row) {
@@ -277,10 +278,10 @@ class TransferModel final : public ChannelModel {
     TrainingData data = whole;
     for (Index i = 0; i < data.inputs.rows(); ++i) relate_to_ambient(data.info, data.inputs.row(i));
     all_ = data.info;
-    const auto [first, last] = known_range(data.target);
     const Index n = data.time.size();
-    if (first < 0 || !(data.time[last] > data.time[first])) throw InputError(data.label, "no displacement over time", "a record with a duration");
-    const double span = data.time[last] - data.time[first], interval = (data.time[n - 1] - data.time[0]) / static_cast<double>(n - 1);
+    const double span = longest_stretch(data);
+    if (!(span > 0.0)) throw InputError(data.label, "no displacement over time", "a record with a duration");
+    const double interval = usual_interval(data.time);
 
     double least = std::numeric_limits<double>::infinity();
     std::string refused;

@@ -10,7 +10,7 @@ namespace {
 using Eigen::Index;
 
 constexpr double absent_s = 300.0, agreed_s = 1800.0;
-constexpr double window_s = 900.0;         ///< that noise is looked for in
+constexpr double window_s = 900.0, window_rows = 8.0;  ///< that noise is looked for in
 constexpr double memory_s = 600.0;         ///< of the usual difference; at least four rows
 constexpr double leap = 12.0, scatter = 4.0, moved = 5.0, same = 0.1;
 constexpr double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
@@ -111,10 +111,11 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
     sensor.same_count = 1;
   }
   const double enough = std::max(moved * deviation, 1.5 * sensor.smallest_step);
-  const bool stuck = sensor.same_count >= 3 && std::abs(expected - sensor.same_expected) > enough;
+  // Once stuck, agreeing by chance is no sign of life.
+  const bool stuck = sensor.same_count >= 3 && (sensor.fault == SensorFault::stuck || std::abs(expected - sensor.same_expected) > enough);
 
   sensor.recent.push_back({time, difference, std::abs(difference) > scatter * sigma});
-  while (sensor.recent.size() > most_samples || time - sensor.recent.front().time > window_s) sensor.recent.pop_front();
+  while (sensor.recent.size() > most_samples || time - sensor.recent.front().time > std::max(window_s, window_rows * interval)) sensor.recent.pop_front();
   int above = 0, below = 0, turns = 0;
   for (std::size_t i = 0; i < sensor.recent.size(); ++i) {
     const Sample& sample = sensor.recent[i];

@@ -82,6 +82,32 @@ TEST(Evaluate, LaterDataDoNotReachTheFit) {
   EXPECT_LT(row_of(other, "static_regression", "x", "day 1").measures.fit, 0.0);
 }
 
+TEST(Evaluate, AClockMayStartAnywhere) {
+  const test::Scratch scratch;
+  scratch.write("channels.toml",
+                "[[channel]]\nid='T'\nkind='temperature'\nunit='degC'\nuncertainty=0.1\nsensor='T'\n"
+                "[[channel]]\nid='x'\nkind='displacement'\nunit='um'\nuncertainty=0.1\ndirection='x'\n");
+  EvaluateOptions options;
+  options.models = {"static_regression"};
+  std::vector<Evaluation> found;
+  for (const double start : {0.0, 1.7e9}) {
+    std::string data = "time_s,T,x\n";
+    for (int i = 0; i < 200; ++i) {
+      const double t = 20 + std::sin(0.1 * i);
+      data += std::to_string(start + 1000.0 * i) + "," + std::to_string(t) + "," + std::to_string(3 * t * t) + "\n";
+    }
+    scratch.write("data.csv", data);
+    found.push_back(evaluate(read_measurement(scratch.path()), nullptr, options));
+  }
+  ASSERT_EQ(found[0].rows.size(), 3U) << "a day of training, two to judge on";
+  ASSERT_EQ(found[1].rows.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(found[0].rows[i].part, found[1].rows[i].part);
+    EXPECT_EQ(found[0].rows[i].measures.count, found[1].rows[i].measures.count);
+    EXPECT_NEAR(found[0].rows[i].measures.rms, found[1].rows[i].measures.rms, 1e-9);
+  }
+}
+
 TEST(QuantitySeries, SignsAndUnits) {
   solver::TcpError error;
   error.error << 1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6;
