@@ -25,7 +25,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double sure = 0.9;            ///< marginal probability that names a cause
-constexpr double within_nominal = 2.0;  ///< stated standard deviations that are no discrepancy
+/// A machine is called wrong only where it is as good as sure: of two hundred right ones none should be.
+constexpr double none_left = 0.03;
+constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
 
 void require_valid(const DiagnoseOptions& options) {
   const auto require = [](bool holds, const std::string& name, double value, const std::string& allowed) {
@@ -96,9 +98,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   std::stable_sort(out.ranking.begin(), out.ranking.end(), by_probability);
   std::stable_sort(causes.begin(), causes.end(), by_probability);
 
-  // A machine is called wrong where that is as sure as a cause has to be.
   const auto no_cause_left = [&] { return causes.empty() || !outside_nominal(causes.front()); };
-  if (found.probability_none > 1.0 - sure || (no_cause_left() && found.probability_unknown < 0.5)) {
+  if (found.probability_none > none_left || (no_cause_left() && found.probability_unknown < 0.5)) {
     out.verdict = "no_discrepancy";
     return;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/model_search.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -35,6 +36,67 @@ struct White {
         columns(whitener.whiten(problem.fitted(problem.columns))),
         residual(whitener.whiten(problem.fitted(problem.measured - problem.predicted))) {}
 };
+
+/// A time constant or a late clock far from nominal, where the tangent at nominal says nothing of it.
+struct Scanned {
+  int parameter = -1;
+  double value = 0;
+  VectorXd column, residual;  ///< whitened: tangent there, residual of the linear form
+};
+
+constexpr int scan_points = 24;
+constexpr double scan_widths = 3.0;      ///< of the prior, either way
+constexpr double scan_gains = 4.0;       ///< chi-square below that at nominal that is worth a closer look
+constexpr std::size_t most_scanned = 4;
+
+std::vector<Scanned> scan_readings(const Problem& problem, const Response& response, const mesh::Machine& machine, const White& white,
+                                   const std::vector<int>& candidates) {
+  std::vector<int> curved;
+  for (const int i : candidates) {
+    const std::string& kind = problem.parameters[static_cast<std::size_t>(i)].kind;
+    if (kind == "sensor_lag" || kind == "clock_shift") curved.push_back(i);
+  }
+  if (curved.empty()) return {};
+  const MatrixXd states = response.states(machine);
+  // Nuisances take what they can, whatever the reading.
+  const MatrixXd scaled = white.columns * problem.prior_std.asDiagonal();
+  MatrixXd precision = MatrixXd::Identity(scaled.cols(), scaled.cols());
+  precision.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
+  const Eigen::LLT<MatrixXd> factor(precision);
+  const auto chi_square = [&](const VectorXd& residual) {
+    const VectorXd b = scaled.transpose() * residual;
+    return residual.squaredNorm() - b.dot(factor.solve(b));
+  };
+  const double nominal = chi_square(white.residual);
+  const auto residual_at = [&](const Parameter& p, double value) {
+    return VectorXd(white.whitener.whiten(problem.fitted(problem.measured - response.read(with_parameter(machine, p, value), states))));
+  };
+  std::vector<std::pair<double, Scanned>> found(curved.size());
+  core::parallel_for(0, curved.size(), [&](std::size_t c) {
+    const Parameter& p = problem.parameters[static_cast<std::size_t>(curved[c])];
+    const double low = std::max(p.low, p.nominal - scan_widths * p.cause_std), high = std::min(p.high, p.nominal + scan_widths * p.cause_std);
+    double best = nominal, at = p.nominal;
+    for (int k = 0; k <= scan_points; ++k) {
+      const double value = low + (high - low) * k / scan_points;
+      const double chi = chi_square(residual_at(p, value)) + std::pow((value - p.nominal) / p.cause_std, 2);
+      if (chi < best) best = chi, at = value;
+    }
+    found[c].first = nominal - best;
+    found[c].second.parameter = curved[c];
+    found[c].second.value = at;
+  });
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Scanned> kept;
+  for (auto& [gain, scanned] : found) {
+    if (gain < scan_gains || kept.size() >= most_scanned) break;
+    const Parameter& p = problem.parameters[static_cast<std::size_t>(scanned.parameter)];
+    const double above = std::min(scanned.value + p.step, p.high), below = std::max(scanned.value - p.step, p.low);
+    scanned.column = (residual_at(p, below) - residual_at(p, above)) / (above - below);
+    scanned.residual = residual_at(p, scanned.value) + scanned.column * (scanned.value - p.nominal);
+    kept.push_back(std::move(scanned));
+  }
+  return kept;
+}
 
 double log_sum(const std::vector<double>& logs) {
   const double top = *std::max_element(logs.begin(), logs.end());
@@ -110,15 +172,26 @@ std::vector<double> prior_shares(const Problem& problem, const std::vector<int>&
 }
 
 /// All hypotheses on the nominal linearisation.
-std::vector<Hypothesis> enumerate(const Problem& problem, const LinearEvidence& nominal,
-                                  const std::vector<int>& candidates, const SearchOptions& options) {
+std::vector<Hypothesis> enumerate(const Problem& problem, const White& white, const LinearEvidence& nominal,
+                                  const std::vector<int>& candidates, const std::vector<Scanned>& scanned, const SearchOptions& options) {
+  // Linear forms about what the scan found, at nominal priors.
+  std::map<int, LinearEvidence> elsewhere;
+  for (const Scanned& s : scanned) {
+    MatrixXd columns = white.columns;
+    columns.col(s.parameter) = s.column;
+    elsewhere.emplace(s.parameter, LinearEvidence(columns, s.residual, problem.prior_std));
+  }
   const auto make = [&](std::vector<int> members, double prior) {
     Hypothesis h;
     std::vector<double> wide;
-    for (const int i : members) wide.push_back(problem.parameters[static_cast<std::size_t>(i)].cause_std);
-    LinearEvidence::Widened widened = nominal.widen(members, wide);
+    const LinearEvidence* at = &nominal;
+    for (const int i : members) {
+      wide.push_back(problem.parameters[static_cast<std::size_t>(i)].cause_std);
+      if (const auto found = elsewhere.find(i); found != elsewhere.end() && at == &nominal) at = &found->second;
+    }
+    LinearEvidence::Widened widened = at->widen(members, wide);
     h.log_prior = std::log(prior);
-    h.log_evidence = widened.log_ratio;
+    h.log_evidence = widened.log_ratio + at->log_evidence() - nominal.log_evidence();
     h.value = widened.mean;
     h.std = widened.std;
     for (std::size_t k = 0; k < members.size(); ++k) {
@@ -233,7 +306,7 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
     (seen > visible ? candidates : result.invisible).push_back(i);
   }
   std::vector<Hypothesis>& all = result.hypotheses;
-  all = enumerate(problem, nominal, candidates, options);
+  all = enumerate(problem, white, nominal, candidates, scan_readings(problem, response, machine, white, candidates), options);
   sort_by_posterior(all);
 
   std::vector<Hypothesis*> leading;

@@ -30,7 +30,7 @@ struct SearchOptions {
   /// What evidence counts of its nominal weight. Channels err together (the same mesh bends all
   /// poses alike), while the covariance takes them for independent; on clean virtual measurements
   /// the best of sixty causes otherwise collects up to eight nats from errors of the model alone.
-  double evidence_share = 0.5;
+  double evidence_share = 0.8;
   int refined_singles = 8, refined_pairs = 4, iterations = 3;
 };
 

@@ -333,6 +333,10 @@ MatrixXd Response::at_points(const mesh::Machine& machine) const {
   return records(machine, run(machine, {}, rows_).front());
 }
 
+MatrixXd Response::states(const mesh::Machine& machine) const { return run(machine, {}, rows_).front(); }
+
+VectorXd Response::read(const mesh::Machine& machine, const MatrixXd& states) const { return stack(records(machine, states)); }
+
 VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at_points(machine)); }
 
 Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,

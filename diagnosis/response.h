@@ -50,6 +50,10 @@ class Response {
                    const Eigen::VectorXd& values, bool with_start,
                    const std::vector<Disturbance>& disturbances = {}) const;
   Eigen::VectorXd predict(const mesh::Machine& machine) const;
+  /// The run of a machine, (points x observed channels), and what a machine whose readings differ makes
+  /// of it, (observations): many faulty sensors and clocks for one run.
+  Eigen::MatrixXd states(const mesh::Machine& machine) const;
+  Eigen::VectorXd read(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
 
   /// Predicted readings (degC) or displacements (um, um/m) at the ends of the steps.
   Eigen::MatrixXd at_points(const mesh::Machine& machine) const;

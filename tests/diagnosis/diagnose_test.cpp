@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <set>
 
 #include "core/error.h"
@@ -221,6 +222,57 @@ TEST(Diagnose, bad_options_are_refused) {
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.heldout_share = 1.0}), core::InputError);
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.model_error_percent = 0}), core::InputError);
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.interval_s = -1}), core::InputError);
+}
+
+TEST(Diagnose, a_third_of_the_values_may_be_missing) {
+  const auto truth = find("source_power", "motor");
+  compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 81});
+  std::mt19937_64 random(5);
+  for (Eigen::Index i = 1; i < m.data.rows(); ++i)
+    for (const auto& channel : m.channels)
+      if (random() % 10 < 3) m.data.values(i, channel.column) = std::nan("");
+  const Diagnosis d = run(m);
+  expect_found(d, truth, 1.6, 0.2);
+}
+
+bool says(const Diagnosis& d, const std::string& words) {
+  return std::any_of(d.notes.begin(), d.notes.end(), [&](const std::string& note) { return note.find(words) != std::string::npos; });
+}
+
+TEST(Diagnose, a_channel_without_data_is_named_and_not_missed) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 12, .seed = 82});
+  m.data.values.col(m.channels[2].column).setConstant(std::nan(""));
+  const Diagnosis d = run(m);
+  EXPECT_TRUE(says(d, "Left out")) << listed(d);
+  EXPECT_TRUE(says(d, m.channels[2].id));
+  for (const auto& r : d.ranking) EXPECT_NE(r.parameter.where, m.channels[2].id);
+}
+
+TEST(Diagnose, what_nothing_excites_is_named) {
+  // Nothing runs: what the spindle heats cannot be judged.
+  compensation::Measurement m = lumped::measure({}, {.hours = 12, .seed = 83});
+  for (const auto& channel : m.channels)
+    if (channel.input.ends_with("_rpm") || channel.input.ends_with("_mm_min")) m.data.values.col(channel.column).setZero();
+  const Diagnosis d = run(m);
+  EXPECT_TRUE(says(d, "source_power of motor") && says(d, "source_speed_law of motor")) << listed(d);
+  for (const auto& r : d.ranking) EXPECT_FALSE(r.parameter.kind == "source_power" && r.parameter.where == "motor");
+}
+
+TEST(Diagnose, a_short_record_says_so) {
+  EXPECT_TRUE(says(run(lumped::measure({}, {.hours = 4, .seed = 84})), "slowest time constant"));
+  EXPECT_FALSE(says(run(lumped::measure({}, {.hours = 60, .sample_s = 600, .seed = 84})), "slowest time constant"));
+}
+
+TEST(Diagnose, residuals_say_when_and_what_they_follow) {
+  const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.8}}, {.seed = 85}));
+  ASSERT_EQ(d.analysis.size(), d.residuals.size());
+  const auto own = std::find_if(d.analysis.begin(), d.analysis.end(), [](const auto& a) { return a.id == "T5_reading"; });
+  ASSERT_NE(own, d.analysis.end());
+  EXPECT_GT(own->ratio, 2.0);
+  EXPECT_EQ(own->follows, "spindle.speed_rpm");
+  EXPECT_GT(own->correlation, 0.8);
+  EXPECT_GT(own->peak, 0.0);
+  EXPECT_GT(own->memory_s, 600.0);
 }
 
 class Folder {

@@ -102,6 +102,56 @@ TEST(Response, tangents_equal_central_differences) {
   }
 }
 
+/// Columns of one rod only.
+reduction::ReducedOutputs only(const reduction::ReducedOutputs& all, Index first, Index count) {
+  reduction::ReducedOutputs part = all;
+  for (auto* rows : {&part.tool, &part.table_axis, &part.table_own})
+    for (Eigen::MatrixXd& matrix : *rows) {
+      const Eigen::MatrixXd kept = matrix.middleCols(first, count);
+      matrix.setZero();
+      matrix.middleCols(first, count) = kept;
+    }
+  return part;
+}
+
+diagnosis::Parts parts_of(const reduction::ReducedModel& model, Index cells) {
+  diagnosis::Parts parts;
+  const Index size = model.system.order();
+  for (Index rod = 0; rod < 3; ++rod) {
+    parts.capacity.push_back(Eigen::MatrixXd::Zero(size, size));
+    parts.capacity.back().block(rod * cells, rod * cells, cells, cells) = model.system.capacity.block(rod * cells, rod * cells, cells, cells);
+    parts.bodies.push_back(only(model.outputs, rod * cells, cells));
+  }
+  return parts;
+}
+
+TEST(Response, parts_change_as_a_model_of_other_materials) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 4);
+  const diagnosis::Parts parts = parts_of(model, 4);
+  const Observations obs = observe(lumped::measure({}, {.hours = 10}));
+  const Response response(model, obs, &parts);
+  const Parameter heat = diagnosis::make_parameter("heat_capacity", "column"), growth = diagnosis::make_parameter("expansion_coefficient", "head");
+  VectorXd values(2);
+  values << 1.3, 1.2;
+  reduction::ReducedModel other = model;
+  other.system.capacity += 0.3 * parts.capacity[1];
+  for (std::size_t p = 0; p < other.outputs.tool.size(); ++p) other.outputs.tool[p] += 0.2 * parts.bodies[2].tool[p];
+  const VectorXd predicted = response.predict(diagnosis::with_parameters(machine, {heat, growth}, values));
+  EXPECT_LT((predicted - Response(other, obs).predict(machine)).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_GT((predicted - response.predict(machine)).cwiseAbs().maxCoeff(), 0.1);
+
+  const auto linear = response.linearise(machine, {heat, growth}, values, false);
+  for (Index i = 0; i < 2; ++i) {
+    VectorXd up = values, down = values;
+    up[i] += 1e-3;
+    down[i] -= 1e-3;
+    const VectorXd central = (response.predict(diagnosis::with_parameters(machine, {heat, growth}, up)) -
+                              response.predict(diagnosis::with_parameters(machine, {heat, growth}, down))) / 2e-3;
+    EXPECT_LT((linear.sensitivity.col(i) - central).norm(), 3e-3 * central.norm()) << i;
+  }
+}
+
 TEST(Response, start_tangent_equals_another_start) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
