@@ -152,9 +152,25 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
       found.push_back(ratio("contact_stiffness", joint.id, joint.stiffness_normal, least_stiffness_std, 0.8));
 }
 
+/// Mean time between the values of the sparsest input that switches, s. A missing value repeats the
+/// last one, so what follows it seems early by half of that.
+double input_spacing(const Measurement& measurement) {
+  if (measurement.data.rows() < 2) return 0.0;
+  const Eigen::VectorXd time = measurement.time();
+  double sparsest = 0.0;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.input.empty() || channel.kind == ChannelKind::temperature) continue;
+    const double values = static_cast<double>(measurement.values(channel).array().isFinite().count());
+    // A channel that is given once and stands, or an axis' range now and then, is no clock.
+    if (values >= 0.3 * static_cast<double>(time.size())) sparsest = std::max(sparsest, (time[time.size() - 1] - time[0]) / values);
+  }
+  return sparsest;
+}
+
 void add_readings(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
   std::set<std::string> seen;  // a sensor that two channels read is offered once
   int temperatures = 0, displacements = 0;
+  const double spacing = input_spacing(measurement), clock_std = std::max(clock_std_s, 0.5 * spacing), lag_std = std::max(lag_std_s, 0.5 * spacing);
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind == ChannelKind::displacement) {
       ++displacements;
@@ -165,17 +181,17 @@ void add_readings(const Machine& machine, const Measurement& measurement, std::v
       const double noise = std::max(channel.uncertainty, 0.01);
       found.push_back(candidate("sensor_offset", channel.id, noise, 2.0));
       found.push_back(candidate("sensor_drift", channel.id, std::max(drift_std_K_h, 0.02 * noise), 0.06));
-      found.push_back(candidate("sensor_lag", channel.id, lag_std_s, 1200.0));
+      found.push_back(candidate("sensor_lag", channel.id, lag_std, 1200.0));
       if (machine.ambient_index("air") >= 0) found.push_back(candidate("sensor_detached", channel.id, detached_std, 0.6));
       for (std::size_t back = machine.ambient_index("air") >= 0 ? 4 : 3; back > 0; --back) found[found.size() - back].item = channel.sensor;
     } else {
       continue;
     }
-    found.push_back(candidate("clock_shift", channel.id, clock_std_s, 1800.0));
+    found.push_back(candidate("clock_shift", channel.id, clock_std, 1800.0));
   }
   // The clock of a whole device, where it has more than one channel.
-  if (temperatures > 1) found.push_back(candidate("clock_shift", "temperature", clock_std_s, 1800.0));
-  if (displacements > 1) found.push_back(candidate("clock_shift", "displacement", clock_std_s, 1800.0));
+  if (temperatures > 1) found.push_back(candidate("clock_shift", "temperature", clock_std, 1800.0));
+  if (displacements > 1) found.push_back(candidate("clock_shift", "displacement", clock_std, 1800.0));
 }
 
 }  // namespace
