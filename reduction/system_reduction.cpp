@@ -88,7 +88,7 @@ ReducedLinearSystem normalised(ReducedLinearSystem model) {
 MatrixXd joined(const MatrixXd& a, const MatrixXd& b) {
   MatrixXd both(b.rows(), a.cols() + b.cols());
   both << a, b;
-  both = both * both.colwise().norm().cwiseInverse().asDiagonal();
+  for (Index k = 0; k < both.cols(); ++k) both.col(k).normalize();
   Eigen::ColPivHouseholderQR<MatrixXd> qr(both);
   constexpr double independent = 1e-8;
   qr.setThreshold(independent);
@@ -103,24 +103,43 @@ bool dissipative(const StateSpace& system) {
   return difference.norm() <= 1e-14 * system.E.norm() && is_definite(system.E) && is_definite(symmetric);
 }
 
-/// Bases of several points as one: one-sided where that keeps stability, else both sides apart.
-Bases join(const std::vector<Bases>& bases, bool one_sided, const Sparse& e) {
-  Bases all = bases.front();
-  for (std::size_t k = 1; k < bases.size(); ++k) {
-    all.right = joined(all.right, bases[k].right);
-    all.left = joined(all.left, bases[k].left);
-  }
-  if (one_sided) {
-    all.right = joined(all.right, all.left);
-    const Eigen::LLT<MatrixXd> metric(all.right.transpose() * (e * all.right));
-    all.right = metric.matrixU().solve<Eigen::OnTheRight>(all.right);
-    all.left = all.right;
-  } else {
-    const Index width = std::min(all.right.cols(), all.left.cols());
-    all.right.conservativeResize(Eigen::NoChange, width);
-    all.left.conservativeResize(Eigen::NoChange, width);
+/// A basis of all points' right and, if asked for, left columns.
+MatrixXd all_columns(const std::vector<Bases>& bases, bool right, bool left) {
+  MatrixXd all(bases.front().right.rows(), 0);
+  for (const Bases& one : bases) {
+    if (right) all = joined(all, one.right);
+    if (left) all = joined(all, one.left);
   }
   return all;
+}
+
+bool stable_at_all(const ReducedLinearSystem& model, const std::vector<Point>& points) {
+  return std::all_of(points.begin(), points.end(), [&](const Point& point) { return ReducedResponse(model.at(point.result.films)).stable(); });
+}
+
+/// One model from the bases of several points. Dissipative systems: one-sided in the inner product of E,
+/// which any projection leaves dissipative. Others: one-sided in the sum of the points' observability
+/// Gramians (each point's own makes the model stable there), then both sides apart; the first that is
+/// stable at all points.
+ReducedLinearSystem joined_model(const LinearSystem& system, const std::vector<Point>& points, const std::vector<Bases>& bases) {
+  const Sparse& e = system.base.E;
+  if (std::all_of(points.begin(), points.end(), [](const Point& point) { return dissipative(*point.system); })) {
+    MatrixXd v = all_columns(bases, true, true);
+    const Eigen::LLT<MatrixXd> metric(v.transpose() * (e * v));
+    v = metric.matrixU().solve<Eigen::OnTheRight>(v);
+    return normalised(project(system, v, v));
+  }
+  const MatrixXd right = all_columns(bases, true, false), e_right = e * right;
+  MatrixXd weighted = MatrixXd::Zero(right.rows(), right.cols());
+  for (const Point& point : points) weighted += point.gramians.observability * (point.gramians.observability.transpose() * e_right);
+  const MatrixXd left = all_columns(bases, false, true);
+  const Index width = std::min(left.cols(), right.cols());
+  weighted = joined(MatrixXd(right.rows(), 0), weighted);
+  if (weighted.cols() == right.cols()) {
+    ReducedLinearSystem model = normalised(project(system, weighted, right));
+    if (stable_at_all(model, points)) return model;
+  }
+  return normalised(project(system, left.leftCols(width), right.leftCols(width)));
 }
 
 Point open_point(const LinearSystem& system, const std::vector<double>& films, const SystemReductionOptions& options) {
@@ -231,7 +250,6 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
   std::vector<FrequencySweep> sweeps;
   sweeps.reserve(values.size());
   std::vector<Bases> bases;
-  bool one_sided = reduction.joined;
   for (const auto& films : values) {
     points.push_back(open_point(system, films, options));
     Point& point = points.back();
@@ -252,11 +270,9 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
     reduction.converged = reduction.converged && bases.back().converged;
     point.result.order = bases.back().right.cols();
     point.result.bound = bound_of(point.result.hankel, point.result.order);
-    one_sided = one_sided && dissipative(*point.system);
   }
 
-  const Bases all = reduction.joined ? join(bases, one_sided, system.base.E) : std::move(bases.front());
-  reduction.model = normalised(project(system, all.left, all.right));
+  reduction.model = reduction.joined ? joined_model(system, points, bases) : normalised(project(system, bases.front().left, bases.front().right));
   for (std::size_t k = 0; k < points.size(); ++k) {
     PointResult& result = points[k].result;
     const ReducedResponse reduced(reduction.model.at(result.films));

@@ -48,7 +48,7 @@ TEST(Matrices, AreReducedToFilesOfTheSameForm) {
   EXPECT_TRUE(json["stable"].get<bool>());
   ASSERT_EQ(json["hankel_singular_values"].size(), 3U);
   EXPECT_DOUBLE_EQ(json["bound"].get<double>(), 2 * json["hankel_singular_values"][2].get<double>());
-  EXPECT_LE(json["hinf_error_sampled"].get<double>(), json["bound"].get<double>() * (1 + 1e-9));
+  EXPECT_LE(json["hinf_error_sampled"].get<double>(), json["bound"].get<double>() * (1 + 1e-6));
   EXPECT_NEAR(json["hinf_norm_sampled"].get<double>(), 1.0 + 0.1 + 1e-6, 1e-12);
   for (const char* name : {"E.mtx", "A.mtx", "B.mtx", "C.mtx", "system.rom.h5"}) EXPECT_TRUE(std::filesystem::exists(matrices.out() / name)) << name;
 
@@ -136,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(Slips, BadMatrices, testing::ValuesIn(std::vector<BadMa
     {"Unstable", "A", coordinate + "3 3 3\n1 1 -1\n2 2 0.25\n3 3 -1000\n", {"not stable", "eigenvalue 0.25"}},
     {"Oscillating", "A", coordinate + "3 3 5\n1 1 -1\n2 2 0.5\n2 3 2\n3 2 -2\n3 3 0.5\n", {"not stable", "0.5 +- 2 i"}},
     {"SingularE", "E", coordinate + "3 3 2\n1 1 1\n2 2 1\n", {"E.mtx", "singular", "1 of its 3 rows are empty", "Schur complement"}},
-}), [](const auto& info) { return info.param.name; });
+}), [](const auto& bad) { return bad.param.name; });
 
 TEST(Matrices, TheirOwnFolderIsNoPlaceForResults) {
   const Matrices matrices;

@@ -57,7 +57,7 @@ TEST_F(SystemReductionTest, BoundIsSharpForStateSpaceSymmetricSystems) {
 }
 
 TEST_F(SystemReductionTest, TrueErrorsKeepTheBound) {
-  for (const LinearSystem& system : {test::penzl(), test::chain(30, true), test::plate(10, 3, 5.0)})
+  for (const LinearSystem& system : {test::chain(30, true), test::plate(10, 3, 5.0)})
     for (const Index order : {4, 10, 16}) {
       const SystemReduction reduction = reduce_system(system, with_order(order));
       const PointResult& point = reduction.points.front();
@@ -77,6 +77,7 @@ TEST_F(SystemReductionTest, PenzlsSystemNeedsFewStates) {
   const SystemReduction reduction = reduce_system(test::penzl(), options);
   const PointResult& point = reduction.points.front();
   EXPECT_LE(point.bound, 1e-3 * point.norm.value);
+  EXPECT_LE(point.error.value, point.bound * (1 + 1e-6));
   EXPECT_GT(bound_of(point.hankel, point.order - 1), 1e-3 * point.norm.value);
   EXPECT_LE(point.order, 20);
   // At 100 rad/s: 100 * 2 * Re 1/(1 + 0 i) of its pair, and what the others add.
@@ -253,7 +254,8 @@ TEST_F(SystemReductionTest, BadFoldersAreRefused) {
       {"E.mtx", MatrixXd::Ones(5, 5), "E.mtx: 5 x 5; allowed: 6 x 6, as A.mtx"},
       {"B.mtx", MatrixXd::Ones(1, 6), "B.mtx: 1 x 6; allowed: 6 x 6, the transpose"},
       {"B.mtx", MatrixXd::Ones(4, 1), "B.mtx: 4 x 1; allowed: 6 x 1, a row for each state"},
-      {"C.mtx", MatrixXd::Ones(6, 2), "C.mtx: 6 x 2; allowed: 6 x 6, a column for each state"},
+      {"C.mtx", MatrixXd::Ones(6, 2), "C.mtx: 6 x 2; allowed: 6 x 6, the transpose"},
+      {"C.mtx", MatrixXd::Ones(3, 5), "C.mtx: 3 x 5; allowed: 3 x 6, a column for each state"},
       {"B.mtx", MatrixXd::Zero(6, 1), "B.mtx: no entry other than 0"},
       {"C.mtx", MatrixXd::Zero(2, 6), "C.mtx: no entry other than 0"},
       {"D.mtx", MatrixXd::Ones(1, 2), "D.mtx: 1 x 2; allowed: 2 x 1"},
