@@ -92,9 +92,11 @@ TEST(Matrices, WrongUsageIsSaid) {
   const Result neither = thermotwin({"reduce"});
   EXPECT_EQ(neither.status, 2);
   EXPECT_SAYS(neither.err, "a CASE or --matrices DIR is needed");
-  EXPECT_EQ(thermotwin({"reduce", toy_case().string(), "--compare"}).status, 2);
   EXPECT_EQ(matrices.reduce({"--size", "fine"}).status, 2);
-  EXPECT_EQ(matrices.reduce({"--method", "magic"}).status, 2);
+  EXPECT_EQ(thermotwin({"reduce", toy_case().string(), "--film", "air=1"}).status, 2);
+  const Result magic = matrices.reduce({"--method", "magic"});
+  EXPECT_EQ(magic.status, 3);
+  EXPECT_SAYS(magic.err, "one of: balanced, modal, krylov");
 }
 
 struct BadMatrix {
