@@ -12,7 +12,7 @@ using Eigen::Index;
 constexpr double absent_s = 300.0, agreed_s = 1800.0;
 constexpr double window_s = 900.0, window_rows = 8.0;  ///< that noise is looked for in
 constexpr double memory_s = 600.0;         ///< of the usual difference; at least four rows
-constexpr double leap = 12.0, scatter = 4.0, moved = 5.0, same = 0.1;
+constexpr double leap = 12.0, scatter = 4.0, turning = 3.5, moved = 5.0, same = 0.1;
 constexpr double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
 constexpr double confirm_s = 30.0;         ///< that a leap has to stay
 constexpr std::size_t most_samples = 64;
@@ -114,19 +114,18 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
   // Once stuck, agreeing by chance is no sign of life.
   const bool stuck = sensor.same_count >= 3 && (sensor.fault == SensorFault::stuck || std::abs(expected - sensor.same_expected) > enough);
 
-  sensor.recent.push_back({time, difference, std::abs(difference) > scatter * sigma});
+  // Noise turns from reading to reading; what the model gets wrong runs on, so that the second
+  // difference has none of it. A leap makes two of them large, noise most.
+  const double value = reading - expected;
+  double bend = 0.0;
+  if (const std::size_t n = sensor.recent.size(); n >= 2) bend = value - 2.0 * sensor.recent[n - 1].difference + sensor.recent[n - 2].difference;
+  sensor.recent.push_back({time, value, std::abs(bend) > turning * std::sqrt(6.0) * deviation});
   while (sensor.recent.size() > most_samples || time - sensor.recent.front().time > std::max(window_s, window_rows * interval)) sensor.recent.pop_front();
-  int above = 0, below = 0, turns = 0;
-  for (std::size_t i = 0; i < sensor.recent.size(); ++i) {
-    const Sample& sample = sensor.recent[i];
-    if (!sample.far) continue;
-    ++(sample.difference > 0.0 ? above : below);
-    turns += i > 0 && sample.difference * sensor.recent[i - 1].difference < 0.0;
-  }
-  const bool noisy = above >= 1 && below >= 1 && above + below >= 3 && turns >= 2 &&
-                     5 * (above + below) > static_cast<int>(sensor.recent.size());
+  int bends = 0;
+  for (const Sample& sample : sensor.recent) bends += sample.far;
+  const bool noisy = bends >= 3 && 4 * bends >= static_cast<int>(sensor.recent.size());
 
-  const bool stays = sensor.leapt && sensor.leapt_at < time && time - sensor.leapt_at >= confirm_s && above * below == 0;
+  const bool stays = sensor.leapt && sensor.leapt_at < time && time - sensor.leapt_at >= confirm_s;
   const bool suspect = stuck || noisy || sensor.leapt;
   if (suspect) sensor.agreed_since = -1.0;
   else if (sensor.agreed_since < 0.0) sensor.agreed_since = time;

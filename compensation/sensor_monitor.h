@@ -7,7 +7,7 @@
 // - stuck: the very same reading (to a tenth of its deviation) while the expected one has moved by 5 sigma;
 // - offset: the difference leaps by more than 12 sigma and stays there (or stands out from the start
 //   by 1 K and by far among the sensors);
-// - noise: differences beyond 4 sigma on both sides in quick succession.
+// - noise: second differences beyond 3.5 of their deviations in quick succession.
 // Readings after a leap are withheld at once, before the fault has its name, so that they do no
 // harm. sigma is the sensor's stated deviation, at least 0.03 K, plus a tenth of what the expected
 // reading moved, since a model errs most while things change. A sensor comes back once its readings
