@@ -195,11 +195,11 @@ std::vector<Hypothesis> enumerate(const Problem& problem, const White& white, co
     h.value = widened.mean;
     h.std = widened.std;
     for (std::size_t k = 0; k < members.size(); ++k) {
-      const auto at = static_cast<Index>(k);
+      const auto place = static_cast<Index>(k);
       const Parameter& p = problem.parameters[static_cast<std::size_t>(members[k])];
-      h.value[at] += p.nominal;
-      h.log_evidence += log_within_bounds(p, h.value[at], h.std[at]);
-      h.value[at] = std::clamp(h.value[at], p.low, p.high);
+      h.value[place] += p.nominal;
+      h.log_evidence += log_within_bounds(p, h.value[place], h.std[place]);
+      h.value[place] = std::clamp(h.value[place], p.low, p.high);
     }
     h.log_evidence *= options.evidence_share;
     h.members = std::move(members);

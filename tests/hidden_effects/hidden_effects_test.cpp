@@ -12,13 +12,24 @@ using namespace thermotwin;
 struct Bench {
   solver::Case machine_case = solver::read_case(THERMOTWIN_SOURCE_DIR "/tests/cases/toy");
   reduction::ReducedModel model;
-  hidden::Specimen specimen{machine_case, {.size_factor = 0.7, .refine = 1.3}};
+  hidden::Specimen specimen{machine_case, other_mesh()};
+
+  static hidden::SpecimenOptions other_mesh() {
+    hidden::SpecimenOptions options;
+    options.size_factor = 0.7;
+    options.refine = 1.3;
+    return options;
+  }
 
   Bench() {
     const solver::FullModel full = solver::build_full_model(machine_case.machine, {1.0, {}});
     std::vector<solver::LoadProgram> loads;
     for (const std::string& name : machine_case.train) loads.push_back(machine_case.load(name));
-    model = reduction::reduce(full, loads, solver::run_campaign(full, loads, {.keep_snapshots = true}), {.order = 80});
+    solver::CampaignOptions with_snapshots;
+    with_snapshots.keep_snapshots = true;
+    reduction::ReduceOptions order_80;
+    order_80.order = 80;
+    model = reduction::reduce(full, loads, solver::run_campaign(full, loads, with_snapshots), order_80);
   }
 };
 
