@@ -51,6 +51,9 @@ struct ReducedCase {
 ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
                                const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out);
 
+/// Order against error on the training loads, with the held-out ones, as SVG.
+void write_order_picture(const std::filesystem::path& file, const ReducedCase& made, double tolerance_um);
+
 /// The model of --model, or one made from the case.
 reduction::ReducedModel model_for(const std::filesystem::path& case_path,
                                   const std::filesystem::path& model,

@@ -90,31 +90,38 @@ std::string comparison_table(const std::vector<MethodErrors>& methods) {
   return core::format_table(table);
 }
 
-void write_picture(const fs::path& file, const ReducedCase& made, const std::vector<MethodErrors>& methods, double tolerance_um) {
+core::LineChart chart_of(const ReducedCase& made) {
   core::LineChart chart;
   chart.title = fmt::format("Order and error, {}", made.model.machine.name);
   chart.x_title = "order of the reduced model";
   chart.y_title = "largest TCP error against the full model, \u00b5m";
   chart.log_y = true;
-  if (methods.empty()) {
-    core::LineChart::Line line{"training loads", {}};
-    for (const auto& [order, error] : made.summary.order_error_um) line.points.emplace_back(order, error);
+  return chart;
+}
+
+void write_comparison_picture(const fs::path& file, const ReducedCase& made, const std::vector<MethodErrors>& methods) {
+  core::LineChart chart = chart_of(made);
+  chart.title += ", held-out loads";
+  for (const MethodErrors& method : methods) {
+    core::LineChart::Line line{method.name, {}};
+    for (const auto& [order, error] : method.worst_um) line.points.emplace_back(order, error);
     chart.lines.push_back(std::move(line));
-    for (const auto& e : made.model.errors) chart.lines.push_back({e.load, {{static_cast<double>(made.summary.order), e.max_um}}});
-    chart.target = tolerance_um;
-    chart.target_name = "tolerance";
-  } else {
-    chart.title += ", held-out loads";
-    for (const MethodErrors& method : methods) {
-      core::LineChart::Line line{method.name, {}};
-      for (const auto& [order, error] : method.worst_um) line.points.emplace_back(order, error);
-      chart.lines.push_back(std::move(line));
-    }
   }
   core::write_file(file, chart.svg());
 }
 
 }  // namespace
+
+void write_order_picture(const fs::path& file, const ReducedCase& made, double tolerance_um) {
+  core::LineChart chart = chart_of(made);
+  core::LineChart::Line line{"training loads", {}};
+  for (const auto& [order, error] : made.summary.order_error_um) line.points.emplace_back(order, error);
+  chart.lines.push_back(std::move(line));
+  for (const auto& e : made.model.errors) chart.lines.push_back({e.load, {{static_cast<double>(made.summary.order), e.max_um}}});
+  chart.target = tolerance_um;
+  chart.target_name = "tolerance";
+  core::write_file(file, chart.svg());
+}
 
 void reduce(const ReduceOptions& options) {
   if (!options.matrices.empty()) return reduce_matrices(options);
@@ -143,7 +150,11 @@ void reduce(const ReduceOptions& options) {
       for (const auto& [order, error] : method.worst_um)
         json["comparison"].push_back({{"method", method.name}, {"order", order}, {"worst_um", error}, {"basis_s", method.basis_seconds}});
   }
-  write_picture(options.out / "order.svg", made, methods, machine_case.tolerance_um);
+  if (options.compare) {
+    write_comparison_picture(options.out / "order.svg", made, methods);
+  } else {
+    write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
+  }
   json["seconds"] = time.seconds();
   print_summary(options, text + fmt::format("{} and {} in {:.0f} s\n", (options.out / "model.rom.h5").string(), (options.out / "order.svg").string(), time.seconds()),
                 json.dump());

@@ -197,14 +197,16 @@ void run(const RunOptions& options) {
 
   step = {};
   const ReducedCase made = make_reduced_model(full, machine_case, {}, options.resume, options.out);
+  write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
   text += fmt::format("campaign    {} load programs x {} poses; {:.0f} s\n", made.loads, made.poses, made.campaign_seconds);
   text += fmt::format("reduced     order {} for {} unknowns; basis and projection {:.0f} s\n", made.summary.order,
                       full.thermal.size, made.summary.basis_seconds + made.summary.projection_seconds);
   json["campaign"] = {{"loads", made.loads}, {"poses", made.poses}, {"seconds", made.campaign_seconds}};
   json["reduced"]["order"] = made.summary.order;
   for (const reduction::ReductionErrors& e : made.model.errors) {
-    text += fmt::format("  held out  {:18} reduced against full: {:.3f} um at most, {:.2f} % of the peak {:.1f} um\n", e.load,
-                        e.max_um, 100 * e.max_um / e.peak_um, e.peak_um);
+    text += fmt::format("  held out  {:18} reduced against full: {:.3f} um at most, {:.2f} % of the peak {:.1f} um{}\n", e.load,
+                        e.max_um, 100 * e.max_um / e.peak_um, e.peak_um,
+                        e.estimate_max_um > 0 ? fmt::format("; estimated {:.3f}", e.estimate_max_um) : "");
     json["reduced"]["heldout"].push_back({{"load", e.load}, {"max_um", e.max_um}, {"peak_um", e.peak_um}});
   }
 

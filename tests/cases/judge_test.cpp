@@ -49,9 +49,9 @@ TEST(Evaluate, NeedsNoMachine) {
   for (const char* model : {"static_regression", "first_order", "grey_box", "arx", "armax", "output_error", "heating_cooling", "composite", "feed_forward", "memory_network"}) {
     EXPECT_TRUE(models.contains(model)) << model;
   }
-  // What needs speeds or several poses says so instead of taking part.
-  EXPECT_FALSE(models.contains("phenomenological") || models.contains("one_point"));
-  EXPECT_SAYS(summary["notes"].dump(), "phenomenological z");
+  // What needs several poses says so instead of taking part.
+  EXPECT_FALSE(models.contains("transfer_grid") || models.contains("one_point"));
+  EXPECT_SAYS(summary["notes"].dump(), "one_point z: measured at one pose only");
   EXPECT_SAYS(read(toy.result("evaluation/leaderboard.svg")), "grey_box");
   EXPECT_SAYS(read(toy.result("evaluation/z.svg")), "</svg>");
   EXPECT_SAYS(read(toy.result("evaluation/tables.txt")), "static_regression");
@@ -87,7 +87,8 @@ TEST(Evaluate, ModelsCarryToAnotherRecordAndCross) {
   const Result carried = toy.run({"evaluate", "--data", toy.file("drift"), "--fitted", toy.result("evaluation/models.toml").string(), "--json"});
   ASSERT_EQ(carried.status, 0) << carried.err;
   std::set<std::string> models;
-  for (const json& row : json::parse(carried.out)["rows"]) models.insert(row["model"]);
+  const json elsewhere = json::parse(carried.out);
+  for (const json& row : elsewhere["rows"]) models.insert(row["model"]);
   EXPECT_EQ(models, (std::set<std::string>{"static_regression_as_is", "static_regression_corrected", "first_order_as_is", "first_order_corrected"}));
   const Result unknown = toy.run({"evaluate", "--data", toy.file("drift"), "--models", "grey_bocks"});
   EXPECT_EQ(unknown.status, 3);

@@ -103,6 +103,7 @@ struct BadMatrix {
   std::string name, file, text;
   std::vector<std::string> said;
 };
+void PrintTo(const BadMatrix& slip, std::ostream* out) { *out << slip.name; }
 
 class BadMatrices : public testing::TestWithParam<BadMatrix> {};
 
