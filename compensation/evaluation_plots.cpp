@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/svg.h"
+
 namespace thermotwin::compensation {
 namespace {
 
@@ -16,35 +18,14 @@ using Eigen::VectorXd;
 
 constexpr std::array<const char*, 6> colours{"#222222", "#d1495b", "#2e86ab", "#3b8132", "#b26e00", "#7a4fa3"};
 
-std::string text_of(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (c == '&') safe += "&amp;";
-    else if (c == '<') safe += "&lt;";
-    else if (c == '>') safe += "&gt;";
-    else if (static_cast<unsigned char>(c) >= 0x20) safe += c;
-  }
-  return safe;
-}
-
 std::string label(double x, double y, const std::string& text, const char* anchor = "start", const char* extra = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>\n", x, y, anchor, extra, text_of(text));
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>\n", x, y, anchor, extra, core::xml_text(text));
 }
 
 std::string opening(double width, double height) {
   return fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
                      "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
                      width, height);
-}
-
-std::vector<double> ticks(double low, double high, int count) {
-  std::vector<double> values;
-  const double raw = (high - low) / count;
-  if (!(raw > 0.0) || !std::isfinite(raw)) return values;
-  const double power = std::pow(10.0, std::floor(std::log10(raw))), ratio = raw / power;
-  const double step = (ratio < 1.5 ? 1.0 : ratio < 3.5 ? 2.0 : ratio < 7.5 ? 5.0 : 10.0) * power;
-  for (double v = std::ceil(low / step); v * step <= high * (1.0 + 1e-12) && values.size() < 50; v += 1.0) values.push_back(v * step);
-  return values;
 }
 
 /// A panel with axes; maps values to pixels.
@@ -55,11 +36,11 @@ struct Panel {
 
   std::string frame(const std::string& x_name, const std::string& y_name) const {
     std::string svg;
-    for (const double tick : ticks(y_low, y_high, 6)) {
+    for (const double tick : core::axis_ticks(y_low, y_high, 6)) {
       svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#dddddd\"/>\n", left, left + width, y(tick), y(tick));
       svg += label(left - 6, y(tick) + 4, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick), "end");
     }
-    for (const double tick : ticks(x_low, x_high, 10)) {
+    for (const double tick : core::axis_ticks(x_low, x_high, 10)) {
       svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#eeeeee\"/>\n", x(tick), top, top + height);
       if (!x_name.empty()) svg += label(x(tick), top + height + 16, fmt::format("{:g}", tick), "middle");
     }
@@ -134,7 +115,7 @@ std::string leaderboard_svg(const Evaluation& evaluation) {
   }
   low = std::max(low, -100.0);  // how much worse than nothing matters little
   const Panel panel{left, top, width, row * count, low, 100.0, 0.0, 1.0};
-  for (const double tick : ticks(low, 100.0, 8)) {
+  for (const double tick : core::axis_ticks(low, 100.0, 8)) {
     svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#dddddd\"/>\n", panel.x(tick), top, top + row * count);
     svg += label(panel.x(tick), top + row * count + 18, fmt::format("{:g}", tick), "middle");
   }

@@ -7,26 +7,14 @@
 #include <cmath>
 #include <limits>
 
+#include "core/svg.h"
+
 namespace thermotwin::core {
 namespace {
 
 constexpr double width = 760, height = 460, left = 78, right = 150, top = 44, bottom = 54;
 /// Colours that differ in lightness as well (Okabe & Ito).
 constexpr const char* colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c00", "#7f7f7f"};
-
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '&': safe += "&amp;"; break;
-      case '<': safe += "&lt;"; break;
-      case '>': safe += "&gt;"; break;
-      case '"': safe += "&quot;"; break;
-      default: safe += c;
-    }
-  }
-  return safe;
-}
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
@@ -38,20 +26,7 @@ struct Range {
   bool empty() const { return !(low <= high); }
 };
 
-/// Steps of 1, 2 or 5 times a power of ten.
-std::vector<double> round_ticks(double low, double high, int count) {
-  const double raw = (high - low) / count, power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10.0 * power;
-  for (const double factor : {5.0, 2.0, 1.0})
-    if (factor * power >= raw * (1.0 - 1e-9)) step = factor * power;
-  std::vector<double> ticks;
-  for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; ++i) ticks.push_back(i * step);
-  return ticks;
-}
-
 }  // namespace
-
-LineChart::LineChart() : target(std::numeric_limits<double>::quiet_NaN()) {}
 
 std::string LineChart::svg() const {
   const auto usable = [&](double y) { return std::isfinite(y) && (!log_y || y > 0.0); };
@@ -74,7 +49,7 @@ std::string LineChart::svg() const {
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" role=\"img\" "
       "aria-label=\"{2}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
       "<text x=\"{3:.0f}\" y=\"26\" font-size=\"16\">{2}</text>\n",
-      width, height, escaped(title), left);
+      width, height, xml_text(title), left);
   const auto grid_line = [&](double value, const std::string& text) {
     svg += fmt::format("<path d=\"M{:.0f} {:.1f}H{:.0f}\" stroke=\"#ddd\"/><text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", left,
                        py(value), width - right, left - 8, py(value) + 4, text);
@@ -82,18 +57,18 @@ std::string LineChart::svg() const {
   if (log_y) {
     for (double power = y.low; power <= y.high + 1e-9; ++power) grid_line(power, fmt::format("{:g}", std::pow(10.0, power)));
   } else {
-    for (const double tick : round_ticks(y.low, y.high, 6)) grid_line(tick, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick));
+    for (const double tick : axis_ticks(y.low, y.high, 6)) grid_line(tick, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick));
   }
-  for (const double tick : round_ticks(x.low, x.high, 8))
+  for (const double tick : axis_ticks(x.low, x.high, 8))
     svg += fmt::format("<path d=\"M{:.1f} {:.0f}v5\" stroke=\"#222\"/><text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{:g}</text>\n", px(tick),
                        height - bottom, px(tick), height - bottom + 20, tick);
   svg += fmt::format("<path d=\"M{:.0f} {:.0f}H{:.0f}\" stroke=\"#222\"/>\n", left, height - bottom, width - right);
-  svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>\n", 0.5 * (left + width - right), height - 12, escaped(x_title));
-  svg += fmt::format("<text transform=\"translate(18 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", 0.5 * (top + height - bottom), escaped(y_title));
+  svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>\n", 0.5 * (left + width - right), height - 12, xml_text(x_title));
+  svg += fmt::format("<text transform=\"translate(18 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", 0.5 * (top + height - bottom), xml_text(y_title));
   if (usable(target)) {
     const double at = py(on_axis(target));
     svg += fmt::format("<path d=\"M{:.0f} {:.1f}H{:.0f}\" stroke=\"#222\" stroke-dasharray=\"6 4\"/><text x=\"{:.0f}\" y=\"{:.1f}\">{}</text>\n", left, at,
-                       width - right, width - right + 8, at + 4, escaped(target_name));
+                       width - right, width - right + 8, at + 4, xml_text(target_name));
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const char* colour = colours[i % std::size(colours)];
@@ -111,7 +86,7 @@ std::string LineChart::svg() const {
     svg += fmt::format("<g fill=\"{0}\"><path d=\"{1}\" fill=\"none\" stroke=\"{0}\" stroke-width=\"2\"/>{2}</g>\n", colour, path, dots);
     const double at = top + 10 + 22 * static_cast<double>(i);
     svg += fmt::format("<path d=\"M{0:.0f} {1:.0f}h20\" stroke=\"{2}\" stroke-width=\"3\"/><text x=\"{3:.0f}\" y=\"{4:.0f}\">{5}</text>\n", width - right + 10, at,
-                       colour, width - right + 36, at + 4, escaped(lines[i].name));
+                       colour, width - right + 36, at + 4, xml_text(lines[i].name));
   }
   return svg + "</svg>\n";
 }

@@ -2,6 +2,7 @@
 #pragma once
 // A line chart as an SVG file of its own, readable in light and dark browsers and in documents.
 
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,10 +18,9 @@ struct LineChart {
   std::vector<Line> lines;             ///< at most eight have a colour of their own
   bool log_y = false;                  ///< values <= 0 are gaps
   /// A horizontal line that says what is to be reached; NaN: none.
-  double target;
+  double target = std::numeric_limits<double>::quiet_NaN();
   std::string target_name;
 
-  LineChart();
   std::string svg() const;
 };
 

@@ -8,6 +8,7 @@
 #include <sstream>
 #include <vector>
 
+#include "core/svg.h"
 #include "diagnosis/svg_plot.h"
 
 namespace thermotwin::diagnosis {
@@ -56,13 +57,13 @@ std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K"
 
 std::string estimate(const RankedCause& cause) {
   const std::string unit = display_unit(cause.parameter.unit);
-  return fmt::format("{} {:.4g} ± {:.2g}{}{}", html_text(cause.parameter.name), cause.value, cause.std,
+  return fmt::format("{} {:.4g} ± {:.2g}{}{}", core::xml_text(cause.parameter.name), cause.value, cause.std,
                      unit.empty() ? "" : " ", unit);
 }
 
 /// The sentence is plain ASCII for terminals.
 std::string typeset(const std::string& sentence) {
-  std::string text = html_text(sentence);
+  std::string text = core::xml_text(sentence);
   const auto replace = [&](const std::string& old, const std::string& with) {
     for (auto at = text.find(old); at != std::string::npos; at = text.find(old, at + with.size()))
       text.replace(at, old.size(), with);
@@ -83,12 +84,12 @@ std::string tile(const std::string& label, const std::string& value, const std::
 }
 
 std::string headline(const Diagnosis& d, const mesh::Machine& machine) {
-  std::string page = "<h1>Diagnosis of " + html_text(machine.name) + "</h1>\n";
+  std::string page = "<h1>Diagnosis of " + core::xml_text(machine.name) + "</h1>\n";
   page += "<p class=\"sub\">measurement " +
-          html_text(d.measurement.empty() ? "without a name" : d.measurement) + "</p>\n";
+          core::xml_text(d.measurement.empty() ? "without a name" : d.measurement) + "</p>\n";
   std::string name = d.verdict;
   std::replace(name.begin(), name.end(), '_', ' ');
-  page += "<section class=\"card verdict " + html_text(d.verdict) + "\"><b>" + html_text(name) + "</b><p>" +
+  page += "<section class=\"card verdict " + core::xml_text(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
           typeset(d.sentence) + "</p></section>\n";
   const bool gauged = std::any_of(d.residuals.begin(), d.residuals.end(),
                                   [](const ChannelResidual& r) { return r.unit == "um"; });
@@ -96,7 +97,7 @@ std::string headline(const Diagnosis& d, const mesh::Machine& machine) {
   page += tile("most probable", d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
                d.ranking.empty()
                    ? ""
-                   : html_text(d.ranking.front().parameter.kind + " " + d.ranking.front().parameter.where));
+                   : core::xml_text(d.ranking.front().parameter.kind + " " + d.ranking.front().parameter.where));
   if (gauged) {
     page += tile("TCP residual before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
                  "RMS of all displacement channels");
@@ -122,8 +123,8 @@ std::string ranking_table(const Diagnosis& d) {
     page += fmt::format(
         "<tr{}><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.1f}</td><td>{}</td><td "
         "class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
-        cause.probability < 0.01 ? " class=\"quiet\"" : "", html_text(cause.parameter.kind),
-        html_text(cause.parameter.where), bar(cause.probability), cause.log_evidence,
+        cause.probability < 0.01 ? " class=\"quiet\"" : "", core::xml_text(cause.parameter.kind),
+        core::xml_text(cause.parameter.where), bar(cause.probability), cause.log_evidence,
         parameter ? estimate(cause) : "",
         parameter ? fmt::format("± {:.2g}{}{}", cause.parameter.nominal_std, unit.empty() ? "" : " ", unit)
                   : "",
@@ -150,7 +151,7 @@ std::string difference(const std::string& before, const std::string& after) {
   while (i < a.size() || j < b.size()) {
     if (i < a.size() && j < b.size() && a[i] == b[j]) {
       if (a[i].starts_with("[")) table.clear();
-      if (table.size() < 400) table += "  " + html_text(a[i]) + "\n";
+      if (table.size() < 400) table += "  " + core::xml_text(a[i]) + "\n";
       ++i, ++j;
       continue;
     }
@@ -165,8 +166,8 @@ std::string difference(const std::string& before, const std::string& after) {
           next_a = i + in_a, next_b = j + in_b, found = true;
       }
     if (!found) next_a = a.size(), next_b = b.size();
-    for (; i < next_a; ++i) out += "<span class=\"minus\">- " + html_text(a[i]) + "</span>\n";
-    for (; j < next_b; ++j) out += "<span class=\"plus\">+ " + html_text(b[j]) + "</span>\n";
+    for (; i < next_a; ++i) out += "<span class=\"minus\">- " + core::xml_text(a[i]) + "</span>\n";
+    for (; j < next_b; ++j) out += "<span class=\"plus\">+ " + core::xml_text(b[j]) + "</span>\n";
   }
   return out;
 }
@@ -185,14 +186,14 @@ std::string sets(const Diagnosis& d) {
   if (!d.ambiguous_set.empty()) {
     page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
     for (const RankedCause& cause : d.ambiguous_set)
-      page += "<li>" + html_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " +
+      page += "<li>" + core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " +
               estimate(cause) + ", probability " + probability(cause.probability) + "</li>";
     page += "</ul>";
     if (!d.next.channel.empty())
-      page += "<p>To decide, measure <strong>" + html_text(d.next.channel) + "</strong> under " +
-              html_text(d.next.load) + ": " + html_text(d.next.why) + ".</p>";
+      page += "<p>To decide, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
+              core::xml_text(d.next.load) + ": " + core::xml_text(d.next.why) + ".</p>";
     else if (!d.next.why.empty())
-      page += "<p>To decide: " + html_text(d.next.why) + ".</p>";
+      page += "<p>To decide: " + core::xml_text(d.next.why) + ".</p>";
     page += "</section>\n";
   }
   return page;
@@ -211,7 +212,7 @@ std::string channel_table(const Diagnosis& d) {
         "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td "
         "class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td>"
         "<td class=\"n\">{}</td><td class=\"n\">{:.2g}</td></tr>\n",
-        html_text(r.id), residual_unit(r.unit), r.uncertainty, r.explained_std, r.rms_before, r.rms_after,
+        core::xml_text(r.id), residual_unit(r.unit), r.uncertainty, r.explained_std, r.rms_before, r.rms_after,
         r.rms_before > 0 ? fmt::format("{:+.0f}&#8239;%", 100.0 * (r.rms_after / r.rms_before - 1.0)) : "–",
         r.p_value_white);
   return page + "</table></section>\n";
@@ -238,7 +239,7 @@ std::string plots(const Diagnosis& d) {
     plot.show_after = after;
     page += fmt::format(
         "<figure class=\"card\"><figcaption>{}<span>held-out RMS {:.3g}{} {}</span></figcaption>\n",
-        html_text(r.id), r.rms_before, after ? fmt::format(" → {:.3g}", r.rms_after) : "", plot.unit);
+        core::xml_text(r.id), r.rms_before, after ? fmt::format(" → {:.3g}", r.rms_after) : "", plot.unit);
     page += residual_svg(plot) + "</figure>\n";
   }
   return page + "</div>\n";
@@ -267,14 +268,14 @@ std::string analysis(const Diagnosis& d) {
   for (const ResidualAnalysis& a : d.analysis)
     page += fmt::format("<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td class=\"n\">{:.1f}</td><td>{}</td>"
                         "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
-                        a.ratio < 1.5 ? " class=\"quiet\"" : "", html_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0, a.memory_s / 3600.0,
-                        a.follows.empty() ? "–" : html_text(a.follows), a.delay_s / 3600.0, a.correlation);
+                        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0, a.memory_s / 3600.0,
+                        a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / 3600.0, a.correlation);
   return page + "</table></section>\n";
 }
 
 std::string notes(const Diagnosis& d) {
   std::string page = "<h2>How it was judged</h2>\n<section class=\"card\"><ul>";
-  for (const std::string& note : d.notes) page += "<li>" + html_text(note) + "</li>";
+  for (const std::string& note : d.notes) page += "<li>" + core::xml_text(note) + "</li>";
   return page + "</ul></section>\n";
 }
 
@@ -284,7 +285,7 @@ std::string report_html(const Diagnosis& d, const mesh::Machine& machine) {
   return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
          "content=\"width=device-width,initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
-         html_text(machine.name) + "</title><style>" + style + "</style></head><body><main>\n" +
+         core::xml_text(machine.name) + "</title><style>" + style + "</style></head><body><main>\n" +
          headline(d, machine) + overview(d) + sets(d) + ranking_table(d) + extension(d, machine) + plots(d) +
          channel_table(d) + analysis(d) + notes(d) + "</main></body></html>\n";
 }

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/svg.h"
+
 namespace thermotwin::diagnosis {
 
 using Eigen::Index;
@@ -56,38 +58,6 @@ std::string tick_text(double value, double step) {
 
 }  // namespace
 
-std::vector<double> axis_ticks(double low, double high, int count) {
-  const double raw = (high - low) / std::max(count, 1);
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  double step = 10.0 * power;
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (factor * power >= raw * (1 - 1e-9)) {
-      step = factor * power;
-      break;
-    }
-  std::vector<double> ticks;
-  const double first = std::ceil(low / step - 1e-9);
-  for (int i = 0; (first + i) * step <= high + 1e-9 * step; ++i) ticks.push_back((first + i) * step);
-  return ticks;
-}
-
-std::string html_text(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (c == '&')
-      safe += "&amp;";
-    else if (c == '<')
-      safe += "&lt;";
-    else if (c == '>')
-      safe += "&gt;";
-    else if (c == '"')
-      safe += "&quot;";
-    else
-      safe += c;
-  }
-  return safe;
-}
-
 std::string residual_map_svg(const ResidualMap& map) {
   constexpr double row = 15.0, name = 110.0, wide = 960.0, below = 34.0;
   constexpr Index most_columns = 120;
@@ -98,7 +68,7 @@ std::string residual_map_svg(const ResidualMap& map) {
   const double cell = (wide - name) / static_cast<double>(columns);
   for (Index c = 0; c < channels; ++c) {
     svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", name - 6, row * (static_cast<double>(c) + 0.75),
-                       html_text(map.channels[static_cast<std::size_t>(c)]));
+                       core::xml_text(map.channels[static_cast<std::size_t>(c)]));
     for (Index k = 0; k < columns; ++k) {
       double sum = 0.0;
       int count = 0;
@@ -113,7 +83,7 @@ std::string residual_map_svg(const ResidualMap& map) {
     svg += "\n";
   }
   const Scale x{map.hours[0], map.hours[n - 1], name, wide};
-  for (const double tick : axis_ticks(x.low, x.high, 8))
+  for (const double tick : core::axis_ticks(x.low, x.high, 8))
     svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.0f}v5\"/><text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{:g}</text>", x(tick), tall, x(tick), tall + 17, tick);
   svg += fmt::format("<path class=\"grid zero\" d=\"M{:.1f} 0V{:.0f}\"/>", x(map.heldout_from), tall);
   return svg + fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">time in h</text></svg>\n", 0.5 * (name + wide), tall + 31);
@@ -136,13 +106,13 @@ std::string residual_svg(const ResidualPlot& plot) {
 
   std::string svg =
       fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"residual of {}\">\n", width,
-                  height, html_text(plot.title));
+                  height, core::xml_text(plot.title));
   const double split = std::clamp(plot.heldout_from, first, x.high);
   svg +=
       fmt::format("<rect class=\"heldout\" x=\"{:.1f}\" y=\"{:.0f}\" width=\"{:.1f}\" height=\"{:.0f}\"/>\n",
                   x(split), top, x(x.high) - x(split), height - bottom - top);
   svg += fmt::format("<path class=\"band\" d=\"{}\"/>\n", band_path(plot.hours, plot.band, x, y, stride));
-  const auto y_ticks = axis_ticks(y.low, y.high, 6), x_ticks = axis_ticks(x.low, x.high, 8);
+  const auto y_ticks = core::axis_ticks(y.low, y.high, 6), x_ticks = core::axis_ticks(x.low, x.high, 8);
   const double y_step = y_ticks.size() > 1 ? y_ticks[1] - y_ticks[0] : 1.0;
   const double x_step = x_ticks.size() > 1 ? x_ticks[1] - x_ticks[0] : 1.0;
   for (const double tick : y_ticks) {
@@ -160,7 +130,7 @@ std::string residual_svg(const ResidualPlot& plot) {
                      0.5 * (left + width - right), height - 4);
   svg +=
       fmt::format("<text transform=\"translate(12 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                  0.5 * (top + height - bottom), html_text(plot.unit));
+                  0.5 * (top + height - bottom), core::xml_text(plot.unit));
   svg += fmt::format("<path class=\"before\" d=\"{}\"/>\n", path(plot.hours, plot.before, x, y, stride));
   if (plot.show_after)
     svg += fmt::format("<path class=\"after\" d=\"{}\"/>\n", path(plot.hours, plot.after, x, y, stride));

@@ -30,10 +30,4 @@ std::string residual_map_svg(const ResidualMap& map);
 
 std::string residual_svg(const ResidualPlot& plot);
 
-/// Numbers for an axis from low to high: steps of 1, 2 or 5 times a power of ten, about `count`.
-std::vector<double> axis_ticks(double low, double high, int count);
-
-/// Text for HTML: & < > " are replaced.
-std::string html_text(const std::string& text);
-
 }  // namespace thermotwin::diagnosis

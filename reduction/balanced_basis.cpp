@@ -9,9 +9,7 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr double shift = 1.0 / (1000.0 * 86400.0);  ///< 1/s: an insulated machine has a rigid mode
-constexpr double sensor_length_m = 5e-6;            ///< a sensor's 1 K counts as much as 5 um at the TCP
-constexpr double gramian_residual = 1e-10;          ///< of the low-rank iteration, relative
+constexpr double gramian_residual = 1e-10;  ///< of the low-rank iteration, relative
 
 }  // namespace
 
@@ -20,12 +18,10 @@ Basis balanced_basis(const solver::ThermalSystem& thermal, const solver::Operati
   const OperatingPoint rest = operating_points(model).front();
   StateSpace system;
   system.E = thermal.capacity;
-  system.A = -symmetric_conduction(thermal, rest.c.p) - shift * thermal.capacity;
+  system.A = -symmetric_conduction(thermal, rest.c.p) - steady_shift * thermal.capacity;
   system.symmetric = true;
   system.B = effective_inputs(thermal, model, rest);
-  const Eigen::MatrixXd outputs = output_directions(thermal, rows);
-  system.C.resize(outputs.cols() + thermal.sensors.rows(), thermal.size);
-  system.C << outputs.transpose(), sensor_length_m * Eigen::MatrixXd(thermal.sensors);
+  system.C = observed_directions(thermal, rows).transpose();
   system.D = Eigen::MatrixXd::Zero(system.C.rows(), system.B.cols());
 
   SolverOptions options;

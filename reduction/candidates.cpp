@@ -275,12 +275,16 @@ Eigen::MatrixXd output_directions(const solver::ThermalSystem& thermal, const st
   return stack * eigen.eigenvectors().rightCols(kept);
 }
 
+Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal, const std::vector<solver::OutputRows>& rows) {
+  return joined({output_directions(thermal, rows), sensor_length_m * Eigen::MatrixXd(thermal.sensors.transpose())}, thermal.size);
+}
+
 CandidateOptions default_candidates() {
   CandidateOptions options;
   constexpr double day = 86400.0;
   const double longest = 10.0 * day, shortest = 120.0;
   const int count = 5;
-  options.shifts.push_back(1.0 / (1000.0 * day));
+  options.shifts.push_back(steady_shift);
   for (int i = 0; i < count; ++i) {
     options.shifts.push_back(std::pow(shortest / longest, static_cast<double>(i) / (count - 1)) / shortest);
   }
@@ -291,11 +295,7 @@ CandidateOptions default_candidates() {
 Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::OperatingModel& model,
                            const std::vector<solver::OutputRows>& rows, const CandidateOptions& options) {
   const std::vector<OperatingPoint> points = operating_points(model);
-  Eigen::MatrixXd outputs = output_directions(thermal, rows);
-  {
-    const Eigen::MatrixXd sensors = sensor_length_m * Eigen::MatrixXd(thermal.sensors.transpose());
-    outputs = joined({outputs, sensors}, thermal.size);
-  }
+  const Eigen::MatrixXd outputs = observed_directions(thermal, rows);
   std::vector<double> shifts = options.shifts;
   for (const double shift : options.adjoint_shifts) {
     if (std::find(shifts.begin(), shifts.end(), shift) == shifts.end()) shifts.push_back(shift);

@@ -39,11 +39,18 @@ Eigen::MatrixXd coefficient_changes(const solver::ThermalSystem& thermal, const 
 Eigen::MatrixXd output_directions(const solver::ThermalSystem& thermal,
                                   const std::vector<solver::OutputRows>& rows);
 
+/// The same with the sensors: 1 K of a sensor counts as much as 5 um at the TCP. (size x m) in m
+Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal,
+                                    const std::vector<solver::OutputRows>& rows);
+
+/// 1/s. Steady state: a very long time instead, so that an insulated machine has one.
+inline constexpr double steady_shift = 1.0 / (1000.0 * 86400.0);
+
 struct CandidateOptions {
   std::vector<double> shifts;          ///< 1/s, of the inputs
   std::vector<double> adjoint_shifts;  ///< 1/s, of the outputs
 };
-/// Steady state (a very long time instead, so that an insulated machine has one) and five time
+/// Steady state and five time
 /// constants from ten days to two minutes.
 CandidateOptions default_candidates();
 

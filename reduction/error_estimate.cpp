@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "reduction/reduce.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -36,15 +35,16 @@ Eigen::VectorXd translations(const core::Table& table, const core::Table* minus 
 double largest_translation(const core::Table& table) { return table.rows() == 0 ? 0.0 : translations(table).maxCoeff(); }
 
 EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedModel& reference, const mesh::Machine& machine,
-                                    const solver::LoadProgram& load, const std::vector<mesh::Pose>& poses, double refine) {
+                                    const solver::LoadProgram& load, const std::vector<mesh::Pose>& poses, ReducedRun how) {
   if (reference.system.order() <= model.system.order() || reference.machine.hash != model.machine.hash) {
     throw core::InputError("reference of the error estimate",
                            fmt::format("order {} for a model of order {}{}", reference.system.order(), model.system.order(),
                                        reference.machine.hash == model.machine.hash ? "" : ", of another machine"),
                            "a larger order of the same machine: reference.rom.h5 of the same `thermotwin reduce`");
   }
-  TrainedRange same;  // the model has told of what lies beyond
-  EstimatedRun run{simulate_reduced(model, machine, load, poses, refine), simulate_reduced(reference, machine, load, poses, refine, &same), {}};
+  EstimatedRun run{simulate_reduced(model, machine, load, poses, how), {}, {}};
+  how.tell = false;  // the model has told what lies beyond
+  run.larger = simulate_reduced(reference, machine, load, poses, how);
   const core::Table& tcp = run.result.tcp;
   const auto kept = static_cast<Eigen::Index>(1 + machine.axes.size() + estimated_values);
   run.estimate.source = "error estimate of " + load.name();

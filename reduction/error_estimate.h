@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "reduction/reduced_model.h"
+#include "reduction/reduce.h"
 #include "solver/campaign.h"
 
 namespace thermotwin::reduction {
@@ -28,7 +28,7 @@ struct EstimatedRun {
 /// @throws InputError if the reference is not of a larger order for the same machine
 EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedModel& reference, const mesh::Machine& machine,
                                     const solver::LoadProgram& load, const std::vector<mesh::Pose>& poses,
-                                    double refine = 1.0);
+                                    ReducedRun how = {});
 
 /// Estimated over true length of the translations' error, at all times and poses whose true error is at
 /// least a tenth of the largest one.

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <random>
 
+#include "reduction/candidates.h"
 #include "solver/thermal_direct.h"
 
 namespace thermotwin::reduction {
 namespace {
 
-constexpr double shift = 1.0 / (1000.0 * 86400.0);  ///< 1/s: an insulated machine has a rigid mode
 constexpr double steps_a_mode = 2.5;                ///< of the Lanczos process, for converged modes
 constexpr Eigen::Index more_steps = 50;
 constexpr double invariant = 1e-12;
@@ -24,7 +24,7 @@ Basis modal_basis(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p
   for (std::size_t j = 0; j < thermal.terms.size(); ++j)
     if (thermal.layout.terms[j].kind == solver::TermKind::coolant_flow) still(static_cast<Eigen::Index>(j)) = 0.0;
   solver::ThermalDirectSolver inverse(thermal);
-  inverse.factorise(still, shift);
+  inverse.factorise(still, steady_shift);
 
   const Eigen::Index steps = std::min(n, static_cast<Eigen::Index>(steps_a_mode * static_cast<double>(most)) + more_steps);
   Eigen::MatrixXd q(n, steps);

@@ -282,7 +282,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     std::vector<TrainedRange> seen(pairs.size());
     core::parallel_for(0, pairs.size(), [&](std::size_t i) {
       const auto [load, result] = pairs[i];
-      const solver::LoadResult reduced = simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp), 1.0, &seen[i]);
+      const solver::LoadResult reduced = simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp), {.tell = false, .seen = &seen[i]});
       error[i] = compare(*result, reduced).max_um;
     });
     if (pairs.empty()) break;
@@ -293,7 +293,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     chosen.trained = model.trained;
     const double worst = *std::max_element(error.begin(), error.end());
     notes.order_error_um.emplace_back(order, worst);
-    if (worst <= options.tolerance_um && !options.every_order) break;
+    if (worst <= options.tolerance_um) break;
   }
   notes.order = chosen.system.order();
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));

@@ -32,7 +32,6 @@ struct ReduceOptions {
   double tolerance_um = 0.05;      ///< TCP error of the training loads, all poses, translations
   Eigen::Index max_order = 240;
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
-  bool every_order = false;        ///< do not stop at the tolerance: errors of all orders up to the largest
 };
 
 struct ReduceSummary {
@@ -54,12 +53,19 @@ ReducedModel truncated(const ReducedModel& model, Eigen::Index order);
 /// Order of the reference of an estimate: half as much again.
 inline Eigen::Index reference_order(Eigen::Index order) { return order + (order + 1) / 2; }
 
-/// Runs a load on the reduced model; tables as the full model's. Warns where coefficients leave the
-/// range that the model was trained on. @param seen  if given: the range of the run is added instead
+/// How a load runs on the reduced model.
+struct ReducedRun {
+  double refine = 1.0;            ///< factor of the longest time step
+  bool exact = false;             ///< by ExactStepper; else as the full model, by SDIRK2
+  bool tell = true;               ///< warn where coefficients leave the range of training
+  TrainedRange* seen = nullptr;   ///< gets the range of the run's coefficients
+};
+
+/// Runs a load on the reduced model; tables as the full model's.
+/// @throws InputError if the machine has other terms or inputs than the model
 solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machine& machine,
                                     const solver::LoadProgram& load,
-                                    const std::vector<mesh::Pose>& poses, double refine = 1.0,
-                                    TrainedRange* seen = nullptr);
+                                    const std::vector<mesh::Pose>& poses, const ReducedRun& how = {});
 
 /// The coefficient that leaves the trained range most, where that is by more than a tenth of the
 /// range's width: its item, values and range; empty: none.

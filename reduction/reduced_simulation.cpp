@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "core/error.h"
 #include "core/progress.h"
+#include "reduction/exact_stepper.h"
 #include "reduction/reduce.h"
 #include "solver/simulation.h"
 
@@ -65,6 +67,26 @@ core::Table input_table(const solver::LoadProgram& load, const solver::Channels&
   return std::move(rows.table);
 }
 
+/// A machine.toml that was changed may have other coefficients, but no other terms.
+void require_same_terms(const ReducedModel& model, const mesh::Machine& machine) {
+  const solver::Layout& own = model.system.layout;
+  const auto same_term = [](const solver::Term& a, const solver::Term& b) { return a.kind == b.kind && a.item == b.item && a.part == b.part; };
+  const auto same_input = [](const solver::Input& a, const solver::Input& b) {
+    return a.kind == b.kind && a.term == b.term && a.item == b.item && a.place == b.place && a.node == b.node;
+  };
+  bool same = machine.joints.size() == own.grids.size() && machine.axes.size() == model.machine.axes.size() &&
+              machine.sensors.size() == model.machine.sensors.size();
+  if (same) {
+    const solver::Layout other = solver::make_layout(machine, own.grids);
+    same = std::equal(own.terms.begin(), own.terms.end(), other.terms.begin(), other.terms.end(), same_term) &&
+           std::equal(own.inputs.begin(), own.inputs.end(), other.inputs.begin(), other.inputs.end(), same_input) &&
+           own.observed.size() == other.observed.size();
+  }
+  if (!same)
+    throw core::InputError(machine.path.string(), "other films, joints, sources, coolants, volumes, axes or sensors than the reduced model's",
+                           "a machine with the model's own items (write the model anew: thermotwin reduce)");
+}
+
 /// Passes steps on and keeps the range of their coefficients.
 class Watched final : public solver::ThermalStepper {
  public:
@@ -87,17 +109,19 @@ class Watched final : public solver::ThermalStepper {
 
 solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machine& machine,
                                     const solver::LoadProgram& load,
-                                    const std::vector<mesh::Pose>& poses, double refine, TrainedRange* seen) {
-  ReducedStepper reduced(model.system);
+                                    const std::vector<mesh::Pose>& poses, const ReducedRun& how) {
+  require_same_terms(model, machine);
+  const auto moves_on = how.exact ? std::unique_ptr<solver::ThermalStepper>(std::make_unique<ExactStepper>(model.system))
+                                  : std::make_unique<ReducedStepper>(model.system);
   TrainedRange range;
-  Watched stepper(reduced, range);
+  Watched stepper(*moves_on, range);
   const solver::OperatingModel operating(machine, model.system.layout);
   const std::size_t times = load.output_times().size();
   const auto axes = static_cast<Eigen::Index>(machine.axes.size());
   Rows tcp(load.name(), tcp_table_columns(machine), times * poses.size());
   Rows sensors(load.name(), sensor_table_columns(machine), times);
   solver::SimulationOptions options;
-  options.refine = refine;
+  options.refine = how.refine;
   options.progress = false;
   const Eigen::MatrixXd rows = value_rows(model, poses);
   std::vector<Eigen::VectorXd> places;
@@ -114,12 +138,13 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
       row.tail(values_of_pose) = values.segment(static_cast<Eigen::Index>(i) * values_of_pose, values_of_pose).transpose();
     }
   });
-  if (seen) {
-    if (range.low.size() > 0) seen->include(range.low), seen->include(range.high);
-  } else if (const std::string beyond = outside_trained(model, range); !beyond.empty()) {
-    core::warn(fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
+  if (how.seen && range.low.size() > 0) {
+    how.seen->include(range.low);
+    how.seen->include(range.high);
   }
-  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), refine), {}, {}, {}};
+  if (const std::string beyond = how.tell ? outside_trained(model, range) : ""; !beyond.empty())
+    core::warn(fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
+  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), how.refine), {}, {}, {}};
 }
 
 ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult& reduced) {

@@ -208,7 +208,7 @@ const char* word(Method method) { return method == Method::balanced ? "balanced"
 Method method_of(const std::string& word_in) {
   for (const Method method : {Method::balanced, Method::modal, Method::krylov})
     if (word_in == word(method)) return method;
-  throw core::InputError("--method", "'" + word_in + "'", "one of: balanced, modal, krylov");
+  throw core::UsageError("unknown method '" + word_in + "' of --matrices; one of: balanced, modal, krylov");
 }
 
 double bound_of(const VectorXd& hankel, Index order) {

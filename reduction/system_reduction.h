@@ -16,7 +16,7 @@
 namespace thermotwin::reduction {
 
 enum class Method { balanced, modal, krylov };
-/// @throws InputError (place "--method")
+/// @throws UsageError with the known names
 Method method_of(const std::string& word);
 const char* word(Method method);
 

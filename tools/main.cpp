@@ -171,12 +171,18 @@ int parse_and_run(int argc, char** argv) {
   auto* reduced = verb->add_flag("--reduced", campaign.reduced, "by the reduced model; with its reference, error_estimate.csv per load too")
                       ->excludes(resume);
   verb->add_option("--model", campaign.model, "of --reduced: model.rom.h5 (absent: that of --out)")->needs(reduced);
+  verb->add_flag("--exact", campaign.exact, "of --reduced: steps without time error where films, contacts and flows stand (those that follow "
+                 "the temperature never do); "
+                 "absent: the full model's time scheme, to compare with it")
+      ->needs(reduced);
   verb->add_option("--reference", campaign.reference, "of --reduced: model of larger order that estimates the error "
                    "(absent: reference.rom.h5 beside the model, if it is there)")
       ->needs(reduced);
   add_checkpoint(*verb, campaign.checkpoint_every_s);
   add_mesh(*verb, campaign.size, campaign.mesh_order);
   add_solver(*verb, campaign.solver);
+  for (const char* of_full : {"--size", "--mesh-order", "--order", "--solver", "--checkpoint-every"})
+    if (CLI::Option* option = verb->get_option_no_throw(of_full)) reduced->excludes(option);
 
   tools::ReduceOptions reduce;
   verb = add_verb(app, "reduce", "reduced state-space model model.rom.h5 of a case, with order and error table; or, with "

@@ -48,6 +48,7 @@ struct CampaignOptions : CommonOptions {
   double checkpoint_every_s = 60;
   std::string solver = "auto";
   bool reduced = false;                     ///< by the reduced model
+  bool exact = false;                       ///< without time error where coefficients stand
   std::filesystem::path model, reference;   ///< of it; empty: out/model.rom.h5, reference.rom.h5 beside it
 };
 struct ReduceOptions : CommonOptions {

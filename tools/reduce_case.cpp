@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr Eigen::Index least_compared = 240;
 constexpr Eigen::Index compared_orders[] = {20, 40, 60, 80, 120, 160, 240, 320, 400};
 
 struct MethodErrors {
@@ -28,16 +29,20 @@ struct MethodErrors {
   std::vector<std::pair<Eigen::Index, double>> worst_um;   ///< order, over all held-out loads
 };
 
-/// Errors on the held-out loads of every method, order by order; the campaign is there.
-std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const solver::Case& machine_case, Eigen::Index largest, const fs::path& out) {
+/// Errors on the held-out loads of every method, order by order. The campaign is there, and so is one of the
+/// models: that of `method`.
+std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const solver::Case& machine_case, const ReducedCase& made,
+                                          reduction::BasisMethod method, const fs::path& out) {
   solver::CampaignOptions options;
   options.out = options.checkpoints = out / "campaign";
   options.resume = options.keep_snapshots = true;
   const auto training = load_programs(machine_case, machine_case.train), heldout = load_programs(machine_case, machine_case.holdout);
-  const auto trained = solver::run_campaign(full, training, options);
+  auto trained = solver::run_campaign(full, training, options);
+  for (solver::LoadResult& result : trained) result.tcp = {};  // snapshots are wanted, errors on these loads are not
   options.keep_snapshots = false;
   const auto held = solver::run_campaign(full, heldout, options);
   const auto poses = mesh::workspace_poses(machine_case.machine);
+  const Eigen::Index largest = std::max<Eigen::Index>(made.summary.order, least_compared);
   std::vector<MethodErrors> all;
   for (std::size_t m = 0; m < std::size(reduction::basis_methods); ++m) {
     MethodErrors of{reduction::basis_methods[m], 0, {}};
@@ -45,8 +50,10 @@ std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const s
     wanted.method = static_cast<reduction::BasisMethod>(m);
     wanted.order = largest;
     reduction::ReduceSummary summary;
-    const reduction::ReducedModel model = reduction::reduce(full, training, trained, wanted, &summary);
-    of.basis_seconds = summary.basis_seconds;
+    const bool made_before = wanted.method == method && made.reference.system.order() >= largest;
+    const reduction::ReducedModel model =
+        made_before ? reduction::truncated(made.reference, largest) : reduction::reduce(full, training, trained, wanted, &summary);
+    of.basis_seconds = made_before ? made.summary.basis_seconds : summary.basis_seconds;
     std::vector<Eigen::Index> orders;
     for (const Eigen::Index order : compared_orders)
       if (order < model.system.order()) orders.push_back(order);
@@ -56,8 +63,7 @@ std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const s
       const reduction::ReducedModel small = reduction::truncated(model, order);
       std::vector<double> worst(heldout.size());
       core::parallel_for(0, heldout.size(), [&](std::size_t i) {
-        reduction::TrainedRange seen;
-        worst[i] = reduction::compare(held[i], reduction::simulate_reduced(small, machine_case.machine, heldout[i], poses, 1.0, &seen)).max_um;
+        worst[i] = reduction::compare(held[i], reduction::simulate_reduced(small, machine_case.machine, heldout[i], poses, {.tell = false})).max_um;
         progress.advance();
       });
       of.worst_um.emplace_back(order, *std::max_element(worst.begin(), worst.end()));
@@ -144,7 +150,7 @@ void reduce(const ReduceOptions& options) {
   std::vector<MethodErrors> methods;
   std::string text = made.summary.brief() + "\n\n" + error_table(made.model.errors) + "\n";
   if (options.compare) {
-    methods = compare_methods(full, machine_case, std::max<Eigen::Index>(made.summary.order, 240), options.out);
+    methods = compare_methods(full, machine_case, made, wanted.method, options.out);
     text += comparison_table(methods) + "\n";
     for (const MethodErrors& method : methods)
       for (const auto& [order, error] : method.worst_um)

@@ -46,9 +46,7 @@ void reduced_campaign(const CampaignOptions& options) {
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, "", 0);
   const fs::path file = options.model.empty() ? options.out / "model.rom.h5" : options.model;
-  const reduction::ReducedModel model = reduction::read_model(file);
-  if (model.machine.hash != machine_case.machine.hash)
-    core::warn(fmt::format("{} was made from another machine.toml than {}; the case's is used", file.string(), machine_case.machine.path.string()));
+  const reduction::ReducedModel model = model_for(options.case_path, file, options.out);
   const fs::path beside = file.parent_path() / "reference.rom.h5";
   fs::path reference_file = options.reference;
   if (reference_file.empty() && fs::exists(beside)) reference_file = beside;
@@ -62,6 +60,8 @@ void reduced_campaign(const CampaignOptions& options) {
   }
   const auto programs = load_programs(machine_case, names);
   require_writable(options.out);
+  reduction::ReducedRun how;
+  how.exact = options.exact;
   const auto poses = mesh::workspace_poses(machine_case.machine);
   const fs::path folder = options.out / "campaign";
   std::vector<Outcome> outcomes(programs.size());
@@ -71,13 +71,13 @@ void reduced_campaign(const CampaignOptions& options) {
     Outcome& outcome = outcomes[i];
     solver::LoadResult result;
     if (reference) {
-      reduction::EstimatedRun run = reduction::simulate_with_estimate(model, *reference, machine_case.machine, programs[i], poses);
+      reduction::EstimatedRun run = reduction::simulate_with_estimate(model, *reference, machine_case.machine, programs[i], poses, how);
       outcome.estimate_um = reduction::largest_translation(run.estimate);
       outcome.seconds = watch.seconds();
       write_load(folder / programs[i].name(), run.result, &run.estimate);
       result = std::move(run.result);
     } else {
-      result = reduction::simulate_reduced(model, machine_case.machine, programs[i], poses);
+      result = reduction::simulate_reduced(model, machine_case.machine, programs[i], poses, how);
       outcome.seconds = watch.seconds();
       write_load(folder / programs[i].name(), result, nullptr);
     }

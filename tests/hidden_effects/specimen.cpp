@@ -156,16 +156,13 @@ Measurement Specimen::measure(const Draw& draw) const {
   machine.materials = full_.mesh.machine.materials;
   mesh::Machine wrong = machine;
   std::vector<const Truth*> of_readings;
-  bool air_differs = false;
   for (const Truth& truth : draw.truths) {
     if (diagnosis::acts_on_readings(truth.parameter.kind)) {
       of_readings.push_back(&truth);
       continue;
     }
-    air_differs = air_differs || truth.parameter.kind == "ambient_offset";
     wrong = diagnosis::with_parameter(wrong, truth.parameter, truth.value);
   }
-  (void)air_differs;
   solver::ThermalSystem thermal = full_.thermal;
   const solver::OperatingModel right_model(machine, thermal.layout), wrong_model(wrong, thermal.layout);
   const solver::Channels& channels = right_model.channels();

@@ -16,21 +16,10 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using test::exact;
 using test::Numbers;
 using test::random_coefficients;
 using test::random_system;
-
-/// E x' + A x = f from x0, through the eigenvectors of E^-1 A.
-VectorXd exact(const ReducedSystem& system, const solver::Coefficients& c, const VectorXd& start, double time) {
-  MatrixXd a = system.conduction;
-  for (Index j = 0; j < c.p.size(); ++j) a += c.p(j) * system.terms[static_cast<std::size_t>(j)];
-  const MatrixXd rates = system.capacity.partialPivLu().solve(a);
-  const VectorXd steady = a.partialPivLu().solve(system.inputs * c.q);
-  const Eigen::EigenSolver<MatrixXd> eigen(rates);
-  const Eigen::VectorXcd shares = eigen.eigenvectors().partialPivLu().solve((start - steady).cast<std::complex<double>>());
-  const Eigen::VectorXcd decay = (-time * eigen.eigenvalues()).array().exp() * shares.array();
-  return steady + (eigen.eigenvectors() * decay).real();
-}
 
 ExactOptions at_once() {
   ExactOptions options;

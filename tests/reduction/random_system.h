@@ -2,7 +2,7 @@
 #pragma once
 // Reduced systems out of random numbers, with the time constants of a machine.
 
-#include <Eigen/QR>
+#include <Eigen/Dense>
 #include <cmath>
 #include <random>
 
@@ -54,6 +54,22 @@ inline solver::Coefficients random_coefficients(const reduction::ReducedSystem& 
   c.p = Eigen::VectorXd::NullaryExpr(static_cast<Eigen::Index>(system.terms.size()), [&](Eigen::Index) { return number(0.5, 20.0); });
   c.q = Eigen::VectorXd::NullaryExpr(system.inputs.cols(), [&](Eigen::Index) { return number() * 1e-3; });
   return c;
+}
+
+inline Eigen::MatrixXd operator_of(const reduction::ReducedSystem& system, const solver::Coefficients& c) {
+  Eigen::MatrixXd a = system.conduction;
+  for (Eigen::Index j = 0; j < c.p.size(); ++j) a += c.p(j) * system.terms[static_cast<std::size_t>(j)];
+  return a;
+}
+
+/// E x' + A x = f from `start`, exactly: through the eigenvectors of E^-1 A.
+inline Eigen::VectorXd exact(const reduction::ReducedSystem& system, const solver::Coefficients& c, const Eigen::VectorXd& start, double time) {
+  const Eigen::MatrixXd a = operator_of(system, c);
+  const Eigen::VectorXd steady = a.partialPivLu().solve(system.inputs * c.q);
+  const Eigen::EigenSolver<Eigen::MatrixXd> eigen(system.capacity.partialPivLu().solve(a));
+  const Eigen::VectorXcd shares = eigen.eigenvectors().partialPivLu().solve((start - steady).cast<std::complex<double>>());
+  const Eigen::VectorXcd decay = (-time * eigen.eigenvalues()).array().exp() * shares.array();
+  return steady + (eigen.eigenvectors() * decay).real();
 }
 
 }  // namespace thermotwin::test

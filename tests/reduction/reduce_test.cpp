@@ -319,11 +319,30 @@ TEST(TrainedRange, SaysWhatLeavesIt) {
   const Estimated made(20);
   ASSERT_EQ(made.model.trained.low.size(), static_cast<Index>(made.model.system.terms.size()));
   TrainedRange seen;
-  simulate_reduced(made.model, c.full.mesh.machine, c.loads[0], {mesh::home_pose(c.full.mesh.machine)}, 1.0, &seen);
+  simulate_reduced(made.model, c.full.mesh.machine, c.loads[0], {mesh::home_pose(c.full.mesh.machine)}, {.seen = &seen});
   EXPECT_EQ(outside_trained(made.model, seen), "") << "a load of the training";
   seen.high(0) *= 3.0;
   const std::string text = outside_trained(made.model, seen);
   EXPECT_NE(text.find("'" + c.full.mesh.machine.films[0].id + "'"), std::string::npos) << text;
+}
+
+TEST(Reduce, ExactStepsAreWhatFineStepsComeTo) {
+  const Campaign& c = campaign();
+  const mesh::Machine& machine = c.full.mesh.machine;
+  const std::vector<mesh::Pose> pose{mesh::home_pose(machine)};
+  const auto z = [&](const ReducedRun& how) { return simulate_reduced(reduction().model, machine, c.loads[0], pose, how).tcp.column("dz_um"); };
+  const VectorXd truth = z({.refine = 0.05});
+  const double stepped = (z({}) - truth).cwiseAbs().maxCoeff(), exact = (z({.exact = true}) - truth).cwiseAbs().maxCoeff();
+  std::printf("time error of dz: SDIRK2 %.2e um, exact steps %.2e um\n", stepped, exact);
+  EXPECT_GT(stepped, 0.0);
+  EXPECT_LT(exact, 0.5 * stepped);
+}
+
+TEST(Reduce, AMachineWithOtherTermsIsRefused) {
+  const Campaign& c = campaign();
+  mesh::Machine other = c.full.mesh.machine;
+  other.films.pop_back();
+  EXPECT_THROW(simulate_reduced(reduction().model, other, c.loads[1], {mesh::home_pose(other)}), core::InputError);
 }
 
 TEST(BasisMethods, OfOneOrderCompareOnTheSameLoad) {

@@ -17,25 +17,11 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using test::exact;
 using test::Numbers;
+using test::operator_of;
 using test::random_coefficients;
 using test::random_system;
-
-MatrixXd operator_of(const ReducedSystem& system, const solver::Coefficients& c) {
-  MatrixXd a = system.conduction;
-  for (Index j = 0; j < c.p.size(); ++j) a += c.p(j) * system.terms[static_cast<std::size_t>(j)];
-  return a;
-}
-
-/// E T' + A T = f from T0, exactly: through the eigenvectors of E^-1 A.
-VectorXd exact(const ReducedSystem& system, const solver::Coefficients& c, const VectorXd& start, double time) {
-  const MatrixXd a = system.capacity.partialPivLu().solve(operator_of(system, c));
-  const VectorXd steady = operator_of(system, c).partialPivLu().solve(system.inputs * c.q);
-  const Eigen::EigenSolver<MatrixXd> eigen(a);
-  const Eigen::VectorXcd shares = eigen.eigenvectors().partialPivLu().solve((start - steady).cast<std::complex<double>>());
-  const Eigen::VectorXcd decay = (-time * eigen.eigenvalues()).array().exp() * shares.array();
-  return steady + (eigen.eigenvectors() * decay).real();
-}
 
 VectorXd stepped(const ReducedSystem& system, const solver::Coefficients& c, VectorXd state, double time, int steps) {
   ReducedStepper stepper(system);

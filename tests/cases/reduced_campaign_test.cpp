@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `campaign --reduced`: the full campaign's files from the reduced model, with an estimate of the error.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/table.h"
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::string model() { return (toy_run() / "model.rom.h5").string(); }
+
+double largest(const Eigen::VectorXd& values) { return values.cwiseAbs().maxCoeff(); }
+
+TEST(ReducedCampaign, LeavesTheFilesOfTheFullOneAndEstimatesTheirError) {
+  const Toy toy;
+  const Result result = toy.run({"campaign", toy.path(), "--reduced", "--model", model(), "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  EXPECT_EQ(summary["loads"].size(), 3U);
+  EXPECT_GT(summary["reference_order"].get<int>(), summary["order"].get<int>());
+  for (const std::string load : {"ambient", "warm_up", "mixed"}) {
+    const fs::path reduced = toy.result("campaign/" + load), full = toy_run() / "campaign" / load;
+    const core::Table ours = core::read_csv(reduced / "tcp.csv"), theirs = core::read_csv(full / "tcp.csv");
+    const core::Table estimate = core::read_csv(reduced / "error_estimate.csv");
+    ASSERT_EQ(ours.columns, theirs.columns);
+    ASSERT_EQ(ours.rows(), theirs.rows());
+    ASSERT_EQ(estimate.rows(), ours.rows());
+    EXPECT_EQ(core::read_csv(reduced / "sensors.csv").columns, core::read_csv(full / "sensors.csv").columns);
+    EXPECT_EQ(core::read_csv(reduced / "inputs.csv").columns, core::read_csv(full / "inputs.csv").columns);
+    for (const std::string axis : {"dx_um", "dy_um", "dz_um"}) {
+      const Eigen::VectorXd error = theirs.column(axis) - ours.column(axis);
+      EXPECT_LT(largest(error), 0.02 * largest(theirs.column("dz_um"))) << load << " " << axis;
+      // With the estimate added, what is left is what the reference misses too.
+      if (largest(error) > 0.05) {
+        EXPECT_LT(largest(error - estimate.column(axis)), 0.7 * largest(error)) << load << " " << axis;
+      }
+    }
+  }
+}
+
+TEST(ReducedCampaign, WhatDoesNotFitIsRefused) {
+  const Toy toy;
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--resume"}, {"--size", "0.5"}, {"--solver", "direct"}, {"--order", "2"}}) {
+    std::vector<std::string> words{"campaign", toy.path(), "--reduced", "--model", model()};
+    words.insert(words.end(), option.begin(), option.end());
+    EXPECT_EQ(toy.run(words).status, 2) << option.front();
+  }
+  EXPECT_EQ(toy.run({"campaign", toy.path(), "--exact"}).status, 2);
+  const Result missing = toy.run({"campaign", toy.path(), "--reduced", "--model", toy.file("none.h5")});
+  EXPECT_EQ(missing.status, 3);
+  EXPECT_SAYS(missing.err, "none.h5: no such file");
+  const Result same = toy.run({"campaign", toy.path(), "--reduced", "--model", model(), "--reference", model()});
+  EXPECT_EQ(same.status, 3);
+  EXPECT_SAYS(same.err, "a larger order of the same machine");
+  EXPECT_FALSE(fs::exists(toy.result("campaign/warm_up")));
+}
+
+TEST(ReducedCampaign, AMachineWithOtherTermsIsRefused) {
+  const Toy toy;
+  const std::string machine = read(toy.file("machine.toml"));
+  const std::size_t film = machine.find("[[film]]"), next = machine.find("[[", film + 2);
+  ASSERT_NE(next, std::string::npos);
+  toy.edit("machine.toml", machine.substr(film, next - film), "");
+  const Result result = toy.run({"campaign", toy.path(), "--reduced", "--model", model()});
+  EXPECT_EQ(result.status, 3) << result.err;
+  EXPECT_SAYS(result.err, "other films, joints, sources");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases
