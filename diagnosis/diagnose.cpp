@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "diagnosis/judgement.h"
+#include "diagnosis/next_measurement.h"
 #include "diagnosis/model_search.h"
 #include "diagnosis/problem.h"
 #include "diagnosis/residual_analysis.h"
@@ -27,6 +28,7 @@ namespace {
 constexpr double sure = 0.9;            ///< marginal probability that names a cause
 /// A machine is called wrong only where it is as good as sure: of two hundred right ones none should be.
 constexpr double none_left = 0.03;
+constexpr double within_expected = 1.5;  ///< RMS of a residual over what is expected of it
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
 
 void require_valid(const DiagnoseOptions& options) {
@@ -98,8 +100,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   std::stable_sort(out.ranking.begin(), out.ranking.end(), by_probability);
   std::stable_sort(causes.begin(), causes.end(), by_probability);
 
-  const auto no_cause_left = [&] { return causes.empty() || !outside_nominal(causes.front()); };
-  if (found.probability_none > none_left || (no_cause_left() && found.probability_unknown < 0.5)) {
+  const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
+  if (found.probability_none > none_left || (no_cause_left && found.probability_unknown < 0.5)) {
     out.verdict = "no_discrepancy";
     return;
   }
@@ -247,6 +249,12 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
 
 }  // namespace
 
+std::vector<Parameter> marked_causes(const Diagnosis& diagnosis) {
+  std::vector<Parameter> marked;
+  for (const RankedCause& cause : diagnosis.causes.empty() ? diagnosis.ambiguous_set : diagnosis.causes) marked.push_back(cause.parameter);
+  return marked;
+}
+
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
                    const DiagnoseOptions& options, const Parts* parts) {
   require_valid(options);
@@ -272,9 +280,21 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
                                         : response.predict(with_parameters(machine, members, best.value));
   best.refined = true;
   judge(problem, best, d);
+  if (const std::string objection = heldout_objection(problem, best, d); !objection.empty()) {
+    // What was named on the fitted part does not hold: neither is it taken away from what is seen.
+    const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.rms_before <= within_expected * r.explained_std; });
+    d.verdict = expected ? "no_discrepancy" : "unexplained";
+    d.notes.push_back(objection);
+    d.causes.clear();
+    d.residuals.clear();
+    best = {};
+    best.predicted = problem.predicted;
+    best.refined = true;
+    judge(problem, best, d);
+  }
   if (d.verdict == "explained" && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
-  if (d.verdict == "ambiguous") d.next = next_measurement(problem, response, machine, d);
+  if (d.verdict == "ambiguous") d.next = next_measurement(problem, model, options.programs, d);
   d.analysis = analyse(problem, channels);
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));

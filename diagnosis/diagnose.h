@@ -13,7 +13,9 @@
 #include "compensation/measurement.h"
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/parts.h"
+#include "diagnosis/scene.h"
 #include "reduction/reduced_model.h"
+#include "solver/load_program.h"
 
 namespace thermotwin::diagnosis {
 
@@ -71,6 +73,7 @@ struct DiagnoseOptions {
   double heldout_share = 0.3;     ///< of the time, its end: never fitted
   double model_error_percent = 3; ///< mesh and discretisation, of each channel's own response
   double interval_s = 600;        ///< residuals are averaged over such intervals
+  std::vector<solver::LoadProgram> programs;  ///< that may be run next, where causes share
 };
 
 /// @param parts  matrices of single bodies, joints, scales and screws, where they are known
@@ -79,9 +82,12 @@ Diagnosis diagnose(const reduction::ReducedModel& model,
                    const Parts* parts = nullptr);
 
 /// diagnosis.json, report.html, residuals.csv, extended/machine.toml (and extended/model.rom.h5),
-/// each whole or not at all.
+/// each whole or not at all. @param scene  of the machine, for the page; may be empty
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
-                     const reduction::ReducedModel& model);
+                     const reduction::ReducedModel& model, const Scene& scene = {});
+
+/// The causes that a scene marks: those named, else those that share.
+std::vector<Parameter> marked_causes(const Diagnosis& diagnosis);
 
 /// The same files of data without a machine, which are never extended.
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis);

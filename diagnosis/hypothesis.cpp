@@ -126,13 +126,20 @@ std::vector<MachineValue> part_value(Machine& machine, const std::string& kind, 
   return {{"material", material.id, "", "specific_heat_J_kgK", &material.specific_heat.value}};
 }
 
-std::vector<MachineValue> reading_value(Machine& machine, const std::string& kind, const std::string& id) {
+bool guides_chiller(const Machine& machine, const std::string& sensor) {
+  return std::any_of(machine.coolants.begin(), machine.coolants.end(), [&](const mesh::CoolantSpec& c) { return c.guide_sensor == sensor; });
+}
+
+/// @param channel  where the reading is recorded
+std::vector<MachineValue> reading_value(Machine& machine, const std::string& kind, const std::string& id, const std::string& channel) {
   if (kind == "probe_drift") return {{"reading", id, "", "drift_1_h", &reading_of(machine, id).drift, 1.0 / hour, "id", true}};
   if (kind == "clock_shift") return {{"reading", id, "", "shift_s", &reading_of(machine, id).shift, 1.0, "id", true}};
   mesh::SensorSpec* sensor = find_item(machine.sensors, id, kind);
   if (kind == "sensor_drift") return {{"sensor", id, "", "drift_K_h", &sensor->drift, 1.0 / hour}};
   if (kind == "sensor_lag") return {{"sensor", id, "", "time_constant_s", &sensor->lag}};
   if (kind == "sensor_detached") return {{"sensor", id, "", "air_share", &sensor->air_share}};
+  // The offset of a guiding sensor acts on the machine; what a record alone is off by does not.
+  if (guides_chiller(machine, id)) return {{"reading", channel, "", "offset", &reading_of(machine, channel).offset, 1.0, "id", true}};
   return {{"sensor", id, "", "offset_K", &sensor->offset}};
 }
 
@@ -155,7 +162,7 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
     return {{"ambient", id, "", "offset_K", &find_item(machine.ambients, id, kind)->offset}};
   if (kind.starts_with("contact_")) return joint_value(machine, kind, id);
   if (kind.starts_with("coolant_") || kind == "control_sensor_offset") return coolant_value(machine, kind, id);
-  return needs_parts(kind) ? part_value(machine, kind, id) : reading_value(machine, kind, id);
+  return needs_parts(kind) ? part_value(machine, kind, id) : reading_value(machine, kind, id, parameter.where);
 }
 
 double changed_value(double in_file, const Parameter& parameter, double value) {

@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double bootstrap_block_s = 2.0 * 3600.0;
-constexpr double tells_apart = 1.0;  ///< RMS difference over time in units of a channel's uncertainty
+constexpr double much_worse = 1.5;  ///< RMS after over before: a wrong cause, not one that wanders
 
 /// Held-out sums of squares per interval of the channels that a rule picks.
 struct Squares {
@@ -124,6 +124,14 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
   fill_series(problem, best, out);
 }
 
+std::string heldout_objection(const Problem& problem, const Hypothesis& best, const Diagnosis& d) {
+  if (d.verdict != "explained" || best.members.empty()) return "";
+  const Squares gauges = heldout_squares(problem, best.predicted, is_gauge);
+  if (gauges.count == 0.0 || d.ci95_high_percent >= 0.0 || d.heldout_rms_after_um < much_worse * d.heldout_rms_before_um) return "";
+  return fmt::format("{} of {} fitted best, but makes the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not named.",
+                     d.causes.front().parameter.kind, d.causes.front().parameter.where, d.heldout_rms_after_um, d.heldout_rms_before_um);
+}
+
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis) {
   const bool sensors_only = std::all_of(diagnosis.causes.begin(), diagnosis.causes.end(),
                                         [](const RankedCause& c) { return is_sensor_kind(c.parameter); });
@@ -137,59 +145,6 @@ bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagn
                        [&](const RankedCause& c) { return c.parameter.where == channel.channel.id; });
   });
   return squares.count > 0 && interval_of(problem, squares).low > 0.0;
-}
-
-NextMeasurement next_measurement(const Problem& problem, const Response& response,
-                                 const mesh::Machine& machine, const Diagnosis& diagnosis) {
-  NextMeasurement next;
-  if (diagnosis.ambiguous_set.size() < 2) return next;
-  const std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);
-  std::vector<Eigen::MatrixXd> seen;
-  for (std::size_t i = 0; i < 2; ++i) {
-    const RankedCause& cause = diagnosis.ambiguous_set[i];
-    seen.push_back(response.elsewhere(with_parameter(machine, cause.parameter, cause.value), poses));
-  }
-  const Eigen::MatrixXd difference = seen[0] - seen[1];
-  const auto sensors = static_cast<Index>(machine.sensors.size());
-  double probe_um = 0.5, best = 0.0;
-  for (const ObservedChannel& channel : problem.observations.channels)
-    if (is_gauge(channel)) probe_um = std::max(probe_um, channel.channel.uncertainty);
-  for (Index c = 0; c < difference.cols(); ++c) {
-    const double distance = root_mean_square(difference.col(c));
-    std::string name;
-    double uncertainty = probe_um;
-    if (c < sensors) {
-      const mesh::SensorSpec& sensor = machine.sensors[static_cast<std::size_t>(c)];
-      name = sensor.id;
-      uncertainty = sensor.uncertainty;
-      const auto& channels = problem.observations.channels;
-      if (std::any_of(channels.begin(), channels.end(),
-                      [&](const ObservedChannel& o) { return o.channel.sensor == sensor.id; }))
-        continue;
-    } else {
-      const auto pose = static_cast<std::size_t>((c - sensors) / 3);
-      name = std::string(1, "xyz"[(c - sensors) % 3]).insert(0, "d") + " at " +
-             mesh::format_pose(machine, poses[pose]);
-    }
-    if (distance / uncertainty <= best) continue;
-    best = distance / uncertainty;
-    next.channel = name;
-    next.why =
-        fmt::format("{} and {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
-                    diagnosis.ambiguous_set[0].parameter.where, diagnosis.ambiguous_set[1].parameter.where,
-                    distance, c < sensors ? "K" : "um", best);
-  }
-  if (best >= tells_apart) {
-    next.load = "the same load as " + diagnosis.measurement;
-  } else {
-    next.why = fmt::format(
-        "no sensor or pose of the machine tells {} from {} under this load (the largest difference is {:.1f} "
-        "of its "
-        "uncertainty): another load has to",
-        diagnosis.ambiguous_set[0].parameter.where, diagnosis.ambiguous_set[1].parameter.where, best);
-    next.channel.clear();
-  }
-  return next;
 }
 
 }  // namespace thermotwin::diagnosis

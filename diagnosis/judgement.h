@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // What held-out time says: it was never fitted. Residuals per channel, the gain of the extended
-// machine at the TCP with its interval, and what to measure where causes cannot be told apart.
+// machine at the TCP with its interval.
 
 #include "diagnosis/model_search.h"
 
@@ -14,12 +14,12 @@ double heldout_explained_percent(const Problem& problem, const Eigen::VectorXd& 
 /// Fills residuals, series and the gain. @param best  hypothesis with its prediction
 void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 
+/// Why a verdict of causes does not hold: on held-out time they make the displacements 1.5 times worse, with 95 %
+/// confidence. Empty where they do not.
+std::string heldout_objection(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis);
+
 /// Whether the 95 % interval of the gain lies above zero: of the displacements; where the causes
 /// are sensors (or no displacement was measured), of the temperatures that they read.
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis);
-
-/// The unmeasured sensor or pose that differs most between the first two of the ambiguous set.
-NextMeasurement next_measurement(const Problem& problem, const Response& response, const mesh::Machine& machine,
-                                 const Diagnosis& diagnosis);
 
 }  // namespace thermotwin::diagnosis

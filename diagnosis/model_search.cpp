@@ -10,6 +10,8 @@
 
 #include "core/thread_pool.h"
 #include "diagnosis/evidence.h"
+#include "diagnosis/statistics.h"
+#include "diagnosis/unknown_cause.h"
 
 namespace thermotwin::diagnosis {
 
@@ -19,8 +21,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double unknown_time_constant = 3.0 * 3600.0;
-constexpr double unknown_levels[] = {0.1, 0.3, 1.0, 3.0};  ///< of each channel's amplitude
 /// A cause whose whole prior moves the white residual by less than this cannot be told from none.
 constexpr double visible = 2.0;
 constexpr std::size_t most_pair_partners = 60;
@@ -105,46 +105,70 @@ double log_sum(const std::vector<double>& logs) {
   return top + std::log(sum);
 }
 
-/// log evidence with whitening's determinant: what may be compared between covariances.
-double total(const LinearEvidence& evidence, const White& white) {
-  return evidence.log_evidence() - 0.5 * white.whitener.log_determinant();
+/// No cause has the same size all day: its effect times hat functions of time, the same for all channels.
+struct Wandering {
+  MatrixXd columns;   ///< (observations x (members x knots))
+  VectorXd std;
+};
+constexpr double wandering_share = 0.12;  ///< of a cause's size
+constexpr double wandering_knot_s = 3.0 * 3600.0;
+constexpr int most_wandering_knots = 12;
+
+/// @param sensitivity  (observations x members)   @param size  (members) estimate less nominal value
+Wandering wandering(const Problem& problem, const MatrixXd& sensitivity, const VectorXd& size) {
+  const Observations& obs = problem.observations;
+  const int spans = std::clamp(static_cast<int>(std::lround((obs.end - obs.start) / wandering_knot_s)), 1, most_wandering_knots);
+  const double width = (obs.end - obs.start) / spans;
+  VectorXd time(obs.size());
+  for (std::size_t k = 0; k < obs.channels.size(); ++k) time.segment(problem.first_row(k), obs.channels[k].size()) = obs.channels[k].time;
+  Wandering result;
+  result.columns.resize(obs.size(), sensitivity.cols() * (spans + 1));
+  result.std.resize(result.columns.cols());
+  Index column = 0;
+  for (Index m = 0; m < sensitivity.cols(); ++m)
+    for (int knot = 0; knot <= spans; ++knot, ++column) {
+      const Eigen::ArrayXd hat = (1.0 - ((time.array() - obs.start) / width - knot).abs()).max(0.0);
+      result.columns.col(column) = (sensitivity.col(m).array() * hat).matrix();
+      result.std[column] = std::max(wandering_share * std::abs(size[m]), 1e-12);
+    }
+  return result;
+}
+
+VectorXd joined(const VectorXd& a, const VectorXd& b) {
+  VectorXd both(a.size() + b.size());
+  both << a, b;
+  return both;
+}
+
+MatrixXd joined(const MatrixXd& a, const MatrixXd& b) {
+  MatrixXd both(a.rows(), a.cols() + b.cols());
+  both << a, b;
+  return both;
+}
+
+/// How far the fitted part of each channel is from a prediction, RMS. (channels)
+VectorXd seen_in(const Problem& problem, const VectorXd& predicted) {
+  const auto& channels = problem.observations.channels;
+  VectorXd seen(static_cast<Index>(channels.size()));
+  for (std::size_t k = 0; k < channels.size(); ++k)
+    seen[static_cast<Index>(k)] = root_mean_square((problem.measured - predicted).segment(problem.first_row(k), channels[k].fitted));
+  return seen;
 }
 
 /// Beside a cause: something that wanders by a share of what was seen without it.
-constexpr double leftover_levels[] = {0.3, 0.6, 1.2};
-double leftover_evidence(const Problem& problem, const Hypothesis& h, const MatrixXd& sensitivity, const VectorXd& predicted_less_cause) {
-  std::vector<double> logs;
-  VectorXd prior_std = problem.prior_std;
+UnknownEvidence leftover_evidence(const Problem& problem, const Hypothesis& h) {
+  VectorXd prior_std = problem.prior_std, predicted = h.predicted;
   MatrixXd columns = problem.columns;
   for (std::size_t k = 0; k < h.members.size(); ++k) {
+    const auto column = static_cast<Index>(k);
     prior_std[h.members[k]] = problem.parameters[static_cast<std::size_t>(h.members[k])].cause_std;
-    columns.col(h.members[k]) = sensitivity.col(static_cast<Index>(k));
+    columns.col(h.members[k]) = h.sensitivity.col(column);
+    predicted -= h.sensitivity.col(column) * (h.value[column] - problem.nominal[h.members[k]]);
   }
-  for (const double level : leftover_levels) {
-    std::vector<ChannelCovariance> covariance = problem.fitted_covariance();
-    for (std::size_t k = 0; k < covariance.size(); ++k) {
-      const Index first = problem.first_row(k), n = problem.observations.channels[k].fitted;
-      const VectorXd seen = (problem.measured - problem.predicted).segment(first, n);
-      covariance[k].wander.push_back({level * std::sqrt(seen.squaredNorm() / static_cast<double>(std::max<Index>(n, 1))), unknown_time_constant});
-    }
-    const Whitener whitener(covariance);
-    const LinearEvidence evidence(whitener.whiten(problem.fitted(columns)), whitener.whiten(problem.fitted(problem.measured - predicted_less_cause)), prior_std);
-    logs.push_back(evidence.log_evidence() - 0.5 * whitener.log_determinant());
-  }
-  return log_sum(logs) - std::log(static_cast<double>(std::size(leftover_levels)));
-}
-
-double unknown_evidence(const Problem& problem) {
-  std::vector<double> logs;
-  for (const double level : unknown_levels) {
-    std::vector<ChannelCovariance> covariance = problem.fitted_covariance();
-    for (std::size_t k = 0; k < covariance.size(); ++k)
-      covariance[k].wander.push_back(
-          {level * problem.amplitude[static_cast<Index>(k)], unknown_time_constant});
-    const White white(problem, covariance);
-    logs.push_back(total(LinearEvidence(white.columns, white.residual, problem.prior_std), white));
-  }
-  return log_sum(logs) - std::log(static_cast<double>(std::size(unknown_levels)));
+  VectorXd size = h.value;
+  for (std::size_t k = 0; k < h.members.size(); ++k) size[static_cast<Index>(k)] -= problem.nominal[h.members[k]];
+  const Wandering wander = wandering(problem, h.sensitivity, size);
+  return unknown_evidence(problem, joined(columns, wander.columns), joined(prior_std, wander.std), problem.measured - predicted, seen_in(problem, problem.predicted), {0.3, 0.6, 1.2});
 }
 
 double normal_mass(double mean, double std, double low, double high) {
@@ -260,7 +284,8 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
       columns.col(h.members[static_cast<std::size_t>(k)]) = sensitivity.col(k);
     const VectorXd residual = white.whitener.whiten(
         problem.fitted(problem.measured - linear.predicted + linear.sensitivity * (at - nominal)));
-    const LinearEvidence evidence(columns, residual, prior_std);
+    const Wandering wander = wandering(problem, linear.sensitivity, at - nominal);
+    const LinearEvidence evidence(joined(columns, white.whitener.whiten(problem.fitted(wander.columns))), residual, joined(prior_std, wander.std));
     VectorXd next(count);
     h.std.resize(count);
     for (Index k = 0; k < count; ++k) {
@@ -309,28 +334,39 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   all = enumerate(problem, white, nominal, candidates, scan_readings(problem, response, machine, white, candidates), options);
   sort_by_posterior(all);
 
-  std::vector<Hypothesis*> leading;
-  int singles = 0, pairs = 0;
-  for (Hypothesis& h : all) {
-    if (h.members.size() == 1 && singles < options.refined_singles) ++singles, leading.push_back(&h);
-    if (h.members.size() == 2 && pairs < options.refined_pairs) ++pairs, leading.push_back(&h);
-  }
   const double log_nominal = nominal.log_evidence();
-  core::parallel_for(0, leading.size(), [&](std::size_t i) {
-    refine(*leading[i], problem, response, machine, white, log_nominal, options);
-  });
+  const auto refine_leading = [&](std::size_t members, int most) {
+    std::vector<Hypothesis*> leading;
+    for (Hypothesis& h : all)
+      if (h.members.size() == members && static_cast<int>(leading.size()) < most) leading.push_back(&h);
+    core::parallel_for(0, leading.size(), [&](std::size_t i) { refine(*leading[i], problem, response, machine, white, log_nominal, options); });
+  };
+  std::map<int, double> linear_form;  // log evidence of single causes before they are looked at closely
+  for (const Hypothesis& h : all)
+    if (h.members.size() == 1) linear_form[h.members[0]] = h.log_evidence;
+  refine_leading(1, options.refined_singles);
+  // What a cause gains or loses at a closer look, its pairs do as well.
+  std::map<int, double> change;
+  for (const Hypothesis& h : all)
+    if (h.members.size() == 1 && h.refined) change[h.members[0]] = h.log_evidence - linear_form[h.members[0]];
+  for (Hypothesis& h : all)
+    if (h.members.size() == 2)
+      if (const auto found = change.find(linear_form[h.members[0]] >= linear_form[h.members[1]] ? h.members[0] : h.members[1]); found != change.end())
+        h.log_evidence += found->second;
+  sort_by_posterior(all);
+  refine_leading(2, options.refined_pairs);
   sort_by_posterior(all);
 
-  result.log_evidence_unknown = options.evidence_share * (unknown_evidence(problem) - total(nominal, white));
+  const UnknownEvidence alone = unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
+                                                 problem.amplitude, {0.1, 0.3, 1.0, 3.0});
+  result.log_evidence_unknown = options.evidence_share * (alone.with - alone.without);
+  result.unknown_channel = alone.channel;
   // Whether the best single cause and the best pair leave what they do not describe.
   std::vector<std::pair<const Hypothesis*, double>> leftovers;
   for (const std::size_t members : {1, 2})
     for (const Hypothesis& h : all)
       if (h.members.size() == members && h.refined) {
-        VectorXd at_nominal = h.predicted;
-        for (std::size_t k = 0; k < members; ++k)
-          at_nominal -= h.sensitivity.col(static_cast<Index>(k)) * (h.value[static_cast<Index>(k)] - problem.nominal[h.members[k]]);
-        const double log = leftover_evidence(problem, h, h.sensitivity, at_nominal) - total(nominal, white);
+        const double log = leftover_evidence(problem, h).with - alone.without;
         leftovers.emplace_back(&h, std::log(options.prior_leftover) + h.log_prior + options.evidence_share * log);
         break;
       }

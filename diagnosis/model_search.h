@@ -39,6 +39,7 @@ struct SearchResult {
   Eigen::VectorXd marginal;            ///< (parameters) probability to be in the model
   double probability_none = 0, probability_unknown = 0, log_evidence_unknown = 0;
   double probability_leftover = 0;     ///< of a cause with something unknown beside it; part of unknown's
+  int unknown_channel = -1;            ///< the one that something unknown is best seen in; -1: several
   std::vector<int> invisible;          ///< parameters that this measurement cannot show
   double chi_square_none = 0;          ///< of the fitted part, no cause
   Eigen::Index fitted = 0;             ///< its degrees of freedom

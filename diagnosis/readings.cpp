@@ -48,6 +48,7 @@ VectorXd recorded(const mesh::Machine& machine, const std::string& channel, cons
   for (const mesh::ReadingSpec& reading : machine.readings) {
     if (reading.id != channel && reading.id != group) continue;
     values = shifted(time, values, reading.shift);
+    values.array() += reading.offset;
     if (reading.drift != 0.0) values.array() += reading.drift * (time.array() - time[0]);
   }
   return values;

@@ -32,7 +32,7 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:var(--after) }
 tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
 svg { width:100%; height:auto; display:block } svg text { font-size:11px; fill:var(--soft) } .grid { stroke:var(--line); stroke-width:1; fill:none } .grid.zero { stroke:var(--soft) } .band { fill:var(--band) } .heldout { fill:var(--held) } .before,.after { fill:none; stroke-width:1.6; stroke-linejoin:round } .before { stroke:var(--before) } .after { stroke:var(--after) }
-.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.b { border-color:var(--before) } .legend i.a { border-color:var(--after) } .legend i.g { height:12px; border:0; background:var(--band) } .legend i.h { height:12px; border:1px solid var(--line); background:var(--held) }
+.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.b { border-color:var(--before) } .legend i.a { border-color:var(--after) } .legend i.g { height:12px; border:0; background:var(--band) } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.h { height:12px; border:1px solid var(--line); background:var(--held) }
 pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } pre .minus { color:var(--before) } pre .plus { color:var(--good) } ul { margin:0; padding-left:20px } li { margin:3px 0 }
 )";
 
@@ -281,12 +281,12 @@ std::string notes(const Diagnosis& d) {
 
 }  // namespace
 
-std::string report_html(const Diagnosis& d, const mesh::Machine& machine) {
+std::string report_html(const Diagnosis& d, const mesh::Machine& machine, const Scene& scene) {
   return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
          "content=\"width=device-width,initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
          core::xml_text(machine.name) + "</title><style>" + style + "</style></head><body><main>\n" +
-         headline(d, machine) + overview(d) + sets(d) + ranking_table(d) + extension(d, machine) + plots(d) +
+         headline(d, machine) + overview(d) + scene_html(scene) + sets(d) + ranking_table(d) + extension(d, machine) + plots(d) +
          channel_table(d) + analysis(d) + notes(d) + "</main></body></html>\n";
 }
 

@@ -89,12 +89,6 @@ class Factors {
   std::list<Entry> kept_;
 };
 
-/// A chiller follows this sensor: what is wrong with it acts on the machine.
-bool guides(const mesh::Machine& machine, const Parameter& parameter) {
-  return parameter.kind == "sensor_offset" &&
-         std::any_of(machine.coolants.begin(), machine.coolants.end(), [&](const mesh::CoolantSpec& c) { return c.guide_sensor == parameter.item; });
-}
-
 /// Rows of the observed channels for one set of outputs. The error is linear in the state: its row is
 /// what it says to each unit state. The zero is the observation's affair.
 MatrixXd rows_of(const reduction::ReducedModel& model, const std::vector<ObservedChannel>& channels, bool with_sensors) {
@@ -353,7 +347,7 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
     const double step = parameters[i].step;
     const auto at = static_cast<Index>(i);
     VectorXd moved = values;
-    if (acts_on_readings(parameters[i].kind) && !guides(base, parameters[i])) {
+    if (acts_on_readings(parameters[i].kind)) {
       // Both sides: the straight lines between the points of a late series have corners.
       moved[at] = std::min(values[at] + step, parameters[i].high);
       const mesh::Machine above = with_parameters(base, parameters, moved);

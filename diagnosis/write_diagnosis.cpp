@@ -21,12 +21,12 @@ void remove_extension(const std::filesystem::path& out) {
 
 /// @param extend  writes further files into the folder and names them
 template <class Extend>
-void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine& machine, const Extend& extend) {
+void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine& machine, const Scene& scene, const Extend& extend) {
   using std::filesystem::path;
   core::write_files_by(out, [&](const path& staged) {
     std::vector<path> files{"residuals.csv", "report.html"};
     core::write_csv(staged / "residuals.csv", diagnosis.series);
-    core::write_file(staged / "report.html", report_html(diagnosis, machine));
+    core::write_file(staged / "report.html", report_html(diagnosis, machine, scene));
     extend(staged, files);
     // Last: who finds it finds the rest as well.
     core::write_file(staged / "diagnosis.json", diagnosis_json(diagnosis));
@@ -38,10 +38,10 @@ void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, c
 }  // namespace
 
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
-                     const reduction::ReducedModel& model) {
+                     const reduction::ReducedModel& model, const Scene& scene) {
   using std::filesystem::path;
   const bool extends = !diagnosis.extended_machine_text.empty();
-  write_files(out, diagnosis, model.machine, [&](const path& staged, std::vector<path>& files) {
+  write_files(out, diagnosis, model.machine, scene, [&](const path& staged, std::vector<path>& files) {
     if (!extends) return;
     const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
     const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine);
@@ -57,7 +57,7 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis) {
   mesh::Machine machine;
   machine.name = "data without a machine";
-  write_files(out, diagnosis, machine, [](const std::filesystem::path&, std::vector<std::filesystem::path>&) {});
+  write_files(out, diagnosis, machine, {}, [](const std::filesystem::path&, std::vector<std::filesystem::path>&) {});
   remove_extension(out);
 }
 

@@ -246,6 +246,7 @@ struct ReadingSpec {
   std::string id;                   ///< of the channel in channels.toml
   double drift = 0;                 ///< unit of the channel per s from the start of a record
   double shift = 0;                 ///< s that it shows what happens too late
+  double offset = 0;                ///< unit of the channel; no chiller knows of it
 };
 
 struct TcpSpec {

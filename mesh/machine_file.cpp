@@ -176,9 +176,16 @@ TcpSpec read_tcp(const Node& node, Draft& draft) {
 ReadingSpec read_reading(const Node& node, Draft& draft) {
   ReadingSpec reading;
   reading.id = node.text("id");
-  core::require_unique_id(reading.id, node.place("id"), draft.ids["reading"]);
+  // A column of a measurement, whose name may hold more than ids of machines do ("dx@1").
+  if (reading.id.empty() || reading.id.find_first_of(",;\"\n\r\t ") != std::string::npos)
+    throw InputError(node.place("id"), "'" + reading.id + "'", "a name without comma, semicolon, quote or blank");
+  std::vector<std::string>& seen = draft.ids["reading"];
+  if (std::find(seen.begin(), seen.end(), reading.id) != seen.end())
+    throw InputError(node.place("id"), "'" + reading.id + "' a second time", "each id once");
+  seen.push_back(reading.id);
   reading.drift = node.number_or("drift_1_h", 0.0, {-1e4, 1e4}) / 3600.0;
   reading.shift = node.number_or("shift_s", 0.0, {-1e6, 1e6});
+  reading.offset = node.number_or("offset", 0.0, {-1e4, 1e4});
   node.finish();
   return reading;
 }

@@ -24,8 +24,14 @@ void diagnose(const DiagnoseOptions& options) {
     diagnosis::write_diagnosis(folder, result);
   } else {
     const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
-    result = diagnosis::diagnose(model, measurement, {});
-    diagnosis::write_diagnosis(folder, result, model);
+    if (options.case_path.empty()) {
+      result = diagnosis::diagnose(model, measurement, {});
+      diagnosis::write_diagnosis(folder, result, model);
+    } else {
+      const solver::Case machine_case = solver::read_case(options.case_path);
+      result = diagnosis::diagnose(model, measurement, {.programs = programs_of(machine_case, model.machine)});
+      diagnosis::write_diagnosis(folder, result, model, scene_of(machine_case.machine, result, options.out / "cache"));
+    }
   }
   std::string text = result.sentence + "\n";
   for (std::size_t i = 0; i < result.ranking.size() && i < 5; ++i)

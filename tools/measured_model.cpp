@@ -2,6 +2,7 @@
 #include "tools/measured_model.h"
 
 #include <algorithm>
+#include <iostream>
 
 #include "core/error.h"
 #include "tools/chain.h"
@@ -35,6 +36,23 @@ reduction::ReducedModel model_of(const compensation::Measurement& measurement, c
   reduction::ReducedModel made = model_for(case_path, model, out);
   require_measured_on(made.machine, measurement);
   return made;
+}
+
+diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnosis& found, const std::filesystem::path& cache) {
+  try {
+    const mesh::MachineMesh mesh = mesh::build_machine_mesh(machine, {mesh::size_factor(machine, "coarse"), cache});
+    return diagnosis::make_scene(mesh, diagnosis::marked_causes(found));
+  } catch (const core::InputError& error) {
+    std::cerr << "report.html shows no machine: " << error.what() << "\n";
+    return {};
+  }
+}
+
+std::vector<solver::LoadProgram> programs_of(const solver::Case& machine_case, const mesh::Machine& machine) {
+  std::vector<solver::LoadProgram> programs;
+  for (const std::string& name : machine_case.load_names())
+    programs.push_back(solver::LoadProgram::read(machine_case.folder / "loads" / (name + ".toml"), machine));
+  return programs;
 }
 
 }  // namespace thermotwin::tools

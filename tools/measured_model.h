@@ -4,9 +4,12 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "compensation/measurement.h"
+#include "diagnosis/diagnose.h"
 #include "reduction/reduced_model.h"
+#include "solver/campaign.h"
 
 namespace thermotwin::tools {
 
@@ -14,5 +17,11 @@ namespace thermotwin::tools {
 /// @param model  empty: made from the case
 reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
                                  const std::filesystem::path& model, const std::filesystem::path& out);
+
+/// All load programs of a case, for a machine of its kind.
+std::vector<solver::LoadProgram> programs_of(const solver::Case& machine_case, const mesh::Machine& machine);
+
+/// The machine with the causes of a diagnosis marked, on a coarse mesh; empty, with a word on stderr, where it cannot be meshed.
+diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnosis& found, const std::filesystem::path& cache);
 
 }  // namespace thermotwin::tools

@@ -23,6 +23,7 @@
 #include "solver/stress.h"
 #include "solver/tcp.h"
 #include "solver/vtk_output.h"
+#include "tools/measured_model.h"
 #include "tools/chain.h"
 #include "tools/options.h"
 
@@ -234,8 +235,8 @@ void run(const RunOptions& options) {
   step = {};
   const compensation::Measurement measurement = measurement_of(machine_case, options.resume, options.out);
   compensation::require_fits(measurement, machine);
-  const diagnosis::Diagnosis found = diagnosis::diagnose(made.model, measurement, {});
-  diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model);
+  const diagnosis::Diagnosis found = diagnosis::diagnose(made.model, measurement, {.programs = programs_of(machine_case, machine)});
+  diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model, diagnosis::make_scene(full.mesh, diagnosis::marked_causes(found)));
   text += fmt::format("diagnosis   {}\n{}", found.sentence, hidden_truth(machine_case));
   json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(found));
 

@@ -186,6 +186,22 @@ TEST(Diagnose, held_out_time_is_never_fitted) {
   EXPECT_LT(spoilt.ci95_low_percent, 5.0);
 }
 
+TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
+  const auto truth = find("source_power", "motor");
+  compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
+  const compensation::Measurement opposite = lumped::measure({{truth, 0.4}}, {.seed = 61});
+  const double split = run(m).heldout_from_s;
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i)
+    if (m.data.values(i, 0) >= split)
+      for (const auto& channel : m.channels)
+        if (!channel.quantity.empty()) m.data.values(i, channel.column) = opposite.data.values(i, channel.column);
+  const Diagnosis d = run(m);
+  EXPECT_EQ(d.verdict, "unexplained") << listed(d);
+  EXPECT_TRUE(d.causes.empty() && d.extended_machine_text.empty());
+  EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
+  EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("held-out time") != std::string::npos && note.find("not named") != std::string::npos; }));
+}
+
 TEST(Diagnose, gain_is_computed_from_before_and_after) {
   const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 62}));
   EXPECT_NEAR(d.reduction_percent, 100 * (1 - d.heldout_rms_after_um / d.heldout_rms_before_um), 1e-9);

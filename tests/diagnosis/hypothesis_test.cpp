@@ -185,7 +185,8 @@ TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
     SCOPED_TRACE(p.kind + " of " + p.where);
     const auto after =
         lines(diagnosis::extended_text(machine, p, p.ratio ? 2.0 : 0.5, 0.1, "because of a test"));
-    if (p.kind == "probe_drift" || p.kind == "clock_shift") {  // a table of its own at the end
+    const bool guides = p.kind == "sensor_offset" && p.item == machine.coolants.front().guide_sensor;
+    if (p.kind == "probe_drift" || p.kind == "clock_shift" || guides) {  // a table of its own at the end
       ASSERT_EQ(after.size(), before.size() + 5);
       EXPECT_TRUE(std::equal(before.begin(), before.end(), after.begin()));
       EXPECT_EQ(after[before.size() + 1], "[[reading]]");
@@ -228,6 +229,28 @@ TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
   EXPECT_DOUBLE_EQ(parsed.sources[1].scale.value, 0.4);
   EXPECT_DOUBLE_EQ(parsed.sources[0].scale.value, 1.0);
   EXPECT_EQ(parsed.sources[0].laws.size(), 1u);
+}
+
+TEST(Hypothesis, an_offset_of_a_guiding_sensor_is_the_records_alone) {
+  const mesh::Machine machine = lumped::machine();
+  const Parameter p = lumped::find("sensor_offset", "T1_reading");
+  ASSERT_EQ(p.item, machine.coolants.front().guide_sensor);
+  const mesh::Machine changed = diagnosis::with_parameter(machine, p, 0.7);
+  ASSERT_EQ(changed.readings.size(), 1u);
+  EXPECT_EQ(changed.readings[0].id, "T1_reading");
+  EXPECT_DOUBLE_EQ(changed.readings[0].offset, 0.7);
+  EXPECT_DOUBLE_EQ(changed.sensors[static_cast<std::size_t>(changed.sensor_index("T1"))].offset, 0.0);
+}
+
+TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
+  mesh::Machine machine = lumped::machine();
+  Parameter p = diagnosis::make_parameter("clock_shift", "dx@1+x");
+  const mesh::Machine read = mesh::parse_machine(diagnosis::extended_text(machine, p, 120.0, 5.0, ""), machine.path);
+  ASSERT_EQ(read.readings.size(), 1u);
+  EXPECT_EQ(read.readings[0].id, "dx@1+x");
+  EXPECT_DOUBLE_EQ(read.readings[0].shift, 120.0);
+  EXPECT_THROW(mesh::parse_machine(machine.text + "\n[[reading]]\nid = \"a b\"\n", machine.path), core::InputError);
+  EXPECT_THROW(mesh::parse_machine(machine.text + "\n[[reading]]\nid = \"a\"\n[[reading]]\nid = \"a\"\n", machine.path), core::InputError);
 }
 
 TEST(Hypothesis, two_changes_follow_each_other) {

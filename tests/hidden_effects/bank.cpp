@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <set>
 #include <sstream>
 
@@ -124,17 +125,46 @@ std::vector<std::string> offered_kinds(const Specimen& specimen, const std::stri
   return kinds;
 }
 
-Draw draw_set(const Specimen& specimen, Group group, const std::string& kind, const std::string& load, std::uint64_t seed) {
+const diagnosis::Problem& Expectations::problem(const std::string& load) {
+  if (const auto found = problems_.find(load); found != problems_.end()) return found->second;
+  Draw clean;
+  clean.load = load;
+  clean.seed = 1;
+  const compensation::Measurement measurement = specimen_.measure(clean);
+  const mesh::Machine& machine = model_.machine;
+  const diagnosis::Observations observations = diagnosis::observe(measurement, machine, solver::Channels(machine), {});
+  const diagnosis::Response response(model_, observations);
+  return problems_.emplace(load, diagnosis::make_problem(machine, measurement, observations, response, {})).first->second;
+}
+
+Line Expectations::of(const Truth& truth, const std::string& load) {
+  Line line;
+  expected_factors(problem(load), truth, line);
+  return line;
+}
+
+Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, const std::string& kind, const std::string& load,
+              std::uint64_t seed) {
   Random random(seed * 2654435761u + 17);
   Draw draw;
   draw.load = load;
   draw.seed = seed;
   const std::vector<Parameter> all = candidates(specimen, load);
-  if (group == Group::single) draw.truths.push_back(drawn_truth(all, kind, random));
+  const auto clear_truth = [&](const std::string& of_kind, int tries) {
+    Truth truth = drawn_truth(all, of_kind, random);
+    for (int t = 1; t < tries && !expectations.of(truth, load).clear(); ++t) truth = drawn_truth(all, of_kind, random);
+    return truth;
+  };
+  if (group == Group::single) draw.truths.push_back(clear_truth(kind, 6));
   if (group == Group::pair) {
     const std::vector<std::string> kinds = offered_kinds(specimen, load);
-    const std::size_t a = random.index(kinds.size()), b = (a + 1 + random.index(kinds.size() - 1)) % kinds.size();
-    draw.truths = {drawn_truth(all, kinds[a], random), drawn_truth(all, kinds[b], random)};
+    // Two kinds that the load shows, else any two.
+    for (int tries = 0; tries < 30 && draw.truths.size() < 2; ++tries) {
+      const std::string& other = kinds[random.index(kinds.size())];
+      if (!draw.truths.empty() && draw.truths.front().parameter.kind == other) continue;
+      const Truth truth = clear_truth(other, 3);
+      if (tries + 2 - static_cast<int>(draw.truths.size()) >= 30 || expectations.of(truth, load).clear()) draw.truths.push_back(truth);
+    }
   }
   if (group == Group::outside) {
     const mesh::Machine& machine = specimen.nominal();
@@ -149,7 +179,8 @@ Draw draw_set(const Specimen& specimen, Group group, const std::string& kind, co
 }
 
 Line diagnose_set(const std::string& id, Group group, const Draw& draw, const compensation::Measurement& measurement,
-                  const reduction::ReducedModel& model) {
+                  const reduction::ReducedModel& model, const compensation::Measurement* clean,
+                  std::optional<double> effective) {
   Line line;
   line.id = id;
   line.group = group_names[static_cast<int>(group)];
@@ -173,12 +204,27 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.kind = names[static_cast<int>(draw.outside)];
     line.where = draw.outside_where;
   }
+  const mesh::Machine& machine = model.machine;
+  const auto problem_of = [&](const compensation::Measurement& m, std::unique_ptr<diagnosis::Response>& response, diagnosis::Observations& observations) {
+    observations = diagnosis::observe(m, machine, solver::Channels(machine), {});
+    response = std::make_unique<diagnosis::Response>(model, observations);
+    return diagnosis::make_problem(machine, m, observations, *response, {});
+  };
+  std::unique_ptr<diagnosis::Response> kept;
+  diagnosis::Observations observations;
+  if (clean) {
+    // What is left of the effect when every nominal uncertainty has taken what it can.
+    const diagnosis::Problem without = problem_of(*clean, kept, observations);
+    const VectorXd effect = diagnosis::observe(measurement, machine, solver::Channels(machine), {}).stacked() - without.measured;
+    const diagnosis::Whitener whitener(without.fitted_covariance());
+    line.against_none = diagnosis::LinearEvidence(whitener.whiten(without.fitted(without.columns)), whitener.whiten(without.fitted(effect)), without.prior_std).chi_square();
+  }
   if (draw.truths.empty()) return line;
 
   const Truth& truth = draw.truths.front();
   line.kind = truth.parameter.kind;
   line.where = truth.parameter.where;
-  line.value = truth.value;
+  line.value = effective.value_or(truth.value);
   line.nominal_std = truth.parameter.nominal_std;
   double rank = 0.0;
   for (const diagnosis::RankedCause& cause : d.ranking) {
@@ -196,10 +242,8 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.second_named = named.count(line.kind2 + " " + line.where2) > 0;
     return line;
   }
-  const mesh::Machine& machine = model.machine;
-  const diagnosis::Observations observations = diagnosis::observe(measurement, machine, solver::Channels(machine), {});
-  const diagnosis::Response response(model, observations);
-  const diagnosis::Problem problem = diagnosis::make_problem(machine, measurement, observations, response, {});
+  const diagnosis::Problem problem = problem_of(measurement, kept, observations);
+  const diagnosis::Response& response = *kept;
   expected_factors(problem, truth, line);
   if (d.verdict == "explained") {
     mesh::Machine found = machine;

@@ -17,7 +17,6 @@ struct Bench {
   static hidden::SpecimenOptions other_mesh() {
     hidden::SpecimenOptions options;
     options.size_factor = 0.7;
-    options.refine = 1.3;
     return options;
   }
 
@@ -49,6 +48,40 @@ TEST(HiddenEffects, CleanMachinesRaiseNoAlarm) {
     draw.seed = seed;
     const hidden::Line line = run(hidden::Group::clean, draw);
     EXPECT_EQ(line.verdict, "no_discrepancy") << line.text();
+  }
+}
+
+hidden::Truth truth(const std::string& kind, const std::string& where, double value) {
+  for (const diagnosis::Parameter& p : diagnosis::candidate_parameters(bench().specimen.nominal(), bench().specimen.blank("mixed")))
+    if (p.kind == kind && p.where == where) return {p, value};
+  throw std::runtime_error("no " + kind + " of " + where);
+}
+
+TEST(HiddenEffects, WhatIsHiddenIsNamed) {
+  std::uint64_t seed = 30;
+  for (const hidden::Truth& t : {truth("source_power", "spindle.bearings", 2.0), truth("ambient_offset", "air", 2.2), truth("sensor_offset", "T3", -1.5)}) {
+    hidden::Draw draw;
+    draw.load = "mixed";
+    draw.seed = ++seed;
+    draw.truths = {t};
+    const hidden::Line line = run(hidden::Group::single, draw);
+    EXPECT_TRUE(line.identifiable()) << line.text();
+    EXPECT_TRUE(line.verdict == "explained" || (line.verdict == "ambiguous" && line.named_probability > 0.9)) << line.text();
+    EXPECT_EQ(line.named_kind + " of " + line.named_where, t.parameter.kind + " of " + t.parameter.where) << line.text();
+  }
+}
+
+TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {
+  for (const char* sensor : {"T2", "T4"}) {
+    hidden::Draw draw;
+    draw.load = "mixed";
+    draw.seed = 21;
+    const compensation::Measurement clean = bench().specimen.measure(draw);
+    draw.outside = hidden::Outside::slipping_cable;
+    draw.outside_where = sensor;
+    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, bench().specimen.measure(draw), bench().model, &clean);
+    EXPECT_TRUE(line.visible()) << line.text();
+    EXPECT_EQ(line.verdict, "unexplained") << line.text();
   }
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "bank.h"
@@ -67,16 +68,22 @@ int run(int argc, char** argv) {
   if (options.count("cache")) made.cache = options.at("cache");
   const hidden::Specimen specimen(machine_case, made);
   std::cerr << fmt::format("specimen of {} nodes\n", specimen.nodes());
+  hidden::Expectations expectations(specimen, model);
   const std::vector<std::string> loads = options.count("loads") ? parts_of(options.at("loads")) : machine_case.holdout;
   std::uint64_t serial = 0;
   const auto one = [&](hidden::Group group, const std::string& kind, const std::string& id) {
     const std::uint64_t own = seed * 100000 + ++serial;
     if (done.count(id)) return;
-    const hidden::Draw draw = hidden::draw_set(specimen, group, kind, loads[serial % loads.size()], own);
+    const hidden::Draw draw = hidden::draw_set(specimen, expectations, group, kind, loads[serial % loads.size()], own);
     try {
-      const compensation::Measurement measurement = specimen.measure(draw);
+      double effective = 0.0;
+      const compensation::Measurement measurement = specimen.measure(draw, &effective);
       if (options.count("write")) compensation::write_measurement(std::filesystem::path(options.at("write")) / id, measurement);
-      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model));
+      hidden::Draw without = draw;
+      without.outside = hidden::Outside::none;
+      std::optional<compensation::Measurement> clean;
+      if (group == hidden::Group::outside) clean = specimen.measure(without);
+      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, clean ? &*clean : nullptr, draw.truths.empty() ? std::optional<double>() : effective));
     } catch (const std::exception& error) {
       std::cerr << id << ": " << error.what() << "\n";
       return;

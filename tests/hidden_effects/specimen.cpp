@@ -2,13 +2,16 @@
 #include "specimen.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "compensation/virtual_measurement.h"
+#include "diagnosis/machine_value.h"
 #include "faulty_readings.h"
 #include "solver/simulation.h"
 #include "solver/tcp.h"
+#include "solver/thermal_adaptive.h"
 
 namespace thermotwin::hidden {
 
@@ -75,6 +78,35 @@ VectorXd unevenness(const solver::FullModel& full, double phase) {
   }
   return factor;
 }
+
+/// Steps of a record's row with error control: half as long until the estimate is below the tolerance.
+class Steps {
+ public:
+  Steps(const solver::ThermalSystem& system, double longest) : integrator_(system), size_(longest) {}
+
+  void advance(VectorXd& state, const solver::Coefficients& c, double span) {
+    constexpr double tolerance_K = 0.01, shortest_s = 1.0;
+    const std::array<VectorXd, 3> heat{c.q, c.q, c.q};
+    solver::AdaptiveIntegrator::Step step;
+    for (double left = span; left > 1e-9 * span;) {
+      // Whole shares of the row, so that factors come again.
+      const double parts = std::exp2(std::ceil(std::log2(span / std::min(size_, span)) - 1e-9)), size = std::min(span / parts, left);
+      if (integrator_.is_nonlinear()) integrator_.linearise(state, state, c);
+      integrator_.attempt(state, c.p, heat, size, true, step);
+      if (step.error_K > tolerance_K && size > shortest_s) {
+        size_ = 0.5 * size;
+        continue;
+      }
+      state = step.end;
+      left -= size;
+      if (step.error_K < tolerance_K / 10.0) size_ = 2.0 * size;
+    }
+  }
+
+ private:
+  solver::AdaptiveIntegrator integrator_;
+  double size_;
+};
 
 }  // namespace
 
@@ -148,8 +180,8 @@ Measurement Specimen::blank(const std::string& load) const {
   return m;
 }
 
-Measurement Specimen::measure(const Draw& draw) const {
-  Random random(draw.seed);
+Measurement Specimen::measure(const Draw& draw, double* effective) const {
+  Random random(draw.seed), noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
   const solver::LoadProgram load = case_.load(draw.load);
   // A machine of the type: coefficients drawn anew, materials those of the specimen.
   mesh::Machine machine = compensation::perturbed(case_.machine, draw.seed);
@@ -216,10 +248,10 @@ Measurement Specimen::measure(const Draw& draw) const {
   thermal.inputs.makeCompressed();
   for (Index a = 0; a < added.cols(); ++a) thermal.layout.inputs.push_back({solver::InputKind::source, -1, 0, 0, 0});
 
-  solver::ThermalIntegrator stepper(thermal, {.backward_euler = draw.seed % 2 == 0});
-  MatrixXd state = stepper.uniform(load.initial_C() - machine.reference_C);
+  Steps stepper(thermal, ends.front());
+  VectorXd state = VectorXd::Constant(thermal.size, load.initial_C() - machine.reference_C);
   const VectorXd offsets = solver::sensor_offsets(machine, full_.thermal.layout);
-  const auto readings = [&] { return VectorXd(stepper.sensors(state).col(0) + offsets); };
+  const auto readings = [&] { return VectorXd(thermal.sensors * state + offsets); };
   std::vector<double> times{0.0};
   times.insert(times.end(), ends.begin(), ends.end());
   const VectorXd first_row = load.row(0.0, ends.front());
@@ -227,11 +259,12 @@ Measurement Specimen::measure(const Draw& draw) const {
   solver::Chiller wrong_chiller(wrong, full_.thermal.layout, channels, solver::chiller_set_points(wrong, full_.thermal.layout, readings(), wrong_model.guide_K(first_row)));
 
   OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
+  double sizes = 0.0, weights = 0.0;
   const auto steps = static_cast<Index>(ends.size());
   const auto sensors = static_cast<Index>(machine.sensors.size());
   MatrixXd rows(steps + 1, channels.size()), temperatures(steps + 1, sensors), errors(steps + 1, 3 * static_cast<Index>(poses_.size()));
   const auto record = [&](Index i) {
-    temperatures.row(i) = (stepper.sensors(state).col(0).head(sensors).array() + machine.reference_C).transpose();
+    temperatures.row(i) = ((thermal.sensors * state).head(sensors).array() + machine.reference_C).transpose();
     for (Index s = 0; s < sensors; ++s) temperatures(i, s) += machine.sensors[static_cast<std::size_t>(s)].offset;
     for (std::size_t p = 0; p < poses_.size(); ++p) {
       const solver::OutputRows& r = rows_[p];
@@ -246,7 +279,9 @@ Measurement Specimen::measure(const Draw& draw) const {
     rows.row(s) = row.transpose();
     solver::Coefficients c = right_model.coefficients(row, right_chiller.advance(row, read, right_model.guide_K(row), step), read);
     const solver::Coefficients other = wrong_model.coefficients(row, wrong_chiller.advance(row, read, wrong_model.guide_K(row), step), read);
-    const double size = size_at(0.5 * (from + to));
+    const double size = size_at(0.5 * (from + to)), weight = step * ((other.q - c.q).cwiseAbs().sum() + (other.p - c.p).cwiseAbs().sum());
+    sizes += weight * size;
+    weights += weight;
     VectorXd p = VectorXd::Zero(static_cast<Index>(thermal.terms.size())), q = VectorXd::Zero(thermal.inputs.cols());
     p.head(terms) = c.p;
     q.head(inputs) = c.q;
@@ -266,10 +301,20 @@ Measurement Specimen::measure(const Draw& draw) const {
     c.occupancy.conservativeResize(c.p.size());
     c.occupancy.tail(c.p.size() - terms).setOnes();
     outside.act(c, row, from, step);
-    stepper.advance(state, {c}, step);
+    stepper.advance(state, c, step);
     record(s + 1);
   }
   rows.row(steps) = rows.row(steps - 1);
+  if (effective && !draw.truths.empty()) {
+    const Truth& truth = draw.truths.front();
+    *effective = truth.value;
+    if (weights > 0.0 && !diagnosis::acts_on_readings(truth.parameter.kind)) {
+      mesh::Machine nominal = case_.machine, own = machine;
+      const double before = *diagnosis::machine_values(nominal, truth.parameter).front().value, here = *diagnosis::machine_values(own, truth.parameter).front().value;
+      const double changed = truth.parameter.nominal + (truth.value - truth.parameter.nominal) * sizes / weights;
+      *effective = truth.parameter.ratio ? changed * here / before : changed + (here - before) / diagnosis::machine_values(own, truth.parameter).front().per_unit;
+    }
+  }
 
   const VectorXd time = Eigen::Map<VectorXd>(times.data(), static_cast<Index>(times.size()));
   VectorXd air = VectorXd::Constant(time.size(), machine.reference_C);
@@ -283,7 +328,7 @@ Measurement Specimen::measure(const Draw& draw) const {
     if (!channel.input.empty()) {
       column = rows.col(channels.index(channel.input));
       if (channel.kind == ChannelKind::temperature)
-        for (double& value : column) value += options_.noise_K * random.normal();
+        for (double& value : column) value += options_.noise_K * noise.normal();
       continue;
     }
     const bool is_sensor = !channel.sensor.empty();
@@ -296,16 +341,16 @@ Measurement Specimen::measure(const Draw& draw) const {
     if (is_sensor) values = outside.reading(channel.sensor, time, std::move(values));
     const bool coarse = is_sensor && channel.column % 3 == 0;  // an older module: steps of 0.1 K
     for (double& value : values) {
-      value += (is_sensor ? options_.noise_K : options_.noise_um) * random.normal();
+      value += (is_sensor ? options_.noise_K : options_.noise_um) * noise.normal();
       if (coarse) value = 0.1 * std::round(10.0 * value);
-      if (random.uniform() < options_.missing_share) value = std::nan("");
+      if (noise.uniform() < options_.missing_share) value = std::nan("");
     }
     column = values;
   }
   // Rows that a logger lost: sampling is irregular.
   std::vector<Index> kept{0};
   for (Index i = 1; i < time.size(); ++i)
-    if (random.uniform() > 0.5 * options_.missing_share || i + 1 == time.size()) kept.push_back(i);
+    if (noise.uniform() > 0.5 * options_.missing_share || i + 1 == time.size()) kept.push_back(i);
   m.data.values = m.data.values(kept, Eigen::all).eval();
   return m;
 }

@@ -50,7 +50,7 @@ struct Draw {
 };
 
 struct SpecimenOptions {
-  double size_factor = 0.7, refine = 3.0;   ///< mesh; longest steps relative to the load's own
+  double size_factor = 0.7, refine = 1.4;   ///< mesh; rows of the record relative to the load's own steps
   double noise_K = 0.05, noise_um = 0.3;
   double missing_share = 0.03;              ///< of values; half as many whole rows
   std::uint64_t seed = 1;                   ///< of materials
@@ -64,7 +64,9 @@ class Specimen {
   const mesh::Machine& nominal() const { return case_.machine; }
   /// A measurement that says what its channels are and holds one row: for choosing what to hide.
   compensation::Measurement blank(const std::string& load) const;
-  compensation::Measurement measure(const Draw& draw) const;
+  /// @param effective  if given: what the first effect amounts to against the nominal machine, in the mean
+  ///                   over the record: its size wanders, and the specimen's own value is not the nominal one
+  compensation::Measurement measure(const Draw& draw, double* effective = nullptr) const;
   Eigen::Index nodes() const { return full_.mesh.nodes(); }
 
  private:

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The script of scene_html(): painter's algorithm, marked triangles shine through what hides them.
+// A page opened with #turn turns itself once; data-drawn counts pictures, data-angle tells the view.
+
+namespace thermotwin::diagnosis {
+
+inline const char* const scene_script = R"JS(
+(function () {
+  const canvas = document.getElementById("machine"), context = canvas.getContext("2d");
+  const scene = JSON.parse(document.getElementById("scene").textContent);
+  const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+  const points = new Uint16Array(bytes(scene.points)), triangles = new Uint32Array(bytes(scene.triangles)), marks = new Uint8Array(bytes(scene.marks));
+  const count = marks.length, nodes = points.length / 3, centre = scene.extent.map(e => e / 2);
+  const seen = new Float32Array(3 * nodes), depth = new Float32Array(count), order = new Uint32Array(count);
+  let azimuth = -0.9, elevation = 0.45, zoom = 1, drawn = 0;
+  const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+  function draw() {
+    const w = canvas.width, h = canvas.height, scale = zoom * 0.92 * Math.min(w, h) / Math.hypot(...scene.extent) * 1.25;
+    const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
+    const project = (x, y, z) => {
+      x -= centre[0]; y -= centre[1]; z -= centre[2];
+      const right = ca * x + sa * y, away = -sa * x + ca * y;
+      return [w / 2 + scale * right, h / 2 - scale * (ce * z + se * away), ce * away - se * z];
+    };
+    for (let n = 0; n < nodes; ++n) {
+      const p = project(points[3 * n] / 65535, points[3 * n + 1] / 65535, points[3 * n + 2] / 65535);
+      seen[3 * n] = p[0]; seen[3 * n + 1] = p[1]; seen[3 * n + 2] = p[2];
+    }
+    let visible = 0;
+    for (let t = 0; t < count; ++t) {
+      const a = 3 * triangles[3 * t], b = 3 * triangles[3 * t + 1], c = 3 * triangles[3 * t + 2];
+      const turn = (seen[b] - seen[a]) * (seen[c + 1] - seen[a + 1]) - (seen[b + 1] - seen[a + 1]) * (seen[c] - seen[a]);
+      depth[t] = seen[a + 2] + seen[b + 2] + seen[c + 2];
+      if (turn < 0) order[visible++] = t;
+    }
+    const front = order.subarray(0, visible).sort((i, j) => depth[j] - depth[i]);
+    context.clearRect(0, 0, w, h);
+    const fill = (t, style) => {
+      const a = 3 * triangles[3 * t], b = 3 * triangles[3 * t + 1], c = 3 * triangles[3 * t + 2];
+      context.fillStyle = context.strokeStyle = style;
+      context.beginPath(); context.moveTo(seen[a], seen[a + 1]); context.lineTo(seen[b], seen[b + 1]); context.lineTo(seen[c], seen[c + 1]);
+      context.closePath(); context.fill(); context.stroke();
+    };
+    context.lineWidth = 0.6;
+    for (const t of front) {
+      const a = 3 * triangles[3 * t], b = 3 * triangles[3 * t + 1], c = 3 * triangles[3 * t + 2];
+      const u = [seen[b] - seen[a], seen[b + 1] - seen[a + 1], scale * (seen[b + 2] - seen[a + 2])], v = [seen[c] - seen[a], seen[c + 1] - seen[a + 1], scale * (seen[c + 2] - seen[a + 2])];
+      const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]], length = Math.hypot(...n) || 1;
+      const light = Math.round(95 + 115 * Math.abs(0.35 * n[0] / length - 0.55 * n[1] / length - 0.75 * n[2] / length));
+      fill(t, marks[t] ? "rgb(" + Math.round(light * 1.15) + "," + Math.round(light * 0.5) + "," + Math.round(light * 0.22) + ")"
+                       : "rgb(" + light + "," + (light + 4) + "," + (light + 10) + ")");
+    }
+    // Causes are often inside: they shine through, from either side.
+    context.globalAlpha = 0.3;
+    for (let t = 0; t < count; ++t) if (marks[t]) fill(t, "#e8622c");
+    context.globalAlpha = 1;
+    context.font = "13px system-ui,sans-serif";
+    for (const [x, y, z, label, marked] of scene.dots) {
+      const p = project(x, y, z);
+      context.fillStyle = marked ? "#e8622c" : colour("--after");
+      context.beginPath(); context.arc(p[0], p[1], marked ? 7 : 3.5, 0, 2 * Math.PI); context.fill();
+      context.fillStyle = colour("--ink");
+      context.fillText(label, p[0] + 8, p[1] + 4);
+    }
+    canvas.dataset.drawn = ++drawn;
+    canvas.dataset.angle = azimuth.toFixed(3);
+  }
+
+  let last = null;
+  canvas.addEventListener("pointerdown", e => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+  canvas.addEventListener("pointerup", () => { last = null; });
+  canvas.addEventListener("pointermove", e => {
+    if (!last) return;
+    azimuth -= (e.clientX - last[0]) * 0.008;
+    elevation = Math.max(-1.5, Math.min(1.5, elevation + (e.clientY - last[1]) * 0.008));
+    last = [e.clientX, e.clientY];
+    requestAnimationFrame(draw);
+  });
+  canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001); requestAnimationFrame(draw); }, { passive: false });
+  draw();
+  if (location.hash === "#turn") { azimuth += 0.6; draw(); }
+})();
+)JS";
+
+}  // namespace thermotwin::diagnosis
