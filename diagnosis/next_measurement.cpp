@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/thread_pool.h"
 #include "diagnosis/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -17,6 +18,7 @@ namespace {
 
 constexpr double tells_apart = 1.0;  ///< RMS difference over time in units of a channel's uncertainty
 constexpr std::size_t most_causes = 4;
+constexpr double coarser = 3.0;          ///< steps of planned programs: differences between causes need no more
 constexpr double own_load_counts = 1.5;  ///< another program has to be so much better than the same one again
 
 /// What a reading is uncertain by at least.
@@ -56,7 +58,7 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
 /// A program as if it had been measured, without a channel.
 Observations planned(const solver::LoadProgram& program) {
   Observations plan;
-  const std::vector<double> ends = program.step_ends();
+  const std::vector<double> ends = program.step_ends(coarser);
   plan.points.resize(static_cast<Index>(ends.size()) + 1);
   plan.points[0] = 0.0;
   for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -86,8 +88,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   double best = 0.0;  // merit
   const auto consider = [&](const Observations& plan, const std::string& load, bool own) {
     const Response response(model, plan);
-    std::vector<MatrixXd> seen;
-    for (std::size_t i = 0; i < causes; ++i) seen.push_back(response.elsewhere(with_parameter(machine, set[i].parameter, set[i].value), poses));
+    std::vector<MatrixXd> seen(causes);
+    core::parallel_for(0, causes, [&](std::size_t i) { seen[i] = response.elsewhere(with_parameter(machine, set[i].parameter, set[i].value), poses); });
     for (std::size_t c = 0; c < places.size(); ++c) {
       if (own && places[c].measured) continue;
       // Mean over pairs by how probable they are; the pair that counts most gives the words.

@@ -17,7 +17,7 @@ inline const char* const scene_script = R"JS(
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   function draw() {
-    const w = canvas.width, h = canvas.height, scale = zoom * 0.92 * Math.min(w, h) / Math.hypot(...scene.extent) * 1.25;
+    const w = canvas.width, h = canvas.height, scale = zoom * Math.min(w, h) / Math.hypot(...scene.extent);
     const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
     const project = (x, y, z) => {
       x -= centre[0]; y -= centre[1]; z -= centre[2];

@@ -18,7 +18,7 @@ namespace thermotwin::tools {
 reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
                                  const std::filesystem::path& model, const std::filesystem::path& out);
 
-/// All load programs of a case, for a machine of its kind.
+/// The load programs of a case (training and held-out ones), for a machine of its kind.
 std::vector<solver::LoadProgram> programs_of(const solver::Case& machine_case, const mesh::Machine& machine);
 
 /// The machine with the causes of a diagnosis marked, on a coarse mesh; empty, with a word on stderr, where it cannot be meshed.
