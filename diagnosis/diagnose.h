@@ -12,7 +12,6 @@
 
 #include "compensation/measurement.h"
 #include "diagnosis/hypothesis.h"
-#include "diagnosis/parts.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::diagnosis {
@@ -40,6 +39,7 @@ struct RankedCause {
   double probability = 0, log_evidence = 0;  ///< against no cause, natural logarithm
   double value = 0, std = 0;                 ///< estimate
   double heldout_explained_percent = 0;      ///< of the residual's mean square, held-out time
+  core::Table series;                        ///< heat over time of a named source_missing; else empty
 };
 
 /// What would tell the causes of an ambiguous set apart; all empty where nothing is left to decide.
@@ -73,10 +73,8 @@ struct DiagnoseOptions {
   double interval_s = 600;        ///< residuals are averaged over such intervals
 };
 
-/// @param parts  matrices of single bodies, joints, scales and screws, where they are known
 Diagnosis diagnose(const reduction::ReducedModel& model,
-                   const compensation::Measurement& measurement, const DiagnoseOptions& options,
-                   const Parts* parts = nullptr);
+                   const compensation::Measurement& measurement, const DiagnoseOptions& options);
 
 /// diagnosis.json, report.html, residuals.csv, extended/machine.toml (and extended/model.rom.h5),
 /// each whole or not at all.
@@ -85,6 +83,9 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
 
 /// The same files of data without a machine, which are never extended.
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis);
+
+/// File with the heat over time of a named cause, which number counts from 1.
+std::string series_file(std::size_t number);
 
 /// The JSON of DESIGN's contract.
 std::string diagnosis_json(const Diagnosis& diagnosis);
