@@ -141,7 +141,7 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
   for (const mesh::BodySpec& body : machine.bodies) {
     const mesh::Material& material = machine.material(body.material);
     if (body.elastic) found.push_back(ratio("expansion_coefficient", body.id, material.expansion, least_material_std, 0.3));
-    found.push_back(ratio("heat_capacity", body.id, material.specific_heat, least_material_std, 0.3));
+    if (material.specific_heat_table.at.empty()) found.push_back(ratio("heat_capacity", body.id, material.specific_heat, least_material_std, 0.3));
   }
   for (const mesh::ScaleSpec& scale : machine.scales)
     found.push_back(ratio("scale_expansion", scale.axis, scale.expansion, least_material_std, 0.4));

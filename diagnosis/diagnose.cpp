@@ -12,8 +12,9 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "diagnosis/judgement.h"
-#include "diagnosis/next_measurement.h"
+#include "diagnosis/missing_source.h"
 #include "diagnosis/model_search.h"
+#include "diagnosis/next_measurement.h"
 #include "diagnosis/problem.h"
 #include "diagnosis/residual_analysis.h"
 #include "diagnosis/response.h"
@@ -136,8 +137,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
 std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
-  return fmt::format("{} of {} ({} {:.4g} +- {:.2g}{})", p.kind, p.where, p.name, cause.value, cause.std,
-                     unit);
+  const std::string more = p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95) : "";
+  return fmt::format("{} of {} ({} {:.4g} +- {:.2g}{}{})", p.kind, p.where, p.name, cause.value, cause.std, unit, more);
 }
 
 std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t most) {
@@ -186,7 +187,8 @@ Hypothesis shown(const Problem& problem, const SearchResult& found, const Diagno
     for (std::size_t k = 0; k < d.causes.size(); ++k) {
       for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
         if (problem.parameters[static_cast<std::size_t>(i)].kind == d.causes[k].parameter.kind &&
-            problem.parameters[static_cast<std::size_t>(i)].where == d.causes[k].parameter.where)
+            problem.parameters[static_cast<std::size_t>(i)].where == d.causes[k].parameter.where &&
+            problem.parameters[static_cast<std::size_t>(i)].missing == d.causes[k].parameter.missing)
           best.members.push_back(i);
       best.value[static_cast<Index>(k)] = d.causes[k].value;
       best.std[static_cast<Index>(k)] = d.causes[k].std;
@@ -256,7 +258,7 @@ std::vector<Parameter> marked_causes(const Diagnosis& diagnosis) {
 }
 
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
-                   const DiagnoseOptions& options, const Parts* parts) {
+                   const DiagnoseOptions& options) {
   require_valid(options);
   const mesh::Machine& machine = model.machine;
   compensation::require_fits(measurement, machine);
@@ -265,14 +267,17 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
       observe(measurement, machine, channels,
               {.interval_s = options.interval_s, .heldout_share = options.heldout_share});
   const Observations kept = observations;  // the response refers to it for its whole life
-  const Response response(model, kept, parts);
-  const Problem problem = make_problem(machine, measurement, std::move(observations), response, options, parts != nullptr);
+  const Response response(model, kept);
+  Problem problem = make_problem(machine, measurement, std::move(observations), response, options);
+  add_missing_sources(problem, response, model, measurement);
   const SearchResult found = search(problem, response, machine);
 
   Diagnosis d;
   d.measurement = measurement.folder.filename().string();
   d.heldout_from_s = problem.observations.split;
   decide(problem, found, d);
+  for (RankedCause& cause : d.causes)
+    if (const auto& missing = cause.parameter.missing) cause.series = source_series(*missing, cause.value, cause.std, problem.observations, machine);
   Hypothesis best = shown(problem, found, d);
   std::vector<Parameter> members;
   for (const int i : best.members) members.push_back(problem.parameters[static_cast<std::size_t>(i)]);

@@ -12,7 +12,6 @@
 
 #include "compensation/measurement.h"
 #include "diagnosis/hypothesis.h"
-#include "diagnosis/parts.h"
 #include "diagnosis/scene.h"
 #include "reduction/reduced_model.h"
 #include "solver/load_program.h"
@@ -42,6 +41,7 @@ struct RankedCause {
   double probability = 0, log_evidence = 0;  ///< against no cause, natural logarithm
   double value = 0, std = 0;                 ///< estimate
   double heldout_explained_percent = 0;      ///< of the residual's mean square, held-out time
+  core::Table series;                        ///< heat over time of a named source_missing; else empty
 };
 
 /// What would tell the causes of an ambiguous set apart; all empty where nothing is left to decide.
@@ -76,10 +76,8 @@ struct DiagnoseOptions {
   std::vector<solver::LoadProgram> programs;  ///< that may be run next, where causes share
 };
 
-/// @param parts  matrices of single bodies, joints, scales and screws, where they are known
 Diagnosis diagnose(const reduction::ReducedModel& model,
-                   const compensation::Measurement& measurement, const DiagnoseOptions& options,
-                   const Parts* parts = nullptr);
+                   const compensation::Measurement& measurement, const DiagnoseOptions& options);
 
 /// diagnosis.json, report.html, residuals.csv, extended/machine.toml (and extended/model.rom.h5),
 /// each whole or not at all. @param scene  of the machine, for the page; may be empty
@@ -91,6 +89,9 @@ std::vector<Parameter> marked_causes(const Diagnosis& diagnosis);
 
 /// The same files of data without a machine, which are never extended.
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis);
+
+/// File with the heat over time of a named cause, which number counts from 1.
+std::string series_file(std::size_t number);
 
 /// The JSON of DESIGN's contract.
 std::string diagnosis_json(const Diagnosis& diagnosis);

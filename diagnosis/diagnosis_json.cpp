@@ -14,21 +14,30 @@ Json identity(const RankedCause& cause) {
   return {{"kind", cause.parameter.kind}, {"where", cause.parameter.where}};
 }
 
-Json named(const RankedCause& cause) {
+/// @param number  of the cause, from 1
+Json named(const RankedCause& cause, std::size_t number) {
   Json json = identity(cause);
   json["probability"] = cause.probability;
   json["parameters"] = {
       {cause.parameter.name, {{"value", cause.value}, {"std", cause.std}, {"unit", cause.parameter.unit}}}};
+  if (const auto& missing = cause.parameter.missing) {
+    const Eigen::Vector3d mm = 1e3 * missing->centre;
+    json["location"] = {{"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
+    json["series"] = series_file(number);
+    json["follows"] = missing->follows;
+  }
   return json;
 }
 
 }  // namespace
 
+std::string series_file(std::size_t number) { return "source_" + std::to_string(number) + ".csv"; }
+
 std::string diagnosis_json(const Diagnosis& diagnosis) {
   Json json;
   json["verdict"] = diagnosis.verdict;
   json["causes"] = Json::array();
-  for (const RankedCause& cause : diagnosis.causes) json["causes"].push_back(named(cause));
+  for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) json["causes"].push_back(named(diagnosis.causes[i], i + 1));
   json["ranking"] = Json::array();
   for (const RankedCause& cause : diagnosis.ranking) {
     Json row = identity(cause);

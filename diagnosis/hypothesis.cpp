@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "diagnosis/machine_text.h"
 #include "diagnosis/machine_value.h"
+#include "diagnosis/missing_source.h"
 
 namespace thermotwin::diagnosis {
 
@@ -172,6 +173,7 @@ double changed_value(double in_file, const Parameter& parameter, double value) {
 }
 
 Machine with_parameter(const Machine& machine, const Parameter& parameter, double value) {
+  if (parameter.missing) return with_missing_source(machine, parameter, value);
   Machine changed = machine;
   for (const MachineValue& place : machine_values(changed, parameter))
     *place.value = place.per_unit * changed_value(*place.value / place.per_unit, parameter, value);
@@ -182,6 +184,7 @@ Machine with_parameter(const Machine& machine, const Parameter& parameter, doubl
 
 std::string extended_text(const Machine& machine, const Parameter& parameter, double value, double std,
                           const std::string& why) {
+  if (parameter.missing) return missing_source_text(machine, parameter, value, std, why);
   Machine copy = machine;
   std::string text = machine.text;
   const std::vector<MachineValue> places = machine_values(copy, parameter);

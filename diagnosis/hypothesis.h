@@ -4,6 +4,7 @@
 // measured channel) with its nominal value and a prior width when it is a cause. The same change
 // acts on the full model, the reduced one and machine.toml.
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,16 @@
 #include "mesh/machine.h"
 
 namespace thermotwin::diagnosis {
+
+/// Heat in proportion to an input on a surface that machine.toml does not have: missing_source.h.
+struct MissingSource {
+  mesh::SurfaceSpec surface;
+  std::string follows;        ///< channel
+  double at = 1, most = 1;    ///< value of the input that the power is stated at; its largest one
+  std::string body;           ///< where it probably is
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
+  double region95 = 0;        ///< m, radius about the centre that holds it with 95 %
+};
 
 struct Parameter {
   std::string kind;         ///< "source_power", "film_coefficient", ... (README table)
@@ -24,6 +35,8 @@ struct Parameter {
   double low = 0, high = 5; ///< bounds
   double step = 0.01;       ///< of the finite difference
   std::string item;         ///< id in machine.toml that carries the value, where `where` is a channel
+  double prior_share = 0;   ///< of its kind's prior; 0: that of any place of the kind
+  std::shared_ptr<const MissingSource> missing;  ///< of a source_missing
 };
 
 /// The kinds that candidate_parameters knows, as README.md lists them.

@@ -12,6 +12,7 @@ const std::vector<Kind>& known_kinds() {
   static const char* const channel = "id of a measured channel";
   static const std::vector<Kind> kinds = {
       {"source_power", "id of a [[source]]", "factor", "1", "ratio", 0, 8, 0.01},
+      {"source_missing", "body and place in its home frame", "power", "W", "absolute", 0, 5000, 1},
       {"source_speed_law", "id of a [[source]] with a law over a speed", "exponent", "1", "absolute", -2, 3, 0.01},
       {"standstill_power", "id of a [[source]]", "power", "W", "absolute", -2000, 5000, 1},
       {"process_heat", "id of a [[source]] that only a measured power drives", "factor", "1", "ratio", 0, 8, 0.01},

@@ -190,8 +190,10 @@ std::vector<double> prior_shares(const Problem& problem, const std::vector<int>&
   std::map<std::string, int> places;
   for (const int i : candidates) ++places[problem.parameters[static_cast<std::size_t>(i)].kind];
   std::vector<double> shares;
-  for (const int i : candidates)
-    shares.push_back(1.0 / static_cast<double>(places.size()) / places[problem.parameters[static_cast<std::size_t>(i)].kind]);
+  for (const int i : candidates) {
+    const Parameter& p = problem.parameters[static_cast<std::size_t>(i)];
+    shares.push_back((p.prior_share > 0.0 ? p.prior_share : 1.0 / places[p.kind]) / static_cast<double>(places.size()));
+  }
   return shares;
 }
 

@@ -74,7 +74,7 @@ MaterialSpread material_spread(const mesh::Machine& machine) {
   return spread;
 }
 
-/// Expansion and heat capacity sit inside the reduced matrices, so their stated spread is not a
+/// Where a model does not know its parts, the stated spread of expansion and heat capacity is not a
 /// parameter but part of the model error: a factor of displacements, a wandering error of transients.
 ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
                                      double start_C, const MaterialSpread& spread, double model_error,
@@ -131,12 +131,11 @@ std::vector<ChannelCovariance> Problem::fitted_covariance() const {
 }
 
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options,
-                     bool with_parts) {
+                     Observations observations, const Response& response, const DiagnoseOptions& options) {
   Problem problem;
   problem.observations = std::move(observations);
   const Observations& obs = problem.observations;
-  problem.parameters = candidate_parameters(machine, measurement, with_parts);
+  problem.parameters = candidate_parameters(machine, measurement, response.has_parts());
   // A channel without data shows nothing.
   std::erase_if(problem.parameters, [&](const Parameter& p) {
     return acts_on_readings(p.kind) && p.where != "temperature" && p.where != "displacement" &&
@@ -173,7 +172,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
     problem.prior_std[column] = std::max(channel.channel.uncertainty, floor_of(channel).noise);
   }
 
-  const MaterialSpread spread = material_spread(machine);
+  const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
   problem.amplitude.resize(static_cast<Index>(obs.channels.size()));
   problem.expected_std.resize(obs.size());
   for (std::size_t k = 0; k < obs.channels.size(); ++k) {

@@ -31,7 +31,6 @@ struct Problem {
 };
 
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options,
-                     bool with_parts = false);
+                     Observations observations, const Response& response, const DiagnoseOptions& options);
 
 }  // namespace thermotwin::diagnosis

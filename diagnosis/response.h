@@ -8,7 +8,7 @@
 // predicted. All tangents share the factors of A with the prediction: sixty of them cost little more
 // than one run. p, q, p', q' are those of solver::OperatingModel for the machine and its variants,
 // each with its own chillers in the loop. What changes readings only (readings.h) needs no run; heat
-// capacities and output rows change by the matrices of single parts (parts.h), where these are given.
+// capacities and output rows change by reduction::Parts, where the model has them.
 
 #include <Eigen/Core>
 #include <vector>
@@ -16,17 +16,10 @@
 #include "diagnosis/hypothesis.h"
 #include "diagnosis/observations.h"
 #include "diagnosis/parts.h"
+#include "diagnosis/propagation.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::diagnosis {
-
-/// A temperature of the surroundings that deviates for a while: by 1 K at the peak, falling in
-/// straight lines to nothing at both ends.
-struct Disturbance {
-  int ambient = 0;                       ///< index into Machine::ambients
-  double from = 0, peak = 0, to = 0;     ///< s
-  double std_K = 0;                      ///< how much of it is expected
-};
 
 /// The base machine with some parameters at values.
 mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
@@ -34,8 +27,12 @@ mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Param
 
 class Response {
  public:
-  /// All must outlive it. @param parts  may be null: then no parameter that needs it can act
-  Response(const reduction::ReducedModel& model, const Observations& observations, const Parts* parts = nullptr);
+  /// Both must outlive it.
+  Response(const reduction::ReducedModel& model, const Observations& observations);
+  /// Whether parameters that need parts can act.
+  bool has_parts() const { return model_.parts.has_value(); }
+  /// (observed channels x r) of the model's own machine
+  const Eigen::MatrixXd& nominal_rows() const { return rows_.base; }
 
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
@@ -50,6 +47,9 @@ class Response {
                    const Eigen::VectorXd& values, bool with_start,
                    const std::vector<Disturbance>& disturbances = {}) const;
   Eigen::VectorXd predict(const mesh::Machine& machine) const;
+  /// What each load in W makes of the observations that follows each series (steps x series), the loads
+  /// of the first series first: (observations x (loads x series)). @param loads (r x loads)
+  Eigen::MatrixXd to_heat(const mesh::Machine& machine, const Eigen::MatrixXd& loads, const Eigen::MatrixXd& series) const;
   /// The run of a machine, (points x observed channels), and what a machine whose readings differ makes
   /// of it, (observations): many faulty sensors and clocks for one run.
   Eigen::MatrixXd states(const mesh::Machine& machine) const;
@@ -63,16 +63,14 @@ class Response {
   Eigen::MatrixXd elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const;
 
  private:
-  struct Variant;
   /// Output rows of a machine whose expansions or stiffnesses may differ from the model's own.
   struct Rows {
     Eigen::MatrixXd base;
     std::vector<Eigen::MatrixXd> bodies, scales, screws, stiffness;
-    Eigen::MatrixXd of(const PartChanges& changes) const;
   };
-  /// Rows of outputs times states: nominal in block 0, tangents (in units of each step) behind it.
-  std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, const std::vector<Variant>& variants,
-                                   const Rows& rows) const;
+  Eigen::MatrixXd rows_of(const Rows& all, const PartChanges& changes) const;
+  /// Outputs along the points: of the machine, then the tangents in units of each variant's step.
+  std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, std::vector<Variant>& variants, const Rows& rows) const;
   Eigen::MatrixXd capacity_of(const mesh::Machine& machine) const;
   /// What is recorded of the observed channels. @param states (points x channels), K or um
   Eigen::MatrixXd records(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
@@ -81,7 +79,6 @@ class Response {
 
   const reduction::ReducedModel& model_;
   const Observations& observations_;
-  const Parts* parts_;
   Rows rows_;             ///< (observed channels x r)
   Eigen::VectorXd air_;   ///< (points) degC
 };

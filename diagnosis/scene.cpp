@@ -110,6 +110,7 @@ Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& ca
     all.bodies.insert(where.bodies.begin(), where.bodies.end());
     all.points.insert(where.points.begin(), where.points.end());
     scene.legend.push_back(cause.kind + " of " + cause.where);
+    if (cause.missing) scene.points.push_back({"unknown source", cause.missing->centre.cast<float>(), true});
   }
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const mesh::TetMesh& tets = mesh.bodies[b];

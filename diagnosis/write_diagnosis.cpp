@@ -6,6 +6,7 @@
 #include "core/file.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/machine_text.h"
+#include "diagnosis/parts.h"
 #include "diagnosis/report.h"
 #include "reduction/model_file.h"
 
@@ -19,6 +20,13 @@ void remove_extension(const std::filesystem::path& out) {
   for (const char* name : {"extended/machine.toml", "extended/model.rom.h5", "extended"}) std::filesystem::remove(out / name, ignored);
 }
 
+/// Series of an earlier diagnosis that this one does not have.
+void remove_series(const std::filesystem::path& out, const Diagnosis& diagnosis) {
+  std::error_code ignored;
+  for (std::size_t i = 0; i < 4; ++i)
+    if (i >= diagnosis.causes.size() || diagnosis.causes[i].series.rows() == 0) std::filesystem::remove(out / series_file(i + 1), ignored);
+}
+
 /// @param extend  writes further files into the folder and names them
 template <class Extend>
 void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine& machine, const Scene& scene, const Extend& extend) {
@@ -27,12 +35,18 @@ void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, c
     std::vector<path> files{"residuals.csv", "report.html"};
     core::write_csv(staged / "residuals.csv", diagnosis.series);
     core::write_file(staged / "report.html", report_html(diagnosis, machine, scene));
+    for (std::size_t i = 0; i < diagnosis.causes.size(); ++i)
+      if (diagnosis.causes[i].series.rows() > 0) {
+        files.emplace_back(series_file(i + 1));
+        core::write_csv(staged / files.back(), diagnosis.causes[i].series);
+      }
     extend(staged, files);
     // Last: who finds it finds the rest as well.
     core::write_file(staged / "diagnosis.json", diagnosis_json(diagnosis));
     files.emplace_back("diagnosis.json");
     return files;
   });
+  remove_series(out, diagnosis);
 }
 
 }  // namespace
@@ -45,8 +59,7 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
     if (!extends) return;
     const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
     const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine);
-    reduction::ReducedModel extended = model;
-    extended.machine = mesh::parse_machine(text, model.machine.path);
+    const reduction::ReducedModel extended = model_of_changed(model, mesh::parse_machine(text, model.machine.path));
     core::write_file(staged / machine_file, text);
     reduction::write_model(staged / model_file, extended);
     files.insert(files.end(), {machine_file, model_file});

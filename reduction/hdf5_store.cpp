@@ -274,6 +274,8 @@ void StoreReader::fail(const std::string& value, const std::string& allowed) con
   throw InputError(file_->name, value, allowed);
 }
 
+bool StoreReader::has(const std::string& path) const { return H5Lexists(file_->id, path.c_str(), H5P_DEFAULT) > 0; }
+
 bool StoreReader::has_attribute(const std::string& key) const { return H5Aexists(file_->id, key.c_str()) > 0; }
 
 std::string StoreReader::text_attribute(const std::string& key) const {

@@ -52,6 +52,7 @@ class StoreReader {
   ~StoreReader();
 
   [[noreturn]] void fail(const std::string& value, const std::string& allowed) const;
+  bool has(const std::string& path) const;  ///< an object; its group has to be there
   bool has_attribute(const std::string& key) const;
   std::string text_attribute(const std::string& key) const;
   std::int64_t integer_attribute(const std::string& key) const;

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "reduction/hdf5_store.h"
+#include "reduction/parts_file.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -119,6 +120,8 @@ void write_all(StoreWriter& writer, const ReducedModel& model) {
   writer.group("/trained");
   writer.matrix("/trained/coefficients", trained);
   writer.describe("/trained/coefficients", "low high", "unit of the term's coefficient; one row a term");
+  if (model.parts) write_parts(writer, *model.parts, model);
+  if (!model.patches.items.empty()) write_patches(writer, model.patches, model.machine);
 }
 
 /// Terms and inputs follow from the machine and the grids; the file's own lists must agree.
@@ -227,6 +230,8 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   if (trained.rows() != 0 && trained.rows() != size_of(system.layout.terms))
     reader.fail(fmt::format("/trained/coefficients with {} rows", trained.rows()), fmt::format("none or one a term: {}", system.layout.terms.size()));
   model.trained = {trained.col(0), trained.col(1)};
+  model.parts = read_parts(reader, model);
+  model.patches = read_patches(reader, model);
   return model;
 }
 

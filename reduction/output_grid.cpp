@@ -169,6 +169,18 @@ solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pos
                            combine<7>(outputs.table_own, table_shares, state));
 }
 
+Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& outputs, const mesh::Pose& pose) {
+  const Eigen::Index r = outputs.tool.front().cols();
+  const Eigen::VectorXd tool = pose_weights(machine, pose), table = table_weights(machine, pose);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(19, r);
+  for (std::size_t i = 0; i < outputs.tool.size(); ++i) rows.topRows<6>() += tool(static_cast<Eigen::Index>(i)) * outputs.tool[i];
+  for (std::size_t i = 0; i < outputs.table_axis.size(); ++i) {
+    rows.middleRows<6>(6) += table(static_cast<Eigen::Index>(i)) * outputs.table_axis[i];
+    rows.bottomRows<7>() += table(static_cast<Eigen::Index>(i)) * outputs.table_own[i];
+  }
+  return rows;
+}
+
 Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses) {
   const Eigen::Index r = model.system.order();
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);

@@ -15,6 +15,8 @@
 #include "reduction/basis.h"
 #include "reduction/candidates.h"
 #include "reduction/modal_basis.h"
+#include "reduction/parts.h"
+#include "reduction/patches.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -134,35 +136,12 @@ struct FullOutputs {
   }
 
   ReducedOutputs project(const Eigen::MatrixXd& basis) const {
-    ReducedOutputs outputs{tool_poses, {}, table_poses, {}, {}};
-    for (const solver::OutputRows& rows : at_table) {
-      outputs.table_axis.push_back(rows.table_axis * basis);
-      outputs.table_own.push_back(rows.table_own * basis);
-    }
-    for (std::size_t i = 0; i < at_tool.size(); ++i) {
-      const Eigen::MatrixXd rest = table_remainder(tool_poses[i], at_tool[i].table_axis * basis,
-                                                   at_tool[i].table_own * basis, outputs);
-      outputs.tool.push_back(at_tool[i].tool * basis - rest);
-    }
-    return outputs;
-  }
-
-  /// What the table side does at a pose beyond what its own grid says: joints that are held at more
-  /// than three points bend the common bed with every axis (0.1 um of 100). The tool side takes it
-  /// over, so that the difference of both sides, the error, is right. (6 x r)
-  Eigen::MatrixXd table_remainder(const mesh::Pose& pose, Eigen::MatrixXd axis, Eigen::MatrixXd own,
-                                  const ReducedOutputs& outputs) const {
-    const Eigen::VectorXd weights = table_weights(machine, pose);
-    for (Eigen::Index k = 0; k < weights.size(); ++k) {
-      if (weights(k) == 0.0) continue;
-      axis -= weights(k) * outputs.table_axis[static_cast<std::size_t>(k)];
-      own -= weights(k) * outputs.table_own[static_cast<std::size_t>(k)];
-    }
-    Eigen::MatrixXd rest(6, axis.cols());
-    for (Eigen::Index j = 0; j < axis.cols(); ++j) {
-      rest.col(j) = solver::tcp_error(machine, pose, solver::Vector6::Zero(), axis.col(j), own.col(j)).table;
-    }
-    return rest;
+    const auto projected = [&](const std::vector<solver::OutputRows>& all) {
+      std::vector<solver::OutputRows> small;
+      for (const solver::OutputRows& rows : all) small.push_back({rows.tool * basis, rows.table_axis * basis, rows.table_own * basis});
+      return small;
+    };
+    return stored_outputs(machine, tool_poses, table_poses, projected(at_tool), projected(at_table));
   }
 };
 
@@ -216,6 +195,8 @@ ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
   for (auto* rows : {&small.outputs.tool, &small.outputs.table_axis, &small.outputs.table_own}) {
     for (Eigen::MatrixXd& row : *rows) row = row.leftCols(r).eval();
   }
+  if (small.parts) small.parts = truncated(*model.parts, r);
+  if (!small.patches.items.empty()) small.patches.inputs = model.patches.inputs.topRows(r);
   return small;
 }
 
@@ -296,14 +277,22 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     if (worst <= options.tolerance_um) break;
   }
   notes.order = chosen.system.order();
+  if (options.parts) {
+    const Watch parts_watch;
+    const Eigen::MatrixXd vectors = basis.vectors.leftCols(notes.order);
+    chosen.parts = make_parts(full, vectors);
+    chosen.patches.items = surface_patches(full.mesh, options.patches);
+    chosen.patches.inputs = (patch_loads(full, chosen.patches.items).transpose() * vectors).transpose();
+    notes.parts_seconds = parts_watch.seconds();
+  }
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
   if (summary) *summary = notes;
   return chosen;
 }
 
 std::string ReduceSummary::brief() const {
-  std::string text = fmt::format("order {} from {} candidates ({} dependent); basis {:.1f} s, projection {:.1f} s", order,
-                                 candidates, deflated, basis_seconds, projection_seconds);
+  std::string text = fmt::format("order {} from {} candidates ({} dependent); basis {:.1f} s, projection {:.1f} s, parts {:.1f} s", order,
+                                 candidates, deflated, basis_seconds, projection_seconds, parts_seconds);
   for (const auto& [tried, error] : order_error_um) text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", tried, error);
   return text;
 }

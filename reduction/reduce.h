@@ -32,11 +32,13 @@ struct ReduceOptions {
   double tolerance_um = 0.05;      ///< TCP error of the training loads, all poses, translations
   Eigen::Index max_order = 240;
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
+  bool parts = true;               ///< the model has its parts and patches, for diagnosis
+  int patches = 800;               ///< of the skin of all bodies, at most
 };
 
 struct ReduceSummary {
   Eigen::Index candidates = 0, deflated = 0, order = 0;
-  double basis_seconds = 0, projection_seconds = 0;
+  double basis_seconds = 0, projection_seconds = 0, parts_seconds = 0;
   std::vector<std::pair<Eigen::Index, double>> order_error_um;  ///< tried orders, training error
   std::string brief() const;
 };

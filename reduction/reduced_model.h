@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,38 @@ struct ReducedOutputs {
   std::vector<Eigen::MatrixXd> table_axis, table_own;  ///< (6 x r), (7 x r) each
 };
 
+/// What heat content and outputs owe to each part of the machine. The capacity is a sum over bodies, the
+/// output rows are sums over the expansions of bodies, tapes and screws, so both are affine in
+/// material data of single bodies:
+///   E = E_0 + sum_b (c_b / c_b0 - 1) E_b,   C = C_0 + sum_b (a_b / a_b0 - 1) C_b.
+/// With a joint's stiffness k (normal and tangential alike) the rows change by C' ((k / k0)^n - 1) / n, C' the
+/// derivative by ln k, and n one number a joint that makes the second derivative right where the joint
+/// acts most: -1 where rows follow the compliance, 0 where they follow ln k.
+struct Parts {
+  std::vector<Eigen::MatrixXd> capacity;  ///< (bodies) (r x r) each
+  /// One an item of the machine, rows at the poses of the model's own outputs (which are not repeated
+  /// here); without rows where the item takes no share.
+  std::vector<ReducedOutputs> bodies, scales, screws;
+  std::vector<ReducedOutputs> stiffness;  ///< (joints) C'
+  Eigen::VectorXd stiffness_exponent;     ///< (joints) n
+
+  /// What multiplies C' of a joint whose stiffness has changed by this in ln k.
+  double stiffness_amount(Eigen::Index joint, double ln_ratio) const;
+};
+
+/// A piece of a body's skin that may turn out to be warmed by something unknown (patches.h).
+struct Patch {
+  mesh::SurfaceSpec surface;              ///< of no machine.toml yet: "<body>.patch_<k>", a box as rule
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
+  double area = 0;                        ///< m^2
+};
+mesh::SurfaceSpec patch_surface(const std::string& body, int index, const Eigen::Vector3d& box_min, const Eigen::Vector3d& box_max);
+
+struct Patches {
+  std::vector<Patch> items;
+  Eigen::MatrixXd inputs;                 ///< (r x patches) of 1 W, spread evenly
+};
+
 struct ReductionErrors {
   std::string load;                       ///< held-out load
   double peak_um = 0;                     ///< largest |TCP error| of the full model, translations
@@ -61,10 +94,16 @@ struct ReducedModel {
   ReducedOutputs outputs;
   std::vector<ReductionErrors> errors;
   TrainedRange trained;
+  std::optional<Parts> parts;             ///< if they were made (parts.h)
+  Patches patches;                        ///< empty: none were made
 
   /// TCP error at any pose of the workspace. @param state (r)
   solver::TcpError tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const;
 };
+
+/// Tool side (6), table side (6 and 7) of outputs between the stored poses, (19 x r), as
+/// solver::tcp_error wants them.
+Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& outputs, const mesh::Pose& pose);
 
 /// All of solver::tcp_values at the poses, in um and um/m: (18 poses x r), to be multiplied by states.
 Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses);

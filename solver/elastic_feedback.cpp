@@ -64,11 +64,12 @@ void require_elastic(const mesh::Machine& machine, const std::string& place, std
 
 }  // namespace
 
-void SpringSet::add_scale(const mesh::MachineMesh& mesh, const mesh::ScaleSpec& spec,
-                          UnitFunctionals& units) {
+void SpringSet::add_scale(const mesh::MachineMesh& mesh, int index, UnitFunctionals& units) {
   const mesh::Machine& machine = mesh.machine;
+  const mesh::ScaleSpec& spec = machine.scales[static_cast<std::size_t>(index)];
   const std::string place = machine.path.filename().string() + " scale of axis " + spec.axis;
   Scale scale;
+  scale.scale = index;
   scale.carrier = scale.body = machine.body_index(spec.carrier);
   scale.head = machine.body_index(spec.head_body);
   require_elastic(machine, place, {scale.carrier, scale.head});
@@ -160,6 +161,8 @@ void SpringSet::append(const Scale& scale, const mesh::Machine& machine, const m
   /// Adds factor times the expansion from the fixed point to a place of the line.
   const auto add_expansion = [&](Spring& spring, double to, double factor) {
     spring.expansion_body = scale.body;
+    spring.expands_scale = scale.scale;
+    spring.expands_screw = scale.screw;
     const double low = std::min(from, to), high = std::max(from, to), sign = to >= from ? factor : -factor;
     const auto add = [&](const Station& station, double weight) {
       for (const SkinPoint& point : station.points)

@@ -66,6 +66,7 @@ struct ElasticModel::Impl {
   Eigen::MatrixXd apply_inverse(int body, Eigen::MatrixXd loads) const;
   void solve_units(int body);
   SmallSystem::Solution solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const;
+  OutputRows in_frames(const Eigen::MatrixXd& rows, const mesh::Pose& pose) const;
   SmallSystem small_system(const mesh::Pose& pose) const {
     return SmallSystem(machine, elastic, responses, springs->at(machine, pose));
   }
@@ -229,14 +230,88 @@ OutputRows ElasticModel::output_rows(const mesh::Pose& pose) const {
           per_kelvin * forces.row(static_cast<Eigen::Index>(s));
   }
 
+  return impl.in_frames(rows.transpose(), at_zero);
+}
+
+std::vector<Eigen::MatrixXd> ElasticModel::unit_images(const Eigen::MatrixXd& basis) const {
+  const Impl& impl = *impl_;
+  std::vector<Eigen::MatrixXd> images(impl.bodies.size());
+  core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) {
+    const auto b = static_cast<std::size_t>(impl.elastic[i]);
+    images[b].noalias() = impl.thermal[b].transpose() * basis.middleRows(impl.first_node[b], impl.nodes(impl.elastic[i]));
+  });
+  return images;
+}
+
+OutputParts ElasticModel::output_parts(const mesh::Pose& pose, const Eigen::MatrixXd& basis,
+                                       const std::vector<Eigen::MatrixXd>& images) const {
+  const Impl& impl = *impl_;
+  const mesh::Pose at_zero = impl.outputs->table_at_zero(pose);
+  const SmallSystem system = impl.small_system(at_zero);
+  const auto outputs = impl.outputs->combinations();
+  const std::vector<Combination> wanted(outputs.begin(), outputs.end());
+  const auto count = static_cast<Eigen::Index>(wanted.size());
+  const auto joints = static_cast<Eigen::Index>(impl.machine.joints.size());
+  const Eigen::MatrixXd forces = system.adjoint_forces(wanted);
+  std::vector<char> springs_of(impl.machine.joints.size(), 0);
+  for (const Spring& spring : system.springs())
+    if (spring.joint >= 0) springs_of[static_cast<std::size_t>(spring.joint)] = 1;
+  Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(forces.rows(), 2 * count * joints);  // joint after joint, both derivatives
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    if (!springs_of[static_cast<std::size_t>(j)]) continue;
+    const auto [first, second] = system.stiffness_change(static_cast<int>(j), forces);
+    changes.middleCols(2 * count * j, count) = first;
+    changes.middleCols(2 * count * j + count, count) = second;
+  }
+
+  OutputParts parts;
+  parts.bodies.resize(impl.machine.bodies.size());
+  Eigen::MatrixXd by_stiffness = Eigen::MatrixXd::Zero(changes.cols(), basis.cols());
+  for (int body : impl.elastic) {
+    const auto b = static_cast<std::size_t>(body);
+    const Eigen::MatrixXd own = system.unit_weights(body, wanted, forces), changed = system.unit_weights(body, {}, changes);
+    std::vector<Eigen::Index> used;
+    for (Eigen::Index u = 0; u < own.rows(); ++u)
+      if ((own.row(u).array() != 0.0).any() || (changed.row(u).array() != 0.0).any()) used.push_back(u);
+    const Eigen::MatrixXd image = images[b](used, Eigen::all);
+    parts.bodies[b] = impl.in_frames(own(used, Eigen::all).transpose() * image, at_zero);
+    by_stiffness.noalias() += changed(used, Eigen::all).transpose() * image;
+  }
+  std::vector<Eigen::MatrixXd> scales(impl.machine.scales.size()), screws(impl.machine.screws.size());
+  for (std::size_t s = 0; s < system.springs().size(); ++s) {
+    const Spring& spring = system.springs()[s];
+    if (spring.expansion.empty()) continue;
+    const auto at = static_cast<Eigen::Index>(s);
+    Eigen::RowVectorXd growth = Eigen::RowVectorXd::Zero(basis.cols());
+    for (const auto& [node, per_kelvin] : spring.expansion)
+      growth += per_kelvin * basis.row(impl.first_node[static_cast<std::size_t>(spring.expansion_body)] + node);
+    Eigen::MatrixXd& rows = spring.expands_scale >= 0 ? scales[static_cast<std::size_t>(spring.expands_scale)]
+                                                      : screws[static_cast<std::size_t>(spring.expands_screw)];
+    if (rows.size() == 0) rows.setZero(count, basis.cols());
+    rows.noalias() -= forces.row(at).transpose() * growth;
+    by_stiffness.noalias() -= changes.row(at).transpose() * growth;
+  }
+  const auto framed = [&](const Eigen::MatrixXd& rows) { return rows.size() > 0 ? impl.in_frames(rows, at_zero) : OutputRows{}; };
+  for (const Eigen::MatrixXd& rows : scales) parts.scales.push_back(framed(rows));
+  for (const Eigen::MatrixXd& rows : screws) parts.screws.push_back(framed(rows));
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    const bool any = springs_of[static_cast<std::size_t>(j)] != 0;
+    parts.stiffness.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j, count), at_zero) : OutputRows{});
+    parts.curvature.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j + count, count), at_zero) : OutputRows{});
+  }
+  return parts;
+}
+
+/// The 19 rows as OutputRows has them: the tool's turned into the machine frame.
+OutputRows ElasticModel::Impl::in_frames(const Eigen::MatrixXd& rows, const mesh::Pose& pose) const {
   OutputRows result;
-  const int tool = impl.machine.body_index(impl.machine.tcp.tool_body);
-  const Eigen::Matrix3d turn = mesh::body_transform(impl.machine, tool, at_zero).linear();
-  result.tool.resize(6, impl.size);
-  result.tool.topRows<3>() = turn * rows.leftCols<3>().transpose();
-  result.tool.bottomRows<3>() = turn * rows.middleCols<3>(3).transpose();
-  result.table_axis = rows.middleCols<6>(6).transpose();
-  result.table_own = rows.middleCols<7>(12).transpose();
+  const int tool = machine.body_index(machine.tcp.tool_body);
+  const Eigen::Matrix3d turn = mesh::body_transform(machine, tool, pose).linear();
+  result.tool.resize(6, rows.cols());
+  result.tool.topRows<3>() = turn * rows.topRows<3>();
+  result.tool.bottomRows<3>() = turn * rows.middleRows<3>(3);
+  result.table_axis = rows.middleRows<6>(6);
+  result.table_own = rows.middleRows<7>(12);
   return result;
 }
 

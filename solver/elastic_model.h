@@ -42,6 +42,15 @@ struct ElasticOptions {
   double tolerance = 1e-10;          ///< of iterative solves
 };
 
+/// Output rows times a basis, by what they owe to each part of the machine: rows are sums over the
+/// expansions of bodies, tapes and screws, so each changes with its own coefficient alone. Parts that
+/// take no share have empty rows.
+struct OutputParts {
+  std::vector<OutputRows> bodies, scales, screws;  ///< one an item of the machine, in proportion to its expansion
+  std::vector<OutputRows> stiffness;  ///< (joints) derivative of the whole by ln k, both stiffnesses alike
+  std::vector<OutputRows> curvature;  ///< (joints) second derivative
+};
+
 class ElasticModel {
  public:
   /// Factorises all bodies (in parallel) and solves for the unit loads of all pads at all grid
@@ -51,6 +60,12 @@ class ElasticModel {
   ElasticModel(ElasticModel&&) noexcept;
 
   OutputRows output_rows(const mesh::Pose& pose) const;
+
+  /// @param basis   (size x r)
+  /// @param images  unit_images(basis), which serve all poses
+  OutputParts output_parts(const mesh::Pose& pose, const Eigen::MatrixXd& basis, const std::vector<Eigen::MatrixXd>& images) const;
+  /// What the unit functionals of each body see of the expansion under each vector, (bodies) (units x r).
+  std::vector<Eigen::MatrixXd> unit_images(const Eigen::MatrixXd& basis) const;
 
   /// Displacements of all nodes (3 x nodes), m, in each body's home frame; bodies with
   /// elastic = false move with their parent rigidly at the nearest node. @param temperature (size)

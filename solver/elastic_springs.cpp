@@ -90,8 +90,9 @@ SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>
   const mesh::Machine& machine = mesh.machine;
   for (std::size_t j = 0; j < machine.joints.size(); ++j)
     add_joint(mesh, static_cast<int>(j), grids[j], units);
-  for (const mesh::ScaleSpec& scale : machine.scales)
-    if (machine.axes[static_cast<std::size_t>(machine.axis_index(scale.axis))].feedback != "screw") add_scale(mesh, scale, units);
+  for (std::size_t i = 0; i < machine.scales.size(); ++i)
+    if (machine.axes[static_cast<std::size_t>(machine.axis_index(machine.scales[i].axis))].feedback != "screw")
+      add_scale(mesh, static_cast<int>(i), units);
   for (std::size_t i = 0; i < machine.screws.size(); ++i) add_screw(mesh, static_cast<int>(i), units);
   require_drives(machine);
 }
@@ -123,6 +124,7 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
   const mesh::JointSpec& spec = machine.joints[static_cast<std::size_t>(index)];
   if (spec.stiffness_normal.value <= 0.0 && spec.stiffness_tangential.value <= 0.0) return;
   Joint joint;
+  joint.index = index;
   joint.slave = body_index_of_surface(machine, spec.slave);
   joint.master = spec.master.empty() ? -1 : body_index_of_surface(machine, spec.master);
   const auto elastic = [&](int body) { return machine.bodies[static_cast<std::size_t>(body)].elastic; };
@@ -231,6 +233,7 @@ void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd
     const auto at = static_cast<std::size_t>(d);
     const Vector3d direction = master_from_slave.linear() * pad.directions.col(d);
     Spring spring;
+    spring.joint = joint.index;
     spring.flexibility = 1.0 / (pad.stiffness[d] * area);
     for (std::size_t n = 0; n < pad.nodes.size(); ++n) {
       const PadNode& node = pad.nodes[n];

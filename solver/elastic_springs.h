@@ -47,6 +47,8 @@ struct Spring {
   double flexibility = 0;     ///< m/N; 0: constraint
   int expansion_body = -1;    ///< scale, screw: body whose temperature stretches it
   int screw = -1;             ///< the pull of a stretched screw: index into Machine::screws
+  int joint = -1;             ///< whose stiffness it has: index into Machine::joints
+  int expands_scale = -1, expands_screw = -1;  ///< what expands: index into Machine::scales, screws
   std::vector<std::pair<Eigen::Index, double>> expansion;  ///< (node of that body, m/K)
 };
 
@@ -73,6 +75,7 @@ class SpringSet {
     std::vector<PadNode> nodes;
   };
   struct Joint {
+    int index = -1;                        ///< into Machine::joints
     int slave = -1, master = -1;           ///< bodies; master -1: ground
     bool rotary = false, guide = false;    ///< guide: free along a linear axis
     JointGrid grid;
@@ -95,13 +98,13 @@ class SpringSet {
     bool constrains = true;                ///< holds the axis; false: a stretched screw under a scale
     End fixed_end, head_end, far_end;      ///< far_end: of a screw that is stretched between two bearings
     int body = -1;                         ///< whose temperature counts: the carrier's, or the screw's
-    int screw = -1;                        ///< index into Machine::screws
+    int scale = -1, screw = -1;            ///< index into Machine::scales or screws, whichever it is
     double far = 0;                        ///< m along direction from the fixed end to the far one
     double compliance = 0, bearing_compliance = 0;  ///< 1/N of the screw a metre; m/N of one bearing
     std::vector<Station> stations;         ///< along direction from start, m, rising
   };
   void add_joint(const mesh::MachineMesh& mesh, int joint, const JointGrid& grid, UnitFunctionals& units);
-  void add_scale(const mesh::MachineMesh& mesh, const mesh::ScaleSpec& spec, UnitFunctionals& units);
+  void add_scale(const mesh::MachineMesh& mesh, int scale, UnitFunctionals& units);
   void add_screw(const mesh::MachineMesh& mesh, int screw, UnitFunctionals& units);
   void require_drives(const mesh::Machine& machine) const;
   void append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,

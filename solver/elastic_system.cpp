@@ -122,6 +122,20 @@ Eigen::MatrixXd SmallSystem::adjoint_forces(const std::vector<Combination>& outp
   return solve_scaled(right).topRows(count);
 }
 
+std::pair<Eigen::MatrixXd, Eigen::MatrixXd> SmallSystem::stiffness_change(int joint, const Eigen::MatrixXd& forces) const {
+  // M f = b with 1/k on the diagonal, which falls as exp(-ln k): M' = -D, M'' = D of the joint's springs, so
+  // M f' = D f and M f'' = D (2 f' - f).
+  const auto solve = [&](const Eigen::MatrixXd& loads) {
+    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor_.rows(), loads.cols());
+    for (std::size_t s = 0; s < springs_.size(); ++s)
+      if (springs_[s].joint == joint)
+        right.row(static_cast<Eigen::Index>(s)) = springs_[s].flexibility * loads.row(static_cast<Eigen::Index>(s));
+    return Eigen::MatrixXd(solve_scaled(right).topRows(loads.rows()));
+  };
+  const Eigen::MatrixXd first = solve(forces);
+  return {first, solve(2.0 * first - forces)};
+}
+
 Eigen::MatrixXd SmallSystem::unit_weights(int body, const std::vector<Combination>& outputs,
                                           const Eigen::MatrixXd& forces) const {
   const auto at = std::find(elastic_.begin(), elastic_.end(), body);

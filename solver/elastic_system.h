@@ -34,6 +34,9 @@ class SmallSystem {
   /// Spring part of the adjoint solutions, (springs x outputs).
   Eigen::MatrixXd adjoint_forces(const std::vector<Combination>& outputs) const;
 
+  /// Their first and second derivative by ln k of the springs of one joint; forces as adjoint_forces gives them.
+  std::pair<Eigen::MatrixXd, Eigen::MatrixXd> stiffness_change(int joint, const Eigen::MatrixXd& forces) const;
+
   /// Weights of a body's units in outputs + S forces, (units x columns); outputs may be empty.
   Eigen::MatrixXd unit_weights(int body, const std::vector<Combination>& outputs,
                                const Eigen::MatrixXd& forces) const;

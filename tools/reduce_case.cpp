@@ -49,6 +49,7 @@ std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const s
     reduction::ReduceOptions wanted;
     wanted.method = static_cast<reduction::BasisMethod>(m);
     wanted.order = largest;
+    wanted.parts = false;
     reduction::ReduceSummary summary;
     const bool made_before = wanted.method == method && made.reference.system.order() >= largest;
     const reduction::ReducedModel model =

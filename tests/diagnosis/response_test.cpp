@@ -114,23 +114,25 @@ reduction::ReducedOutputs only(const reduction::ReducedOutputs& all, Index first
   return part;
 }
 
-diagnosis::Parts parts_of(const reduction::ReducedModel& model, Index cells) {
-  diagnosis::Parts parts;
+reduction::Parts parts_of(const reduction::ReducedModel& model, Index cells) {
+  reduction::Parts parts;
   const Index size = model.system.order();
   for (Index rod = 0; rod < 3; ++rod) {
     parts.capacity.push_back(Eigen::MatrixXd::Zero(size, size));
     parts.capacity.back().block(rod * cells, rod * cells, cells, cells) = model.system.capacity.block(rod * cells, rod * cells, cells, cells);
     parts.bodies.push_back(only(model.outputs, rod * cells, cells));
   }
+  parts.stiffness_exponent.setZero(static_cast<Index>(model.machine.joints.size()));
   return parts;
 }
 
 TEST(Response, parts_change_as_a_model_of_other_materials) {
   const mesh::Machine machine = lumped::machine();
-  const reduction::ReducedModel model = lumped::model(machine, 4);
-  const diagnosis::Parts parts = parts_of(model, 4);
+  reduction::ReducedModel model = lumped::model(machine, 4);
+  model.parts = parts_of(model, 4);
+  const reduction::Parts& parts = *model.parts;
   const Observations obs = observe(lumped::measure({}, {.hours = 10}));
-  const Response response(model, obs, &parts);
+  const Response response(model, obs);
   const Parameter heat = diagnosis::make_parameter("heat_capacity", "column"), growth = diagnosis::make_parameter("expansion_coefficient", "head");
   VectorXd values(2);
   values << 1.3, 1.2;

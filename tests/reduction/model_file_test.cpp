@@ -114,6 +114,38 @@ TEST(ModelFile, ForeignFilesAreRefused) {
   EXPECT_NE(message_of(other).find("not a reduced model"), std::string::npos) << message_of(other);
 }
 
+TEST(ModelFile, PartsComeBackAndMayBeAbsent) {
+  const test::Scratch scratch;
+  const std::filesystem::path path = scratch.path() / "model.rom.h5";
+  ReducedModel model = random_model();
+  write_model(path, model);
+  EXPECT_FALSE(read_model(path).parts.has_value());
+  Parts parts;
+  for (std::size_t b = 0; b < model.machine.bodies.size(); ++b) parts.capacity.push_back(MatrixXd::Random(7, 7));
+  parts.bodies.resize(model.machine.bodies.size());
+  parts.stiffness.resize(model.machine.joints.size());
+  parts.stiffness_exponent = Eigen::VectorXd::Random(static_cast<Index>(model.machine.joints.size()));
+  for (ReducedOutputs* part : {&parts.bodies[3], &parts.stiffness[1]}) {
+    *part = model.outputs;
+    part->tool_poses.clear();
+    part->table_poses.clear();
+    part->tool[2] *= 3.0;
+  }
+  model.parts = parts;
+  write_model(path, model);
+  const Parts back = read_model(path).parts.value();
+  EXPECT_EQ(back.capacity, parts.capacity);
+  EXPECT_EQ(back.bodies[3].tool, parts.bodies[3].tool);
+  EXPECT_EQ(back.bodies[3].table_own, parts.bodies[3].table_own);
+  EXPECT_EQ(back.stiffness[1].table_axis, parts.stiffness[1].table_axis);
+  EXPECT_EQ(back.stiffness_exponent, parts.stiffness_exponent);
+  EXPECT_TRUE(back.bodies[0].tool.empty());
+  EXPECT_EQ(back.scales.size(), model.machine.scales.size());
+  model.parts->capacity.pop_back();
+  write_model(path, model);
+  EXPECT_NE(message_of(path).find("/parts/capacity"), std::string::npos) << message_of(path);
+}
+
 TEST(ModelFile, AnotherVersionIsNamed) {
   const test::Scratch scratch;
   const std::filesystem::path path = scratch.path() / "old.rom.h5";

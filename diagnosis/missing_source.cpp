@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/missing_source.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "diagnosis/model_search.h"
+#include "solver/channels.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::RowVectorXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double prior_W = 100.0;       ///< what an unknown source may have
+constexpr double nominal_W = 0.02;      ///< what none has: nothing
+constexpr double stands_still = 1e-3;   ///< an input that varies by less of its largest value
+constexpr std::size_t most_inputs = 10, kept_inputs = 3;
+constexpr double unseen = 3e-4;         ///< of the combination of patches that outputs see best
+constexpr Index most_combinations = 60;
+constexpr double shifts[] = {1e-7, 1.0 / 86400.0, 1.0 / 10800.0, 1.0 / 1200.0};  ///< 1/s
+
+struct Followed {
+  std::string channel;
+  double at = 1, most = 1;
+};
+
+double magnitude(const Observations& obs, int channel, Index step) {
+  const double value = obs.rows(step, channel);
+  return std::isfinite(value) ? std::abs(value) : 0.0;
+}
+
+/// Largest value that the input can have; that seen where nothing says.
+double largest(const mesh::Machine& machine, const std::string& channel, double seen) {
+  constexpr double degree = std::numbers::pi / 180.0;
+  if (channel == "spindle.speed_rpm") return std::max(seen, machine.spindle_max_rpm);
+  for (const mesh::Axis& axis : machine.axes)
+    if (channel.starts_with("axis." + axis.id + ".feed_"))
+      return std::max(seen, axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? 1e-3 : degree));
+  return seen;
+}
+
+/// Measured speeds, powers and states that change, and the machine being on: what runs all the time.
+std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver::Channels& channels, const compensation::Measurement& measurement,
+                                      const Observations& obs) {
+  std::vector<Followed> found{{"machine.on", 1, 1}};
+  for (const compensation::MeasuredChannel& measured : measurement.channels) {
+    using Kind = compensation::ChannelKind;
+    const int channel = measured.input.empty() ? -1 : channels.index(measured.input);
+    if (channel < 0 || measured.input == "machine.on" || found.size() >= most_inputs) continue;
+    if (measured.kind != Kind::speed && measured.kind != Kind::power && measured.kind != Kind::state && measured.kind != Kind::flow) continue;
+    double low = 1e300, high = 0.0;
+    for (Index s = 0; s < obs.rows.rows(); ++s) {
+      const double value = magnitude(obs, channel, s);
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    if (high > 0.0 && high - low > stands_still * high) found.push_back({measured.input, high, largest(machine, measured.input, high)});
+  }
+  return found;
+}
+
+/// Few loads that carry what outputs see of all: loads times weights is the patches' heat.
+struct Combinations {
+  MatrixXd loads;    ///< (r x m)
+  MatrixXd weights;  ///< (m x patches)
+};
+
+Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& rows, const VectorXd& scale, const VectorXd& p) {
+  MatrixXd a = model.system.conduction;
+  for (Index j = 0; j < p.size(); ++j)
+    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+  const MatrixXd& patches = model.patches.inputs;
+  const Index outputs = rows.rows();
+  MatrixXd seen(outputs * static_cast<Index>(std::size(shifts)), patches.cols());
+  for (std::size_t i = 0; i < std::size(shifts); ++i)
+    seen.middleRows(outputs * static_cast<Index>(i), outputs) =
+        scale.cwiseInverse().asDiagonal() * rows * Eigen::PartialPivLU<MatrixXd>(a + shifts[i] * model.system.capacity).solve(patches);
+  // Right singular vectors by way of the left ones, which are fewer.
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(seen * seen.transpose());
+  const VectorXd& squares = eigen.eigenvalues();  // rising
+  const Index count = squares.size();
+  Index kept = 0;
+  while (kept < std::min(count, most_combinations) && squares[count - 1 - kept] > unseen * unseen * squares[count - 1]) ++kept;
+  const MatrixXd directions = seen.transpose() * eigen.eigenvectors().rightCols(kept) * squares.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  return {patches * directions, directions.transpose()};
+}
+
+double log_positive_share(double mean, double std) { return std::log(std::max(std::erfc(-mean / (std * std::numbers::sqrt2)), 1e-12)); }
+
+/// Log evidence of every patch (rows) and input (columns) against none; -inf where it cannot be seen.
+MatrixXd all_evidence(const Problem& problem, const MatrixXd& responses, const MatrixXd& weights, Index inputs) {
+  const Whitener whitener(problem.fitted_covariance());
+  const MatrixXd nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
+  const VectorXd residual = whitener.whiten(problem.fitted(problem.measured - problem.predicted));
+  const MatrixXd white = whitener.whiten(problem.fitted(responses));
+  MatrixXd precision = MatrixXd::Identity(nuisances.cols(), nuisances.cols());
+  precision.selfadjointView<Eigen::Lower>().rankUpdate(nuisances.transpose());
+  const Eigen::LLT<MatrixXd> factor(precision);
+  const MatrixXd taken = factor.matrixL().solve(nuisances.transpose() * white);
+  const VectorXd taken_residual = factor.matrixL().solve(nuisances.transpose() * residual);
+  const Index m = weights.rows();
+  MatrixXd evidence(weights.cols(), inputs);
+  for (Index j = 0; j < inputs; ++j) {
+    const auto own = white.middleCols(j * m, m), own_taken = taken.middleCols(j * m, m);
+    const MatrixXd gram = own.transpose() * own - own_taken.transpose() * own_taken;
+    const VectorXd product = own.transpose() * residual - own_taken.transpose() * taken_residual;
+    for (Index k = 0; k < weights.cols(); ++k) {
+      const VectorXd z = weights.col(k);
+      const double square = prior_W * prior_W * std::max(0.0, z.dot(gram * z)), variance = prior_W * prior_W / (1.0 + square);
+      const double mean = variance * z.dot(product);
+      evidence(k, j) = -0.5 * std::log1p(square) + 0.5 * mean * mean / variance + log_positive_share(mean, std::sqrt(variance));
+    }
+  }
+  return evidence;
+}
+
+/// Where the posterior has the source: mean within the most probable body, and the radius about it
+/// that holds 95 % of all.
+void place(const VectorXd& posterior, const std::vector<reduction::Patch>& patches, MissingSource& source) {
+  std::vector<std::pair<std::string, double>> bodies;
+  for (Index k = 0; k < posterior.size(); ++k) {
+    const std::string& body = patches[static_cast<std::size_t>(k)].surface.body;
+    if (bodies.empty() || bodies.back().first != body) bodies.emplace_back(body, 0.0);
+    bodies.back().second += posterior[k];
+  }
+  source.body = std::max_element(bodies.begin(), bodies.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+  double sum = 0.0, area = 0.0;
+  source.centre.setZero();
+  for (Index k = 0; k < posterior.size(); ++k) {
+    const reduction::Patch& patch = patches[static_cast<std::size_t>(k)];
+    if (patch.surface.body != source.body) continue;
+    source.centre += posterior[k] * patch.centre;
+    area += posterior[k] * patch.area;
+    sum += posterior[k];
+  }
+  source.centre /= sum;
+  std::vector<std::pair<double, double>> distances;
+  for (Index k = 0; k < posterior.size(); ++k)
+    distances.emplace_back((patches[static_cast<std::size_t>(k)].centre - source.centre).norm(), posterior[k]);
+  std::sort(distances.begin(), distances.end());
+  double inside = 0.0, radius = 0.0;
+  for (const auto& [distance, probability] : distances) {
+    inside += probability;
+    radius = distance;
+    if (inside >= 0.95) break;
+  }
+  source.region95 = std::sqrt(radius * radius + area / sum / std::numbers::pi);  // a patch says no more than that it is on it
+}
+
+void add_column(Problem& problem, const Parameter& parameter, const VectorXd& column) {
+  const auto at = static_cast<Index>(problem.parameters.size()), rest = problem.columns.cols() - at;
+  problem.parameters.push_back(parameter);
+  problem.nominal.conservativeResize(at + 1);
+  problem.nominal[at] = parameter.nominal;
+  const MatrixXd behind = problem.columns.rightCols(rest);
+  const VectorXd std_behind = problem.prior_std.tail(rest);
+  problem.columns.conservativeResize(Eigen::NoChange, at + 1 + rest);
+  problem.prior_std.conservativeResize(at + 1 + rest);
+  problem.columns.col(at) = column;
+  problem.columns.rightCols(rest) = behind;
+  problem.prior_std[at] = parameter.nominal_std;
+  problem.prior_std.tail(rest) = std_behind;
+}
+
+/// Longest that the machine is in one state: its coefficients there.
+VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::ReducedModel& model, const Observations& obs) {
+  const solver::OperatingModel operating(machine, model.system.layout);
+  const VectorXd inlets = VectorXd::Zero(static_cast<Index>(machine.coolants.size()));
+  VectorXd mean = VectorXd::Zero(static_cast<Index>(model.system.terms.size()));
+  const Index stride = std::max<Index>(1, obs.rows.rows() / 50);
+  Index count = 0;
+  for (Index s = 0; s < obs.rows.rows(); s += stride, ++count) mean += operating.coefficients(obs.rows.row(s).transpose(), inlets).p;
+  return mean / static_cast<double>(count);
+}
+
+std::string source_id(const MissingSource& source) { return "missing." + source.surface.id + "." + source.follows; }
+
+}  // namespace
+
+void add_missing_sources(Problem& problem, const Response& response, const reduction::ReducedModel& model,
+                         const compensation::Measurement& measurement) {
+  const auto& patches = model.patches.items;
+  if (patches.empty()) return;
+  const mesh::Machine& machine = model.machine;
+  const Observations& obs = problem.observations;
+  const solver::Channels channels(machine);
+  const std::vector<Followed> inputs = followed_inputs(machine, channels, measurement, obs);
+  MatrixXd series(obs.rows.rows(), static_cast<Index>(inputs.size()));
+  for (Index j = 0; j < series.cols(); ++j) {
+    const Followed& input = inputs[static_cast<std::size_t>(j)];
+    const int channel = channels.index(input.channel);
+    for (Index s = 0; s < series.rows(); ++s) series(s, j) = channel < 0 ? 1.0 : magnitude(obs, channel, s) / input.at;
+  }
+  VectorXd scale(static_cast<Index>(obs.channels.size()));
+  for (std::size_t k = 0; k < obs.channels.size(); ++k)
+    scale[static_cast<Index>(k)] = problem.expected_std.segment(problem.first_row(k), obs.channels[k].size()).mean();
+  const Combinations heat = combinations(model, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
+  const MatrixXd evidence = SearchOptions{}.evidence_share *
+                            all_evidence(problem, response.to_heat(machine, heat.loads, series), heat.weights, series.cols());
+
+  std::vector<Index> order(inputs.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  const RowVectorXd best = evidence.colwise().maxCoeff();
+  const RowVectorXd total = best.array() + (evidence.rowwise() - best).array().exp().colwise().sum().log();
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return total[a] > total[b]; });
+  order.resize(std::min(order.size(), kept_inputs));
+  std::vector<Parameter> found;
+  for (const Index j : order) {
+    Index k = 0;
+    evidence.col(j).maxCoeff(&k);
+    const Followed& input = inputs[static_cast<std::size_t>(j)];
+    auto source = std::make_shared<MissingSource>();
+    source->surface = patches[static_cast<std::size_t>(k)].surface;
+    source->follows = input.channel;
+    source->at = input.at;
+    source->most = input.most;
+    place((evidence.col(j).array() - total[j]).exp(), patches, *source);
+    Parameter p = make_parameter("source_missing", fmt::format("{} at {:.0f} {:.0f} {:.0f} mm", source->body, 1e3 * source->centre.x(),
+                                                               1e3 * source->centre.y(), 1e3 * source->centre.z()));
+    p.nominal_std = nominal_W;
+    p.cause_std = prior_W;
+    p.prior_share = std::exp(total[j] - best[j]) / static_cast<double>(evidence.size());
+    p.missing = std::move(source);
+    found.push_back(std::move(p));
+  }
+  const MatrixXd columns = response.linearise(machine, found, VectorXd::Zero(static_cast<Index>(found.size())), false).sensitivity;
+  for (std::size_t i = 0; i < found.size(); ++i) add_column(problem, found[i], columns.col(static_cast<Index>(i)));
+}
+
+mesh::Machine with_missing_source(const mesh::Machine& machine, const Parameter& parameter, double power_W) {
+  const MissingSource& missing = *parameter.missing;
+  mesh::Machine changed = machine;
+  if (changed.surface_index(missing.surface.id) < 0) changed.surfaces.push_back(missing.surface);
+  mesh::SourceSpec source;
+  source.id = source_id(missing);
+  source.laws.push_back({missing.follows, {0.0, missing.most}, {0.0, power_W * missing.most / missing.at}});
+  source.places.emplace_back();
+  source.places.back().surface = missing.surface.id;
+  changed.sources.push_back(std::move(source));
+  return changed;
+}
+
+std::string missing_source_text(const mesh::Machine& machine, const Parameter& parameter, double power_W, double std_W, const std::string& why) {
+  const MissingSource& missing = *parameter.missing;
+  const auto corner = [](const Vector3d& m) { return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", 1e3 * m.x(), 1e3 * m.y(), 1e3 * m.z()); };
+  std::string text = machine.text + (machine.text.ends_with('\n') ? "" : "\n");
+  if (machine.surface_index(missing.surface.id) < 0) {
+    const mesh::Rule& rule = missing.surface.any_of.front();
+    text += fmt::format("\n[[surface]]\nid = \"{}\"\nbody = \"{}\"\nrule = {{ box_min_mm = {}, box_max_mm = {} }}\n", missing.surface.id,
+                        missing.surface.body, corner(*rule.box_min), corner(*rule.box_max));
+  }
+  std::string id = source_id(missing);
+  text += fmt::format("\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W where {} = {:.6g}, within {:.0f} mm of {}{}{}\nid = \"{}\"\n", power_W,
+                      std_W, missing.follows, missing.at, 1e3 * missing.region95, parameter.where, why.empty() ? "" : "; ", why, id);
+  if (power_W > 0.0 && std_W > 0.0) text += fmt::format("scale = {{ value = 1.0, std_percent = {:.3g} }}\n", std::min(100.0, 100.0 * std_W / power_W));
+  return text + fmt::format("law = [ {{ input = \"{}\", at = [0, {:.9g}], power_W = [0, {:.9g}] }} ]\nplace = [ {{ surface = \"{}\" }} ]\n", missing.follows,
+                            missing.most, power_W * missing.most / missing.at, missing.surface.id);
+}
+
+core::Table source_series(const MissingSource& source, double power_W, double std_W, const Observations& obs, const mesh::Machine& machine) {
+  core::Table table;
+  table.columns = {"time_s", "power_W", "std_W"};
+  table.values.resize(obs.rows.rows(), 3);
+  const int channel = solver::Channels(machine).index(source.follows);
+  for (Index s = 0; s < obs.rows.rows(); ++s) {
+    const double size = channel < 0 ? 1.0 : magnitude(obs, channel, s) / source.at;
+    table.values.row(s) << obs.points[s + 1], size * power_W, size * std_W;
+  }
+  return table;
+}
+
+}  // namespace thermotwin::diagnosis
