@@ -111,6 +111,10 @@ Basis make_basis(const solver::ThermalSystem& thermal, const solver::SparseMatri
 }
 
 Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix& vectors) {
+  return project(matrix, vectors, vectors);
+}
+
+Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix& left, const RowMajorMatrix& right) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
     for (solver::SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry) rows.push_back(entry.row());
@@ -120,13 +124,13 @@ Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix
   std::vector<Eigen::Index> place(static_cast<std::size_t>(matrix.rows()), -1);
   for (std::size_t i = 0; i < rows.size(); ++i) place[static_cast<std::size_t>(rows[i])] = static_cast<Eigen::Index>(i);
 
-  RowMajorMatrix image = RowMajorMatrix::Zero(static_cast<Eigen::Index>(rows.size()), vectors.cols());
+  RowMajorMatrix image = RowMajorMatrix::Zero(static_cast<Eigen::Index>(rows.size()), right.cols());
   for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
     for (solver::SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry) {
-      image.row(place[static_cast<std::size_t>(entry.row())]) += entry.value() * vectors.row(column);
+      image.row(place[static_cast<std::size_t>(entry.row())]) += entry.value() * right.row(column);
     }
   }
-  const RowMajorMatrix touched = vectors(rows, Eigen::all);
+  const RowMajorMatrix touched = left(rows, Eigen::all);
   return touched.transpose() * image;
 }
 

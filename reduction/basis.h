@@ -39,5 +39,7 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
 /// @param vectors  row-major copy of V
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix& vectors);
+/// Left^T M Right
+Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix& left, const RowMajorMatrix& right);
 
 }  // namespace thermotwin::reduction

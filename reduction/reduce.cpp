@@ -84,30 +84,6 @@ Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candi
   return all;
 }
 
-ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis) {
-  const RowMajorMatrix vectors = basis;
-  ReducedSystem system;
-  system.layout = thermal.layout;
-  const Eigen::MatrixXd capacity = project(thermal.capacity, vectors);
-  const Eigen::Index r = basis.cols();
-  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
-  if (!((capacity - identity).cwiseAbs().maxCoeff() < orthonormal_within)) {
-    throw core::SolverError(fmt::format("reduced basis of order {}: not orthonormal in the capacity", r));
-  }
-  system.capacity = identity;
-  const auto symmetric = [](const Eigen::MatrixXd& m) { return Eigen::MatrixXd(0.5 * (m + m.transpose())); };
-  system.conduction = symmetric(project(thermal.conduction, vectors));
-  system.terms.resize(thermal.terms.size());
-  core::parallel_for(0, thermal.terms.size(), [&](std::size_t j) {
-    const Eigen::MatrixXd term = project(thermal.terms[j], vectors);
-    system.terms[j] = thermal.layout.terms[j].kind == TermKind::coolant_flow ? term : symmetric(term);
-  });
-  system.inputs = (thermal.inputs.transpose() * basis).transpose();
-  system.sensors = thermal.sensors * basis;
-  system.one_kelvin = basis.transpose() * (thermal.capacity * Eigen::VectorXd::Ones(thermal.size));
-  return system;
-}
-
 /// Output rows of the full model at the poses that the reduced model stores.
 struct FullOutputs {
   const mesh::Machine& machine;
@@ -182,6 +158,30 @@ std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> ma
 
 }  // namespace
 
+ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis) {
+  const RowMajorMatrix vectors = basis;
+  ReducedSystem system;
+  system.layout = thermal.layout;
+  const Eigen::MatrixXd capacity = project(thermal.capacity, vectors);
+  const Eigen::Index r = basis.cols();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
+  if (!((capacity - identity).cwiseAbs().maxCoeff() < orthonormal_within)) {
+    throw core::SolverError(fmt::format("reduced basis of order {}: not orthonormal in the capacity", r));
+  }
+  system.capacity = identity;
+  const auto symmetric = [](const Eigen::MatrixXd& m) { return Eigen::MatrixXd(0.5 * (m + m.transpose())); };
+  system.conduction = symmetric(project(thermal.conduction, vectors));
+  system.terms.resize(thermal.terms.size());
+  core::parallel_for(0, thermal.terms.size(), [&](std::size_t j) {
+    const Eigen::MatrixXd term = project(thermal.terms[j], vectors);
+    system.terms[j] = thermal.layout.terms[j].kind == TermKind::coolant_flow ? term : symmetric(term);
+  });
+  system.inputs = (thermal.inputs.transpose() * basis).transpose();
+  system.sensors = thermal.sensors * basis;
+  system.one_kelvin = basis.transpose() * (thermal.capacity * Eigen::VectorXd::Ones(thermal.size));
+  return system;
+}
+
 ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
   ReducedModel small = model;
   ReducedSystem& system = small.system;
@@ -223,7 +223,7 @@ std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table
 
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
-                    ReduceSummary* summary, ReducedModel* reference) {
+                    ReduceSummary* summary, ReducedModel* reference, Eigen::MatrixXd* vectors) {
   const auto pairs = matched(loads, training);
   const solver::ThermalSystem& thermal = full.thermal;
   const mesh::Machine& machine = full.mesh.machine;
@@ -286,6 +286,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     notes.parts_seconds = parts_watch.seconds();
   }
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
+  if (vectors) *vectors = basis.vectors.leftCols(notes.order);
   if (summary) *summary = notes;
   return chosen;
 }

@@ -45,9 +45,13 @@ struct ReduceSummary {
 
 /// @param training   results of the training loads with snapshots (may be empty: Krylov only)
 /// @param reference  if given: the model of reference_order(), for error_estimate.h
+/// @param basis      if given: receives the model's basis (size x order), for bound_model.h
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
-                    ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr);
+                    ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr, Eigen::MatrixXd* basis = nullptr);
+
+/// Galerkin projection on columns that are orthonormal in the capacity.
+ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis);
 
 /// The model of a smaller order: bases are nested, so its matrices are the leading blocks.
 ReducedModel truncated(const ReducedModel& model, Eigen::Index order);
@@ -55,12 +59,23 @@ ReducedModel truncated(const ReducedModel& model, Eigen::Index order);
 /// Order of the reference of an estimate: half as much again.
 inline Eigen::Index reference_order(Eigen::Index order) { return order + (order + 1) / 2; }
 
+/// What drove a run and what came of it, for error_bound.h.
+struct RunRecord {
+  struct Step { solver::Coefficients c; double length_s; };
+  struct Output { double time; std::size_t steps; Eigen::VectorXd state; };  ///< steps done before it
+  double initial_K = 0;           ///< uniform temperature at the start, above the reference
+  bool sdirk = true;              ///< stepped as the full model does
+  std::vector<Step> steps;
+  std::vector<Output> outputs;
+};
+
 /// How a load runs on the reduced model.
 struct ReducedRun {
   double refine = 1.0;            ///< factor of the longest time step
   bool exact = false;             ///< by ExactStepper; else as the full model, by SDIRK2
   bool tell = true;               ///< warn where coefficients leave the range of training
   TrainedRange* seen = nullptr;   ///< gets the range of the run's coefficients
+  RunRecord* record = nullptr;    ///< gets the run
 };
 
 /// Runs a load on the reduced model; tables as the full model's.

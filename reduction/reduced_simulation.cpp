@@ -128,9 +128,15 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
   for (const mesh::Pose& pose : poses) places.push_back(mesh::pose_values(machine, pose));
   const Eigen::Index values_of_pose = poses.empty() ? 0 : rows.rows() / static_cast<Eigen::Index>(poses.size());
   Eigen::VectorXd values;
+  RunRecord* record = how.record;
+  if (record) {
+    *record = {load.initial_C() - machine.reference_C, !how.exact, {}, {}};
+    options.on_step = [record](const std::vector<solver::Coefficients>& c, double step_s) { record->steps.push_back({c.front(), step_s}); };
+  }
   solver::simulate(stepper, operating, {&load}, options, [&](const solver::OutputState& at) {
     sensors.next() << at.time, (at.sensors_K.array() + machine.reference_C).matrix().transpose();
     values.noalias() = rows * at.state;
+    if (record) record->outputs.push_back({at.time, record->steps.size(), at.state});
     for (std::size_t i = 0; i < poses.size(); ++i) {
       auto row = tcp.next();
       row(0) = at.time;

@@ -221,6 +221,7 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
         (*options.balances)[l].add(before.col(column), state.col(column), stepper.mean_over_step()->col(column), coefficients[l].p,
                                    coefficients[l].q, step, stepper.local_change(l));
       }
+    if (options.on_step) options.on_step(coefficients, step);
     done = i + 1;
     report(end);
     try {

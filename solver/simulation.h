@@ -25,6 +25,8 @@ struct SimulationOptions {
   Eigen::VectorXd start;      ///< (size) K above the reference at time 0; empty: initial_C of the program
   std::vector<HeatBalance>* balances = nullptr;  ///< one a load; the stepper has to keep its means
   Checkpoint* checkpoint = nullptr;  ///< where the run goes on from, and what it leaves
+  /// Called after each step, before its output, with what drove each load over it.
+  std::function<void(const std::vector<Coefficients>&, double step_s)> on_step;
 };
 
 /// What is known at an output time of one load.

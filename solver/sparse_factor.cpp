@@ -69,7 +69,7 @@ struct SparseFactor::Impl {
 
   /// Right-hand sides in one pass through the factor; entry (i, k) of b and x at i * row + k * column.
   struct Strides { Eigen::Index row, column; };
-  void sweep(const double* b, Strides of_b, double* x, Strides of_x, Eigen::Index columns) const {
+  void sweep(const double* b, Strides of_b, double* x, Strides of_x, Eigen::Index columns, bool backward_only = false) const {
     const int width = SupernodalSweeps::width_for(columns);
     const auto needed = static_cast<std::size_t>(sweeps->work_rows() * width);
     const bool few = width <= SupernodalSweeps::few_columns;
@@ -91,7 +91,7 @@ struct SparseFactor::Impl {
       for (; k < std::min(end, columns); ++k) to[k] = b[i * of_b.row + k * of_b.column];
       for (; k < end; ++k) to[k] = 0.0;
     });
-    sweeps->solve(factor->values(), y, width);
+    sweeps->solve(factor->values(), y, width, backward_only);
     over_parts(columns, [&](const double* from, Eigen::Index i, Eigen::Index k, Eigen::Index end) {
       for (; k < end; ++k) x[i * of_x.row + k * of_x.column] = from[k];
     });
@@ -158,6 +158,18 @@ void SparseFactor::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sid
     impl_->sweep(right_hand_sides.col(first).data(), {1, right_hand_sides.outerStride()}, solution.col(first).data(), {1, solution.outerStride()},
                  last - first);
   });
+}
+
+Eigen::MatrixXd SparseFactor::half_solve(const Eigen::MatrixXd& b) const {
+  if (b.rows() != impl_->size)
+    throw SolverError(fmt::format("sparse factor: a block of {} rows for {} unknowns", b.rows(), impl_->size));
+  Eigen::MatrixXd result(b.rows(), b.cols());
+  const Eigen::Index most = std::clamp(impl_->options.columns_at_once, 1, SupernodalSweeps::most_columns), blocks = (b.cols() + most - 1) / most;
+  core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
+    const Eigen::Index first = static_cast<Eigen::Index>(i) * most, count = std::min(most, b.cols() - first);
+    impl_->sweep(b.col(first).data(), {1, b.outerStride()}, result.col(first).data(), {1, result.outerStride()}, count, true);
+  });
+  return result;
 }
 
 void SparseFactor::solve_side_by_side(const Eigen::Ref<const SideBySide>& right_hand_sides, Eigen::Ref<SideBySide> solution) const {

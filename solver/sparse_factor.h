@@ -55,7 +55,10 @@ class SparseFactor {
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right_hand_sides) const;
   void solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sides, Eigen::Ref<Eigen::MatrixXd> solution) const;
 
-  /// The same for right-hand sides that lie side by side, a row of them for each unknown.
+  /// W B with W W^T = A^-1, for norms: |W^T r|^2 = r^T A^-1 r. The backward sweep alone. (n x m)
+  Eigen::MatrixXd half_solve(const Eigen::MatrixXd& b) const;
+
+  /// solve() for right-hand sides that lie side by side, a row of them for each unknown.
   void solve_side_by_side(const Eigen::Ref<const SideBySide>& right_hand_sides, Eigen::Ref<SideBySide> solution) const;
 
   Eigen::Index size() const;

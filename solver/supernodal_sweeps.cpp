@@ -269,34 +269,36 @@ void SupernodalSweeps::backward(Kernel kernel, Int s, const double* values, doub
 }
 
 template <class Kernel>
-void SupernodalSweeps::run(Kernel kernel, const double* values, double* y) const {
+void SupernodalSweeps::run(Kernel kernel, const double* values, double* y, bool backward_only) const {
   const Int w = kernel.width;
-  std::fill_n(y + size() * w, (work_rows_ - size()) * w, 0.0);
-  core::parallel_for(0, subtrees_.size(), [&](std::size_t i) {
-    for (Int s = subtrees_[i].first; s <= subtrees_[i].last; ++s) forward(kernel, s, values, y, false);
-  });
-  for (const Subtree& subtree : subtrees_) {
-    const auto root = static_cast<std::size_t>(subtree.root);
-    const Int begin = pattern_.row_begin[root] + pattern_.column[root + 1] - pattern_.column[root];
-    const double* from = y + subtree.extra_begin * w;
-    for (Int i = begin; i < pattern_.row_begin[root + 1]; ++i, from += w) {
-      double* to = y + static_cast<Int>(pattern_.row[static_cast<std::size_t>(i)]) * w;
-      for (Int k = 0; k < w; ++k) to[k] += from[k];
+  if (!backward_only) {
+    std::fill_n(y + size() * w, (work_rows_ - size()) * w, 0.0);
+    core::parallel_for(0, subtrees_.size(), [&](std::size_t i) {
+      for (Int s = subtrees_[i].first; s <= subtrees_[i].last; ++s) forward(kernel, s, values, y, false);
+    });
+    for (const Subtree& subtree : subtrees_) {
+      const auto root = static_cast<std::size_t>(subtree.root);
+      const Int begin = pattern_.row_begin[root] + pattern_.column[root + 1] - pattern_.column[root];
+      const double* from = y + subtree.extra_begin * w;
+      for (Int i = begin; i < pattern_.row_begin[root + 1]; ++i, from += w) {
+        double* to = y + static_cast<Int>(pattern_.row[static_cast<std::size_t>(i)]) * w;
+        for (Int k = 0; k < w; ++k) to[k] += from[k];
+      }
     }
+    for (const Int s : top_) forward(kernel, s, values, y, true);
   }
-  for (const Int s : top_) forward(kernel, s, values, y, true);
   for (auto s = top_.rbegin(); s != top_.rend(); ++s) backward(kernel, *s, values, y, true);
   core::parallel_for(0, subtrees_.size(), [&](std::size_t i) {
     for (Int s = subtrees_[i].last; s >= subtrees_[i].first; --s) backward(kernel, s, values, y, false);
   });
 }
 
-void SupernodalSweeps::solve(const double* values, double* y, int width) const {
-  if (width == 1) return run(Single{}, values, y);
-  if (width == 4) return run(Wide<1>{}, values, y);
-  if (width == 8) return run(Wide<2>{}, values, y);
-  if (width == 12) return run(Wide<3>{}, values, y);
-  run(Many{width}, values, y);
+void SupernodalSweeps::solve(const double* values, double* y, int width, bool backward_only) const {
+  if (width == 1) return run(Single{}, values, y, backward_only);
+  if (width == 4) return run(Wide<1>{}, values, y, backward_only);
+  if (width == 8) return run(Wide<2>{}, values, y, backward_only);
+  if (width == 12) return run(Wide<3>{}, values, y, backward_only);
+  run(Many{width}, values, y, backward_only);
 }
 
 double SupernodalSweeps::memory_bytes() const {

@@ -36,14 +36,15 @@ class SupernodalSweeps {
 
   /// In place. @param values  of the factor   @param y  (work_rows x width) row by row; what is
   /// beyond size() is overwritten   @param width  by width_for
-  void solve(const double* values, double* y, int width) const;
+  /// @param backward_only  L^T y = b instead
+  void solve(const double* values, double* y, int width, bool backward_only = false) const;
   double memory_bytes() const;
 
  private:
   struct Subtree { std::int64_t first, last, extra_begin, root; };  ///< supernodes [first, last]
 
   template <class Kernel>
-  void run(Kernel kernel, const double* values, double* y) const;
+  void run(Kernel kernel, const double* values, double* y, bool backward_only) const;
   template <class Kernel>
   void forward(Kernel kernel, std::int64_t s, const double* values, double* y, bool split) const;
   template <class Kernel>

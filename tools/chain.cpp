@@ -16,6 +16,7 @@
 #include "core/text.h"
 #include "mesh/import.h"
 #include "reduction/error_estimate.h"
+#include "reduction/bound_file.h"
 #include "reduction/model_file.h"
 
 namespace thermotwin::tools {
@@ -97,7 +98,8 @@ void judge(ReducedCase& made, const mesh::Machine& machine, const std::vector<so
 }  // namespace
 
 ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
-                               const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out) {
+                               const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out,
+                               const std::vector<mesh::Pose>& bounded) {
   ReducedCase made;
   const Stopwatch campaign_time;
   solver::CampaignOptions options;
@@ -114,7 +116,8 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
 
   reduction::ReduceOptions reduce_options = wanted;
   reduce_options.tolerance_um = machine_case.tolerance_um;
-  made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary, &made.reference);
+  Eigen::MatrixXd basis;
+  made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary, &made.reference, bounded.empty() ? nullptr : &basis);
   made.model.size = made.reference.size = fmt::format("{} ({} nodes{})", machine_case.size, full.mesh.nodes(),
                                                       machine_case.machine.order == 2 ? ", quadratic" : "");
   const auto poses = mesh::workspace_poses(machine_case.machine);
@@ -122,6 +125,13 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   judge(made, machine_case.machine, heldout, held, poses);
   reduction::write_model(out / "model.rom.h5", made.model);
   if (has_reference(made)) reduction::write_model(out / "reference.rom.h5", made.reference);
+  if (!bounded.empty()) {
+    const Stopwatch bound_time;
+    made.bound = reduction::make_bound_model(full, basis, made.model.trained, bounded);
+    made.bound_seconds = bound_time.seconds();
+    reduction::write_bound(out / "bound.rom.h5", *made.bound);
+    made.bounded = judge_bound(made.model, *made.bound, machine_case.machine, heldout, held);
+  }
   return made;
 }
 

@@ -4,9 +4,11 @@
 // campaign, the reduced model with its errors on held-out loads.
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "reduction/error_bound.h"
 #include "reduction/error_estimate.h"
 #include "reduction/reduce.h"
 #include "reduction/reduced_model.h"
@@ -38,8 +40,20 @@ solver::FullModel build(const solver::Case& machine_case, const std::filesystem:
 std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
                                                const std::vector<std::string>& names);
 
+/// A held-out load at one pose: what the error may be and what it is, translations.
+struct BoundedLoad {
+  std::string load, pose;
+  double peak_um = 0, error_um = 0, bound_um = 0;  ///< largest of the load
+  double remainder_um = 0;                         ///< of the bound: what U's own error may be
+  double least_ratio = 0, median_ratio = 0;        ///< bound over error of single outputs, where the error is 1 % of its largest
+  double seconds = 0;
+};
+
 struct ReducedCase {
   reduction::ReducedModel model, reference;   ///< reference: of larger order, for error estimates
+  std::optional<reduction::BoundModel> bound;
+  std::vector<BoundedLoad> bounded;
+  double bound_seconds = 0;                   ///< to make it
   std::vector<reduction::Effectivity> effectivities;  ///< of the estimates, one a held-out load
   reduction::ReduceSummary summary;
   double campaign_seconds = 0;
@@ -48,8 +62,15 @@ struct ReducedCase {
 
 /// Campaign on the training and held-out loads, reduction, errors on the held-out ones; writes
 /// model.rom.h5, reference.rom.h5 and the campaign's tables. The tolerance is the case's.
+/// @param bounded  poses to bound the error at: bound.rom.h5 is made too
 ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
-                               const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out);
+                               const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out,
+                               const std::vector<mesh::Pose>& bounded = {});
+
+/// Bound and error of each load at each pose of the bound that the campaign has. @param full  of the loads
+std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound, const mesh::Machine& machine,
+                                     const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& full);
+std::string bound_table(const ReducedCase& made);
 
 /// Order against error on the training loads, with the held-out ones, as SVG.
 void write_order_picture(const std::filesystem::path& file, const ReducedCase& made, double tolerance_um);

@@ -50,6 +50,11 @@ void add_solver(CLI::App& verb, std::string& solver) {
 /// What `reduce` asks of a case only.
 void add_reduced_case(CLI::App& verb, tools::ReduceOptions& reduce, CLI::Option& of_case) {
   verb.add_flag("--resume", reduce.resume, "keep campaign results that are finished")->needs(&of_case);
+  auto* bound = verb.add_flag("--bound", reduce.bound, "bound.rom.h5 too, for a guaranteed bound of the error at a pose; tells it for the held-out loads")
+                    ->needs(&of_case);
+  verb.add_option("--bound-pose", reduce.bound_poses, "of --bound: e.g. X=0,Y=0,Z=275,B=90, again for more (absent: the middle of the workspace)")
+      ->needs(bound)
+      ->take_all();
   add_mesh(verb, reduce.size, reduce.mesh_order, "--mesh-order");
   add_solver(verb, reduce.solver);
   for (const char* name : {"--size", "--mesh-order", "--solver"}) verb.get_option(name)->needs(&of_case);
@@ -177,6 +182,9 @@ int parse_and_run(int argc, char** argv) {
       ->needs(reduced);
   verb->add_option("--reference", campaign.reference, "of --reduced: model of larger order that estimates the error "
                    "(absent: reference.rom.h5 beside the model, if it is there)")
+      ->needs(reduced);
+  verb->add_flag("--bound", campaign.bound, "of --reduced: error_bound.csv per load too, what the error cannot exceed at the poses of "
+                 "bound.rom.h5 beside the model (thermotwin reduce --bound)")
       ->needs(reduced);
   add_checkpoint(*verb, campaign.checkpoint_every_s);
   add_mesh(*verb, campaign.size, campaign.mesh_order);

@@ -49,6 +49,7 @@ struct CampaignOptions : CommonOptions {
   std::string solver = "auto";
   bool reduced = false;                     ///< by the reduced model
   bool exact = false;                       ///< without time error where coefficients stand
+  bool bound = false;                       ///< error_bound.csv from bound.rom.h5 beside the model
   std::filesystem::path model, reference;   ///< of it; empty: out/model.rom.h5, reference.rom.h5 beside it
 };
 struct ReduceOptions : CommonOptions {
@@ -62,6 +63,8 @@ struct ReduceOptions : CommonOptions {
   std::string method;                       ///< empty: combined for a case, balanced for matrices
   double tolerance = 1e-3;
   bool absolute = false, compare = false;
+  bool bound = false;                       ///< bound.rom.h5 too ...
+  std::vector<std::string> bound_poses;     ///< ... for these poses; empty: the middle of the workspace
   std::vector<std::string> films;           ///< "name=value[,value...]"
 };
 struct CompensateOptions : CommonOptions {

@@ -139,8 +139,14 @@ void reduce(const ReduceOptions& options) {
   reduction::ReduceOptions wanted;
   wanted.order = options.order;
   if (!options.method.empty()) wanted.method = reduction::basis_method(options.method);
+  std::vector<mesh::Pose> bounded;
+  for (const std::string& pose : options.bound_poses) bounded.push_back(mesh::parse_pose(machine_case.machine, pose, "--bound-pose"));
+  if (options.bound && bounded.empty()) {
+    const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine_case.machine);
+    bounded.push_back(grid[grid.size() / 2]);
+  }
   const solver::FullModel full = build(machine_case, options.out, options.solver);
-  const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out);
+  const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out, bounded);
   nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()}, {"reference_order", made.reference.system.order()},
                          {"method", reduction::basis_methods[static_cast<int>(wanted.method)]},
                          {"basis_s", made.summary.basis_seconds}};
@@ -148,8 +154,12 @@ void reduce(const ReduceOptions& options) {
   for (const auto& e : made.model.errors)
     json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um},
                                {"estimate_max_um", e.estimate_max_um}, {"effectivity", e.effectivity}});
+  for (const BoundedLoad& b : made.bounded)
+    json["bounds"].push_back({{"load", b.load}, {"pose", b.pose}, {"peak_um", b.peak_um}, {"error_um", b.error_um}, {"bound_um", b.bound_um},
+                              {"remainder_um", b.remainder_um}, {"least_ratio", b.least_ratio}, {"median_ratio", b.median_ratio}, {"seconds", b.seconds}});
   std::vector<MethodErrors> methods;
   std::string text = made.summary.brief() + "\n\n" + error_table(made.model.errors) + "\n";
+  if (made.bound) text += bound_table(made) + "\n";
   if (options.compare) {
     methods = compare_methods(full, machine_case, made, wanted.method, options.out);
     text += comparison_table(methods) + "\n";

@@ -12,6 +12,8 @@
 #include "core/progress.h"
 #include "core/text.h"
 #include "core/thread_pool.h"
+#include "reduction/bound_file.h"
+#include "reduction/error_bound.h"
 #include "reduction/error_estimate.h"
 #include "reduction/model_file.h"
 #include "reduction/reduce.h"
@@ -23,11 +25,11 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Outcome {
-  double peak_um = 0, estimate_um = 0, seconds = 0;
+  double peak_um = 0, estimate_um = 0, bound_um = 0, seconds = 0;
   std::size_t times = 0;
 };
 
-void write_load(const fs::path& folder, const solver::LoadResult& result, const core::Table* estimate) {
+void write_load(const fs::path& folder, const solver::LoadResult& result, const core::Table* estimate, const core::Table* bound) {
   core::write_files_by(folder, [&](const fs::path& staged) {
     std::vector<fs::path> files{"tcp.csv", "sensors.csv", "inputs.csv"};
     const core::Table* tables[] = {&result.tcp, &result.sensors, &result.inputs};
@@ -36,8 +38,18 @@ void write_load(const fs::path& folder, const solver::LoadResult& result, const 
       files.emplace_back("error_estimate.csv");
       core::write_csv(staged / files.back(), *estimate);
     }
+    if (bound) {
+      files.emplace_back("error_bound.csv");
+      core::write_csv(staged / files.back(), *bound);
+    }
     return files;
   });
+}
+
+std::string poses_text(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) {
+  std::string text;
+  for (const mesh::Pose& pose : poses) text += (text.empty() ? "" : " and ") + mesh::format_pose(machine, pose);
+  return text;
 }
 
 }  // namespace
@@ -53,6 +65,12 @@ void reduced_campaign(const CampaignOptions& options) {
   std::optional<reduction::ReducedModel> reference;
   if (!reference_file.empty()) reference = reduction::read_model(reference_file);
 
+  std::optional<reduction::BoundModel> bound;
+  if (options.bound) {
+    if (options.exact) throw core::UsageError("campaign: --bound is for the full model's time scheme, --exact has another");
+    bound = reduction::read_bound(file.parent_path() / "bound.rom.h5", model);
+  }
+
   std::vector<std::string> names = options.loads;
   if (names.empty()) {
     names = machine_case.train;
@@ -60,8 +78,8 @@ void reduced_campaign(const CampaignOptions& options) {
   }
   const auto programs = load_programs(machine_case, names);
   require_writable(options.out);
-  reduction::ReducedRun how;
-  how.exact = options.exact;
+  reduction::ReducedRun run;
+  run.exact = options.exact;
   const auto poses = mesh::workspace_poses(machine_case.machine);
   const fs::path folder = options.out / "campaign";
   std::vector<Outcome> outcomes(programs.size());
@@ -70,34 +88,49 @@ void reduced_campaign(const CampaignOptions& options) {
     const Stopwatch watch;
     Outcome& outcome = outcomes[i];
     solver::LoadResult result;
+    reduction::RunRecord record;
+    reduction::ReducedRun how = run;
+    if (bound) how.record = &record;
+    std::optional<reduction::ErrorBound> bounded;
+    const auto bound_it = [&] {
+      if (!bound) return static_cast<const core::Table*>(nullptr);
+      bounded = reduction::error_bound(model, *bound, machine_case.machine, record);
+      outcome.bound_um = bounded->largest_um;
+      return static_cast<const core::Table*>(&bounded->table);
+    };
     if (reference) {
-      reduction::EstimatedRun run = reduction::simulate_with_estimate(model, *reference, machine_case.machine, programs[i], poses, how);
-      outcome.estimate_um = reduction::largest_translation(run.estimate);
+      reduction::EstimatedRun estimated = reduction::simulate_with_estimate(model, *reference, machine_case.machine, programs[i], poses, how);
+      outcome.estimate_um = reduction::largest_translation(estimated.estimate);
+      const core::Table* limits = bound_it();
       outcome.seconds = watch.seconds();
-      write_load(folder / programs[i].name(), run.result, &run.estimate);
-      result = std::move(run.result);
+      write_load(folder / programs[i].name(), estimated.result, &estimated.estimate, limits);
+      result = std::move(estimated.result);
     } else {
       result = reduction::simulate_reduced(model, machine_case.machine, programs[i], poses, how);
+      const core::Table* limits = bound_it();
       outcome.seconds = watch.seconds();
-      write_load(folder / programs[i].name(), result, nullptr);
+      write_load(folder / programs[i].name(), result, nullptr, limits);
     }
     outcome.peak_um = reduction::largest_translation(result.tcp);
     outcome.times = static_cast<std::size_t>(result.sensors.rows());
     progress.advance();
   });
 
-  std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um", "estimated error um", "s"}};
+  std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um", "estimated error um", "bound um", "s"}};
   nlohmann::json json = {{"order", model.system.order()}, {"seconds", time.seconds()}};
   if (reference) json["reference_order"] = reference->system.order();
   for (std::size_t i = 0; i < programs.size(); ++i) {
     const Outcome& o = outcomes[i];
     table.push_back({programs[i].name(), std::to_string(o.times), std::to_string(poses.size()), fmt::format("{:.2f}", o.peak_um),
-                     reference ? fmt::format("{:.3f}", o.estimate_um) : "-", fmt::format("{:.3f}", o.seconds)});
+                     reference ? fmt::format("{:.3f}", o.estimate_um) : "-",
+                     bound ? fmt::format("{:.3f}", o.bound_um) : "-", fmt::format("{:.3f}", o.seconds)});
     json["loads"].push_back({{"load", programs[i].name()}, {"times", o.times}, {"poses", poses.size()}, {"peak_um", o.peak_um}, {"seconds", o.seconds}});
     if (reference) json["loads"].back()["estimate_um"] = o.estimate_um;
+    if (bound) json["loads"].back()["bound_um"] = o.bound_um;
   }
-  print_summary(options, fmt::format("{}\norder {}{}, {:.1f} s; tables in {}\n", core::format_table(table), model.system.order(),
-                                     reference ? fmt::format(", estimates by order {}", reference->system.order()) : "", time.seconds(), folder.string()),
+  print_summary(options, fmt::format("{}\norder {}{}{}, {:.1f} s; tables in {}\n", core::format_table(table), model.system.order(),
+                                     reference ? fmt::format(", estimates by order {}", reference->system.order()) : "",
+                                     bound ? fmt::format(", bounds at {} by order {}", poses_text(machine_case.machine, bound->poses), bound->system.order()) : "", time.seconds(), folder.string()),
                 json.dump());
 }
 

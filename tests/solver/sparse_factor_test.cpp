@@ -51,6 +51,17 @@ Eigen::MatrixXd some_columns(Eigen::Index rows, Eigen::Index columns) {
 
 }  // namespace
 
+TEST(SparseFactor, HalfSolveIsARootOfTheInverse) {
+  for (const int n : {3, 12}) {
+    const auto a = grid_matrix(n, 1, 0.1);
+    const SparseFactor factor(a);
+    const Eigen::MatrixXd w = factor.half_solve(Eigen::MatrixXd::Identity(a.rows(), a.rows())), b = some_columns(a.rows(), 5);
+    EXPECT_LT((w * (w.transpose() * b) - factor.solve(b)).norm(), 1e-12 * factor.solve(b).norm());
+    EXPECT_LT((w * b - factor.half_solve(b)).norm(), 1e-12 * (w * b).norm());  // one column or many
+    EXPECT_LT((w * b.col(0) - factor.half_solve(b.col(0))).norm(), 1e-12 * (w * b.col(0)).norm());
+  }
+}
+
 TEST(SparseFactor, SolvesScalarAndBlockMatrices) {
   for (int block : {1, 3})
     for (int n : {3, 10}) {

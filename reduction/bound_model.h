@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// What is needed to bound a reduced model's error at the TCP for some poses, made from the full model once.
+// A trial space U holds the heat that each body stores, responses to the six outputs of the poses and the
+// model's own basis; its first `dual` columns, those of the outputs, are the dual space W. In both, Galerkin's
+// solution leaves residuals in the full space,
+//   primal  f - K(p) U x - E U x',   dual  c - ...,
+// which are affine in p; their norms are seen through probes (residual_probes.h), so nothing of the full
+// model's size stays. error_bound.h runs it along a trajectory.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "reduction/reduced_model.h"
+#include "reduction/residual_probes.h"
+#include "solver/campaign.h"
+
+namespace thermotwin::reduction {
+
+struct BoundOptions {
+  Eigen::Index dual = 300;        ///< columns of W for one pose beside the bodies', at most
+  Eigen::Index most_dual = 600;   ///< for all poses together
+  std::vector<double> steps_s{60.0, 120.0};  ///< lengths of steps that most runs take
+  ProbeOptions probes;
+};
+
+struct BoundModel {
+  std::string machine_hash;
+  Eigen::Index full_size = 0;
+  Eigen::Index dual = 0;                   ///< leading columns of U that are W
+  double failure = 0;                      ///< share of draws for which one norm is seen too small; 0: exact
+  ReducedSystem system;                    ///< on U (order m); E = 1
+  Eigen::VectorXd least;                   ///< (terms) coefficients of the norm
+  std::vector<Eigen::MatrixXd> primal;     ///< (probes x m): of K0, then of each term
+  Eigen::MatrixXd primal_inputs;           ///< (probes x inputs)
+  std::vector<Eigen::MatrixXd> dual_terms; ///< (probes x dual), as primal
+  std::vector<mesh::Pose> poses;
+  std::vector<Eigen::MatrixXd> rows;       ///< of each pose (6 x m), m and rad
+  std::vector<Eigen::MatrixXd> rest;       ///< of each pose (probes x 6): the output's part beside E W
+};
+
+/// @param basis  of the model whose error is to be bounded (size x r)
+/// @param range  coefficients that runs will have; below its lower end bounds grow
+/// @throws InputError: the machine radiates by fourth powers (no affine equation)
+BoundModel make_bound_model(const solver::FullModel& full, const Eigen::MatrixXd& basis, const TrainedRange& range,
+                            const std::vector<mesh::Pose>& poses, const BoundOptions& options = {});
+
+/// Rows of the six TCP errors at a pose on the full mesh, (size x 6), m and rad.
+Eigen::MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose);
+
+}  // namespace thermotwin::reduction

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reduction/error_bound.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <numbers>
+#include <random>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "reduction/basis.h"
+#include "reduction/candidates.h"
+#include "reduction/reduce.h"
+#include "tests/reduction/small_machine.h"
+
+namespace thermotwin::reduction {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+struct Boxes {
+  solver::FullModel full;
+  ReducedModel model;
+  MatrixXd basis;
+  std::vector<mesh::Pose> poses;
+  TrainedRange range;
+  MatrixXd capacity, conduction;
+  std::vector<MatrixXd> terms;
+
+  static solver::FullModel make() {
+    mesh::MachineMesh mesh = test::small_machine_mesh();
+    solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
+    solver::ElasticModel elastic(mesh, thermal);
+    return {std::move(mesh), std::move(thermal), std::move(elastic)};
+  }
+
+  Boxes() : full(make()) {
+    core::set_quiet(true);
+    model = reduce(full, {}, {}, {.method = BasisMethod::krylov, .order = 24}, nullptr, nullptr, &basis);
+    poses = {mesh::home_pose(full.mesh.machine), mesh::home_pose(full.mesh.machine)};
+    poses[1](0) = 0.13;  // off the grid: interpolation of the output rows is part of the error
+    poses[1](1) = -0.04;
+    const solver::OperatingModel operating(full.mesh.machine, full.thermal.layout);
+    for (const OperatingPoint& point : operating_points(operating)) range.include(point.c.p);
+    capacity = full.thermal.capacity;
+    conduction = full.thermal.conduction;
+    for (const solver::SparseMatrix& term : full.thermal.terms) terms.emplace_back(term);
+  }
+
+  MatrixXd operator_at(const VectorXd& p) const {
+    MatrixXd a = conduction;
+    for (Index j = 0; j < p.size(); ++j)
+      if (p(j) != 0.0) a += p(j) * terms[static_cast<std::size_t>(j)];
+    return a;
+  }
+};
+
+const Boxes& boxes() {
+  static const Boxes made;
+  return made;
+}
+
+const BoundModel& exact_bound() {
+  static const BoundModel made = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses, {.dual = 25, .probes = {.count = 0}});
+  return made;
+}
+
+/// Phases of a few steps at random speeds, positions, ranges, temperatures, states; films, contacts and
+/// flows off their nominal values by a third.
+struct Draw {
+  std::vector<RunRecord::Step> steps;
+  double initial_K = 0;
+
+  Draw(unsigned seed, int phases) {
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    std::normal_distribution<double> normal;
+    const solver::FullModel& full = boxes().full;
+    const solver::OperatingModel operating(full.mesh.machine, full.thermal.layout);
+    initial_K = 10.0 * unit(engine) - 5.0;
+    VectorXd factor(static_cast<Index>(full.thermal.terms.size()));
+    for (double& value : factor) value = std::exp(0.3 * normal(engine));
+    const auto points = operating_points(operating);
+    for (int phase = 0; phase < phases; ++phase) {
+      VectorXd row = points[engine() % points.size()].row;
+      const auto set = [&](const char* name, double value) { row(operating.channels().index(name)) = value; };
+      set("spindle.speed_rpm", 12000.0 * unit(engine));
+      set("axis.X.feed_mm_min", 30000.0 * unit(engine));
+      set("axis.X.position_mm", 400.0 * unit(engine) - 200.0);
+      set("axis.Z.position_mm", 200.0 * unit(engine) - 100.0);
+      set("axis.C.feed_deg_min", unit(engine) < 0.5 ? 0.0 : 36000.0 * unit(engine));
+      set("air.T_C", 15.0 + 20.0 * unit(engine));
+      set("cutting_fluid.on", unit(engine) < 0.5 ? 0.0 : 1.0);
+      set("coolant.main.on", unit(engine) < 0.5 ? 0.0 : 1.0);
+      solver::Coefficients c = operating.coefficients(row, VectorXd::Constant(1, 10.0 * unit(engine) - 5.0));
+      for (Index k = 0; k < c.q.size(); ++k)
+        if (const int term = full.thermal.layout.inputs[static_cast<std::size_t>(k)].term; term >= 0) c.q(k) *= factor(term);
+      c.p.array() *= factor.array();
+      const double step = 20.0 * std::pow(30.0, unit(engine));
+      for (unsigned i = 0, count = 1 + static_cast<unsigned>(engine() % 4); i < count; ++i) steps.push_back({c, step});
+    }
+  }
+
+  /// Temperatures after each step on the full model, solved exactly.
+  MatrixXd run_full() const {
+    const Boxes& b = boxes();
+    const double share = (1.0 - solver::sdirk_gamma) / solver::sdirk_gamma;
+    MatrixXd states(b.full.thermal.size, static_cast<Index>(steps.size()) + 1);
+    states.col(0).setConstant(initial_K);
+    Eigen::PartialPivLU<MatrixXd> lu;
+    const RunRecord::Step* last = nullptr;
+    for (std::size_t k = 0; k < steps.size(); ++k) {
+      const RunRecord::Step& step = steps[k];
+      const double scale = solver::sdirk_gamma * step.length_s;
+      if (!last || last->c.p != step.c.p || last->length_s != step.length_s) lu.compute(b.capacity + scale * b.operator_at(step.c.p));
+      last = &step;
+      const auto at = static_cast<Index>(k);
+      const VectorXd heat = scale * (b.full.thermal.inputs * step.c.q), before = states.col(at);
+      const VectorXd first = lu.solve(b.capacity * before + heat);
+      states.col(at + 1) = lu.solve(b.capacity * ((1.0 - share) * before + share * first) + heat);
+    }
+    return states;
+  }
+
+  RunRecord run_reduced() const {
+    const ReducedSystem& system = boxes().model.system;
+    RunRecord record{initial_K, true, steps, {}};
+    ReducedStepper stepper(system);
+    VectorXd state = stepper.uniform(initial_K);
+    record.outputs.push_back({0.0, 0, state});
+    double time = 0.0;
+    for (std::size_t k = 0; k < steps.size(); ++k) {
+      stepper.advance(state, steps[k].c, steps[k].length_s);
+      time += steps[k].length_s;
+      if (k % 2 == 1) record.outputs.push_back({time, k + 1, state});
+    }
+    return record;
+  }
+};
+
+struct Judged {
+  std::vector<double> ratios;   // bound over error, where the error is no rounding
+  std::size_t statements = 0, broken = 0;
+  double worst_bound_um = 0, worst_error_um = 0;
+};
+
+void judge(const BoundModel& bound, unsigned seed, Judged& all) {
+  const Draw draw(seed, 3);
+  const Boxes& b = boxes();
+  const MatrixXd truth = draw.run_full();
+  const RunRecord run = draw.run_reduced();
+  const ErrorBound made = error_bound(b.model, bound, b.full.mesh.machine, run);
+  ASSERT_EQ(made.table.rows(), static_cast<Index>(run.outputs.size() * bound.poses.size()));
+  const MatrixXd own = value_rows(b.model, bound.poses);
+  const Index values = own.rows() / static_cast<Index>(bound.poses.size());
+  static const std::vector<MatrixXd> rows = {error_rows(b.full, b.poses[0]), error_rows(b.full, b.poses[1])};
+  Index row = 0;
+  for (const RunRecord::Output& output : run.outputs)
+    for (std::size_t i = 0; i < bound.poses.size(); ++i, ++row) {
+      const VectorXd full = 1e6 * (rows[i].transpose() * truth.col(static_cast<Index>(output.steps)));
+      const VectorXd error = (full - own.middleRows(static_cast<Index>(i) * values, 6) * output.state).cwiseAbs();
+      const VectorXd stated = made.table.values.row(row).tail(6);
+      for (Index k = 0; k < 6; ++k) {
+        ++all.statements;
+        if (!(error(k) <= stated(k) + 1e-8)) ++all.broken;
+        if (error(k) > 1e-4) all.ratios.push_back(stated(k) / error(k));
+        all.worst_bound_um = std::max(all.worst_bound_um, stated(k));
+        all.worst_error_um = std::max(all.worst_error_um, error(k));
+      }
+    }
+}
+
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+TEST(ErrorBound, HoldsForEveryOutputOfHundredsOfDraws) {
+  Judged all;
+  for (unsigned seed = 1; seed <= 200; ++seed) judge(exact_bound(), seed, all);
+  std::printf("order %d, bound on order %d with %d duals: %zu statements, bound over error: least %.2f, median %.2f; largest error %.3f, bound %.3f um\n",
+              static_cast<int>(boxes().model.system.order()), static_cast<int>(exact_bound().system.order()), static_cast<int>(exact_bound().dual),
+              all.statements, *std::min_element(all.ratios.begin(), all.ratios.end()), median(all.ratios), all.worst_error_um, all.worst_bound_um);
+  EXPECT_EQ(all.broken, 0u);
+  EXPECT_GT(all.ratios.size(), 1000u);
+  EXPECT_LT(median(all.ratios), 10.0);
+}
+
+TEST(ErrorBound, HoldsWithRandomProbes) {
+  const BoundModel bound = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses, {.dual = 25, .probes = {.count = 60}});
+  Judged all;
+  for (unsigned seed = 1; seed <= 60; ++seed) judge(bound, seed, all);
+  std::printf("60 probes: %zu statements, bound over error: least %.2f, median %.2f\n", all.statements,
+              *std::min_element(all.ratios.begin(), all.ratios.end()), median(all.ratios));
+  EXPECT_EQ(all.broken, 0u);
+  EXPECT_LT(median(all.ratios), 30.0);
+}
+
+/// The model's own part taken off, sums over the stages of both schemes, one by one, give the same.
+TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
+  const Boxes& b = boxes();
+  const BoundModel& bound = exact_bound();
+  const Draw draw(77, 5);
+  const RunRecord run = draw.run_reduced();
+  const ErrorBound made = error_bound(b.model, bound, b.full.mesh.machine, run);
+
+  const ReducedSystem& system = bound.system;
+  const double g = solver::sdirk_gamma, share = (1.0 - g) / g, r2 = std::numbers::sqrt2;
+  const Index last = static_cast<Index>(run.outputs.back().steps);
+
+  // Norms by their definitions, in coordinates of U: residuals through exact probes.
+  const auto sum_of = [](const std::vector<MatrixXd>& list, const VectorXd& p) {
+    MatrixXd sum = list[0];
+    for (Index j = 0; j < p.size(); ++j) sum += p(j) * list[static_cast<std::size_t>(j) + 1];
+    return sum;
+  };
+  VectorXd state = system.one_kelvin * run.initial_K;
+  const Index mark = static_cast<Index>(run.outputs[run.outputs.size() - 2].steps);
+  ASSERT_GT(mark, 0);
+  ASSERT_LT(mark, last);
+  double primal[2] = {0.0, 0.0};  // before the last window and in it
+  double smallest = 1.0;
+  for (Index k = 0; k < last; ++k) {
+    const RunRecord::Step& step = run.steps[static_cast<std::size_t>(k)];
+    for (Index j = 0; j < step.c.p.size(); ++j)
+      if (bound.least(j) > 0.0 && system.layout.terms[static_cast<std::size_t>(j)].kind != solver::TermKind::coolant_flow)
+        smallest = std::min(smallest, step.c.p(j) / bound.least(j));
+    const double scale = g * step.length_s;
+    MatrixXd a = system.conduction;
+    for (Index j = 0; j < step.c.p.size(); ++j) a += step.c.p(j) * system.terms[static_cast<std::size_t>(j)];
+    const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(a.rows(), a.rows()) + scale * a);
+    const VectorXd heat = scale * (system.inputs * step.c.q);
+    const VectorXd x1 = lu.solve(state + heat), x2 = lu.solve((1.0 - share) * state + share * x1 + heat);
+    MatrixXd r(bound.primal_inputs.rows(), 2);
+    r << sum_of(bound.primal, step.c.p) * x1 - bound.primal_inputs * step.c.q, sum_of(bound.primal, step.c.p) * x2 - bound.primal_inputs * step.c.q;
+    Eigen::Matrix2d pairing;
+    pairing << 4 - 2 * r2, 2 - 2 * r2, 2 - 2 * r2, 4;
+    primal[k >= mark] += scale * (pairing.inverse() * (r.transpose() * r)).trace();
+    state = x2;
+  }
+  for (Index output = 0; output < 6; ++output) {
+    double dual[2] = {0.0, 0.0};
+    VectorXd row = bound.rows[1].row(output).head(bound.dual);
+    for (Index k = last - 1; k >= 0; --k) {
+      const RunRecord::Step& step = run.steps[static_cast<std::size_t>(k)];
+      const double scale = g * step.length_s;
+      MatrixXd a = system.conduction;
+      for (Index j = 0; j < step.c.p.size(); ++j) a += step.c.p(j) * system.terms[static_cast<std::size_t>(j)];
+      const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(bound.dual, bound.dual) + scale * a.topLeftCorner(bound.dual, bound.dual).transpose());
+      const VectorXd second = lu.solve(row), first = lu.solve(share * second);
+      MatrixXd rho(bound.primal_inputs.rows(), 2);
+      rho << scale * (sum_of(bound.dual_terms, step.c.p) * first), scale * (sum_of(bound.dual_terms, step.c.p) * second);
+      if (k == last - 1) rho.col(1) += bound.rest[1].col(output);
+      Eigen::Matrix2d pairing;
+      pairing << 4 - 2 * r2, 2 - 2 * r2, 2 - 2 * r2, 4;
+      dual[k >= mark] += (pairing * (rho.transpose() * rho)).trace() / scale;
+      row = (1.0 - share) * second + first;
+    }
+    const double own = (value_rows(b.model, {b.poses[1]}).row(output)).dot(run.outputs.back().state);
+    const double beside = std::abs(1e6 * bound.rows[1].row(output).dot(state) - own);
+    const double stated = made.table.values(made.table.rows() - 1, made.table.values.cols() - 6 + output);
+    const double product = std::sqrt((dual[0] + dual[1]) * (primal[0] + primal[1])) + std::sqrt(dual[0] * primal[0]) + std::sqrt(dual[1] * primal[1]);
+    EXPECT_NEAR(stated - beside, 1e6 * 0.5 * product / smallest, 1e-5 * stated) << output;
+  }
+  EXPECT_NEAR(made.scale, 1.0 / smallest, 1e-9 / smallest);
+}
+
+}  // namespace
+}  // namespace thermotwin::reduction

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The guaranteed bound beside the true error on held-out loads.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/text.h"
+#include "tools/chain.h"
+
+namespace thermotwin::tools {
+namespace {
+
+constexpr double small_share = 0.01;   ///< of the largest error: below, a ratio says nothing
+constexpr double same_place = 1e-9;    ///< m, rad
+
+const char* outputs[] = {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"};
+
+/// Rows of a tcp table at one pose, in order of time.
+std::vector<Eigen::Index> rows_at(const std::vector<mesh::Pose>& poses, const mesh::Pose& pose, Eigen::Index rows) {
+  const auto at = std::find_if(poses.begin(), poses.end(), [&](const mesh::Pose& other) { return (other - pose).cwiseAbs().maxCoeff() <= same_place; });
+  std::vector<Eigen::Index> list;
+  if (at == poses.end()) return list;
+  for (Eigen::Index row = at - poses.begin(); row < rows; row += static_cast<Eigen::Index>(poses.size())) list.push_back(row);
+  return list;
+}
+
+double quantile(std::vector<double>& values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+}  // namespace
+
+std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound, const mesh::Machine& machine,
+                                     const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& full) {
+  std::vector<BoundedLoad> all;
+  for (std::size_t i = 0; i < loads.size(); ++i) {
+    const std::vector<mesh::Pose> poses = reduction::poses_of(machine, full[i].tcp);
+    reduction::RunRecord record;
+    reduction::ReducedRun how;
+    how.tell = false;
+    how.record = &record;
+    const solver::LoadResult reduced = reduction::simulate_reduced(model, machine, loads[i], poses, how);
+    const Stopwatch watch;
+    const reduction::ErrorBound stated = reduction::error_bound(model, bound, machine, record);
+    const double seconds = watch.seconds();
+    const auto places = static_cast<Eigen::Index>(bound.poses.size());
+    for (Eigen::Index place = 0; place < places; ++place) {
+      const mesh::Pose& pose = bound.poses[static_cast<std::size_t>(place)];
+      BoundedLoad of{loads[i].name(), mesh::format_pose(machine, pose), 0, 0, 0, stated.remainder_um, 0, 0, seconds};
+      const std::vector<Eigen::Index> rows = rows_at(poses, pose, full[i].tcp.rows());
+      const auto times = static_cast<Eigen::Index>(record.outputs.size());
+      Eigen::MatrixXd error(static_cast<Eigen::Index>(rows.size()), 6), limit(times, 6), truth = error;
+      for (Eigen::Index k = 0; k < 6; ++k) {
+        const Eigen::VectorXd of_full = full[i].tcp.column(outputs[k]), of_reduced = reduced.tcp.column(outputs[k]), of_bound = stated.table.column(outputs[k]);
+        for (Eigen::Index t = 0; t < times; ++t) limit(t, k) = of_bound(t * places + place);
+        if (rows.empty()) continue;  // no truth at a pose off the campaign's grid
+        error.col(k) = (of_full - of_reduced)(rows).cwiseAbs();
+        truth.col(k) = of_full(rows);
+      }
+      of.bound_um = limit.leftCols(3).rowwise().norm().maxCoeff();
+      if (!rows.empty()) {
+        of.peak_um = truth.leftCols(3).rowwise().norm().maxCoeff();
+        of.error_um = error.leftCols(3).rowwise().norm().maxCoeff();
+        std::vector<double> ratios;
+        for (Eigen::Index k = 0; k < 6; ++k)
+          for (Eigen::Index t = 0; t < times; ++t)
+            if (error(t, k) > small_share * error.col(k).maxCoeff()) ratios.push_back(limit(t, k) / error(t, k));
+        of.least_ratio = quantile(ratios, 0.0);
+        of.median_ratio = quantile(ratios, 0.5);
+      }
+      all.push_back(of);
+    }
+  }
+  return all;
+}
+
+std::string bound_table(const ReducedCase& made) {
+  std::vector<std::vector<std::string>> table{{"held-out load", "pose", "peak um", "error um", "bound um", "of peak %", "bound/error, least", "median", "s"}};
+  for (const BoundedLoad& b : made.bounded) {
+    const bool known = b.peak_um > 0.0;
+    table.push_back({b.load, b.pose, known ? fmt::format("{:.2f}", b.peak_um) : "-", known ? fmt::format("{:.3f}", b.error_um) : "-",
+                     fmt::format("{:.3f}", b.bound_um), known ? fmt::format("{:.2f}", 100 * b.bound_um / b.peak_um) : "-",
+                     known ? fmt::format("{:.2f}", b.least_ratio) : "-", known ? fmt::format("{:.2f}", b.median_ratio) : "-", fmt::format("{:.1f}", b.seconds)});
+  }
+  return fmt::format("{}bound: order {}, {} of it for the outputs, {} probes, made in {:.0f} s\n", core::format_table(table), made.bound->system.order(),
+                     made.bound->dual, made.bound->primal_inputs.rows(), made.bound_seconds);
+}
+
+}  // namespace thermotwin::tools
