@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 
+#include "compensation/drift_watch.h"
 #include "compensation/error_model.h"
 #include "compensation/input_mean.h"
 #include "compensation/output_map.h"
@@ -28,6 +29,8 @@ using Eigen::VectorXd;
 constexpr double start_uniform_K = 0.5, start_shape_K = 0.2, least_start_K = 0.03;
 /// What the observer does not estimate, as a share of the offset: expansions, stiffness, the mesh.
 constexpr double offset_error_share = 0.03;
+/// The same once probing has estimated expansions: stiffness, the mesh.
+constexpr double probed_error_share = 0.01;
 
 /// Times differ by rounding; steps that are meant equal must be equal to reuse a factor.
 double rounded(double duration) { return duration > 1e-3 ? std::round(duration * 1e6) / 1e6 : duration; }
@@ -60,6 +63,7 @@ struct Compensator::Work {
   ErrorModel errors;
   InputMean inputs;
   SensorMonitor monitor;
+  DriftWatch drift;
   VectorXd sensor_offset;                 ///< reading in K above the reference minus state's temperature
   double model_error = 0;                 ///< m, of the reduced against the full model
 
@@ -82,10 +86,15 @@ struct Compensator::Work {
   VectorXd first_p, innovation_sum, moment_sum;
   Eigen::VectorXi innovation_count;
   std::vector<ErrorModel::Innovation> innovations;
+  long probed = 0;
+
+  /// Over the whole run, for what its sensors can tell.
+  ErrorModel::Interval whole;
+  Eigen::VectorXi reading_counts;
 
   Work(const reduction::ReducedModel& m, const CompensatorOptions& o)
       : model(m), options(o), operating(m.machine, m.system.layout), stepper(m.system), map(m), errors(m),
-        inputs(m.machine, operating.channels()), monitor(stated_deviations(m)) {
+        inputs(m.machine, operating.channels()), monitor(stated_deviations(m)), drift(stated_deviations(m)) {
     const Index sensors = m.system.sensors.rows(), order = m.system.order();
     sensor_offset = solver::sensor_offsets(m.machine, m.system.layout);
     for (const reduction::ReductionErrors& error : m.errors) model_error = std::max(model_error, error.rms_um * core::units::um);
@@ -102,6 +111,8 @@ struct Compensator::Work {
     set_state(m.system.one_kelvin * (options.start_C - m.machine.reference_C));
     map.project(change, slope);
     clear_interval();
+    whole = interval;
+    reading_counts = Eigen::VectorXi::Zero(sensors);
   }
 
   static VectorXd stated_deviations(const reduction::ReducedModel& m) {
@@ -114,12 +125,33 @@ struct Compensator::Work {
 
   /// Finds sensors that have failed. @param expected_K  above the reference, biases included
   void watch_sensors(const VectorXd& expected_K) {
-    if (!monitor.judge(time, reading_K - sensor_offset, expected_K)) return;
+    if (monitor.judge(time, reading_K - sensor_offset, expected_K)) name_failed();
+  }
+
+  bool trusted(Index s) const { return monitor.trusted(s) && !drift.drifts(s); }
+
+  void name_failed() {
     offsets.failed_sensors.clear();
-    for (Index s = 0; s < reading_K.size(); ++s) {
-      if (monitor.fault(s) == SensorFault::none) continue;
+    for (Index s = 0; s < static_cast<Index>(model.machine.sensors.size()); ++s) {
+      if (monitor.fault(s) == SensorFault::none && !drift.drifts(s)) continue;
       offsets.failed_sensors += fmt::format("{}{}={}", offsets.failed_sensors.empty() ? "" : " ", model.machine.sensors[static_cast<std::size_t>(s)].id,
-                                            fault_text(monitor.fault(s)));
+                                            monitor.fault(s) != SensorFault::none ? fault_text(monitor.fault(s)) : "drift");
+    }
+  }
+
+  /// Finds sensors that drift, and takes out of the estimate what they had put into it.
+  void watch_drift() {
+    const auto sensors = static_cast<Index>(model.machine.sensors.size());
+    VectorXd value = VectorXd::Constant(sensors, solver::not_given), deviation = value;
+    for (Index s = 0; s < sensors; ++s) {
+      if (!trusted(s)) continue;
+      const ErrorModel::SensorOffset seen = errors.offset(s);
+      value[s] = seen.value;
+      deviation[s] = seen.std;
+    }
+    if (const Index s = drift.judge(time, value, deviation); s >= 0) {
+      errors.release(s);
+      name_failed();
     }
   }
 
@@ -162,7 +194,10 @@ struct Compensator::Work {
       for (const double value : known) distances.push_back(std::abs(value - middle));
       set_state(model.system.one_kelvin * middle);
       const double spread = 1.5 * median(distances);
-      uniform_std = shape_std = std::max(least_start_K, spread);
+      uniform_std = std::max(least_start_K, spread);
+      double squares = 0.0;
+      for (const double distance : distances) squares += distance * distance;
+      shape_std = std::max(least_start_K, std::sqrt(squares / static_cast<double>(distances.size())));
       for (Index i = 0; i < ambient_gap.size(); ++i) {
         // An input that stands at its default is one that nobody gives.
         const int channel = operating.channels().index(model.machine.ambients[static_cast<std::size_t>(i)].id + ".T_C");
@@ -181,11 +216,11 @@ struct Compensator::Work {
     const VectorXd outlet = solver::chiller_set_points(model.machine, model.system.layout, readings, operating.guide_K(row));
     chiller.emplace(model.machine, model.system.layout, operating.channels(), outlet);
     operating.coefficients(row, outlet, readings, coefficients);
-    errors.start(coefficients, uniform_std, shape_std, ambient_gap);
+    errors.start(uniform_std, shape_std, ambient_gap);
     if (by_sensors) {
       innovations.clear();
       for (Index s = 0; s < reading_K.size(); ++s) {
-        if (monitor.trusted(s)) innovations.push_back({s, reading_K[s] - sensor_offset[s] - sensors_state[s], 1.0, 0.0});
+        if (trusted(s)) innovations.push_back({s, reading_K[s] - sensor_offset[s] - sensors_state[s], 1.0, 0.0});
       }
       errors.update(innovations, 0.0);
     }
@@ -196,7 +231,30 @@ struct Compensator::Work {
   void after_correction() {
     bias_K = errors.sensor_correction();
     set_corrected();
-    map.set_covariance(errors.directions(), errors.covariance());
+    if (!errors.learns()) {
+      map.set_covariance(errors.directions(), errors.covariance());
+      return;
+    }
+    const Index quantities = errors.directions().cols(), outputs = errors.first_output(), count = errors.all_covariance().rows() - outputs;
+    MatrixXd covariance(quantities + count, quantities + count);
+    const MatrixXd& all = errors.all_covariance();
+    covariance.topLeftCorner(quantities, quantities) = all.topLeftCorner(quantities, quantities);
+    covariance.topRightCorner(quantities, count) = all.block(0, outputs, quantities, count);
+    covariance.bottomLeftCorner(count, quantities) = all.block(outputs, 0, count, quantities);
+    covariance.bottomRightCorner(count, count) = all.bottomRightCorner(count, count);
+    map.set_covariance(errors.directions(), covariance, base);
+  }
+
+  solver::TcpError tcp(const mesh::Pose& pose) const {
+    solver::TcpError error = map.tcp(base, slope, share_ahead(), pose);
+    if (!errors.learns()) return error;
+    const ErrorModel::OutputShares shares = errors.output_shares();
+    for (int i = 0; i < 3; ++i) {
+      error.tool[i] *= 1.0 + shares.tool[i];
+      error.table[i] *= 1.0 + shares.table[i];
+      error.error[i] = error.tool[i] - error.table[i] + shares.rest[i];
+    }
+    return error;
   }
 
   void set_corrected() {
@@ -243,6 +301,7 @@ struct Compensator::Work {
       advance(mean, part);
     }
     step_end = time;
+    errors.show(duration);
     set_corrected();
     map.project(change, slope);
   }
@@ -259,6 +318,11 @@ struct Compensator::Work {
     interval.state /= duration;
     interval.operator_matrix = p_changed ? MatrixXd(operator_sum / duration) : stepper.operator_matrix();
     errors.advance(interval);
+    whole.duration += duration;
+    whole.p += duration * interval.p;
+    whole.q += duration * interval.q;
+    whole.state += duration * interval.state;
+    reading_counts += innovation_count;
     clear_interval();
   }
 
@@ -273,8 +337,47 @@ struct Compensator::Work {
     }
     advance_errors();
     shift = errors.sensor_correction();
-    if (!innovations.empty()) errors.update(innovations, duration);
+    if (!innovations.empty()) {
+      errors.update(innovations, duration);
+      watch_drift();
+    }
     after_correction();
+  }
+
+  void probe(const mesh::Pose& pose, const Eigen::Vector3d& error, double std) {
+    if (!started) throw core::InputError("compensator probe", "no row yet", "probing after the first row");
+    constexpr double largest_um = 1e5;
+    for (const double value : error) {
+      if (std::abs(value) > largest_um) throw core::InputError("compensator probe", fmt::format("{} um", value), fmt::format("at most {} um, or NaN", largest_um));
+    }
+    if (!(std >= 1e-3 && std <= largest_um)) throw core::InputError("compensator probe std_um", fmt::format("{}", std), fmt::format("0.001 to {}", largest_um));
+    if (!error.array().isFinite().any()) return;
+    if (interval.duration > 0.0) correct();  // sensitivities of now
+    ErrorModel::ErrorRows rows;
+    map.rows(pose, rows.tool, rows.table);
+    const double all = std::hypot(std * core::units::um, model_error);
+    errors.learn(rows, state + share_ahead() * change, error * core::units::um, all);
+    for (const double value : error) probed += std::isfinite(value);
+    after_correction();
+  }
+
+  Detectability detectability() const {
+    if (!(whole.duration > 0.0)) throw core::InputError("detectability", "no step of the thermal state has ended", "a run of some minutes");
+    ErrorModel::Interval mean = whole;
+    mean.p /= whole.duration;
+    mean.q /= whole.duration;
+    mean.state /= whole.duration;
+    MatrixXd matrix = model.system.conduction;
+    for (Index j = 0; j < mean.p.size(); ++j) matrix += mean.p[j] * model.system.terms[static_cast<std::size_t>(j)];
+    const auto sensors = static_cast<Index>(model.machine.sensors.size());
+    std::vector<ErrorModel::State> constants;
+    const std::vector<ErrorModel::State> known = errors.states();
+    for (Index k = 0; k < errors.machine_quantities(); ++k) constants.push_back(known[static_cast<std::size_t>(k)]);
+    const Index first = errors.directions().cols();
+    for (Index s = 0; s < sensors; ++s) constants.push_back(known[static_cast<std::size_t>(first + s)]);
+    VectorXd deviations(sensors);
+    for (Index s = 0; s < sensors; ++s) deviations[s] = reading_counts[s] > 0 && !drift.drifts(s) ? errors.reading_std(s, 0.0) : solver::not_given;
+    return compensation::detectability(model.system.capacity, matrix, errors.rates(mean), model.system.sensors.topRows(sensors), constants, deviations);
   }
 
   void add_readings() {
@@ -282,7 +385,7 @@ struct Compensator::Work {
     const double moment = interval.duration + (time - step_end);
     watch_sensors(sensors_state + ahead * sensors_change + bias_K);
     for (Index s = 0; s < reading_K.size(); ++s) {
-      if (!monitor.trusted(s)) continue;
+      if (!trusted(s)) continue;
       innovation_sum[s] += reading_K[s] - sensor_offset[s] - sensors_state[s] - ahead * sensors_change[s];
       moment_sum[s] += moment;
       ++innovation_count[s];
@@ -291,35 +394,22 @@ struct Compensator::Work {
 
   double share_ahead() const { return last_step > 0.0 ? std::min(1.0, (time - step_end) / last_step) : 0.0; }
 
-  bool outside(const mesh::Pose& pose) const {
-    const mesh::Workspace& workspace = model.machine.workspace;
-    const auto beyond = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
-      for (std::size_t i = 0; i < axes.size(); ++i) {
-        const int axis = model.machine.axis_index(axes[i]);
-        if (axis < 0 || positions[i].size() < 2 || model.machine.axes[static_cast<std::size_t>(axis)].endless) continue;
-        const double slack = 1e-6 * (positions[i].back() - positions[i].front());
-        if (pose[axis] < positions[i].front() - slack || pose[axis] > positions[i].back() + slack) return true;
-      }
-      return false;
-    };
-    return beyond(workspace.axes, workspace.positions) || beyond(workspace.table_axes, workspace.table_positions);
-  }
-
   void write_offsets(bool missing_input) {
     const mesh::Pose pose = operating.pose(row);
-    const VectorXd offset = map.offsets(map.tcp(base, slope, share_ahead(), pose));
+    const VectorXd offset = map.offsets(tcp(pose));
     const VectorXd variance = map.variance(pose);
+    const double share_not_estimated = errors.learns() ? probed_error_share : offset_error_share;
     offsets.time = time;
     offsets.offset_um = offset / core::units::um;
     for (Index a = 0; a < offset.size(); ++a) {
-      const double share = offset_error_share * offset[a];
+      const double share = share_not_estimated * offset[a];
       offsets.std_um[a] = std::sqrt(variance[a] + share * share + model_error * model_error) / core::units::um;
     }
     const bool sensed = reading_K.array().isFinite().any();
     offsets.status = missing_input   ? Status::input_missing
-                     : outside(pose) ? Status::outside_workspace
+                     : map.outside(pose) ? Status::outside_workspace
                      : !sensed       ? Status::no_sensors
-                     : monitor.any_fault() ? Status::sensor_failed
+                     : !offsets.failed_sensors.empty() ? Status::sensor_failed
                                      : Status::ok;
   }
 
@@ -395,9 +485,20 @@ const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const 
 }
 
 solver::TcpError Compensator::tcp(const mesh::Pose& pose) const {
-  return work_->map.tcp(work_->base, work_->slope, work_->share_ahead(), pose);
+  return work_->tcp(pose);
 }
 
+void Compensator::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) { work_->probe(pose, error_um, std_um); }
+
+void Compensator::probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um, double std_um) {
+  work_->probe(pose, left_um - work_->map.motion(applied_um), std_um);
+}
+
+long Compensator::probed() const { return work_->probed; }
+std::vector<ErrorModel::State> Compensator::learned() const { return work_->errors.states(); }
+Detectability Compensator::detectability() const { return work_->detectability(); }
+
+mesh::Pose Compensator::pose() const { return work_->operating.pose(work_->row); }
 const Eigen::VectorXd& Compensator::state() const { return work_->corrected; }
 
 Eigen::VectorXd Compensator::predicted_sensors_C() const {

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/detectability.h"
 #include "compensation/offset_guard.h"
 #include "reduction/reduced_model.h"
 
@@ -39,7 +40,7 @@ struct Offsets {
   Eigen::VectorXd offset_um;              ///< (linear axes of the machine)
   Eigen::VectorXd std_um;                 ///< (linear axes) one standard deviation
   Status status = Status::ok;
-  /// "T3=stuck T5=absent" where the status is sensor_failed; such sensors are left out.
+  /// "T3=stuck T5=absent T8=drift" where the status is sensor_failed; such sensors are left out.
   std::string failed_sensors;
 };
 
@@ -61,8 +62,26 @@ class Compensator {
   /// @throws InputError if time runs backwards or leaps further than longest_gap_s
   const Offsets& step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C);
 
+  /// The TCP error was measured on the machine (probing, R-Test) at the time of the last row: machine
+  /// quantities, expansions of the tool and the table side and a fading rest are re-identified. What is
+  /// found comes into effect over some minutes, so that no offset jumps. May be called any number of times a row.
+  /// @param error_um  (3) tool against table without any offset, NaN where not measured
+  /// @param std_um    one standard deviation of each, > 0
+  /// @throws InputError before the first row, or for a deviation or value out of range
+  void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um);
+  /// The same for what is left while offsets are applied. @param applied_um (axes)
+  void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um, double std_um);
+  long probed() const;               ///< number of values so far
+
+  /// What the filter knows by now, by physical names.
+  std::vector<ErrorModel::State> learned() const;
+  /// Which augmented states the sensors that gave readings tell, at the run's mean operating point.
+  /// @throws InputError before the first step has ended
+  Detectability detectability() const;
+
   /// Predicted TCP error at a pose for the present state.
   solver::TcpError tcp(const mesh::Pose& pose) const;
+  mesh::Pose pose() const;           ///< of the last row
   /// Corrected state at the last end of a step.
   const Eigen::VectorXd& state() const;
   /// Sensor readings predicted before the last correction, degC.
@@ -73,11 +92,25 @@ class Compensator {
   std::unique_ptr<Work> work_;
 };
 
-/// Streams CSV rows from in to out, row by row (flushes each row if unbuffered), constant memory.
-/// Columns: time_s, any channel, any <sensor>_C; an unknown column is an InputError with the nearest
-/// known name. @param guard  limits size and rate of the offsets; nullptr: as the model says
-/// @return rows written
-long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
-                       const std::string& in_name, std::ostream& out, bool unbuffered, OffsetGuard* guard = nullptr);
+struct StreamOptions {
+  bool unbuffered = false;           ///< flush each row
+  OffsetGuard* guard = nullptr;      ///< limits size and rate of the offsets; nullptr: as the model says
+  double probe_std_um = 0.5;         ///< of a probed value
+  bool probed_compensated = false;   ///< probed while the offsets of the row before were applied
+};
+
+/// Streams CSV rows from in to out, row by row, constant memory. Columns: time_s, any channel, any
+/// <sensor>_C, and probe_dx_um, probe_dy_um, probe_dz_um: the TCP error as probed at the row's pose, blank
+/// in most rows, in effect from the next row on. An unknown column is an InputError with the nearest
+/// known name. @return rows written
+long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
+                       std::ostream& out, const StreamOptions& options);
+inline long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
+                              std::ostream& out, bool unbuffered, OffsetGuard* guard = nullptr) {
+  StreamOptions options;
+  options.unbuffered = unbuffered;
+  options.guard = guard;
+  return compensate_stream(compensator, machine, in, in_name, out, options);
+}
 
 }  // namespace thermotwin::compensation

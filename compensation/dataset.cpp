@@ -82,7 +82,7 @@ Dataset make_dataset(const Measurement& measurement) {
       const bool temperature = channel.kind == ChannelKind::temperature;
       const bool activity = channel.kind == ChannelKind::speed || channel.kind == ChannelKind::power;
       if (activity) values = values.cwiseAbs();  // heat does not know which way an axis turns
-      data.inputs.push_back({channel.id, temperature, activity, temperature && names_air(channel), channel.kind == ChannelKind::speed});
+      data.inputs.push_back({channel.id, temperature, activity, temperature && names_air(channel), channel.kind == ChannelKind::speed, channel.input});
       inputs.push_back(held(values, temperature ? typical_gap(values) : values.size()));
     }
   }

@@ -21,6 +21,7 @@ struct InputInfo {
   bool activity = false;             ///< speed or power: 0 where the machine rests
   bool ambient = false;              ///< the air around the machine, by `input` or by its name
   bool motion = false;               ///< speed of an axis or the spindle
+  std::string input = {};            ///< name of the machine's channel, where the measurement says so
 };
 
 struct Dataset {

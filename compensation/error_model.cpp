@@ -3,8 +3,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace thermotwin::compensation {
 namespace {
@@ -21,7 +24,14 @@ constexpr double machine_memory = 200.0 * hour, air_memory = 6.0 * hour, ambient
 constexpr double correlation_s = 1800.0;      ///< of what the model gets wrong at a sensor
 constexpr double model_error_share = 0.03, model_error_K = 0.01, noise_share = 0.3;
 constexpr double outlier = 4.0;               ///< standard deviations
-constexpr Index start_mode_count = 10;
+constexpr Index most_patterns = 16;
+constexpr double least_pattern = 0.01;        ///< of the largest pattern
+constexpr double smallest_start = 0.03, largest_start = 1.0;
+constexpr double start_factor = 10.0;         ///< a rest has evened out much of what patterns differ by at sensors
+// What probing may find beside the thermal state: expansions and scales, and what no model has.
+constexpr double expansion_share = 0.03, rest_m = 0.8e-6;
+constexpr double expansion_memory = 2000.0 * hour, rest_memory = 12.0 * hour;
+constexpr double showing_s = 300.0;           ///< time constant with which new findings come into effect
 
 double share(const core::Uncertain& nominal, double least) { return std::max(nominal.std_percent / 100.0, least); }
 
@@ -66,11 +76,11 @@ void ErrorModel::add_machine_quantities() {
     }
     return terms;
   };
-  const auto add_terms = [&](double std, std::vector<int> terms) {
-    if (!terms.empty()) quantities_.push_back({std, machine_memory, std::move(terms), {}, {}, -1});
+  const auto add_terms = [&](const std::string& name, double std, std::vector<int> terms) {
+    if (!terms.empty()) quantities_.push_back({name, "1", std, machine_memory, std::move(terms), {}, {}, -1});
   };
   for (std::size_t i = 0; i < machine.sources.size(); ++i) {
-    Quantity quantity{share(machine.sources[i].scale, least_source), machine_memory, {}, {}, {}, -1};
+    Quantity quantity{"power of source " + machine.sources[i].id, "1", share(machine.sources[i].scale, least_source), machine_memory, {}, {}, {}, -1};
     for (std::size_t k = 0; k < layout.inputs.size(); ++k) {
       const solver::Input& input = layout.inputs[k];
       if (input.kind == solver::InputKind::source && input.item == static_cast<int>(i)) quantity.inputs.push_back(static_cast<int>(k));
@@ -78,17 +88,17 @@ void ErrorModel::add_machine_quantities() {
     if (!quantity.inputs.empty()) quantities_.push_back(std::move(quantity));
   }
   for (std::size_t i = 0; i < machine.films.size(); ++i) {
-    add_terms(share(machine.films[i].coefficient, least_film), terms_of(solver::TermKind::film, i, -1));
+    add_terms("film " + machine.films[i].id, share(machine.films[i].coefficient, least_film), terms_of(solver::TermKind::film, i, -1));
   }
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
-    add_terms(share(machine.joints[i].conductance, least_contact), terms_of(solver::TermKind::contact, i, -1));
+    add_terms("conductance of joint " + machine.joints[i].id, share(machine.joints[i].conductance, least_contact), terms_of(solver::TermKind::contact, i, -1));
   }
   for (std::size_t i = 0; i < machine.coolants.size(); ++i) {
     const mesh::CoolantSpec& coolant = machine.coolants[i];
     for (std::size_t s = 0; s < coolant.segments.size(); ++s) {
-      add_terms(share(coolant.segments[s].film_coefficient, least_wall), terms_of(solver::TermKind::coolant_wall, i, static_cast<int>(s)));
+      add_terms("wall film of coolant " + coolant.id + ", segment " + coolant.segments[s].id, share(coolant.segments[s].film_coefficient, least_wall), terms_of(solver::TermKind::coolant_wall, i, static_cast<int>(s)));
     }
-    add_terms(share(coolant.flow, least_flow), terms_of(solver::TermKind::coolant_flow, i, -1));
+    add_terms("flow of coolant " + coolant.id, share(coolant.flow, least_flow), terms_of(solver::TermKind::coolant_flow, i, -1));
   }
 }
 
@@ -111,35 +121,111 @@ void ErrorModel::add_ambient_quantities() {
     const bool air = ambient.id == "air";
     // The air is measured, its stated default then does not matter; others mostly are not.
     const double std = air ? air_std_K : std::max(ambient_std_K, std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0);
-    quantities_.push_back({std, air ? air_memory : ambient_memory, {}, {}, of_ambient[i], static_cast<int>(i)});
+    quantities_.push_back({"temperature of ambient " + ambient.id, "K", std, air ? air_memory : ambient_memory, {}, {}, of_ambient[i], static_cast<int>(i)});
   }
-  for (const std::vector<int>& inputs : of_coolant) {
-    if (!inputs.empty()) quantities_.push_back({inlet_std_K, ambient_memory, {}, {}, inputs, -1});
+  for (std::size_t i = 0; i < of_coolant.size(); ++i) {
+    if (of_coolant[i].empty()) continue;
+    quantities_.push_back({"inlet temperature of coolant " + machine.coolants[i].id, "K", inlet_std_K, ambient_memory, {}, {}, of_coolant[i], -1});
   }
 }
 
-void ErrorModel::start(const solver::Coefficients& coefficients, double uniform_K, double shape_K, const VectorXd& ambient_gap_K) {
+MatrixXd ErrorModel::start_patterns() const {
+  const reduction::ReducedSystem& system = model_.system;
+  const mesh::Machine& machine = model_.machine;
+  const solver::OperatingModel operating(machine, system.layout);
+  const solver::Channels& channels = operating.channels();
+  const VectorXd inlet = VectorXd::Zero(static_cast<Index>(machine.coolants.size()));
+  const auto set = [&](VectorXd row, const std::string& name, double value) {
+    if (const int channel = channels.index(name); channel >= 0) row[channel] = value;
+    return row;
+  };
+  const auto source_heat = [&](const VectorXd& row) {
+    const solver::Coefficients c = operating.coefficients(row, inlet);
+    VectorXd heat = VectorXd::Zero(system.order());
+    for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
+      if (system.layout.inputs[k].kind == solver::InputKind::source) heat += c.q[static_cast<Index>(k)] * system.inputs.col(static_cast<Index>(k));
+    }
+    return heat;
+  };
+  struct Modes {
+    MatrixXd shapes;
+    VectorXd decay;
+  };
+  const auto modes_of = [&](const solver::Coefficients& c) {
+    MatrixXd conduction = system.conduction;
+    for (Index j = 0; j < c.p.size(); ++j) {
+      if (c.p[j] != 0.0) conduction += c.p[j] * system.terms[static_cast<std::size_t>(j)];
+    }
+    const MatrixXd symmetric = 0.5 * (conduction + conduction.transpose());
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(symmetric, system.capacity);
+    return Modes{modes.eigenvectors(), modes.eigenvalues().cwiseMax(0.0)};
+  };
+  // Causes, each of the size that a day's work has it: half speed, standing losses, some kelvin around.
+  constexpr double half = 0.5, air_K = 2.0, other_K = 2.0;
+  std::vector<VectorXd> heats;
+  const VectorXd rest = channels.defaults();
+  VectorXd off = set(rest, "machine.on", 0.0);
+  for (const mesh::CoolantSpec& coolant : machine.coolants) off = set(off, "coolant." + coolant.id + ".on", 0.0);
+  const VectorXd resting = source_heat(rest);
+  // Standing: its losses, and surroundings that are warmer than the hall.
+  heats.push_back(system.inputs * operating.coefficients(rest, inlet).q - source_heat(off));
+  heats.push_back(source_heat(set(rest, "spindle.speed_rpm", half * machine.spindle_max_rpm)) - resting);
+  for (const mesh::Axis& axis : machine.axes) {
+    const bool linear = axis.kind == mesh::AxisKind::linear;
+    const double feed = half * axis.rapid * (linear ? 6e4 : 180.0 / std::numbers::pi * 60.0);
+    heats.push_back(source_heat(set(rest, "axis." + axis.id + (linear ? ".feed_mm_min" : ".feed_deg_min"), feed)) - resting);
+  }
+  const solver::Coefficients wet = operating.coefficients(set(rest, "cutting_fluid.on", 1.0), inlet);
+  for (const Quantity& quantity : quantities_) {
+    if (quantity.ambient < 0) continue;
+    const double kelvin = machine.ambients[static_cast<std::size_t>(quantity.ambient)].id == "air" ? air_K : other_K;
+    VectorXd heat = VectorXd::Zero(system.order());
+    for (const int input : quantity.ambient_inputs) {
+      const int term = system.layout.inputs[static_cast<std::size_t>(input)].term;
+      heat += kelvin * wet.p[term] * system.inputs.col(input);
+    }
+    heats.push_back(std::move(heat));
+  }
+  const Modes working = modes_of(operating.coefficients(rest, inlet)), cooling = modes_of(operating.coefficients(off, inlet));
+  static constexpr double on_h[] = {1.0, 6.0, 24.0}, off_h[] = {0.0, 1.0, 4.0, 12.0};
+  constexpr Index times = std::size(on_h) * std::size(off_h);
+  MatrixXd columns(system.order(), times * static_cast<Index>(heats.size()));
+  Index column = 0;
+  for (const VectorXd& heat : heats) {
+    const VectorXd modal = working.shapes.transpose() * heat;
+    for (const double on : on_h) {
+      // (1 - exp(-d t)) / d, also for a part that keeps its heat.
+      const VectorXd grown = working.decay.unaryExpr([&](double d) { return d * on * hour > 1e-9 ? -std::expm1(-d * on * hour) / d : on * hour; });
+      const VectorXd warm = cooling.shapes.transpose() * (system.capacity * (working.shapes * modal.cwiseProduct(grown)));
+      for (const double idle : off_h) {
+        columns.col(column++) = cooling.shapes * warm.cwiseProduct((-cooling.decay * idle * hour).array().exp().matrix()) / std::sqrt(static_cast<double>(times));
+      }
+    }
+  }
+  const Eigen::BDCSVD<MatrixXd> parts(columns, Eigen::ComputeThinU);
+  Index count = 0;
+  while (count < std::min(most_patterns, parts.singularValues().size()) && parts.singularValues()[count] > least_pattern * parts.singularValues()[0]) ++count;
+  return parts.matrixU().leftCols(count) * parts.singularValues().head(count).asDiagonal();
+}
+
+void ErrorModel::start(double uniform_K, double shape_K, const VectorXd& ambient_gap_K) {
   const reduction::ReducedSystem& system = model_.system;
   const Index order = system.order(), sensors = system.sensors.rows(), machine = static_cast<Index>(quantities_.size());
 
-  // Slowest modes of the symmetric part: what a machine that was used before still carries.
-  MatrixXd conduction = system.conduction;
-  for (Index j = 0; j < coefficients.p.size(); ++j) {
-    if (coefficients.p[j] != 0.0) conduction += coefficients.p[j] * system.terms[static_cast<std::size_t>(j)];
-  }
-  const MatrixXd symmetric = 0.5 * (conduction + conduction.transpose());
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(symmetric, system.capacity);
-  const Index shapes = std::min(start_mode_count, order);
+  const MatrixXd patterns = start_patterns();
+  const Index shapes = patterns.cols();
   start_modes_ = 1 + shapes;
+  const auto own_sensors = std::max<std::size_t>(model_.machine.sensors.size(), 1);
+  const double typical_K = (system.sensors * patterns).topRows(static_cast<Index>(model_.machine.sensors.size())).norm() / std::sqrt(static_cast<double>(own_sensors));
+  const double shape = typical_K > 0.0 ? std::clamp(start_factor * shape_K / typical_K, smallest_start, largest_start) : 1.0;
 
   directions_ = MatrixXd::Zero(order, machine + start_modes_);
   directions_.col(machine) = system.one_kelvin;
-  const double kelvin = std::sqrt(system.one_kelvin.dot(system.capacity * system.one_kelvin));  // rms 1 K
-  directions_.rightCols(shapes) = kelvin * modes.eigenvectors().leftCols(shapes);
+  directions_.rightCols(shapes) = patterns;
   sensor_directions_ = system.sensors * directions_;
   last_sensor_directions_ = sensor_directions_;
 
-  const Index all = machine + start_modes_ + sensors;
+  const Index all = machine + start_modes_ + sensors + outputs;
   prior_.resize(all);
   memory_ = VectorXd::Zero(all);
   for (Index k = 0; k < machine; ++k) {
@@ -147,13 +233,19 @@ void ErrorModel::start(const solver::Coefficients& coefficients, double uniform_
     memory_[k] = quantities_[static_cast<std::size_t>(k)].memory;
   }
   prior_[machine] = uniform_K;
-  prior_.segment(machine + 1, shapes).setConstant(shape_K);
+  prior_.segment(machine + 1, shapes).setConstant(shape);
   constexpr double no_sensor_K = 1e-6;  // what is observed beside the sensors has no offset
   for (Index s = 0; s < sensors; ++s) {
     const auto i = static_cast<std::size_t>(s);
     prior_[machine + start_modes_ + s] = i < model_.machine.sensors.size() ? model_.machine.sensors[i].uncertainty : no_sensor_K;
   }
-  memory_.tail(sensors).setConstant(machine_memory);
+  memory_.segment(machine + start_modes_, sensors).setConstant(machine_memory);
+  // Unknown to sensors: they come to life with the first probing.
+  prior_.tail(outputs).setZero();
+  memory_.tail(outputs).head(outputs - 3).setConstant(expansion_memory);
+  memory_.tail(3).setConstant(rest_memory);
+  learns_ = false;
+  withheld_ = VectorXd::Zero(all);
   mean_ = VectorXd::Zero(all);
   for (Index k = 0; k < machine; ++k) {
     const int ambient = quantities_[static_cast<std::size_t>(k)].ambient;
@@ -166,14 +258,12 @@ void ErrorModel::start(const solver::Coefficients& coefficients, double uniform_
   factor_duration_ = 0.0;
 }
 
-void ErrorModel::advance(const Interval& interval) {
+MatrixXd ErrorModel::rates(const Interval& interval) const {
   const reduction::ReducedSystem& system = model_.system;
-  const double h = interval.duration;
   const Index machine = static_cast<Index>(quantities_.size());
   // The true state is nearer to the corrected one than to the nominal one.
-  const VectorXd state = interval.state + correction();
-
-  MatrixXd right = system.capacity * directions_;
+  const VectorXd state = interval.state + directions_ * theta_.head(directions_.cols());
+  MatrixXd result(system.order(), machine);
   VectorXd rate(system.order());
   for (Index k = 0; k < machine; ++k) {
     const Quantity& quantity = quantities_[static_cast<std::size_t>(k)];
@@ -193,8 +283,16 @@ void ErrorModel::advance(const Interval& interval) {
     }
     for (const int input : quantity.inputs) add_input(input, interval.q[input]);
     for (const int input : quantity.ambient_inputs) add_input(input, interval.p[system.layout.inputs[static_cast<std::size_t>(input)].term]);
-    right.col(k) += h * rate;
+    result.col(k) = rate;
   }
+  return result;
+}
+
+void ErrorModel::advance(const Interval& interval) {
+  const reduction::ReducedSystem& system = model_.system;
+  const double h = interval.duration;
+  MatrixXd right = system.capacity * directions_;
+  right.leftCols(static_cast<Index>(quantities_.size())) += h * rates(interval);
   // Backward Euler: first order is enough for a sensitivity, and it damps what it does not resolve.
   if (factor_duration_ != h || factor_p_ != interval.p) {
     factor_.compute(system.capacity + h * interval.operator_matrix);
@@ -224,34 +322,130 @@ double ErrorModel::reading_std(Index sensor, double deviation_K) const {
   return std::sqrt(noise * noise + model * model);
 }
 
+void ErrorModel::observe(const VectorXd& row, double residual, double variance) {
+  gain_.noalias() = sigma_ * row;
+  variance += row.dot(gain_);
+  const double far = residual * residual / (outlier * outlier * variance);
+  if (far > 1.0) variance *= far;
+  gain_ /= std::sqrt(variance);
+  theta_ += gain_ * (residual / std::sqrt(variance));
+  sigma_.noalias() -= gain_ * gain_.transpose();
+}
+
 void ErrorModel::update(const std::vector<Innovation>& innovations, double independent_s) {
   const Index biases = directions_.cols();
   const double inflation = independent_s > 0.0 ? std::max(1.0, correlation_s / independent_s) : 1.0;
-  VectorXd row(theta_.size()), gain(theta_.size());
+  VectorXd row(theta_.size());
   for (const Innovation& innovation : innovations) {
     row.setZero();
     row.head(biases) = (1.0 - innovation.moment) * last_sensor_directions_.row(innovation.sensor) +
                        innovation.moment * sensor_directions_.row(innovation.sensor);
     row[biases + innovation.sensor] = 1.0;
-    gain.noalias() = sigma_ * row;
-    const double residual = innovation.value - row.dot(theta_);
     const double std = reading_std(innovation.sensor, innovation.deviation_K);
-    double variance = row.dot(gain) + std * std * inflation;
-    const double far = residual * residual / (outlier * outlier * variance);
-    if (far > 1.0) variance *= far;
-    gain /= std::sqrt(variance);
-    theta_ += gain * (residual / std::sqrt(variance));
-    sigma_.noalias() -= gain * gain.transpose();
+    observe(row, innovation.value - row.dot(theta_), std * std * inflation);
   }
+  settle();
+}
+
+void ErrorModel::settle() {
   sigma_ = (0.5 * (sigma_ + sigma_.transpose())).eval();
   // Beyond three standard deviations the first-order picture ends; a share of -1 would be no machine.
   for (Index k = 0; k < static_cast<Index>(quantities_.size()); ++k) {
     theta_[k] = std::clamp(theta_[k], mean_[k] - 3.0 * prior_[k], mean_[k] + 3.0 * prior_[k]);
   }
+  for (Index k = first_output(); learns_ && k < theta_.size(); ++k) theta_[k] = std::clamp(theta_[k], -5.0 * prior_[k], 5.0 * prior_[k]);
+}
+
+void ErrorModel::learn(const ErrorRows& rows, const VectorXd& nominal, const Eigen::Vector3d& error, double std_m) {
+  const Index quantities = directions_.cols(), first = first_output();
+  if (!learns_) {
+    prior_.tail(outputs).head(outputs - 3).setConstant(expansion_share);
+    prior_.tail(3).setConstant(rest_m);
+    sigma_.diagonal().tail(outputs) = prior_.tail(outputs).cwiseAbs2();
+    learns_ = true;
+  }
+  const VectorXd before = theta_;
+  VectorXd row(theta_.size());
+  for (Index i = 0; i < 3; ++i) {
+    if (!std::isfinite(error[i])) continue;
+    // Linearised at what is known by now: products of shares and state are part of the prediction.
+    const VectorXd state = nominal + directions_ * theta_.head(quantities);
+    const double tool = rows.tool.row(i).dot(state), table = rows.table.row(i).dot(state);
+    const double more_tool = 1.0 + theta_[first + i], more_table = 1.0 + theta_[first + 3 + i];
+    row.setZero();
+    row.head(quantities).noalias() = (more_tool * rows.tool.row(i) + more_table * rows.table.row(i)) * directions_;
+    row[first + i] = tool;
+    row[first + 3 + i] = table;
+    row[first + 6 + i] = 1.0;
+    observe(row, error[i] - more_tool * tool - more_table * table - theta_[first + 6 + i], std_m * std_m);
+  }
+  settle();
+  withheld_ += theta_ - before;
+}
+
+ErrorModel::OutputShares ErrorModel::output_shares() const {
+  const VectorXd now = shown().tail(outputs);
+  return {now.head<3>(), now.segment<3>(3), now.tail<3>()};
+}
+
+void ErrorModel::show(double duration) { withheld_ *= std::exp(-duration / showing_s); }
+
+ErrorModel::SensorOffset ErrorModel::offset(Index sensor) const {
+  const Index k = directions_.cols() + sensor;
+  const double prior = prior_[k] * prior_[k], rest = 1.0 - sigma_(k, k) / prior;
+  constexpr double nothing = 1e-6;
+  if (!(rest > nothing)) return {0.0, std::numeric_limits<double>::infinity()};
+  return {theta_[k] / rest, std::sqrt(sigma_(k, k) / rest)};
+}
+
+void ErrorModel::release(Index sensor) {
+  const Index k = directions_.cols() + sensor;
+  const double prior = prior_[k] * prior_[k];
+  // Never more than a thousandfold: an offset that nothing else tells stays as it is.
+  const double rest = std::max(prior - sigma_(k, k), 1e-3 * prior);
+  const VectorXd column = sigma_.col(k);
+  const VectorXd change = column * (theta_[k] / rest);
+  theta_ += change;
+  withheld_ += change;
+  sigma_ += column * column.transpose() / rest;
+  settle();
+}
+
+std::vector<ErrorModel::State> ErrorModel::states() const {
+  std::vector<State> all;
+  const Index machine = machine_quantities(), sensors = sensor_directions_.rows();
+  for (Index k = 0; k < theta_.size(); ++k) {
+    State state;
+    state.unit = "K";
+    if (k < machine) {
+      state.name = quantities_[static_cast<std::size_t>(k)].name;
+      state.unit = quantities_[static_cast<std::size_t>(k)].unit;
+    } else if (k < machine + start_modes_) {
+      state.name = k == machine ? "start, uniform" : "start, pattern " + std::to_string(k - machine);
+      if (k > machine) state.unit = "1";
+    } else if (k < machine + start_modes_ + sensors) {
+      const auto s = static_cast<std::size_t>(k - machine - start_modes_);
+      if (s >= model_.machine.sensors.size()) continue;  // observed beside the sensors: no offset
+      state.name = "offset of sensor " + model_.machine.sensors[s].id;
+    } else {
+      if (!learns_) break;
+      const Index i = k - machine - start_modes_ - sensors;
+      const std::string axis(1, "xyz"[i % 3]);
+      state.name = i < 3 ? "motion of the tool side along " + axis : i < 6 ? "motion of the table side along " + axis : "rest along " + axis;
+      state.unit = i < 6 ? "1" : "m";
+    }
+    state.value = theta_[k];
+    state.std = std::sqrt(std::max(0.0, sigma_(k, k)));
+    state.prior_std = prior_[k];
+    state.memory_s = memory_[k];
+    all.push_back(std::move(state));
+  }
+  return all;
 }
 
 VectorXd ErrorModel::sensor_correction() const {
-  return sensor_directions_ * theta_.head(directions_.cols()) + theta_.tail(sensor_directions_.rows());
+  const VectorXd now = shown();
+  return sensor_directions_ * now.head(directions_.cols()) + now.segment(directions_.cols(), sensor_directions_.rows());
 }
 
 }  // namespace thermotwin::compensation

@@ -102,6 +102,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   result.predictions = judge.predictions();
   result.rows = std::move(judge.rows);
   result.notes = std::move(judge.notes);
+  result.observer = std::move(judge.observer);
   result.training_hours = training_hours(judge);
   result.inputs = judge.data().input_values.cols();
   for (std::size_t i = 0; i < others.size(); ++i) {

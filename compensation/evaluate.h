@@ -47,6 +47,7 @@ struct Evaluation {
   std::vector<std::pair<std::string, core::Table>> other_predictions;  ///< by name of the folder
   std::vector<FittedModel> models;
   std::vector<std::string> notes;     ///< what was left out and why
+  std::string observer;               ///< with a reduced model: which augmented states its sensors tell
   double training_hours = 0;          ///< calibration effort: displacements over this time ...
   Eigen::Index inputs = 0;            ///< ... and this many channels that a control has to know
   std::string brief() const;          ///< leaderboard, and a table a channel

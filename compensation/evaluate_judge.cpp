@@ -32,11 +32,21 @@ VectorXd within(const VectorXd& time, const VectorXd& values, const EvaluationPa
   return inside;
 }
 
-/// Training ends after a day, where a quarter of a day is left to judge; else half way.
-double automatic_training(const VectorXd& time) {
-  const double span = time[time.size() - 1] - time[0];
+/// Training ends after a day, where a quarter of a day is left to judge; else half way. It begins with the
+/// first displacement: a record may run for days before the probes do.
+double automatic_training(const Measurement& measurement, const VectorXd& time) {
+  Index first = time.size(), last = -1;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.kind != ChannelKind::displacement) continue;
+    const auto [from, to] = known_range(measurement.values(channel));
+    if (from < 0) continue;
+    first = std::min(first, from);
+    last = std::max(last, to);
+  }
+  if (last <= first) return 0.5 * (time[time.size() - 1] - time[0]);
+  const double span = time[last] - time[first];
   constexpr double least_rest = 0.25 * day_s;
-  return span >= day_s + least_rest ? day_s : 0.5 * span;
+  return time[first] - time[0] + (span >= day_s + least_rest ? day_s : 0.5 * span);
 }
 
 }  // namespace
@@ -61,7 +71,7 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   }
   // Hours and days count from the first row: a clock may start anywhere.
   const double origin = time[0];
-  const double until = origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(time));
+  const double until = origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(measurement, time));
   if (!measurement.programs.empty()) {
     for (const Program& program : measurement.programs) {
       // A program that the training's end cuts is judged from there on.
@@ -187,16 +197,20 @@ std::vector<Standing> standings(const std::vector<EvaluationRow>& rows) {
   std::vector<Standing> result;
   for (const std::string& model : order) {
     Standing standing{model, static_cast<Index>(held_out[model].size()), 0.0, missing};
-    double shares = 0.0, gains = 0.0, compared = 0.0;
+    double shares = 0.0, moved = 0.0, gains = 0.0, compared = 0.0;
     for (const auto& [channel, sums] : held_out[model]) {
-      shares += sums.before > 0.0 ? sums.after / sums.before : missing;
+      // A channel that stays has nothing to be removed.
+      if (sums.before > 0.0) {
+        shares += sums.after / sums.before;
+        moved += 1.0;
+      }
       if (reference == held_out.end()) continue;
       const auto same = reference->second.find(channel);
       if (same == reference->second.end() || !(same->second.after > 0.0)) continue;
       gains += 1.0 - std::sqrt(sums.after / same->second.after);
       compared += 1.0;
     }
-    standing.reduction_percent = 100.0 * (1.0 - std::sqrt(shares / static_cast<double>(standing.channels)));
+    standing.reduction_percent = moved > 0.0 ? 100.0 * (1.0 - std::sqrt(shares / moved)) : missing;
     if (compared > 0.0) standing.against_static_percent = 100.0 * gains / compared;
     result.push_back(standing);
   }

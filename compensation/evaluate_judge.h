@@ -29,6 +29,7 @@ class Judge {
 
   std::vector<EvaluationRow> rows;
   std::vector<std::string> notes;
+  std::string observer;              ///< what the reduced model's sensors can tell
   core::Table predictions() const;
 
  private:

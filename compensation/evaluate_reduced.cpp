@@ -2,10 +2,8 @@
 // The reduced model of the machine on a measurement, with and without sensors.
 #include <fmt/format.h>
 
-#include <limits>
-
-#include "compensation/compensator.h"
 #include "compensation/evaluate_judge.h"
+#include "compensation/measured_run.h"
 #include "core/error.h"
 #include "core/units.h"
 
@@ -15,8 +13,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// Errors in the frame of the table where the channel asks for it.
 void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChannel& channel, const mesh::Machine& machine,
@@ -32,46 +28,16 @@ void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChanne
   }
 }
 
-/// Uniform start of the run without sensors: what a control knows is the air.
-double start_temperature(const Measurement& measurement, const mesh::Machine& machine) {
-  for (const MeasuredChannel& channel : measurement.channels) {
-    if (channel.input != "air.T_C") continue;
-    const VectorXd values = measurement.values(channel);
-    if (const Index first = known_range(values).first; first >= 0) return values[first];
-  }
-  return machine.reference_C;
-}
-
 }  // namespace
 
 void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, bool with_sensors, Judge& judge) {
   require_fits(measurement, model.machine);
-  CompensatorOptions options;
-  options.use_sensors = options.start_from_sensors = with_sensors;
-  options.start_C = start_temperature(measurement, model.machine);
-  Compensator compensator(model, options);
-
-  const VectorXd& time = judge.data().time;
-  const Eigen::MatrixXd rows = channel_rows(measurement, compensator.channels());
-  Eigen::MatrixXd readings = Eigen::MatrixXd::Constant(time.size(), static_cast<Index>(model.machine.sensors.size()), missing);
-  for (const MeasuredChannel& channel : measurement.channels) {
-    if (with_sensors && !channel.sensor.empty()) {
-      readings.col(model.machine.sensor_index(channel.sensor)) = measurement.values(channel);
-    }
-  }
   const std::vector<MeasuredChannel>& displacements = judge.data().targets;
   std::vector<mesh::Pose> poses;
   for (const MeasuredChannel& channel : displacements) {
     poses.push_back(mesh::parse_pose(model.machine, channel.pose_text, channel.id));
   }
-  std::vector<std::vector<solver::TcpError>> errors(displacements.size());
-  VectorXd row;
-  for (Index i = 0; i < time.size(); ++i) {
-    // Row i of a measurement holds until i + 1; the compensator is told what held since its last row.
-    row = rows.row(std::max<Index>(i - 1, 0)).transpose();
-    compensator.step(time[i], row, readings.row(i).transpose());
-    for (std::size_t k = 0; k < poses.size(); ++k) errors[k].push_back(compensator.tcp(poses[k]));
-  }
+  std::vector<std::vector<solver::TcpError>> errors = run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &judge.observer : nullptr);
   const std::string name = with_sensors ? "reduced_model_sensors" : "reduced_model";
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const MeasuredChannel& channel = displacements[k];
@@ -79,7 +45,7 @@ void judge_reduced_model(const Measurement& measurement, const reduction::Reduce
     const VectorXd predicted = quantity_series(errors[k], channel);
     judge.add(name, k, predicted, false);
   }
-  if (!with_sensors) judge.note(fmt::format("reduced_model: nothing fitted; starts uniform at {:.2f} degC", options.start_C));
+  if (!with_sensors) judge.note(fmt::format("reduced_model: nothing fitted; starts uniform at {:.2f} degC", start_temperature(measurement, model.machine)));
 }
 
 VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel) {

@@ -13,6 +13,7 @@
 #include "compensation/models_network.h"
 #include "compensation/models_phenomenological.h"
 #include "compensation/models_regression.h"
+#include "compensation/models_rotary_unit.h"
 #include "compensation/models_transfer.h"
 #include "compensation/workspace_weights.h"
 #include "core/error.h"
@@ -51,6 +52,21 @@ std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& t
 }
 
 std::string group_of(const MeasuredChannel& channel) { return channel.quantity.empty() ? channel.direction : channel.quantity; }
+
+/// Rows up to the last one that a fit may use; targets of the others are unknown to it.
+TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
+  const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
+  TrainingData part;
+  part.label = model + " " + data.targets[static_cast<std::size_t>(target)].id;
+  part.time = data.time.head(rows);
+  part.inputs = data.input_values(Eigen::all, used).topRows(rows);
+  part.target = data.target_values.col(target).head(rows);
+  for (Index i = 0; i < rows; ++i) {
+    if (!training[static_cast<std::size_t>(i)]) part.target[i] = missing;
+  }
+  for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
+  return part;
+}
 
 /// The activity whose values tell load levels: the one with the largest share of training time on.
 struct Levels {
@@ -146,6 +162,7 @@ const std::vector<ModelSpec>& model_specs() {
       {"heating_cooling", "one lag, separate sets for heating and cooling (004)", temperatures, Spatial::each_channel, phenomenological(SwitchBy::warming)},
       {"phenomenological", "differential equation of speeds and powers (000, 5.26)", activity, Spatial::each_channel, phenomenological(SwitchBy::nothing)},
       {"phenomenological_switched", "switched by motion (000, 5.27)", activity, Spatial::each_channel, phenomenological(SwitchBy::motion)},
+      {"rotary_unit", "lumped bodies of a rotary and swivel unit (000, 5.1 to 5.25)", InputChoice::all, Spatial::together, make_rotary_unit},
       {"one_point", "one transfer function, b_j over the workspace (001)", temperatures, Spatial::one_point, transfer(TransferMethod::output_error)},
       {"transfer_grid", "transfer functions at each pose (001)", temperatures, Spatial::grid, transfer(TransferMethod::output_error)},
       {"composite", "baseline, ambient with modes, internal part (003)", temperatures, Spatial::each_channel, make_composite},
@@ -175,16 +192,7 @@ bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& trainin
                                                                   : "no input that moves in the training rows",
                        "at least one");
     }
-    const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
-    TrainingData part;
-    part.label = name() + " " + channel.id;
-    part.time = data.time.head(rows);
-    part.inputs = data.input_values(Eigen::all, used).topRows(rows);
-    part.target = data.target_values.col(target).head(rows);
-    for (Index i = 0; i < rows; ++i) {
-      if (!training[static_cast<std::size_t>(i)]) part.target[i] = missing;
-    }
-    for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
+    const TrainingData part = training_data(data, training, target, used, name());
     std::unique_ptr<ChannelModel> model = spec_->make();
     model->fit(part);
     parts_.push_back({channel.id, channel.unit, part.info, std::move(model)});
@@ -192,6 +200,33 @@ bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& trainin
   } catch (const InputError& error) {
     left_out_.emplace_back(error.what());
     return false;
+  }
+}
+
+void FittedModel::add_together(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+  try {
+    std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
+    std::vector<InputInfo> info;
+    for (const Index k : used) info.push_back(data.inputs[static_cast<std::size_t>(k)]);
+    const std::vector<Index> own = rotary_unit_inputs(info, name());
+    std::vector<Index> chosen;
+    for (const Index k : own) chosen.push_back(used[static_cast<std::size_t>(k)]);
+    std::vector<UnitChannel> channels;
+    std::vector<std::size_t> targets;
+    for (std::size_t t = 0; t < data.targets.size(); ++t) {
+      if (checked[t]) continue;
+      channels.push_back({training_data(data, training, static_cast<Index>(t), chosen, name()), data.targets[t].quantity});
+      targets.push_back(t);
+    }
+    std::vector<std::unique_ptr<ChannelModel>> models = fit_rotary_unit(channels, left_out_);
+    for (std::size_t i = 0; i < models.size(); ++i) {
+      if (!models[i]) continue;
+      const MeasuredChannel& channel = data.targets[targets[i]];
+      outputs_.push_back({channel.id, {parts_.size()}, MatrixXd::Ones(1, 1)});
+      parts_.push_back({channel.id, channel.unit, channels[i].data.info, std::move(models[i])});
+    }
+  } catch (const InputError& error) {
+    left_out_.emplace_back(error.what());
   }
 }
 
@@ -207,6 +242,7 @@ void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, co
   for (const MeasuredChannel& channel : data.targets) checked.push_back(std::find(check.begin(), check.end(), channel.id) != check.end());
   if (spec_->spatial == Spatial::one_point) return add_one_point(data, training, checked);
   if (spec_->spatial == Spatial::grid) return add_grid(data, training, checked);
+  if (spec_->spatial == Spatial::together) return add_together(data, training, checked);
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
     if (checked[t] || !add_part(data, training, static_cast<Index>(t))) continue;
     outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});

@@ -6,6 +6,7 @@
 // (document 001): `one_point` has one transfer function a quantity and a factor b_j for each pose,
 // one for each load level; `transfer_grid` has a transfer function at each pose. Both predict poses
 // that no fit has seen (EvaluateOptions::check) by interpolation between those that it has.
+// `rotary_unit` is fitted to all channels together: one set of bodies, several location errors.
 
 #include <filesystem>
 #include <functional>
@@ -18,7 +19,7 @@
 namespace thermotwin::compensation {
 
 enum class InputChoice { temperatures, activity, all };
-enum class Spatial { each_channel, one_point, grid };
+enum class Spatial { each_channel, one_point, grid, together };
 
 struct ModelSpec {
   std::string name, about;
@@ -71,6 +72,7 @@ class FittedModel {
   };
   bool add_part(const Dataset& data, const std::vector<bool>& training, Eigen::Index target);
   void add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
+  void add_together(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
   void add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
 
   const ModelSpec* spec_;

@@ -78,6 +78,7 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model) {
     MatrixXd motion(3, count);
     for (Index i = 0; i < count; ++i) motion.col(i) = motions[static_cast<std::size_t>(i)];
     to_axes_ = -motion.completeOrthogonalDecomposition().pseudoInverse();
+    motions_ = motion;
   }
 
   const int turning = table_axis(machine);
@@ -92,7 +93,8 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model) {
       }
       for (Index angle = 0; angle < angles; ++angle) {
         if (turning >= 0) pose[turning] = static_cast<double>(angle) * std::numbers::pi / 2.0;
-        const MatrixXd columns = to_axes_ * output_columns(machine, pose);
+        columns_.push_back(output_columns(machine, pose));
+        const MatrixXd columns = to_axes_ * columns_.back();
         rows_.middleRows(row, count).noalias() = columns.leftCols(6) * tool_.middleRows(6 * i, 6);
         rows_.middleRows(row, count).noalias() += columns.middleCols(6, 6) * axis_.middleRows(6 * j, 6);
         rows_.middleRows(row, count).noalias() += columns.rightCols(7) * own_.middleRows(7 * j, 7);
@@ -126,8 +128,48 @@ solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, 
   return solver::tcp_error(model_.machine, pose, tool, axis, own);
 }
 
-void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covariance) {
-  const MatrixXd influence = rows_ * directions;
+void OutputMap::rows(const mesh::Pose& pose, Eigen::Matrix3Xd& tool, Eigen::Matrix3Xd& table) const {
+  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose);
+  const VectorXd at_table = reduction::table_weights(model_.machine, pose);
+  MatrixXd outputs = MatrixXd::Zero(parts, model_.system.order());
+  for (Index i = 0; i < tool_poses_; ++i) {
+    if (at_tool[i] != 0.0) outputs.topRows(6) += at_tool[i] * tool_.middleRows(6 * i, 6);
+  }
+  for (Index j = 0; j < table_poses_; ++j) {
+    if (at_table[j] == 0.0) continue;
+    outputs.middleRows(6, 6) += at_table[j] * axis_.middleRows(6 * j, 6);
+    outputs.bottomRows(7) += at_table[j] * own_.middleRows(7 * j, 7);
+  }
+  const Eigen::Matrix<double, 3, parts> columns = output_columns(model_.machine, pose);
+  tool = columns.leftCols(6) * outputs.topRows(6);
+  table = columns.rightCols(13) * outputs.bottomRows(13);
+}
+
+void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covariance) { set_variance(rows_ * directions, covariance); }
+
+void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covariance, const Projected& present) {
+  constexpr Index more = 9;
+  const Index quantities = directions.cols(), count = static_cast<Index>(axes_.size());
+  MatrixXd influence(rows_.rows(), quantities + more);
+  influence.leftCols(quantities).noalias() = rows_ * directions;
+  Index pose = 0;
+  for (Index i = 0; i < tool_poses_; ++i) {
+    for (Index j = 0; j < table_poses_; ++j) {
+      for (Index angle = 0; angle < angles; ++angle, ++pose) {
+        const auto& columns = columns_[static_cast<std::size_t>(pose)];
+        const Eigen::Vector3d tool = columns.leftCols(6) * present.tool.col(i);
+        const Eigen::Vector3d table = columns.middleCols(6, 6) * present.axis.col(j) + columns.rightCols(7) * present.own.col(j);
+        auto block = influence.block(pose * count, quantities, count, more);
+        block.leftCols(3) = to_axes_ * tool.asDiagonal();
+        block.middleCols(3, 3) = to_axes_ * table.asDiagonal();
+        block.rightCols(3) = to_axes_;
+      }
+    }
+  }
+  set_variance(influence, covariance);
+}
+
+void OutputMap::set_variance(const MatrixXd& influence, const MatrixXd& covariance) {
   const VectorXd variance = (influence * covariance).cwiseProduct(influence).rowwise().sum();
   const auto count = static_cast<Index>(axes_.size());
   for (Index pose = 0; pose < variance_.cols(); ++pose) {
@@ -148,6 +190,20 @@ VectorXd OutputMap::variance(const mesh::Pose& pose) const {
     if (at_tool[i] != 0.0) sum.noalias() += at_tool[i] * (variance_.middleCols(i * table_poses_, table_poses_) * at_table);
   }
   return sum.cwiseMax(smallest_);
+}
+
+bool OutputMap::outside(const mesh::Pose& pose) const {
+  const mesh::Workspace& workspace = model_.machine.workspace;
+  const auto beyond = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      const int axis = model_.machine.axis_index(axes[i]);
+      if (axis < 0 || positions[i].size() < 2 || model_.machine.axes[static_cast<std::size_t>(axis)].endless) continue;
+      const double slack = 1e-6 * (positions[i].back() - positions[i].front());
+      if (pose[axis] < positions[i].front() - slack || pose[axis] > positions[i].back() + slack) return true;
+    }
+    return false;
+  };
+  return beyond(workspace.axes, workspace.positions) || beyond(workspace.table_axes, workspace.table_positions);
 }
 
 }  // namespace thermotwin::compensation

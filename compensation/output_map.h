@@ -29,20 +29,35 @@ class OutputMap {
   /// TCP error of base + share * change at the pose.
   solver::TcpError tcp(const Projected& base, const Projected& change, double share, const mesh::Pose& pose) const;
 
+  /// Rows of the three translations at a pose, tool side and table side apart, each (3 x order):
+  /// error = (tool + table) * state.
+  void rows(const mesh::Pose& pose, Eigen::Matrix3Xd& tool, Eigen::Matrix3Xd& table) const;
+
   /// Names of the linear axes.
   const std::vector<std::string>& axes() const { return axes_; }
   /// (axes) offsets in m that cancel the error
   Eigen::VectorXd offsets(const solver::TcpError& error) const { return to_axes_ * error.error.head<3>(); }
+  /// Translations of the tool against the table, m, that offsets of the axes (m) make.
+  Eigen::Vector3d motion(const Eigen::VectorXd& offsets_m) const { return motions_ * offsets_m; }
+
+  /// Whether an axis stands beyond the workspace that the model was made for.
+  bool outside(const mesh::Pose& pose) const;
 
   /// Covariance of the state as directions * covariance * directions^T.
   void set_covariance(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& covariance);
+  /// The same where shares of the tool side (x y z) and the table side and a rest are uncertain too.
+  /// @param covariance  of the directions' and these nine quantities  @param present  of the state
+  void set_covariance(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& covariance, const Projected& present);
   /// (axes) variance of the offsets in m^2 at a pose; never below the smallest of the grid.
   Eigen::VectorXd variance(const mesh::Pose& pose) const;
 
  private:
+  void set_variance(const Eigen::MatrixXd& influence, const Eigen::MatrixXd& covariance);
+
   const reduction::ReducedModel& model_;
   std::vector<std::string> axes_;
-  Eigen::MatrixXd to_axes_;           ///< (axes x 3)
+  Eigen::MatrixXd to_axes_, motions_; ///< (axes x 3), (3 x axes)
+  std::vector<Eigen::Matrix<double, 3, 19>> columns_;  ///< error of unit outputs ((tool, table, angle))
   Eigen::MatrixXd tool_, axis_, own_; ///< rows of all poses below each other
   Eigen::Index tool_poses_ = 0, table_poses_ = 0;
   static constexpr Eigen::Index angles = 2;

@@ -45,7 +45,7 @@ std::string shown(std::string_view text) {
 
 /// Where a column's numbers go.
 struct Column {
-  enum class Target { time, channel, sensor } target;
+  enum class Target { time, channel, sensor, probe } target;
   Eigen::Index index;
   std::string name;
   bool state = false;  ///< off, on or a share of the time between
@@ -86,6 +86,7 @@ class RowReader {
         case Column::Target::time: time_ = value; break;
         case Column::Target::channel: row_[columns_[c].index] = value; break;
         case Column::Target::sensor: sensors_[columns_[c].index] = value; break;
+        case Column::Target::probe: probed_[columns_[c].index] = value; break;
       }
       const bool last = c + 1 == columns_.size();
       if (last != (cell_end == end)) fail_cell_count();
@@ -107,6 +108,8 @@ class RowReader {
   double time() const { return time_; }
   const Eigen::VectorXd& row() const { return row_; }
   const Eigen::VectorXd& sensors() const { return sensors_; }
+  /// Probed TCP error of the row, um, NaN where blank.
+  const Eigen::Vector3d& probed() const { return probed_; }
 
  private:
   bool next_line() {
@@ -132,6 +135,8 @@ class RowReader {
     std::vector<std::string> known{"time_s"}, seen;
     known.insert(known.end(), channels.names().begin(), channels.names().end());
     for (const mesh::SensorSpec& sensor : machine.sensors) known.push_back(sensor.id + "_C");
+    static constexpr const char* probe_columns[] = {"probe_dx_um", "probe_dy_um", "probe_dz_um"};
+    known.insert(known.end(), std::begin(probe_columns), std::end(probe_columns));
     bool has_time = false;
     for (bool ended = false; !ended;) {
       const std::size_t comma = header.find(',');
@@ -149,6 +154,8 @@ class RowReader {
         columns_.push_back({Column::Target::channel, index, column, column.ends_with(".on")});
       } else if (column.size() > 2 && column.ends_with("_C") && machine.sensor_index(column.substr(0, column.size() - 2)) >= 0) {
         columns_.push_back({Column::Target::sensor, machine.sensor_index(column.substr(0, column.size() - 2)), column});
+      } else if (const auto probe = std::find(std::begin(probe_columns), std::end(probe_columns), column); probe != std::end(probe_columns)) {
+        columns_.push_back({Column::Target::probe, probe - std::begin(probe_columns), column});
       } else {
         throw InputError(place, "unknown column " + shown(text), "time_s, an input of the model or <sensor>_C (nearest: " + core::nearest(column, known) + ")");
       }
@@ -173,18 +180,19 @@ class RowReader {
   long number_ = 0, blank_line_ = 0;
   std::vector<Column> columns_;
   Eigen::VectorXd row_, sensors_;
+  Eigen::Vector3d probed_ = Eigen::Vector3d::Constant(missing);
   double time_ = missing, last_time_ = -std::numeric_limits<double>::infinity();
 };
 
 }  // namespace
 
 long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
-                       std::ostream& out, bool unbuffered, OffsetGuard* guard) {
+                       std::ostream& out, const StreamOptions& options) {
   RowReader reader(in, in_name, compensator.channels(), machine);
   fmt::memory_buffer text;
   const auto write = [&] {
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    if (unbuffered) out.flush();
+    if (options.unbuffered) out.flush();
     text.clear();
     if (!out) throw InputError("output of " + in_name, "cannot be written", "a writable file or pipe with room");
   };
@@ -199,26 +207,33 @@ long compensate_stream(Compensator& compensator, const mesh::Machine& machine, s
   add_axes("offset_");
   add_axes("std_");
   fmt::format_to(std::back_inserter(text), "status\n");
-  if (unbuffered) write();
+  if (options.unbuffered) write();
 
   constexpr std::size_t chunk = 1U << 16U;
   constexpr long between_checks = 4096;
   long rows = 0;
+  Eigen::VectorXd last_applied = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(compensator.axes().size()));
   while (reader.next()) {
     const Offsets& offsets = compensator.step(reader.time(), reader.row(), reader.sensors());
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},"), offsets.time);
-    const Eigen::VectorXd& applied = guard != nullptr ? guard->step(offsets.time, offsets.offset_um) : offsets.offset_um;
+    const Eigen::VectorXd& applied = options.guard != nullptr ? options.guard->step(offsets.time, offsets.offset_um) : offsets.offset_um;
     for (const double value : applied) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
     for (const double value : offsets.std_um) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{}"), status_text(offsets.status));
     if (offsets.status == Status::sensor_failed) fmt::format_to(std::back_inserter(text), FMT_COMPILE(" {}"), offsets.failed_sensors);
     text.push_back('\n');
     ++rows;
-    if (unbuffered || text.size() >= chunk) write();
+    if (reader.probed().array().isFinite().any()) {
+      const mesh::Pose pose = compensator.pose();
+      if (options.probed_compensated) compensator.probe_compensated(pose, reader.probed(), last_applied, options.probe_std_um);
+      else compensator.probe(pose, reader.probed(), options.probe_std_um);
+    }
+    if (options.probed_compensated) last_applied = applied;
+    if (options.unbuffered || text.size() >= chunk) write();
     if (rows % between_checks == 0) core::check_interrupt();
   }
   write();
-  if (!unbuffered) out.flush();
+  if (!options.unbuffered) out.flush();
   if (!out) throw InputError("output of " + in_name, "cannot be written", "a writable file or pipe with room");
   return rows;
 }

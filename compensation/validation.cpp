@@ -7,10 +7,11 @@
 #include <cmath>
 #include <map>
 
-#include "compensation/compensator.h"
+#include "compensation/measured_run.h"
 #include "core/error.h"
-#include "core/progress.h"
+#include "core/file.h"
 #include "core/text.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -45,152 +46,150 @@ std::vector<PoseColumns> pose_columns(const Measurement& measurement, const mesh
   return poses;
 }
 
-/// Predicted TCP translations (um) per time and pose, in the rows of the measurement.
-std::vector<Eigen::Matrix3Xd> predict(const Measurement& measurement, const mesh::Machine& machine,
-                                      const reduction::ReducedModel& model, bool use_sensors,
-                                      const std::vector<PoseColumns>& poses) {
-  CompensatorOptions options;
-  options.use_sensors = use_sensors;
-  options.start_from_sensors = use_sensors;
-  Compensator compensator(model, options);
-  const Eigen::MatrixXd rows = channel_rows(measurement, compensator.channels());
-  std::vector<Eigen::Index> sensor_column(machine.sensors.size(), -1);
-  for (const MeasuredChannel& channel : measurement.channels)
-    if (const int sensor = machine.sensor_index(channel.sensor); sensor >= 0)
-      sensor_column[static_cast<std::size_t>(sensor)] = channel.column;
-
-  std::vector<Eigen::Matrix3Xd> predicted(poses.size(), Eigen::Matrix3Xd(3, measurement.data.rows()));
-  Eigen::VectorXd sensors = Eigen::VectorXd::Constant(
-      static_cast<Eigen::Index>(machine.sensors.size()), solver::not_given);
-  for (Eigen::Index i = 0; i < measurement.data.rows(); ++i) {
-    for (std::size_t s = 0; s < sensor_column.size(); ++s)
-      if (sensor_column[s] >= 0)
-        sensors(static_cast<Eigen::Index>(s)) = measurement.data.values(i, sensor_column[s]);
-    compensator.step(measurement.data.values(i, 0), rows.row(i).transpose(),
-                     use_sensors ? sensors : Eigen::VectorXd());
-    for (std::size_t p = 0; p < poses.size(); ++p)
-      predicted[p].col(i) = 1e6 * compensator.tcp(poses[p].pose).error.head<3>();
-  }
-  return predicted;
-}
-
 }  // namespace
 
-std::vector<ValidationRow> judge_compensation(const Measurement& measurement,
-                                              const mesh::Machine& machine,
-                                              const reduction::ReducedModel& model,
-                                              const std::string& load, int draw) {
-  const std::vector<PoseColumns> poses = pose_columns(measurement, machine);
-  const auto without = predict(measurement, machine, model, false, poses);
-  const auto with = predict(measurement, machine, model, true, poses);
+namespace detail {
+
+std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine, std::vector<mesh::Pose>& poses) {
+  std::vector<Eigen::Matrix3Xd> values;
+  for (const PoseColumns& columns : pose_columns(measurement, machine)) {
+    poses.push_back(columns.pose);
+    Eigen::Matrix3Xd at(3, measurement.data.rows());
+    for (int k = 0; k < 3; ++k) at.row(k) = measurement.data.values.col(columns.columns[static_cast<std::size_t>(k)]).transpose();
+    values.push_back(std::move(at));
+  }
+  return values;
+}
+
+}  // namespace detail
+
+std::vector<ValidationRow> judge_compensation(const Measurement& measurement, const mesh::Machine& machine,
+                                              const reduction::ReducedModel& model, const std::string& load, int draw) {
+  const std::vector<PoseColumns> columns = pose_columns(measurement, machine);
+  std::vector<mesh::Pose> poses;
+  const std::vector<Eigen::Matrix3Xd> measured = detail::measured_translations(measurement, machine, poses);
+  const auto blind = run_compensator(measurement, model, poses, {false, false, 0});
+  const auto told = run_compensator(measurement, model, poses, {false, true, 0});
+  const auto seeing = run_compensator(measurement, model, poses, {true, false, 0});
   std::vector<ValidationRow> rows;
   for (std::size_t p = 0; p < poses.size(); ++p) {
     ValidationRow row;
     row.load = load;
     row.draw = draw;
-    row.pose = poses[p].text;
-    double before = 0, model_only = 0, sensors = 0;
-    Eigen::Index count = 0;
+    row.pose = columns[p].text;
+    double count = 0;
     for (Eigen::Index i = 0; i < measurement.data.rows(); ++i) {
-      Eigen::Vector3d measured;
-      for (int k = 0; k < 3; ++k) measured(k) = measurement.data.values(i, poses[p].columns[static_cast<std::size_t>(k)]);
-      if (!measured.allFinite()) continue;
+      const Eigen::Vector3d truth = measured[p].col(i);
+      if (!truth.allFinite()) continue;
+      const auto left = [&](const auto& errors) { return (truth - errors[p][static_cast<std::size_t>(i)].error.template head<3>() / core::units::um).eval(); };
+      const Eigen::Vector3d with = left(seeing);
       ++count;
-      const double left = (measured - with[p].col(i)).norm();
-      before += measured.squaredNorm();
-      model_only += (measured - without[p].col(i)).squaredNorm();
-      sensors += left * left;
-      row.largest_before_um = std::max(row.largest_before_um, measured.norm());
-      row.largest_sensors_um = std::max(row.largest_sensors_um, left);
+      row.rms_before_um += truth.squaredNorm();
+      row.rms_model_um += left(blind).squaredNorm();
+      row.rms_told_um += left(told).squaredNorm();
+      row.rms_sensors_um += with.squaredNorm();
+      row.largest_before_um = std::max(row.largest_before_um, truth.norm());
+      row.largest_sensors_um = std::max(row.largest_sensors_um, with.norm());
     }
     if (count == 0) continue;
-    row.rms_before_um = std::sqrt(before / static_cast<double>(count));
-    row.rms_model_um = std::sqrt(model_only / static_cast<double>(count));
-    row.rms_sensors_um = std::sqrt(sensors / static_cast<double>(count));
+    for (double* sum : {&row.rms_before_um, &row.rms_model_um, &row.rms_told_um, &row.rms_sensors_um}) *sum = std::sqrt(*sum / count);
     rows.push_back(row);
   }
   return rows;
 }
 
-Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
-                           const ValidationOptions& options) {
+Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options) {
   if (machine_case.check_points.empty())
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose off the grid, to judge the compensation at");
   std::vector<solver::LoadProgram> loads;
   for (const std::string& name : options.loads) loads.push_back(machine_case.load(name));
-
+  MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   Validation validation;
   for (int draw = 0; draw < options.draws; ++draw) {
-    VirtualOptions machine_options = options.machine;
-    machine_options.seed = options.first_seed + static_cast<std::uint64_t>(draw);
-    const mesh::Machine machine = perturbed(machine_case.machine, machine_options.seed);
-    const solver::FullModel full = solver::build_full_model(
-        machine, {machine_options.size_factor, machine_options.mesh_cache});
-    validation.measured_nodes = full.mesh.nodes();
     for (const solver::LoadProgram& load : loads) {
-      core::log_line(fmt::format("validation: machine {} of {}, {}", draw + 1, options.draws, load.name()));
-      const Measurement measurement =
-          measure_virtually(full, load, machine_case.check_points, machine_options);
-      for (ValidationRow& row :
-           judge_compensation(measurement, machine_case.machine, model, load.name(), draw))
+      const std::string text = core::read_file(machine_case.folder / "loads" / (load.name() + ".toml"));
+      const Measurement measurement = machines.measure(options.first_seed + static_cast<std::uint64_t>(draw), load, text);
+      for (ValidationRow& row : judge_compensation(measurement, machine_case.machine, model, load.name(), draw))
         validation.rows.push_back(std::move(row));
     }
   }
+  validation.measured_nodes = machines.nodes();
   return validation;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return solver::not_given;
+  std::sort(values.begin(), values.end());
+  const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1);
+  const auto low = static_cast<std::size_t>(at), high = std::min(low + 1, values.size() - 1);
+  return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
 }
 
 namespace {
 
-struct Reductions {
-  double before = 0, model = 0, sensors = 0;  ///< mean squares over the check points
-  double percent(bool with_sensors) const {
-    return 100.0 * (1.0 - std::sqrt((with_sensors ? sensors : model) / before));
-  }
+struct Sums {
+  double before = 0, model = 0, told = 0, sensors = 0;  ///< squares over the check points
+  int poses = 0;
+  double left(With with) const { return std::sqrt(with == With::model ? model : with == With::told ? told : sensors); }
+  double percent(With with) const { return 100.0 * (1.0 - left(with) / std::sqrt(before)); }
+  double cut() const { return 100.0 * (1.0 - std::sqrt(sensors / told)); }
 };
 
-std::map<int, Reductions> by_draw(const std::vector<ValidationRow>& rows, const std::string& load) {
-  std::map<int, Reductions> draws;
+std::map<int, Sums> by_draw(const std::vector<ValidationRow>& rows, const std::string& load) {
+  std::map<int, Sums> draws;
   for (const ValidationRow& row : rows) {
     if (row.load != load) continue;
-    Reductions& sum = draws[row.draw];
+    Sums& sum = draws[row.draw];
     sum.before += row.rms_before_um * row.rms_before_um;
     sum.model += row.rms_model_um * row.rms_model_um;
+    sum.told += row.rms_told_um * row.rms_told_um;
     sum.sensors += row.rms_sensors_um * row.rms_sensors_um;
+    ++sum.poses;
   }
   return draws;
 }
 
 }  // namespace
 
-double Validation::median_reduction(const std::string& load, bool sensors) const {
+std::vector<double> Validation::reductions(const std::string& load, With with) const {
   std::vector<double> values;
-  for (const auto& [draw, sums] : by_draw(rows, load)) values.push_back(sums.percent(sensors));
-  if (values.empty()) return solver::not_given;
-  std::sort(values.begin(), values.end());
-  const std::size_t middle = values.size() / 2;
-  return values.size() % 2 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+  for (const auto& [draw, sums] : by_draw(rows, load)) values.push_back(sums.percent(with));
+  return values;
+}
+
+std::vector<double> Validation::cuts(const std::string& load) const {
+  std::vector<double> values;
+  for (const auto& [draw, sums] : by_draw(rows, load)) values.push_back(sums.cut());
+  return values;
+}
+
+double Validation::median_reduction(const std::string& load, bool sensors) const {
+  return quantile(reductions(load, sensors ? With::sensors : With::model), 0.5);
 }
 
 std::string Validation::brief() const {
   std::vector<std::string> loads;
   for (const ValidationRow& row : rows)
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
-  std::vector<std::vector<std::string>> table{
-      {"program", "machine", "RMS before um", "no sensors um", "with sensors um", "no sensors %", "with sensors %"}};
+  std::vector<std::vector<std::string>> table{{"program", "machine", "RMS before um", "no sensors", "told", "sensors", "no sensors %", "told %", "sensors %",
+                                               "cut by sensors %"}};
+  const auto number = [](const char* format, double value) { return fmt::format(fmt::runtime(format), value); };
   for (const std::string& load : loads) {
     for (const auto& [draw, sums] : by_draw(rows, load)) {
-      const double count = static_cast<double>(std::count_if(
-          rows.begin(), rows.end(), [&, d = draw](const ValidationRow& r) { return r.load == load && r.draw == d; }));
-      table.push_back({load, std::to_string(draw + 1), fmt::format("{:.2f}", std::sqrt(sums.before / count)),
-                       fmt::format("{:.2f}", std::sqrt(sums.model / count)),
-                       fmt::format("{:.2f}", std::sqrt(sums.sensors / count)),
-                       fmt::format("{:.1f}", sums.percent(false)), fmt::format("{:.1f}", sums.percent(true))});
+      const double share = std::sqrt(static_cast<double>(sums.poses));
+      table.push_back({load, std::to_string(draw + 1), number("{:.2f}", std::sqrt(sums.before) / share), number("{:.2f}", sums.left(With::model) / share),
+                       number("{:.2f}", sums.left(With::told) / share), number("{:.2f}", sums.left(With::sensors) / share),
+                       number("{:.1f}", sums.percent(With::model)), number("{:.1f}", sums.percent(With::told)), number("{:.1f}", sums.percent(With::sensors)),
+                       number("{:.1f}", sums.cut())});
     }
-    table.push_back({load, "median", "", "", "", fmt::format("{:.1f}", median_reduction(load, false)),
-                     fmt::format("{:.1f}", median_reduction(load, true))});
+    for (const auto& [name, share] : {std::pair{"median", 0.5}, {"10th percentile", 0.1}}) {
+      table.push_back({load, name, "", "", "", "", number("{:.1f}", quantile(reductions(load, With::model), share)),
+                       number("{:.1f}", quantile(reductions(load, With::told), share)), number("{:.1f}", quantile(reductions(load, With::sensors), share)),
+                       number("{:.1f}", quantile(cuts(load), share))});
+    }
   }
-  return core::format_table(table);
+  return core::format_table(table) + "told: without sensors, but told that what surrounds the machine is as warm as its hall; cut: of what that leaves\n";
 }
 
 }  // namespace thermotwin::compensation

@@ -3,11 +3,13 @@
 // Online validation: machines measured virtually (perturbed parameters, another mesh, other time
 // steps, noise) run unseen load programs, the compensator runs beside them from inputs and sensors
 // alone, and the TCP error before and after is compared at the check points.
+// And the return from a power-off: a machine works, is switched off for hours with the compensator, and
+// on again; the compensator then knows nothing but what its sensors read.
 
 #include <string>
 #include <vector>
 
-#include "compensation/virtual_measurement.h"
+#include "compensation/measured_machines.h"
 #include "reduction/reduced_model.h"
 #include "solver/campaign.h"
 
@@ -18,6 +20,8 @@ struct ValidationOptions {
   int draws = 5;
   std::uint64_t first_seed = 1;     ///< draw i perturbs and adds noise with first_seed + i
   VirtualOptions machine;           ///< mesh, steps, noise of the measured machine
+  std::filesystem::path keep;       ///< where full runs are kept; empty: they are not
+  const reduction::ReducedModel* reference = nullptr;  ///< truth instead of the full model
 };
 
 /// RMS over time of the translations' error vector at one check point.
@@ -26,18 +30,27 @@ struct ValidationRow {
   int draw = 0;
   std::string pose;
   double rms_before_um = 0;         ///< no compensation
-  double rms_model_um = 0;          ///< reduced model, no temperature sensor
+  double rms_model_um = 0;          ///< reduced model, no temperature sensor; surroundings at their defaults
+  double rms_told_um = 0;           ///< the same, told that what surrounds the machine is as warm as the hall
   double rms_sensors_um = 0;        ///< reduced model with observer
   double largest_before_um = 0, largest_sensors_um = 0;
 };
 
+enum class With { model, told, sensors };
+
 struct Validation {
   std::vector<ValidationRow> rows;
-  Eigen::Index measured_nodes = 0;
-  /// Median over draws of the reduction of the RMS over all check points, percent.
+  Eigen::Index measured_nodes = 0;  ///< 0: a reduced model was the truth
+  /// For each draw the reduction of the RMS over all check points, percent.
+  std::vector<double> reductions(const std::string& load, With with) const;
+  /// For each draw how much of what the model leaves without sensors (told) the observer takes away, percent.
+  std::vector<double> cuts(const std::string& load) const;
   double median_reduction(const std::string& load, bool sensors) const;
-  std::string brief() const;        ///< table per load and draw, medians last
+  std::string brief() const;        ///< table per load and draw; medians and 10th percentiles last
 };
+
+/// Linear between the sorted values. @param share 0 to 1 @return NaN of none
+double quantile(std::vector<double> values, double share);
 
 /// @throws InputError if the case has no check points or a load is unknown
 Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
@@ -49,5 +62,29 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement,
                                               const mesh::Machine& machine,
                                               const reduction::ReducedModel& model,
                                               const std::string& load, int draw);
+
+namespace detail {
+/// (3 x rows) of each pose at which dx, dy and dz were measured, um; its poses are appended.
+std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine, std::vector<mesh::Pose>& poses);
+}  // namespace detail
+
+/// A day's work at random, a power-off of half an hour to ten hours, and work again, as the text of a
+/// load program: every axis and the spindle may move, the hall is 2 K cooler to 12 K warmer than the reference.
+std::string random_power_off(const mesh::Machine& machine, std::uint64_t seed);
+
+/// RMS over the check points at some moments after the return.
+struct PowerOffRow {
+  int draw = 0;
+  double hall_C = 0, worked_h = 0, off_h = 0;
+  double before_um[3] = {0, 0, 0};  ///< at the first row, after 30 min, after 2 h
+  double left_um[3] = {0, 0, 0};
+};
+struct PowerOffStudy {
+  std::vector<PowerOffRow> rows;
+  Eigen::Index measured_nodes = 0;
+  std::vector<double> left_percent(int moment) const;
+  std::string brief() const;
+};
+PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options);
 
 }  // namespace thermotwin::compensation

@@ -114,36 +114,39 @@ Eigen::VectorXd sent_values(const core::Table& inputs, const std::string& name) 
 
 }  // namespace
 
-mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale) {
+mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale, Perturb what) {
   Normal normal(seed);
   mesh::Machine result = machine;
-  const auto perturb = [&](core::Uncertain& nominal) {
-    // One draw for each nominal, uncertain or not: a changed uncertainty leaves the others alone.
-    const double factor = 1.0 + scale * nominal.std_percent / 100.0 * normal();
+  // One draw for each nominal, uncertain or not: a changed uncertainty leaves the others alone.
+  const auto perturb_by = [&](core::Uncertain& nominal, double share) {
+    const double factor = 1.0 + share * nominal.std_percent / 100.0 * normal();
     nominal.value *= std::max(0.2, factor);
   };
+  const double other = what == Perturb::all ? scale : 0.0;
+  const auto perturb = [&](core::Uncertain& nominal) { perturb_by(nominal, other); };
+  const auto perturb_thermal = [&](core::Uncertain& nominal) { perturb_by(nominal, scale); };
   for (mesh::Material& material : result.materials) {
     perturb(material.specific_heat);
     perturb(material.expansion);
   }
   for (mesh::JointSpec& joint : result.joints) {
-    perturb(joint.conductance);
+    perturb_thermal(joint.conductance);
     perturb(joint.stiffness_normal);
     perturb(joint.stiffness_tangential);
   }
   for (mesh::ScaleSpec& tape : result.scales) perturb(tape.expansion);
   for (mesh::ScrewSpec& screw : result.screws) perturb(screw.expansion);
-  for (mesh::FilmSpec& film : result.films) perturb(film.coefficient);
+  for (mesh::FilmSpec& film : result.films) perturb_thermal(film.coefficient);
   for (mesh::AmbientSpec& ambient : result.ambients) {
     // A temperature scale has no natural zero in degC: its spread is that of the stated value, but
     // it may fall below any share of it.
-    ambient.default_C.value *= 1.0 + scale * ambient.default_C.std_percent / 100.0 * normal();
+    ambient.default_C.value *= 1.0 + other * ambient.default_C.std_percent / 100.0 * normal();
   }
   for (mesh::CoolantSpec& coolant : result.coolants) {
     perturb(coolant.flow);
-    for (mesh::CoolantSegment& segment : coolant.segments) perturb(segment.film_coefficient);
+    for (mesh::CoolantSegment& segment : coolant.segments) perturb_thermal(segment.film_coefficient);
   }
-  for (mesh::SourceSpec& source : result.sources) perturb(source.scale);
+  for (mesh::SourceSpec& source : result.sources) perturb_thermal(source.scale);
   return result;
 }
 
@@ -154,8 +157,11 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
   campaign.poses = poses.empty() ? std::vector<mesh::Pose>{mesh::home_pose(machine)} : poses;
   campaign.refine = options.refine;
   campaign.backward_euler = options.backward_euler;
-  const solver::LoadResult truth = solver::run_campaign(perturbed_machine, {load}, campaign).front();
+  return measure_run(solver::run_campaign(perturbed_machine, {load}, campaign).front(), machine, campaign.poses, options);
+}
 
+Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
+                        const VirtualOptions& options) {
   Normal normal(options.seed);
   const Index times = truth.sensors.rows();
   Builder builder(truth.sensors);
@@ -185,7 +191,7 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
     builder.add(channel, values);
   }
   static constexpr const char* quantities[] = {"dx", "dy", "dz"};
-  const Index count = static_cast<Index>(campaign.poses.size());
+  const Index count = static_cast<Index>(poses.size());
   for (Index p = 0; p < count; ++p) {
     for (const char* quantity : quantities) {
       MeasuredChannel channel;
@@ -194,14 +200,14 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
       channel.unit = "um";
       channel.uncertainty = std::max(options.probe_noise_um, 1e-3);
       channel.quantity = quantity;
-      channel.pose_text = mesh::format_pose(machine, campaign.poses[static_cast<std::size_t>(p)]);
+      channel.pose_text = mesh::format_pose(machine, poses[static_cast<std::size_t>(p)]);
       const Eigen::VectorXd all = truth.tcp.column(std::string(quantity) + "_um");
       Eigen::VectorXd values(times);
       for (Index i = 0; i < times; ++i) values[i] = all[i * count + p] + options.probe_noise_um * normal();
       builder.add(channel, values);
     }
   }
-  return builder.finish("virtual measurement of " + load.name());
+  return builder.finish("virtual measurement of " + truth.load);
 }
 
 }  // namespace thermotwin::compensation

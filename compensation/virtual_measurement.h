@@ -13,9 +13,13 @@
 
 namespace thermotwin::compensation {
 
+/// thermal: powers, films (of coolant walls too) and contact conductances only; all: every value that is
+/// stated as uncertain, also expansions, capacities and stiffnesses, which no thermometer sees.
+enum class Perturb { all, thermal };
+
 /// Multiplies every Uncertain nominal by 1 + std_percent/100 * N(0,1) (films, powers, contact
 /// conductances; at least 0.2 of nominal). @param scale  factor on all standard deviations
-mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0);
+mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0, Perturb what = Perturb::all);
 
 struct VirtualOptions {
   double size_factor = 0.7;          ///< of the measured machine's mesh
@@ -24,6 +28,7 @@ struct VirtualOptions {
   double sensor_noise_K = 0.05;
   double probe_noise_um = 0.3;
   std::uint64_t seed = 1;
+  Perturb what = Perturb::all;
   std::filesystem::path mesh_cache;
 };
 
@@ -32,5 +37,9 @@ struct VirtualOptions {
 Measurement measure_virtually(const solver::FullModel& perturbed_machine,
                               const solver::LoadProgram& load,
                               const std::vector<mesh::Pose>& poses, const VirtualOptions& options);
+
+/// The same of a run that is at hand: its tcp at the poses, sensors and inputs.
+Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
+                        const VirtualOptions& options);
 
 }  // namespace thermotwin::compensation

@@ -20,6 +20,21 @@
 
 namespace thermotwin::tools {
 
+namespace {
+
+/// What the observer holds at the end, a line a state.
+std::string learned_csv(const compensation::Compensator& compensator) {
+  std::string text = "name,value,std,std_before,unit,memory_h\n";
+  for (const compensation::ErrorModel::State& state : compensator.learned()) {
+    std::string name = state.name;
+    for (char& c : name) c = c == ',' ? ' ' : c;
+    text += fmt::format("{},{:.6g},{:.6g},{:.6g},{},{:.6g}\n", name, state.value, state.std, state.prior_std, state.unit, state.memory_s / 3600.0);
+  }
+  return text;
+}
+
+}  // namespace
+
 void compensate(const CompensateOptions& options) {
   const bool from_stdin = options.in == "-", to_stdout = options.out == "-";
   if (to_stdout && options.json)
@@ -48,22 +63,29 @@ void compensate(const CompensateOptions& options) {
     limits.rate_um_s = options.rate_um_s > 0.0 ? options.rate_um_s : 1e6;
     guard = std::make_unique<compensation::OffsetGuard>(static_cast<Eigen::Index>(compensator.axes().size()), limits);
   }
+  compensation::StreamOptions stream;
+  stream.guard = guard.get();
+  stream.probe_std_um = options.probe_std_um;
+  stream.probed_compensated = options.probed_compensated;
   const Stopwatch time;
   long rows = 0;
   if (to_stdout) {
     // A control waits for each answer: rows are flushed one by one.
-    rows = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, true, guard.get());
+    stream.unbuffered = true;
+    rows = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, stream);
   } else {
     core::write_file_by(options.out, [&](const std::filesystem::path& temporary) {
       std::ofstream out(temporary, std::ios::binary);
       try {
-        rows = compensation::compensate_stream(compensator, model.machine, in, in_name, out, false, guard.get());
+        rows = compensation::compensate_stream(compensator, model.machine, in, in_name, out, stream);
       } catch (const core::InputError&) {
         if (out) throw;
         throw core::InputError(options.out.string(), "cannot be written", "a place with room and permission");
       }
     });
   }
+  if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
+  if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
   const double seconds = time.seconds(), rate = static_cast<double>(rows) / seconds, memory = peak_memory_GiB();
   const std::string text = fmt::format("compensate: {} rows in {:.2f} s ({:.0f} rows/s), order {}, peak memory {:.2f} GiB", rows,
                                        seconds, rate, model.system.order(), memory);
@@ -72,7 +94,7 @@ void compensate(const CompensateOptions& options) {
     return;
   }
   const nlohmann::json json = {{"rows", rows}, {"seconds", seconds}, {"order", model.system.order()},
-                               {"peak_memory_GiB", memory}, {"offsets", options.out.string()}};
+                               {"peak_memory_GiB", memory}, {"probed", compensator.probed()}, {"offsets", options.out.string()}};
   print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 

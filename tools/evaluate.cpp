@@ -94,6 +94,11 @@ void evaluate(const EvaluateOptions& options) {
   json["notes"] = evaluation.notes;
   std::string text = evaluation.brief();
   core::write_file(folder / "tables.txt", text);
+  if (!evaluation.observer.empty()) {
+    core::write_file(folder / "observer.txt", evaluation.observer);
+    text += "\n" + evaluation.observer;
+    json["observer"] = evaluation.observer;
+  }
   text += fmt::format("predictions in {}, models in models.toml and models.txt, pictures in *.svg beside it\n", file.string());
   if (options.cross) {
     const compensation::CrossExperiment cross = compensation::cross_experiment(measurement, settings);

@@ -220,6 +220,13 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("--offset-rate", compensate.rate_um_s, "um/s; no offset changes faster, from nought at the start (absent: no limit)")
       ->check(CLI::PositiveNumber);
 
+  verb->add_option("--probe-std", compensate.probe_std_um, "um, standard deviation of the values in columns probe_dx_um, probe_dy_um, probe_dz_um")
+      ->check(CLI::Range(0.001, 1e5))
+      ->capture_default_str();
+  verb->add_flag("--probed-compensated", compensate.probed_compensated, "they were probed while the offsets of the row before were applied");
+  verb->add_option("--learned", compensate.learned, "CSV file: what sensors and probing told of powers, films, expansions, ..., with its uncertainty, at the end");
+  verb->add_option("--explain", compensate.explain, "text file: which augmented states the sensors can tell (detectability), by name, at the end");
+
   tools::OffsetsOptions offsets;
   verb = add_verb(app, "offsets", "location errors of any kinematic chain to axis offsets, row by row",
                   "thermotwin offsets --chain \"V [w C' B' b Y X Z (C1) t]\" --in errors.csv --out offsets.csv", offsets, &tools::offsets);
@@ -263,12 +270,20 @@ int parse_and_run(int argc, char** argv) {
 
   tools::ValidateOptions validate;
   verb = add_verb(app, "validate", "online validation on machines measured virtually: finer mesh, other time "
-                  "steps, perturbed parameters, noise",
-                  "thermotwin validate cases/vmc5 --model out/model.rom.h5 --draws 5", validate, &tools::validate);
+                  "steps, perturbed parameters, noise. Full runs are kept in --out: a stopped study goes on",
+                  "thermotwin validate cases/vmc5 --model out/model.rom.h5 --draws 20 --perturb thermal\n"
+                  "  thermotwin validate cases/vmc5 --model out/model.rom.h5 --power-off --draws 20 --truth out/reference.rom.h5", validate, &tools::validate);
   verb->add_option("CASE", validate.case_path, "case folder or case.toml")->required();
   verb->add_option("--model", validate.model, "model.rom.h5 (absent: made from the case)");
   verb->add_option("--load", validate.loads, "load programs (absent: the case's holdout list)");
   verb->add_option("--draws", validate.draws, "number of perturbed machines")->check(CLI::Range(1, 1000))->capture_default_str();
+  verb->add_option("--first-seed", validate.first_seed, "machine i is drawn with this seed + i")->capture_default_str();
+  verb->add_option("--perturb", validate.perturb, "all: every value with std_percent; thermal: powers, films and contact conductances only")
+      ->check(CLI::IsMember({"all", "thermal"}))
+      ->capture_default_str();
+  verb->add_flag("--power-off", validate.power_off, "instead of load programs: work at random, hours without power, and a start that knows nothing before");
+  verb->add_option("--truth", validate.reference, "reference.rom.h5: machines are its perturbed coefficients instead of full models (seconds; an easier truth)")
+      ->check(CLI::ExistingFile);
   verb->add_option("--measured-size", validate.size_factor, "size factor of the measured machine's mesh")
       ->check(CLI::Range(0.05, 2.0))
       ->capture_default_str();

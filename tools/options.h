@@ -3,6 +3,7 @@
 // What the command line asks for, one struct a verb, and the verbs themselves. A verb prints its
 // results to stdout (text, or one JSON object) and returns normally, or throws a core::Error.
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -74,6 +75,9 @@ struct CompensateOptions : CommonOptions {
   bool no_sensors = false;
   double step_s = 60;
   double largest_um = 0, rate_um_s = 0;     ///< of an offset; 0: no limit
+  double probe_std_um = 0.5;
+  bool probed_compensated = false;
+  std::filesystem::path learned, explain;   ///< written at the end; empty: not
 };
 struct OffsetsOptions : CommonOptions {
   OffsetsOptions() { out = "-"; }  ///< a file here, "-" for stdout
@@ -99,7 +103,11 @@ struct ValidateOptions : CommonOptions {
   std::filesystem::path case_path, model;
   std::vector<std::string> loads;
   int draws = 5;
+  std::uint64_t first_seed = 1;
   double size_factor = 0.7;
+  std::string perturb = "all";              ///< or "thermal"
+  bool power_off = false;
+  std::filesystem::path reference;          ///< truth instead of the full model
 };
 struct ExportOptions : CommonOptions {
   std::filesystem::path model;              ///< case or machine

@@ -81,10 +81,13 @@ double left_over(const FittedModel& model, const Dataset& data, Index target, In
 class EveryModel : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Zoo, EveryModel, testing::ValuesIn([] {
                            std::vector<std::string> names;
-                           for (const ModelSpec& spec : model_specs()) names.push_back(spec.name);
+                           for (const ModelSpec& spec : model_specs()) {
+                             // The unit of rotary axes has tests of its own: this record has no C axis.
+                             if (spec.spatial != Spatial::together) names.push_back(spec.name);
+                           }
                            return names;
                          }()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& of) { return of.param; });
 
 TEST_P(EveryModel, PredictsRowsThatItDidNotSee) {
   const Dataset data = spindle_record();

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/measured_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "compensation/dataset.h"
+
+namespace thermotwin::compensation {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+double start_temperature(const Measurement& measurement, const mesh::Machine& machine, Index from) {
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.input != "air.T_C") continue;
+    const VectorXd values = measurement.values(channel).tail(measurement.data.rows() - from);
+    if (const Index first = known_range(values).first; first >= 0) return values[first];
+  }
+  return machine.reference_C;
+}
+
+MatrixXd compensator_rows(const Measurement& measurement, const mesh::Machine& machine, const solver::Channels& channels,
+                          const MeasuredRun& how) {
+  const MatrixXd held = channel_rows(measurement, channels);
+  // Row i of a measurement holds until i + 1; the compensator is told what held since its last row.
+  MatrixXd rows = held;
+  if (held.rows() > 1) rows.bottomRows(held.rows() - 1) = held.topRows(held.rows() - 1);
+  if (!how.told_surroundings) return rows;
+  const double air_C = start_temperature(measurement, machine, how.from);
+  for (const mesh::AmbientSpec& ambient : machine.ambients) {
+    const std::string name = ambient.id + ".T_C";
+    const bool measured = std::any_of(measurement.channels.begin(), measurement.channels.end(), [&](const MeasuredChannel& c) { return c.input == name; });
+    // What is warmer than the reference at home (a fluid in its tank) is so above this hall too.
+    if (!measured && ambient.follows.empty()) rows.col(channels.index(name)).setConstant(air_C + ambient.default_C.value - machine.reference_C);
+  }
+  return rows;
+}
+
+MatrixXd sensor_readings(const Measurement& measurement, const mesh::Machine& machine) {
+  MatrixXd readings = MatrixXd::Constant(measurement.data.rows(), static_cast<Index>(machine.sensors.size()), solver::not_given);
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (const int sensor = machine.sensor_index(channel.sensor); sensor >= 0) readings.col(sensor) = measurement.values(channel);
+  }
+  return readings;
+}
+
+std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement, const reduction::ReducedModel& model,
+                                                           const std::vector<mesh::Pose>& poses, const MeasuredRun& how,
+                                                           std::string* explained) {
+  CompensatorOptions options;
+  options.use_sensors = options.start_from_sensors = how.sensors;
+  options.start_C = start_temperature(measurement, model.machine, how.from);
+  Compensator compensator(model, options);
+  const MatrixXd rows = compensator_rows(measurement, model.machine, compensator.channels(), how);
+  const MatrixXd readings = sensor_readings(measurement, model.machine);
+  const VectorXd time = measurement.time();
+  std::vector<std::vector<solver::TcpError>> errors(poses.size());
+  for (Index i = how.from; i < time.size(); ++i) {
+    compensator.step(time[i], rows.row(i).transpose(), how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
+    for (std::size_t p = 0; p < poses.size(); ++p) errors[p].push_back(compensator.tcp(poses[p]));
+  }
+  if (explained != nullptr && time.size() - how.from > 1) *explained = compensator.detectability().brief();
+  return errors;
+}
+
+}  // namespace thermotwin::compensation
