@@ -105,11 +105,15 @@ MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose) {
   return columns;
 }
 
+void require_affine(const solver::FullModel& full) {
+  if (full.thermal.local)
+    throw core::InputError(full.mesh.machine.path.string(), "radiation = \"exact\"", "radiation = \"linear\": a bound needs the affine equation");
+}
+
 BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis, const TrainedRange& range,
                             const std::vector<mesh::Pose>& poses, const BoundOptions& options) {
   const solver::ThermalSystem& thermal = full.thermal;
-  if (thermal.local)
-    throw core::InputError(full.mesh.machine.path.string(), "radiation = \"exact\"", "radiation = \"linear\": a bound needs the affine equation");
+  require_affine(full);
   const auto terms = static_cast<Index>(thermal.terms.size());
   if (range.low.size() != terms || basis.rows() != thermal.size || poses.empty())
     throw core::SolverError(fmt::format("bound: {} coefficients of {}, a basis of {} rows, {} poses", range.low.size(), terms, basis.rows(), poses.size()));

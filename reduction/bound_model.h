@@ -18,8 +18,8 @@
 namespace thermotwin::reduction {
 
 struct BoundOptions {
-  Eigen::Index dual = 300;        ///< columns of W for one pose beside the bodies', at most
-  Eigen::Index most_dual = 600;   ///< for all poses together
+  Eigen::Index dual = 480;        ///< columns of W for one pose beside the bodies', at most
+  Eigen::Index most_dual = 720;   ///< for all poses together
   std::vector<double> steps_s{60.0, 120.0};  ///< lengths of steps that most runs take
   ProbeOptions probes;
 };
@@ -39,9 +39,12 @@ struct BoundModel {
   std::vector<Eigen::MatrixXd> rest;       ///< of each pose (probes x 6): the output's part beside E W
 };
 
-/// @param basis  of the model whose error is to be bounded (size x r)
+/// @throws InputError: the machine radiates by fourth powers
+void require_affine(const solver::FullModel& full);
+
+/// @param basis  of the model whose error is to be bounded, and more columns, which make the bound smaller (size x r)
 /// @param range  coefficients that runs will have; below its lower end bounds grow
-/// @throws InputError: the machine radiates by fourth powers (no affine equation)
+/// @throws InputError as require_affine
 BoundModel make_bound_model(const solver::FullModel& full, const Eigen::MatrixXd& basis, const TrainedRange& range,
                             const std::vector<mesh::Pose>& poses, const BoundOptions& options = {});
 

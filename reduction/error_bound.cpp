@@ -205,9 +205,12 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
       const VectorXd beside = um * (rows * primal.state()) - own.segment(i * values, estimated_values);
       VectorXd remainder = VectorXd::Zero(estimated_values);
       if (done > 0)
-        for (Index k = 0; k < estimated_values; ++k)
-          remainder(k) = um * result.scale * product(dual.squares(rows.row(k).head(bound.dual), bound.rest[static_cast<std::size_t>(i)].col(k)),
-                                                     primal.square() - before, before);
+        for (Index k = 0; k < estimated_values; ++k) {
+          if (const double both = product(dual.squares(rows.row(k).head(bound.dual), bound.rest[static_cast<std::size_t>(i)].col(k)),
+                                          primal.square() - before, before);
+              both > 0.0)
+            remainder(k) = um * result.scale * both;
+        }
       const VectorXd total = (1.0 + rounding) * (beside.cwiseAbs() + remainder);
       table.values.row(row) << output.time, mesh::pose_values(machine, bound.poses[static_cast<std::size_t>(i)]).transpose(), total.transpose();
       result.largest_um = std::max(result.largest_um, total.head(3).norm());

@@ -4,8 +4,8 @@
 // larger order whose basis holds the model's own. Both run on the same load; for nested Galerkin bases
 // the difference of an output at time t is the model's residual, weighted with that output's adjoint in
 // the reference, and summed up to t: the dual-weighted residual in the reference's space. It is exact
-// but for what the reference itself misses, so it is an estimate and no bound (see README.md for why a
-// bound from energy norms is useless here). Cost: a run of the reference.
+// but for what the reference itself misses, so it is an estimate; error_bound.h has a bound.
+// Cost: a run of the reference.
 
 #include <Eigen/Core>
 #include <string>

@@ -223,7 +223,7 @@ std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table
 
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
-                    ReduceSummary* summary, ReducedModel* reference, Eigen::MatrixXd* vectors) {
+                    ReduceSummary* summary, ReducedModel* reference, Eigen::MatrixXd* columns) {
   const auto pairs = matched(loads, training);
   const solver::ThermalSystem& thermal = full.thermal;
   const mesh::Machine& machine = full.mesh.machine;
@@ -234,7 +234,8 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
 
   const std::vector<OperatingPoint> points = operating_points(operating);
   const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
-  const Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
+  Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
+  if (columns) most = std::max(most, 2 * largest_wanted);
   const Basis basis = basis_of(thermal, operating, rows.all(), training, points.front().c.p, options.method, most, notes);
   notes.basis_seconds = basis_watch.seconds();
 
@@ -286,7 +287,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     notes.parts_seconds = parts_watch.seconds();
   }
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
-  if (vectors) *vectors = basis.vectors.leftCols(notes.order);
+  if (columns) *columns = basis.vectors;
   if (summary) *summary = notes;
   return chosen;
 }

@@ -9,8 +9,10 @@
 #include <random>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "core/progress.h"
 #include "reduction/basis.h"
+#include "reduction/bound_file.h"
 #include "reduction/candidates.h"
 #include "reduction/reduce.h"
 #include "tests/reduction/small_machine.h"
@@ -41,6 +43,7 @@ struct Boxes {
   Boxes() : full(make()) {
     core::set_quiet(true);
     model = reduce(full, {}, {}, {.method = BasisMethod::krylov, .order = 24}, nullptr, nullptr, &basis);
+    basis = basis.leftCols(model.system.order()).eval();
     poses = {mesh::home_pose(full.mesh.machine), mesh::home_pose(full.mesh.machine)};
     poses[1](0) = 0.13;  // off the grid: interpolation of the output rows is part of the error
     poses[1](1) = -0.04;
@@ -267,6 +270,51 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
     EXPECT_NEAR(stated - beside, 1e6 * 0.5 * product / smallest, 1e-5 * stated) << output;
   }
   EXPECT_NEAR(made.scale, 1.0 / smallest, 1e-9 / smallest);
+}
+
+TEST(ErrorBound, FileGivesTheSameBound) {
+  const Boxes& b = boxes();
+  const test::Scratch scratch;
+  const auto path = scratch.path() / "bound.rom.h5";
+  write_bound(path, exact_bound());
+  const BoundModel read = read_bound(path, b.model);
+  const RunRecord run = Draw(5, 2).run_reduced();
+  const ErrorBound before = error_bound(b.model, exact_bound(), b.full.mesh.machine, run), after = error_bound(b.model, read, b.full.mesh.machine, run);
+  EXPECT_EQ(before.table.values, after.table.values);
+  EXPECT_EQ(before.table.columns, after.table.columns);
+  ReducedModel other = b.model;
+  other.machine.hash = "another";
+  EXPECT_THROW(read_bound(path, other), core::InputError);
+  EXPECT_THROW(read_bound(scratch.path() / "none.h5", b.model), core::InputError);
+  core::write_file(path, "no HDF5");
+  EXPECT_THROW(read_bound(path, b.model), core::InputError);
+}
+
+TEST(ErrorBound, RefusesWhatItDoesNotHoldFor) {
+  const Boxes& b = boxes();
+  RunRecord run = Draw(6, 2).run_reduced();
+  run.sdirk = false;
+  EXPECT_THROW(error_bound(b.model, exact_bound(), b.full.mesh.machine, run), core::InputError);
+  run.sdirk = true;
+  ReducedModel other = b.model;
+  other.full_size += 1;
+  EXPECT_THROW(error_bound(other, exact_bound(), b.full.mesh.machine, run), core::InputError);
+  run.steps.front().c.p.conservativeResize(3);
+  EXPECT_THROW(error_bound(b.model, exact_bound(), b.full.mesh.machine, run), core::InputError);
+}
+
+/// A film that always cooled and does no longer: nothing is known of how heat leaves.
+TEST(ErrorBound, KnowsNoEndWhereAFilmVanishes) {
+  const Boxes& b = boxes();
+  RunRecord run = Draw(7, 2).run_reduced();
+  Index always = 0;
+  while (exact_bound().least(always) <= 0.0) ++always;
+  EXPECT_LT(error_bound(b.model, exact_bound(), b.full.mesh.machine, run).largest_um, 1e3);
+  for (RunRecord::Step& step : run.steps) step.c.p(always) *= 1e-3;
+  const double scale = error_bound(b.model, exact_bound(), b.full.mesh.machine, run).scale;
+  EXPECT_GT(scale, 100.0);
+  for (RunRecord::Step& step : run.steps) step.c.p(always) = 0.0;
+  EXPECT_TRUE(std::isinf(error_bound(b.model, exact_bound(), b.full.mesh.machine, run).largest_um));
 }
 
 }  // namespace
