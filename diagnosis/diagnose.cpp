@@ -240,6 +240,9 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
       fmt::format("Mesh and discretisation: {:.3g} % of each channel's own response. Chi-square without a "
                   "cause: {:.0f} for {} values.",
                   options.model_error_percent, found.chi_square_none, found.fitted));
+  if (d.verdict == "unexplained" && found.unknown_channel >= 0)
+    d.notes.push_back("What no kind describes shows best in one channel alone: " +
+                      obs.channels[static_cast<std::size_t>(found.unknown_channel)].channel.id + ".");
   if (!found.invisible.empty()) {
     std::vector<std::string> names;
     for (const int i : found.invisible)
@@ -285,7 +288,7 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
                                         : response.predict(with_parameters(machine, members, best.value));
   best.refined = true;
   judge(problem, best, d);
-  if (const std::string objection = heldout_objection(problem, best, d); !objection.empty()) {
+  if (const std::string objection = heldout_objection(d); !objection.empty()) {
     // What was named on the fitted part does not hold: neither is it taken away from what is seen.
     const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.rms_before <= within_expected * r.explained_std; });
     d.verdict = expected ? "no_discrepancy" : "unexplained";

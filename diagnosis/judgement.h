@@ -16,7 +16,7 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 
 /// Why a verdict of causes does not hold: on held-out time they make the displacements 1.5 times worse, with 95 %
 /// confidence. Empty where they do not.
-std::string heldout_objection(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis);
+std::string heldout_objection(const Diagnosis& diagnosis);
 
 /// Whether the 95 % interval of the gain lies above zero: of the displacements; where the causes
 /// are sensors (or no displacement was measured), of the temperatures that they read.

@@ -2,6 +2,8 @@
 // A short selection of the bank, on the toy machine of tests/cases.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "bank.h"
 #include "reduction/reduce.h"
 
@@ -79,9 +81,12 @@ TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {
     const compensation::Measurement clean = bench().specimen.measure(draw);
     draw.outside = hidden::Outside::slipping_cable;
     draw.outside_where = sensor;
-    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, bench().specimen.measure(draw), bench().model, &clean);
+    const compensation::Measurement spoilt = bench().specimen.measure(draw);
+    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt, bench().model, &clean);
     EXPECT_TRUE(line.visible()) << line.text();
     EXPECT_EQ(line.verdict, "unexplained") << line.text();
+    const std::vector<std::string> notes = diagnosis::diagnose(bench().model, spoilt, {}).notes;
+    EXPECT_EQ(std::count(notes.begin(), notes.end(), std::string("What no kind describes shows best in one channel alone: ") + sensor + "."), 1);
   }
 }
 
