@@ -48,7 +48,7 @@ MatrixXd sensor_readings(const Measurement& measurement, const mesh::Machine& ma
 
 std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement, const reduction::ReducedModel& model,
                                                            const std::vector<mesh::Pose>& poses, const MeasuredRun& how,
-                                                           std::string* explained) {
+                                                           std::string* explained, std::vector<std::string>* failed) {
   CompensatorOptions options;
   options.use_sensors = options.start_from_sensors = how.sensors;
   options.start_C = start_temperature(measurement, model.machine, how.from);
@@ -58,7 +58,8 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
   const VectorXd time = measurement.time();
   std::vector<std::vector<solver::TcpError>> errors(poses.size());
   for (Index i = how.from; i < time.size(); ++i) {
-    compensator.step(time[i], rows.row(i).transpose(), how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
+    const Offsets& offsets = compensator.step(time[i], rows.row(i).transpose(), how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
+    if (failed != nullptr) failed->push_back(offsets.failed_sensors);
     for (std::size_t p = 0; p < poses.size(); ++p) errors[p].push_back(compensator.tcp(poses[p]));
   }
   if (explained != nullptr && time.size() - how.from > 1) *explained = compensator.detectability().brief();

@@ -28,9 +28,10 @@ Eigen::MatrixXd sensor_readings(const Measurement& measurement, const mesh::Mach
 double start_temperature(const Measurement& measurement, const mesh::Machine& machine, Eigen::Index from = 0);
 
 /// @param explained  if given: gets what the observer's sensors could tell (Detectability::brief)
+/// @param failed     if given: gets Offsets::failed_sensors of each row from `from` on
 /// @return for each pose the predicted errors at the rows from `from` on
 std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement, const reduction::ReducedModel& model,
                                                            const std::vector<mesh::Pose>& poses, const MeasuredRun& how,
-                                                           std::string* explained = nullptr);
+                                                           std::string* explained = nullptr, std::vector<std::string>* failed = nullptr);
 
 }  // namespace thermotwin::compensation

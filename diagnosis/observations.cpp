@@ -38,11 +38,15 @@ bool same_operation(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b,
   return true;
 }
 
-/// Joins sample intervals of equal operation up to the longest step and divides longer ones.
-void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
-                const std::vector<bool>& average, Observations& out) {
-  std::vector<double> points = {time[0]};
-  std::vector<Eigen::RowVectorXd> steps;
+/// A time in which nothing changes that may not be averaged.
+struct Span {
+  double begin, end;
+  Eigen::RowVectorXd row;
+};
+
+/// Joins sample intervals of equal operation up to the longest and divides longer ones.
+std::vector<Span> equal_parts(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest, const std::vector<bool>& average) {
+  std::vector<Span> parts;
   for (Index i = 0; i + 1 < time.size();) {
     Index j = i + 1;
     Eigen::RowVectorXd sum = rows.row(i) * (time[j] - time[i]);
@@ -52,17 +56,49 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
       ++j;
     }
     const double span = time[j] - time[i];
-    const auto parts = static_cast<Index>(std::ceil(span / longest - 1e-9));
-    for (Index k = 1; k <= std::max<Index>(parts, 1); ++k) {
-      points.push_back(k >= parts ? time[j]
-                                  : time[i] + span * static_cast<double>(k) / static_cast<double>(parts));
-      steps.push_back(sum / span);
-    }
+    const auto pieces = std::max<Index>(1, static_cast<Index>(std::ceil(span / longest - 1e-9)));
+    const auto end_of = [&](Index k) { return k >= pieces ? time[j] : time[i] + span * static_cast<double>(k) / static_cast<double>(pieces); };
+    for (Index k = 0; k < pieces; ++k) parts.push_back({end_of(k), end_of(k + 1), sum / span});
     i = j;
   }
+  return parts;
+}
+
+/// Mean over a step; what is not measured in all of it is what was.
+Eigen::RowVectorXd mean_row(const std::vector<Span>& parts, std::size_t first, std::size_t last) {
+  if (last - first == 1) return parts[first].row;
+  Eigen::RowVectorXd mean = parts[first].row;
+  for (Index c = 0; c < mean.size(); ++c) {
+    double sum = 0.0, weight = 0.0;
+    for (std::size_t i = first; i < last; ++i) {
+      if (!std::isfinite(parts[i].row[c])) continue;
+      sum += (parts[i].end - parts[i].begin) * parts[i].row[c];
+      weight += parts[i].end - parts[i].begin;
+    }
+    if (weight > 0.0) mean[c] = sum / weight;
+  }
+  return mean;
+}
+
+/// Parts that are short, since an axis is logged where it happens to be, go into one step.
+void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
+                const std::vector<bool>& average, Observations& out) {
+  const std::vector<Span> all = equal_parts(time, rows, longest, average);
+  std::vector<double> points = {time[0]};
+  std::vector<Eigen::RowVectorXd> means;
+  for (std::size_t i = 0; i < all.size();) {
+    std::size_t last = i + 1;
+    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9)) ++last;
+    const double span = all[last - 1].end - all[i].begin;
+    for (std::size_t k = i; k < last && last - i > 1; ++k)
+      out.mixed[static_cast<Index>(means.size())].push_back({(all[k].end - all[k].begin) / span, all[k].row.transpose()});
+    points.push_back(all[last - 1].end);
+    means.push_back(mean_row(all, i, last));
+    i = last;
+  }
   out.points = Eigen::Map<Eigen::VectorXd>(points.data(), static_cast<Index>(points.size()));
-  out.rows.resize(static_cast<Index>(steps.size()), rows.cols());
-  for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = steps[static_cast<std::size_t>(i)];
+  out.rows.resize(static_cast<Index>(means.size()), rows.cols());
+  for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = means[static_cast<std::size_t>(i)];
 }
 
 /// Adds factor times the straight-line value at a time to the weights of a row.

@@ -7,6 +7,7 @@
 // gaps and channels of different sampling are treated alike on both sides.
 
 #include <Eigen/Core>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,11 @@ struct Observations {
   double interval = 0;                   ///< s
   Eigen::Index intervals = 0;
   Eigen::VectorXd points;                ///< (steps + 1) s, ends of the model's steps
-  Eigen::MatrixXd rows;                  ///< (steps x channels of the machine) inputs of each step
+  Eigen::MatrixXd rows;                  ///< (steps x channels of the machine) inputs of each step, their mean
+  /// Rows that held one after the other, for so large a share of the step.
+  struct Part { double share; Eigen::VectorXd row; };
+  /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
+  std::map<Eigen::Index, std::vector<Part>> mixed;
   std::vector<std::string> left_out;     ///< channels with too few values to be fitted
   double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
 

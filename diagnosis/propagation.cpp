@@ -29,7 +29,7 @@ struct Drive {
   solver::OperatingModel model;
   VectorXd sensor_offsets;
   std::optional<solver::Chiller> chiller;
-  solver::Coefficients c;
+  solver::Coefficients c, part;
 
   Drive(const reduction::ReducedModel& reduced, const mesh::Machine& machine)
       : added(added_sources(reduced, machine)), model(machine, added.layout), sensor_offsets(solver::sensor_offsets(machine, added.layout)) {}
@@ -44,13 +44,27 @@ struct Drive {
     channel += by_K;
     return moved;
   }
-  /// @param sensors_K (sensors) temperatures at the sensors, without their offsets
-  void update(const VectorXd& row, const VectorXd& sensors_K, double step) {
-    const VectorXd readings = sensors_K + sensor_offsets, guide = model.guide_K(row);
+  void coefficients(const VectorXd& measured, const VectorXd& readings, int ambient, double by_K, double duration, solver::Coefficients& out) {
+    const VectorXd row = by_K != 0.0 ? disturbed(measured, ambient, by_K) : measured, guide = model.guide_K(row);
     if (!chiller)
       chiller.emplace(model.machine(), model.layout(), model.channels(),
                       solver::chiller_set_points(model.machine(), model.layout(), readings, guide));
-    model.coefficients(row, chiller->advance(row, readings, guide, step), readings, c);
+    model.coefficients(row, chiller->advance(row, readings, guide, duration), readings, out);
+  }
+  /// Of a step: the mean of those of its parts.
+  /// @param sensors_K (sensors) temperatures at the sensors, without their offsets  @param ambient, by_K  moved by so much
+  void update(const Observations& obs, Index step, const VectorXd& sensors_K, int ambient = 0, double by_K = 0.0) {
+    const double duration = obs.points[step + 1] - obs.points[step];
+    const VectorXd readings = sensors_K + sensor_offsets;
+    const auto mixed = obs.mixed.find(step);
+    if (mixed == obs.mixed.end()) return coefficients(obs.rows.row(step).transpose(), readings, ambient, by_K, duration, c);
+    c.p.setZero(static_cast<Index>(model.layout().terms.size()));
+    c.q.setZero(static_cast<Index>(model.layout().inputs.size()));
+    for (const Observations::Part& held : mixed->second) {
+      coefficients(held.row, readings, ambient, by_K, held.share * duration, part);
+      c.p += held.share * part.p;
+      c.q += held.share * part.q;
+    }
   }
   /// Of sources that the reduced model's own layout does not have.
   void add_heat(VectorXd& heat, double factor) const {
@@ -116,7 +130,7 @@ struct Run {
   bool identity;
   Drive drive;
   Factors factors;
-  VectorXd state, row, sensors;        ///< at the start of the step; inputs and sensors there
+  VectorXd state, sensors;             ///< at the start of the step
   VectorXd heat, first, next, last;    ///< stages and what the second one starts from
   const Factors::Entry* factor = nullptr;
   double step = 0, scale = 0;
@@ -138,9 +152,8 @@ struct Run {
     const Observations& obs = nominal.observations;
     step = obs.points[s + 1] - obs.points[s];
     scale = solver::sdirk_gamma * step;
-    row = obs.rows.row(s).transpose();
     sensors = system.sensors * state;
-    drive.update(row, sensors, step);
+    drive.update(obs, s, sensors);
     heat = system.inputs * drive.c.q.head(system.inputs.cols());
     drive.add_heat(heat, 1.0);
     factor = &factors.get(drive.c.p, step, columns + 2);
@@ -199,8 +212,7 @@ class Tangents {
       Drive& drive = *drives_[v];
       const auto& disturbance = variant(v).disturbance;
       const double by_K = disturbance ? height(*disturbance, 0.5 * (obs.points[s] + obs.points[s + 1])) : 0.0;
-      drive.update(by_K != 0.0 ? drive.disturbed(run_.row, disturbance->ambient, by_K) : run_.row,
-                   run_.sensors + sensors.col(static_cast<Index>(v)), run_.step);
+      drive.update(obs, s, run_.sensors + sensors.col(static_cast<Index>(v)), disturbance ? disturbance->ambient : 0, by_K);
       heat.setZero();
       for (Index k = 0; k < run_.system.inputs.cols(); ++k)
         if (const double change = drive.c.q[k] - q[k]; change != 0.0) heat += change * run_.system.inputs.col(k);

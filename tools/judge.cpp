@@ -77,6 +77,13 @@ void validate(const ValidateOptions& options) {
     json["left_percent_30_min"] = {{"median", compensation::quantile(study.left_percent(1), 0.5)}, {"p90", compensation::quantile(study.left_percent(1), 0.9)}};
     json["left_percent_2_h"] = {{"median", compensation::quantile(study.left_percent(2), 0.5)}, {"p90", compensation::quantile(study.left_percent(2), 0.9)}};
     text = study.brief();
+  } else if (options.failed_sensors) {
+    const compensation::FailedSensorStudy study = compensation::study_failed_sensors(machine_case, model, settings);
+    nodes = study.measured_nodes;
+    for (const auto& row : study.rows)
+      json["rows"].push_back({{"load", row.load}, {"draw", row.draw}, {"sensor", row.sensor}, {"fault", row.fault}, {"reduction_percent", row.whole_percent},
+                              {"reduction_failed_percent", row.failed_percent}, {"named_after_min", row.named_min}});
+    text = study.brief();
   } else {
     const compensation::Validation validation = compensation::validate_online(machine_case, model, settings);
     nodes = validation.measured_nodes;

@@ -282,6 +282,8 @@ int parse_and_run(int argc, char** argv) {
       ->check(CLI::IsMember({"all", "thermal"}))
       ->capture_default_str();
   verb->add_flag("--power-off", validate.power_off, "instead of load programs: work at random, hours without power, and a start that knows nothing before");
+  verb->add_flag("--failed-sensors", validate.failed_sensors, "each sensor fails in each way (stuck, 2 K off, ten times the noise, absent): what it costs, how soon it is named")
+      ->excludes("--power-off");
   verb->add_option("--truth", validate.reference, "reference.rom.h5: machines are its perturbed coefficients instead of full models (seconds; an easier truth)")
       ->check(CLI::ExistingFile);
   verb->add_option("--measured-size", validate.size_factor, "size factor of the measured machine's mesh")

@@ -106,7 +106,7 @@ struct ValidateOptions : CommonOptions {
   std::uint64_t first_seed = 1;
   double size_factor = 0.7;
   std::string perturb = "all";              ///< or "thermal"
-  bool power_off = false;
+  bool power_off = false, failed_sensors = false;
   std::filesystem::path reference;          ///< truth instead of the full model
 };
 struct ExportOptions : CommonOptions {

@@ -97,6 +97,25 @@ TEST(PowerOff, AnUnknownStateIsFoundWithinTwoHours) {
   EXPECT_LT(quantile(study.left_percent(2), 0.5), 10.0);
 }
 
+TEST(FailedSensors, CostLittleAndAreNamed) {
+  const Lumps lumps;
+  const FailedSensorStudy study = study_failed_sensors(lumps.machine_case, lumps.model, lumps.options(2));
+  const std::size_t sensors = lumps.model.machine.sensors.size();
+  ASSERT_EQ(study.rows.size(), 2 * 4 * sensors);
+  EXPECT_EQ(study.false_alarms, 0);
+  std::printf("%s", study.brief().c_str());
+  int soon = 0, told = 0;
+  for (const FailedSensorRow& row : study.rows) {
+    EXPECT_GT(row.whole_percent, 70.0);
+    EXPECT_LT(row.cost_percent(), 20.0) << row.sensor << ' ' << row.fault;
+    EXPECT_GE(row.named_min, 0.0);
+    told += row.told;
+    soon += row.told && row.named_min <= 15.0;
+  }
+  EXPECT_GT(told, static_cast<int>(study.rows.size()) / 2);
+  EXPECT_GE(soon, told * 9 / 10);
+}
+
 TEST(PowerOff, ProgramsOfAllSeedsAreLegalAndDiffer) {
   const mesh::Machine machine = test::five_axis_machine();
   std::string last;

@@ -237,6 +237,31 @@ TEST(Observations, steps_follow_the_operation) {
   }
 }
 
+TEST(Observations, an_axis_that_is_logged_as_it_moves_makes_no_more_steps) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 60});
+  const mesh::Machine machine = lumped::machine();
+  const solver::Channels channels(machine);
+  for (const auto& channel : m.channels) {
+    if (channel.input != "axis.Z.position_mm") continue;
+    for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, channel.column) = i % 7 < 3 ? 30.0 + i % 5 : 320.0 + 10 * (i % 4);
+  }
+  const Observations joined = diagnosis::observe(m, machine, channels, {}), each = diagnosis::observe(m, machine, channels, {.longest_step_s = 60});
+  EXPECT_EQ(each.rows.rows(), 720);
+  EXPECT_TRUE(each.mixed.empty());
+  EXPECT_EQ(joined.rows.rows(), 144);
+  EXPECT_EQ(joined.mixed.size(), 144U);
+  const reduction::ReducedModel model = lumped::model(machine, 6);
+  const VectorXd mean = Response(model, joined).predict(machine), exact = Response(model, each).predict(machine);
+  ASSERT_EQ(mean.size(), exact.size());
+  // Between the places the axis spends no time; their mean would be off by several per cent.
+  Index at = 0;
+  for (const auto& channel : joined.channels) {
+    const VectorXd a = mean.segment(at, channel.size()), b = exact.segment(at, channel.size());
+    EXPECT_LT((a - b).cwiseAbs().maxCoeff(), 2e-3 * (b.maxCoeff() - b.minCoeff())) << channel.channel.id;
+    at += channel.size();
+  }
+}
+
 TEST(Observations, too_little_data_is_refused) {
   EXPECT_THROW(observe(lumped::measure({}, {.hours = 1})), core::InputError);
   compensation::Measurement m = lumped::measure({}, {.hours = 6});

@@ -74,7 +74,7 @@ void against_calculix(const Settings& s, Report& report) {
   report.note(fmt::format("CalculiX: what {} more time steps, or two more static ones, add to a run", s.deck_steps));
 }
 
-/// Loads side by side, and what more threads do for them.
+/// Loads side by side.
 void block_of_loads(const Settings& s, Report& report) {
   const std::string steps = std::to_string(std::min(s.steps, 40));
   const auto heat = [&](int columns, int threads) { return worker(s, "heat", threads, {"--steps", steps, "--columns", std::to_string(columns)}); };
@@ -85,10 +85,27 @@ void block_of_loads(const Settings& s, Report& report) {
   report.compare("thermal step of nine loads side by side", values(nine.ours, "step"), alone, "nine steps of one load", 1, median(each(nine.ours, "MiB")),
                  median(each(nine.other, "MiB")));
   report.figure("  that is, of the step of one load", fmt::format("{:.2f} x", median(cost)), 1);
-  if (s.threads == 1) return;
+}
+
+/// What more threads do for the steps, and how near the solves are to what memory gives. Wall time: the
+/// machine must have nothing else to do.
+void threads(const Settings& s, Report& report) {
+  const std::string steps = std::to_string(std::min(s.steps, 40));
+  double alone = 0;
+  for (const int count : {1, s.threads}) {
+    const Outcome memory = run(worker(s, "memory", count, {"--wall"}));
+    if (count == 1) alone = memory["GB_s"];
+    report.figure("memory is read at", fmt::format("{:.1f} GB/s, {:.2f} x one thread", memory["GB_s"], memory["GB_s"] / alone), count);
+  }
   for (const int columns : {1, 9}) {
-    const Pairs threads = in_turn(std::min(s.pairs, 3), heat(columns, s.threads), heat(columns, 1));
-    report.compare(fmt::format("thermal step, {} load{}", columns, columns > 1 ? "s" : ""), values(threads.ours, "step"), values(threads.other, "step"), "one thread", s.threads);
+    const auto heat = [&](int count) { return worker(s, "heat", count, {"--steps", steps, "--columns", std::to_string(columns), "--wall"}); };
+    const Pairs pairs = in_turn(std::min(s.pairs, 3), heat(s.threads), heat(1));
+    const std::vector<double> ours = values(pairs.ours, "step"), one = values(pairs.other, "step");
+    report.compare(fmt::format("thermal step, {} load{}", columns, columns > 1 ? "s" : ""), ours, one, "one thread", s.threads);
+    // Two stages, each with a sweep forward and one backward.
+    const double read = 4 * pairs.ours[0]["factor_GB"];
+    report.figure("  of the factor, with one thread", fmt::format("{:.2f} GB a step, {:.1f} GB/s", read, read / median(one)), 1);
+    report.figure("  with all", fmt::format("{:.1f} GB/s", read / median(ours)), s.threads);
   }
 }
 
@@ -126,6 +143,7 @@ void single_body(const Settings& s, Report& report) {
   report.note(fmt::format("the answers of both agree: temperatures to {:.0e}, rows to {:.0e}",
                           std::abs(heat.ours[0]["mean_K"] / heat.other[0]["mean_K"] - 1), std::abs(elastic.ours[0]["rows_norm"] / elastic.other[0]["rows_norm"] - 1)));
   block_of_loads(s, report);
+  if (s.threads > 1) threads(s, report);
   multigrid(s, report, elastic.ours);
   against_calculix(s, report);
 }

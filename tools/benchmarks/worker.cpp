@@ -38,7 +38,7 @@ struct Options {
   std::filesystem::path folder, model, out;
   int steps = 100, threads = 1, decks = 6, columns = 1, order = 0;
   long rows = 100000;
-  bool apart = false;
+  bool apart = false, wall = false;
 };
 
 struct Setup {
@@ -81,7 +81,7 @@ void write_files(const Options& options) {
 void heat(const Options& options) {
   const Setup setup(options);
   const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
-  Watch time(options.threads);
+  Watch time(options.threads, options.wall);
   const solver::ThermalSystem system = solver::assemble_thermal(one.mesh);
   print("assembly", time.seconds());
   const solver::OperatingModel model(one.mesh.machine, system.layout);
@@ -100,8 +100,26 @@ void heat(const Options& options) {
     each.push_back(time.seconds());
   }
   print("step", bench::median(each));
+  const solver::SparseFactor factor(system.conduction + system.capacity / one.step_s);
+  print("factor_GB", 1e-9 * factor.memory_bytes());
   print("largest_K", state.col(0).maxCoeff());
   print("mean_K", state.col(0).mean());
+}
+
+/// How fast the machine reads memory: what bounds solves with a factor that no cache holds.
+void memory(const Options& options) {
+  constexpr std::size_t parts = 64, each = 1 << 20;  // 512 MiB
+  const std::vector<double> values(parts * each, 1.0);
+  std::vector<double> sums(parts), seconds;
+  for (int i = 0; i < 8; ++i) {
+    const Watch time(options.threads, options.wall);
+    core::parallel_for(0, parts, [&](std::size_t part) {
+      sums[part] = Eigen::Map<const Eigen::VectorXd>(values.data() + part * each, each).sum();
+    });
+    seconds.push_back(time.seconds());
+  }
+  print("GB_s", 8e-9 * static_cast<double>(parts * each) / bench::median(seconds));
+  print("checksum", Eigen::Map<const Eigen::VectorXd>(sums.data(), parts).sum());
 }
 
 void elastic(const Options& options) {
@@ -358,7 +376,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Options options;
   const std::vector<std::pair<std::string, void (*)(const Options&)>> works = {
-      {"files", write_files}, {"heat", heat}, {"elastic", elastic}, {"iterative", iterative}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"online", online}, {"rows", rows}};
+      {"files", write_files}, {"heat", heat}, {"memory", memory}, {"elastic", elastic}, {"iterative", iterative}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"online", online}, {"rows", rows}};
   for (const auto& [name, work] : works) {
     CLI::App* verb = app.add_subcommand(name);
     verb->add_option("--case", options.case_path);
@@ -376,6 +394,7 @@ int main(int argc, char** argv) {
     verb->add_option("--deck-steps", options.decks);
     verb->add_option("--rows", options.rows);
     verb->add_flag("--apart", options.apart);
+    verb->add_flag("--wall", options.wall);
     verb->callback([&options, work = work] {
       core::set_quiet(true);
       core::set_thread_count(options.threads);
