@@ -184,7 +184,14 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
     });
     // The first stage ends at T + d.
     if (options_.keep_mean) work.step_mean = (1.0 - gamma) * (work.temperature - (a - 1.0) * work.increment);
-    work.solve(scale, false, statistics_);
+    // Factors that have just been seen to solve this matrix at once need no second look.
+    const bool seen = work.factors_are_exact() && std::all_of(work.loads.begin(), work.loads.end(), [](const auto& load) { return load.iterations == 1; });
+    if (seen) {
+      work.solve_once();
+      work.count_iterations(statistics_);
+    } else {
+      work.solve(scale, false, statistics_);
+    }
   }
   over_rows(size(), [&](Index first, Index last) {
     state.middleRows(first, last - first) = work.temperature.middleRows(first, last - first) + work.increment.middleRows(first, last - first);

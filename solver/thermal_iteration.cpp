@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "core/error.h"
 #include "core/thread_pool.h"
@@ -233,6 +234,21 @@ bool ThermalIteration::iterate(int limit, bool want_capacity) {
     add_local(nullptr, 0.0, increment, &capacity_increment, nullptr);
   }
   return done;
+}
+
+bool ThermalIteration::factors_are_exact() const {
+  return std::all_of(loads.begin(), loads.end(), [&](const Load& load) {
+    const Factor& factor = *factors[load.factor];
+    return factor.solver.factor().is_direct() && factor.shift == shift && factor.p == load.p && load.local.empty();
+  });
+}
+
+void ThermalIteration::solve_once() {
+  for (Load& load : loads) load.iterations = 1;
+  increment.resize(residual.rows(), residual.cols());
+  borrow(VectorXd::Constant(static_cast<Index>(loads.size()), std::numeric_limits<double>::infinity()));
+  precondition(working_.increment);
+  give_back();
 }
 
 void ThermalIteration::require_done(int limit) const {

@@ -66,6 +66,10 @@ class ThermalIteration {
   /// Iterates all loads. @return false if a load needs more than limit iterations
   /// @param want_capacity  else capacity_increment holds nothing of use
   bool iterate(int limit, bool want_capacity = true);
+  /// Whether every load's factor is that of its own matrix, and solves with it are direct.
+  bool factors_are_exact() const;
+  /// d = A^-1 times the right-hand sides by such factors; what is left of these is not looked at.
+  void solve_once();
   /// @throws SolverError naming the first load that is not done
   void require_done(int limit) const;
 
