@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "compensation/dataset.h"
 
@@ -51,18 +52,25 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
                                                            std::string* explained, std::vector<std::string>* failed) {
   CompensatorOptions options;
   options.use_sensors = options.start_from_sensors = how.sensors;
-  options.start_C = start_temperature(measurement, model.machine, how.from);
-  Compensator compensator(model, options);
-  const MatrixXd rows = compensator_rows(measurement, model.machine, compensator.channels(), how);
+  const solver::Channels channels(model.machine);
+  const MatrixXd rows = compensator_rows(measurement, model.machine, channels, how);
   const MatrixXd readings = sensor_readings(measurement, model.machine);
   const VectorXd time = measurement.time();
   std::vector<std::vector<solver::TcpError>> errors(poses.size());
+  std::optional<Compensator> compensator;
   for (Index i = how.from; i < time.size(); ++i) {
-    const Offsets& offsets = compensator.step(time[i], rows.row(i).transpose(), how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
+    const bool gap = compensator && time[i] - time[i - 1] > how.longest_gap_s;
+    if (!compensator || gap) {
+      options.start_C = start_temperature(measurement, model.machine, i);
+      compensator.emplace(model, options);
+    }
+    // What held before a gap says nothing any more.
+    const Index told = gap ? std::min(i + 1, time.size() - 1) : i;
+    const Offsets& offsets = compensator->step(time[i], rows.row(told).transpose(), how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
     if (failed != nullptr) failed->push_back(offsets.failed_sensors);
-    for (std::size_t p = 0; p < poses.size(); ++p) errors[p].push_back(compensator.tcp(poses[p]));
+    for (std::size_t p = 0; p < poses.size(); ++p) errors[p].push_back(compensator->tcp(poses[p]));
   }
-  if (explained != nullptr && time.size() - how.from > 1) *explained = compensator.detectability().brief();
+  if (explained != nullptr && time.size() - how.from > 1) *explained = compensator->detectability().brief();
   return errors;
 }
 

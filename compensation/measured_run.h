@@ -17,6 +17,7 @@ struct MeasuredRun {
   /// the hall would say; without it they stand at their defaults.
   bool told_surroundings = false;
   Eigen::Index from = 0;             ///< row of the start: what came before is unknown
+  double longest_gap_s = 12 * 3600.0;  ///< after a longer one nobody knows what the machine did: a new start
 };
 
 /// Inputs row by row as a compensator wants them: what held since the row before. (rows x channels)

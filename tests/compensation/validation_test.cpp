@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "compensation/measured_run.h"
 #include "tests/compensation/five_axis.h"
 #include "tests/compensation/scratch.h"
 
@@ -129,6 +130,27 @@ TEST(PowerOff, ProgramsOfAllSeedsAreLegalAndDiffer) {
     const double back = load.duration() - 3.0 * 3600.0;
     EXPECT_NEAR(std::remainder(back, 300.0), 0.0, 1e-3) << seed;
   }
+}
+
+TEST(MeasuredRun, StartsAnewAfterAGap) {
+  const Lumps lumps;
+  const ValidationOptions options = lumps.options(1);
+  MeasuredMachines machines(lumps.machine_case, options.machine, {}, options.reference);
+  const Measurement once = machines.measure(7, lumps.machine_case.load("shift"), "");
+  Measurement twice = once;
+  const Eigen::Index rows = once.data.rows();
+  twice.data.values.resize(2 * rows, once.data.values.cols());
+  twice.data.values << once.data.values, once.data.values;
+  const auto second = [&](double hours) {
+    twice.data.values.col(0).tail(rows) = once.data.values.col(0).array() + once.data.values(rows - 1, 0) + 3600.0 * hours;
+    return run_compensator(twice, lumps.model, lumps.machine_case.check_points, {});
+  };
+  const auto alone = run_compensator(once, lumps.model, lumps.machine_case.check_points, {});
+  const auto days = second(48.0), night = second(8.0);
+  const auto i = static_cast<std::size_t>(rows / 3), j = i + static_cast<std::size_t>(rows);
+  EXPECT_LT((days[0][j].error - alone[0][i].error).norm(), 1e-12);
+  // Eight hours do not cool a machine as far.
+  EXPECT_GT((night[0][j].error - alone[0][i].error).head<3>().norm(), 1e-8);
 }
 
 TEST(MeasuredMachines, ThermalPerturbationsLeaveMaterialsAlone) {
