@@ -15,6 +15,7 @@ constexpr double memory_s = 600.0;         ///< of the usual difference; at leas
 constexpr double leap = 12.0, scatter = 4.0, turning = 3.5, moved = 5.0, same = 0.1;
 constexpr double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
 constexpr double confirm_s = 30.0;         ///< that a leap has to stay
+constexpr double known_readings = 60.0, most_repeats = 0.2, by_chance = 1e-12, lifeless_s = 300.0;  ///< of one that scatters
 constexpr std::size_t most_samples = 64;
 
 }  // namespace
@@ -38,6 +39,7 @@ void SensorMonitor::start(Sensor& sensor, double time, double reading, double ex
   sensor.last_reading = sensor.same_value = reading;
   sensor.same_expected = sensor.expected_memory = expected;
   sensor.same_count = 1;
+  sensor.same_since = time;
   sensor.usual = sensor.last_difference = reading - expected;
   sensor.last_expected = expected;
 }
@@ -106,13 +108,23 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
   if (std::abs(reading - sensor.same_value) <= same * deviation) {
     ++sensor.same_count;
   } else {
+    if (sensor.fault != SensorFault::stuck) {
+      sensor.readings += sensor.same_count;
+      sensor.repeats += sensor.same_count - 1;
+    }
     sensor.same_value = reading;
     sensor.same_expected = expected;
     sensor.same_count = 1;
+    sensor.same_since = time;
   }
+  // What the observer expects follows a stuck sensor for a while; that readings no longer scatter tells sooner.
+  // Digits coarser than the scatter repeat too often to say anything.
+  const double chance = (sensor.repeats + 1.0) / (sensor.readings + 2.0);
+  const bool lifeless = sensor.readings >= known_readings && chance <= most_repeats && time - sensor.same_since >= lifeless_s &&
+                        (sensor.same_count - 1) * std::log(chance) <= std::log(by_chance);
   const double enough = std::max(moved * deviation, 1.5 * sensor.smallest_step);
   // Once stuck, agreeing by chance is no sign of life.
-  const bool stuck = sensor.same_count >= 3 && (sensor.fault == SensorFault::stuck || std::abs(expected - sensor.same_expected) > enough);
+  const bool stuck = sensor.same_count >= 3 && (sensor.fault == SensorFault::stuck || lifeless || std::abs(expected - sensor.same_expected) > enough);
 
   // Noise turns from reading to reading; what the model gets wrong runs on, so that the second
   // difference has none of it. A leap makes two of them large, noise most.

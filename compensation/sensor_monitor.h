@@ -4,7 +4,8 @@
 // compared with what the observer expects of it; the slow part of that difference is model error and
 // is followed, a leap from one reading to the next is the sensor's:
 // - absent: no reading for five minutes, after there was one;
-// - stuck: the very same reading (to a tenth of its deviation) while the expected one has moved by 5 sigma;
+// - stuck: the very same reading (to a tenth of its deviation) while the expected one has moved by 5 sigma, or
+//   for five minutes and more often in a row than its own scatter so far lets happen by chance (1e-12);
 // - offset: the difference leaps by more than 12 sigma and stays there (or stands out from the start
 //   by 1 K and by far among the sensors);
 // - noise: second differences beyond 3.5 of their deviations in quick succession.
@@ -52,6 +53,8 @@ class SensorMonitor {
     double expected_memory = 0;              ///< slow part of the expected reading
     double same_value = 0, same_expected = 0;
     int same_count = 0;
+    double same_since = 0;
+    double readings = 0, repeats = 0;        ///< in runs that have ended: how often readings repeat by chance
     double smallest_step = 0;                ///< of the reading's digits, where it has coarse ones
     double leapt_at = -1, agreed_since = -1;
     std::deque<Sample> recent;

@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t columns_in_block = 32;  ///< fixed, so that results do not depend on threads
 constexpr std::size_t kept_factors = 6;       ///< programs alternate between a few states
+constexpr int most_changes = 100;             ///< of a sum of matrices, until rounding is taken out
 constexpr double share = (1.0 - solver::sdirk_gamma) / solver::sdirk_gamma;
 
 /// One machine's way from channels to coefficients, with its chillers.
@@ -100,11 +101,7 @@ class Factors {
       Entry& entry = kept_.emplace_front();
       entry.p = p;
       entry.step = step;
-      MatrixXd shifted = system_.conduction;
-      for (Index j = 0; j < p.size(); ++j)
-        if (p[j] != 0.0) shifted += p[j] * system_.terms[static_cast<std::size_t>(j)];
-      shifted = capacity_ + solver::sdirk_gamma * step * shifted;
-      entry.lu.compute(shifted);
+      entry.lu.compute(capacity_ + solver::sdirk_gamma * step * conduction(p));
     }
     Entry& entry = kept_.front();
     entry.solved += columns;
@@ -113,9 +110,26 @@ class Factors {
   }
 
  private:
+  /// K0 + sum p K. From step to step few coefficients change; reading all terms would take longer than a factor.
+  const MatrixXd& conduction(const VectorXd& p) {
+    const bool anew = sum_.size() == 0 || ++changes_ > most_changes;
+    if (anew) {
+      sum_ = system_.conduction;
+      sum_p_ = VectorXd::Zero(p.size());
+      changes_ = 0;
+    }
+    for (Index j = 0; j < p.size(); ++j)
+      if (p[j] != sum_p_[j]) sum_ += (p[j] - sum_p_[j]) * system_.terms[static_cast<std::size_t>(j)];
+    sum_p_ = p;
+    return sum_;
+  }
+
   const reduction::ReducedSystem& system_;
   const MatrixXd& capacity_;
   std::list<Entry> kept_;
+  MatrixXd sum_;
+  VectorXd sum_p_;
+  int changes_ = 0;
 };
 
 double height(const Disturbance& d, double time) {

@@ -94,6 +94,33 @@ TEST(SensorMonitor, NamesEachFaultInTime) {
   }
 }
 
+// The observer's expectation may follow a stuck sensor: its lost scatter names it all the same.
+TEST(SensorMonitor, AReadingThatNoLongerScattersIsStuck) {
+  test::Uniform uniform(3);
+  for (const double digits : {0.0, 0.01, 0.1}) {
+    SensorMonitor monitor(VectorXd::Constant(1, 0.05));
+    double held = 0.0, named_at = -1.0;
+    for (int i = 0; i < 600; ++i) {
+      const double time = 60.0 * i, truth = 21.0 + 0.3 * std::sin(time / 4000.0);
+      double reading = truth + 0.05 * uniform.normal();
+      if (digits > 0.0) reading = digits * std::round(reading / digits);
+      if (i == 300) held = reading;
+      if (i >= 300) reading = held;
+      monitor.judge(time, VectorXd::Constant(1, reading), VectorXd::Constant(1, i < 300 ? truth : held));
+      if (i < 300) {
+        ASSERT_FALSE(monitor.any_fault()) << digits;
+      }
+      if (named_at < 0.0 && monitor.fault(0) == SensorFault::stuck) named_at = time - 18000.0;
+    }
+    if (digits < 0.05) {
+      EXPECT_GE(named_at, 300.0) << digits;
+      EXPECT_LE(named_at, 900.0) << digits;
+    } else {
+      EXPECT_LT(named_at, 0.0) << "readings of coarse digits repeat anyway";
+    }
+  }
+}
+
 TEST(SensorMonitor, AHealthySensorIsNeverNamedAndASensorComesBack) {
   for (const double step : {1.0, 60.0, 300.0}) {
     const Day day(step);
