@@ -49,7 +49,8 @@ bool passes(const MatrixXd& conduction, const MatrixXd& rates, const MatrixXd& s
   dynamics.topLeftCorner(r, r) = -conduction;
   dynamics.topRightCorner(r, m) = rates;
   output.leftCols(r) = sensors;
-  for (const std::complex<double>& pole : Eigen::EigenSolver<MatrixXd>(dynamics, false).eigenvalues()) {
+  const Eigen::VectorXcd poles = Eigen::EigenSolver<MatrixXd>(dynamics, false).eigenvalues();
+  for (const std::complex<double>& pole : poles) {
     if (pole.real() < -1e-9) continue;
     Eigen::MatrixXcd pencil(all + sensors.rows(), all);
     pencil.topRows(all) = pole * Eigen::MatrixXcd::Identity(all, all) - dynamics;
