@@ -15,6 +15,7 @@
 #include "reduction/basis.h"
 #include "reduction/candidates.h"
 #include "reduction/modal_basis.h"
+#include "reduction/output_grid.h"
 #include "reduction/parts.h"
 #include "reduction/patches.h"
 
@@ -92,7 +93,7 @@ struct FullOutputs {
 
   explicit FullOutputs(const solver::FullModel& full)
       : machine(full.mesh.machine),
-        tool_poses(mesh::workspace_poses(machine)),
+        tool_poses(reduction::tool_poses(machine)),
         table_poses(reduction::table_poses(machine)),
         at_tool(tool_poses.size()),
         at_table(table_poses.size()) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "reduction/basis.h"
+#include "reduction/output_grid.h"
 #include "tests/solver/box_machine.h"
 
 namespace thermotwin::reduction {
@@ -80,7 +81,7 @@ ReducedOutputs outputs_of(const solver::FullModel& full, const MatrixXd& basis) 
     }
     return all;
   };
-  const auto tool_poses = mesh::workspace_poses(machine), tables = table_poses(machine);
+  const auto tool_poses = reduction::tool_poses(machine), tables = table_poses(machine);
   return stored_outputs(machine, tool_poses, tables, rows(tool_poses), rows(tables));
 }
 
