@@ -67,6 +67,8 @@ struct ReduceOptions : CommonOptions {
   bool bound = false;                       ///< bound.rom.h5 too ...
   std::vector<std::string> bound_poses;     ///< ... for these poses; empty: the middle of the workspace
   std::vector<std::string> films;           ///< "name=value[,value...]"
+  bool identify = false;                    ///< from the tables of a campaign alone ...
+  std::filesystem::path campaign;           ///< ... in this folder; empty: out/campaign
 };
 struct CompensateOptions : CommonOptions {
   CompensateOptions() { out = "-"; }  ///< a file here, "-" for stdout
@@ -125,6 +127,7 @@ void campaign(const CampaignOptions& options);
 void reduced_campaign(const CampaignOptions& options);
 void reduce(const ReduceOptions& options);
 void reduce_matrices(const ReduceOptions& options);
+void reduce_from_campaign(const ReduceOptions& options);
 void compensate(const CompensateOptions& options);
 void offsets(const OffsetsOptions& options);
 void evaluate(const EvaluateOptions& options);

@@ -14,6 +14,7 @@
 #include "core/text.h"
 #include "core/thread_pool.h"
 #include "tools/chain.h"
+#include "tools/identify_case.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -71,6 +72,18 @@ std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const s
     }
     all.push_back(std::move(of));
   }
+  const IdentifiedCase identified = identify_case(machine_case, options.out, 0);
+  MethodErrors of{"identified", identified.seconds, {}};
+  std::vector<Eigen::Index> orders;
+  for (const Eigen::Index order : compared_orders)
+    if (order < identified.model.largest_order()) orders.push_back(order);
+  orders.push_back(identified.model.largest_order());
+  for (const Eigen::Index order : orders) {
+    double worst = 0;
+    for (const reduction::ReductionErrors& e : identified.errors(order)) worst = std::max(worst, e.max_um);
+    of.worst_um.emplace_back(order, worst);
+  }
+  all.push_back(std::move(of));
   return all;
 }
 
@@ -132,6 +145,7 @@ void write_order_picture(const fs::path& file, const ReducedCase& made, double t
 
 void reduce(const ReduceOptions& options) {
   if (!options.matrices.empty()) return reduce_matrices(options);
+  if (options.identify) return reduce_from_campaign(options);
   if (options.case_path.empty()) throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
