@@ -217,8 +217,15 @@ int parse_and_run(int argc, char** argv) {
                   "  thermotwin reduce --matrices rail --tolerance 1e-4 --out rail_reduced\n"
                   "  thermotwin reduce --matrices spindle --film air=5,50 --film oil=1 --compare", reduce, &tools::reduce);
   auto* reduced_case = verb->add_option("CASE", reduce.case_path, "case folder or case.toml");
-  verb->add_option("--order", reduce.order, "order of the model (0: the smallest that meets the tolerance)")
-      ->check(CLI::Range(0, 2000));
+  verb->add_option_function<std::string>(
+          "--order",
+          [&reduce](const std::string& word) {
+            reduce.order_by_observer = word == "observer";
+            if (!reduce.order_by_observer) reduce.order = std::stoi(word);
+          },
+          "order of the model (0: the smallest that meets the tolerance); of a case also observer: the smallest whose error is below "
+          "what an observer with the machine's sensors is unsure of")
+      ->check(CLI::Range(0, 2000) | CLI::IsMember({"observer"}));
   add_reduced_case(*verb, reduce, *reduced_case);
   add_matrices(*verb, reduce, *reduced_case);
   add_from_campaign(*verb, reduce, *reduced_case);

@@ -58,6 +58,7 @@ struct ReduceOptions : CommonOptions {
   std::string size;
   int mesh_order = 0;
   int order = 0;
+  bool order_by_observer = false;
   bool resume = false;
   std::string solver = "auto";
   std::filesystem::path matrices;           ///< instead of a case: a folder of Matrix Market files

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `reduce --from-campaign`: a model from tables alone.
+// `reduce --from-campaign`: a model from tables alone; what `reduce` says beside its model.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -51,6 +51,41 @@ TEST(FromCampaign, WhatIsMissingOrDoesNotFitIsNamed) {
   for (const char* option : {"--bound", "--resume", "--compare"}) EXPECT_EQ(toy.run({"reduce", toy.path(), "--from-campaign", "x", option}).status, 2) << option;
   EXPECT_EQ(toy.run({"reduce", "--from-campaign", "x"}).status, 2);
   EXPECT_EQ(toy.run({"reduce", toy.path(), "--order", "many"}).status, 2);
+  EXPECT_EQ(toy.run({"reduce", toy.path(), "--from-campaign", "x", "--order", "observer"}).status, 2);
+}
+
+TEST(Reduce, TellsErrorsBetweenStoredPosesItsTimeAndTheObserver) {
+  const Toy toy;
+  toy.take_results();
+  const Result result = toy.run({"reduce", toy.path(), "--resume", "--order", "observer", "--compare", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  const json& last = summary["orders"].back();
+  EXPECT_EQ(last["order"], summary["order"]);
+  EXPECT_LE(last["error_um"].get<double>(), last["observer_um"].get<double>());
+  EXPECT_EQ(summary["order_of_observer"], summary["order"]);
+  for (const json& order : summary["orders"]) {
+    EXPECT_GT(order["observer_um"].get<double>(), 0.0);
+    if (order["order"] != summary["order"]) {
+      EXPECT_GT(order["error_um"].get<double>(), order["observer_um"].get<double>());
+    }
+  }
+  const json& building = summary["building"];
+  EXPECT_GT(building["transient_s"].get<double>(), 0.0);
+  EXPECT_NEAR(building["ratio"].get<double>(), building["all_s"].get<double>() / building["transient_s"].get<double>(), 1e-9);
+  ASSERT_EQ(summary["off_grid"].size(), 1U);
+  const json& between = summary["off_grid"][0];
+  EXPECT_GT(between["peak_um"].get<double>(), 10.0);
+  EXPECT_GT(between["max_um"].get<double>(), 0.0);
+  EXPECT_LT(between["max_um"].get<double>(), 0.2 * between["peak_um"].get<double>());
+  EXPECT_LT(between["own_rows_max_um"].get<double>(), 1.5 * summary["heldout"][0]["max_um"].get<double>()) << "with rows of their own, these poses are as the stored ones";
+  const std::string table = read(toy.result("off_grid.csv"));
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 12);
+  EXPECT_SAYS(table, "load,X_mm,Y_mm,Z_mm,B_deg,C_deg,peak_um,max_um,rms_um,own_rows_max_um\nmixed,");
+  bool identified = false;
+  for (const json& row : summary["comparison"]) identified = identified || row["method"] == "identified";
+  EXPECT_TRUE(identified);
+  EXPECT_SAYS(read(toy.result("order.svg")), "identified");
 }
 
 }  // namespace
