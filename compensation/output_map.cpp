@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "reduction/output_grid.h"
+
 namespace thermotwin::compensation {
 namespace {
 
@@ -116,7 +118,7 @@ void OutputMap::project(const VectorXd& state, Projected& out) const {
 }
 
 solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, double share, const mesh::Pose& pose) const {
-  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose);
+  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose, model_.outputs.tool.size());
   const VectorXd at_table = reduction::table_weights(model_.machine, pose);
   solver::Vector6 tool = base.tool * at_tool, axis = base.axis * at_table;
   solver::Vector7 own = base.own * at_table;
@@ -129,7 +131,7 @@ solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, 
 }
 
 void OutputMap::rows(const mesh::Pose& pose, Eigen::Matrix3Xd& tool, Eigen::Matrix3Xd& table) const {
-  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose);
+  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose, model_.outputs.tool.size());
   const VectorXd at_table = reduction::table_weights(model_.machine, pose);
   MatrixXd outputs = MatrixXd::Zero(parts, model_.system.order());
   for (Index i = 0; i < tool_poses_; ++i) {
@@ -183,7 +185,7 @@ void OutputMap::set_variance(const MatrixXd& influence, const MatrixXd& covarian
 }
 
 VectorXd OutputMap::variance(const mesh::Pose& pose) const {
-  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose);
+  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose, model_.outputs.tool.size());
   const VectorXd at_table = reduction::table_weights(model_.machine, pose);
   VectorXd sum = VectorXd::Zero(variance_.rows());
   for (Index i = 0; i < tool_poses_; ++i) {

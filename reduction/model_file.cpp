@@ -7,6 +7,7 @@
 #include "core/file.h"
 #include "reduction/hdf5_store.h"
 #include "reduction/parts_file.h"
+#include "reduction/output_grid.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -207,13 +208,13 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   const Eigen::Index axes = size_of(model.machine.axes);
   outputs.tool_poses = read_poses(reader, "/outputs/tool_poses", axes);
   outputs.table_poses = read_poses(reader, "/outputs/table_poses", axes);
-  const Eigen::Index tools = pose_weights(model.machine, mesh::home_pose(model.machine)).size();
+  const Eigen::Index tools = size_of(tool_poses(model.machine)), grid = size_of(mesh::workspace_poses(model.machine));
   const Eigen::Index tables = size_of(table_poses(model.machine));
-  if (size_of(outputs.tool_poses) != tools || size_of(outputs.table_poses) != tables) {
+  if ((size_of(outputs.tool_poses) != tools && size_of(outputs.tool_poses) != grid) || size_of(outputs.table_poses) != tables) {
     reader.fail(fmt::format("{} tool poses and {} table poses", outputs.tool_poses.size(), outputs.table_poses.size()),
-                fmt::format("{} and {}, as its workspace says", tools, tables));
+                fmt::format("{} (or {} without lines) and {}, as its workspace says", tools, grid, tables));
   }
-  outputs.tool = reader.stack("/outputs/tool", tools, 6, r);
+  outputs.tool = reader.stack("/outputs/tool", size_of(outputs.tool_poses), 6, r);
   outputs.table_axis = reader.stack("/outputs/table_axis", tables, 6, r);
   outputs.table_own = reader.stack("/outputs/table_own", tables, 7, r);
 

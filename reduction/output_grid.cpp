@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
+#include "reduction/output_grid.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::reduction {
@@ -42,17 +44,60 @@ Eigen::VectorXd smooth_weights(const std::vector<double>& positions, double x) {
   return weights;
 }
 
-/// An endless axis repeats after a turn: between its last and first position goes a straight line.
-Eigen::VectorXd endless_weights(const std::vector<double>& positions, double x) {
+/// Cubic through the four positions about x of more than three: the joints' pads make rows kink.
+Eigen::VectorXd cubic_weights(const std::vector<double>& positions, double x) {
+  const std::size_t n = positions.size();
+  const double t = std::clamp(x, positions.front(), positions.back());
+  std::size_t cell = 0;
+  while (cell + 2 < n && t > positions[cell + 1]) ++cell;
+  const std::size_t first = std::min(cell == 0 ? 0 : cell - 1, n - 4);
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  for (std::size_t i = first; i < first + 4; ++i) {
+    double product = 1.0;
+    for (std::size_t j = first; j < first + 4; ++j)
+      if (j != i) product *= (t - positions[j]) / (positions[i] - positions[j]);
+    weights(static_cast<Eigen::Index>(i)) = product;
+  }
+  return weights;
+}
+
+/// Exact for 1, cos and sin through three angles (trigonometric Lagrange polynomials): what stands still in the
+/// machine turns in a swivel's own frame.
+Eigen::Vector3d turning_weights(const std::array<double, 3>& at, double x) {
+  const auto half = [](double angle) { return std::sin(0.5 * angle); };
+  Eigen::Vector3d weights;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double a = at[(i + 1) % 3], b = at[(i + 2) % 3];
+    weights(static_cast<Eigen::Index>(i)) = half(x - a) * half(x - b) / (half(at[i] - a) * half(at[i] - b));
+  }
+  return weights;
+}
+
+/// Angles of a swivel: by the cell's ends and the position before them (after them in the first cell), so that rows
+/// are continuous; one or two positions by straight lines.
+Eigen::VectorXd swivel_weights(const std::vector<double>& positions, double x, bool endless) {
   constexpr double turn = 2.0 * std::numbers::pi;
-  const double first = positions.front();
+  const std::size_t n = positions.size();
+  if (n == 1) return Eigen::VectorXd::Ones(1);
   std::vector<double> closed = positions;
-  closed.push_back(first + turn);
-  const Eigen::VectorXd weights =
-      linear_weights(closed, x - turn * std::floor((x - first) / turn));
-  Eigen::VectorXd folded = weights.head(weights.size() - 1);
-  folded(0) += weights(weights.size() - 1);
-  return folded;
+  if (endless) {
+    x -= turn * std::floor((x - positions.front()) / turn);
+    closed.push_back(positions.front() + turn);
+  }
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  if (n == 2) {
+    const Eigen::VectorXd straight = linear_weights(closed, x);
+    for (Eigen::Index i = 0; i < straight.size(); ++i) weights(i % 2) += straight(i);
+    return weights;
+  }
+  const double t = std::clamp(x, closed.front(), closed.back());
+  std::size_t cell = 0;
+  while (cell + 2 < closed.size() && t > closed[cell + 1]) ++cell;
+  const std::size_t third = cell > 0 ? cell - 1 : endless ? n - 1 : 2;
+  const std::array<std::size_t, 3> at{cell % n, (cell + 1) % n, third};
+  const Eigen::Vector3d shares = turning_weights({positions[at[0]], positions[at[1]], positions[at[2]]}, t);
+  for (std::size_t i = 0; i < 3; ++i) weights(static_cast<Eigen::Index>(at[i])) = shares(static_cast<Eigen::Index>(i));
+  return weights;
 }
 
 /// Kronecker product, first axis slowest.
@@ -107,18 +152,43 @@ std::vector<GridAxis> table_grid(const mesh::Machine& machine) {
   return grid;
 }
 
-/// Smooth along linear axes, straight lines between the angles of rotary ones.
+/// Smooth along linear axes, by sine and cosine between the angles of rotary ones.
 Eigen::VectorXd weights_on(const std::vector<GridAxis>& grid, const mesh::Machine& machine,
                            const mesh::Pose& pose) {
   std::vector<Eigen::VectorXd> factors;
   for (const GridAxis& on : grid) {
     const mesh::Axis& axis = machine.axes[static_cast<std::size_t>(on.axis)];
     const double x = pose(on.axis);
-    factors.push_back(axis.endless                           ? endless_weights(on.positions, x)
-                      : axis.kind == mesh::AxisKind::linear ? smooth_weights(on.positions, x)
-                                                            : linear_weights(on.positions, x));
+    factors.push_back(axis.kind == mesh::AxisKind::linear ? smooth_weights(on.positions, x) : swivel_weights(on.positions, x, axis.endless));
   }
   return product(factors);
+}
+
+/// A line of the grid along an axis of three positions, through the middle of all others, with a position more in
+/// each half: rows change along one axis as they do there, but for what the grid sees.
+struct Line {
+  std::size_t axis = 0;                    ///< of the grid
+  std::vector<double> positions;           ///< five
+  std::array<Eigen::Index, 3> on_grid{};   ///< where its first, third and fifth position are among the grid's poses
+};
+
+std::vector<Line> lines_of(const mesh::Machine& machine, const std::vector<GridAxis>& grid) {
+  std::vector<Line> lines;
+  for (std::size_t d = 0; d < grid.size(); ++d) {
+    const std::vector<double>& three = grid[d].positions;
+    if (three.size() != 3 || machine.axes[static_cast<std::size_t>(grid[d].axis)].kind != mesh::AxisKind::linear) continue;
+    Line line{d, {three[0], 0.5 * (three[0] + three[1]), three[1], 0.5 * (three[1] + three[2]), three[2]}, {}};
+    for (std::size_t i = 0; i < 3; ++i) {
+      Eigen::Index at = 0;
+      for (std::size_t k = 0; k < grid.size(); ++k) {
+        const std::size_t n = grid[k].positions.size();
+        at = at * static_cast<Eigen::Index>(n) + static_cast<Eigen::Index>(k == d ? i : n / 2);
+      }
+      line.on_grid[i] = at;
+    }
+    lines.push_back(std::move(line));
+  }
+  return lines;
 }
 
 /// Rows between the stored ones, times one state or several.
@@ -137,6 +207,36 @@ auto combine(const std::vector<Eigen::MatrixXd>& rows, const Eigen::VectorXd& we
 
 Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose) {
   return weights_on(tool_grid(machine), machine, pose);
+}
+
+std::vector<mesh::Pose> tool_poses(const mesh::Machine& machine) {
+  std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);
+  const std::vector<GridAxis> grid = tool_grid(machine);
+  for (const Line& line : lines_of(machine, grid))
+    for (const std::size_t extra : {1, 3}) {
+      poses.push_back(poses[static_cast<std::size_t>(line.on_grid[1])]);
+      poses.back()(grid[line.axis].axis) = line.positions[extra];
+    }
+  return poses;
+}
+
+Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose, std::size_t stored) {
+  const std::vector<GridAxis> grid = tool_grid(machine);
+  const Eigen::VectorXd on_grid = weights_on(grid, machine, pose);
+  if (static_cast<Eigen::Index>(stored) == on_grid.size()) return on_grid;
+  const std::vector<Line> lines = lines_of(machine, grid);
+  assert(static_cast<Eigen::Index>(stored) == on_grid.size() + 2 * static_cast<Eigen::Index>(lines.size()));
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(stored));
+  weights.head(on_grid.size()) = on_grid;
+  Eigen::Index next = on_grid.size();
+  for (const Line& line : lines) {
+    const double x = pose(grid[line.axis].axis);
+    const Eigen::VectorXd fine = cubic_weights(line.positions, x), coarse = smooth_weights(grid[line.axis].positions, x);
+    for (Eigen::Index i = 0; i < 3; ++i) weights(line.on_grid[static_cast<std::size_t>(i)]) += fine(2 * i) - coarse(i);
+    weights(next++) = fine(1);
+    weights(next++) = fine(3);
+  }
+  return weights;
 }
 
 Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose) {
@@ -160,7 +260,7 @@ std::vector<mesh::Pose> table_poses(const mesh::Machine& machine) {
 
 solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const {
   assert(state.size() == system.order());
-  const Eigen::VectorXd tool_shares = pose_weights(machine, pose);
+  const Eigen::VectorXd tool_shares = pose_weights(machine, pose, outputs.tool.size());
   const Eigen::VectorXd table_shares = table_weights(machine, pose);
   assert(tool_shares.size() == static_cast<Eigen::Index>(outputs.tool.size()));
   assert(table_shares.size() == static_cast<Eigen::Index>(outputs.table_axis.size()));
@@ -171,7 +271,7 @@ solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pos
 
 Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& outputs, const mesh::Pose& pose) {
   const Eigen::Index r = outputs.tool.front().cols();
-  const Eigen::VectorXd tool = pose_weights(machine, pose), table = table_weights(machine, pose);
+  const Eigen::VectorXd tool = pose_weights(machine, pose, outputs.tool.size()), table = table_weights(machine, pose);
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(19, r);
   for (std::size_t i = 0; i < outputs.tool.size(); ++i) rows.topRows<6>() += tool(static_cast<Eigen::Index>(i)) * outputs.tool[i];
   for (std::size_t i = 0; i < outputs.table_axis.size(); ++i) {
@@ -186,7 +286,7 @@ Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Po
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
   Eigen::MatrixXd rows;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::VectorXd tool_shares = pose_weights(model.machine, poses[i]), table_shares = table_weights(model.machine, poses[i]);
+    const Eigen::VectorXd tool_shares = pose_weights(model.machine, poses[i], model.outputs.tool.size()), table_shares = table_weights(model.machine, poses[i]);
     const auto tool = combine<6>(model.outputs.tool, tool_shares, identity);
     const auto axis = combine<6>(model.outputs.table_axis, table_shares, identity);
     const auto own = combine<7>(model.outputs.table_own, table_shares, identity);

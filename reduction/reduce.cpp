@@ -15,6 +15,7 @@
 #include "reduction/basis.h"
 #include "reduction/candidates.h"
 #include "reduction/modal_basis.h"
+#include "reduction/output_grid.h"
 #include "reduction/parts.h"
 #include "reduction/patches.h"
 
@@ -92,7 +93,7 @@ struct FullOutputs {
 
   explicit FullOutputs(const solver::FullModel& full)
       : machine(full.mesh.machine),
-        tool_poses(mesh::workspace_poses(machine)),
+        tool_poses(reduction::tool_poses(machine)),
         table_poses(reduction::table_poses(machine)),
         at_tool(tool_poses.size()),
         at_table(table_poses.size()) {
@@ -142,6 +143,23 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
   Basis basis = make_basis(thermal, conduction, candidates, most);
   notes.deflated = notes.candidates - basis.rank;
   return basis;
+}
+
+/// What the campaign made of the machine since each load's start, on the basis: (order x some of its outputs).
+Eigen::MatrixXd states_of(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis, const std::vector<solver::LoadResult>& training) {
+  constexpr Eigen::Index most_states = 60;  // of one load
+  const Eigen::MatrixXd weighted = thermal.capacity * basis;
+  Eigen::MatrixXd states(basis.cols(), 0);
+  for (const solver::LoadResult& result : training) {
+    const Eigen::Index all = result.snapshots.cols();
+    if (all == 0) continue;
+    const Eigen::Index stride = (all + most_states - 1) / most_states, kept = (all + stride - 1) / stride;
+    Eigen::MatrixXd chosen(thermal.size, kept);
+    for (Eigen::Index i = 0; i < kept; ++i) chosen.col(i) = result.snapshots.col(i * stride) - result.snapshots.col(0);
+    states.conservativeResize(Eigen::NoChange, states.cols() + kept);
+    states.rightCols(kept).noalias() = weighted.transpose() * chosen;
+  }
+  return states;
 }
 
 /// Loads that have a result, as pairs. @throws InputError for a result without its load
@@ -229,9 +247,11 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   const mesh::Machine& machine = full.mesh.machine;
   const solver::OperatingModel operating(machine, thermal.layout);
   ReduceSummary notes;
-  const Watch basis_watch;
+  const Watch rows_watch;
   const FullOutputs rows(full);
+  notes.rows_seconds = rows_watch.seconds();
 
+  const Watch basis_watch;
   const std::vector<OperatingPoint> points = operating_points(operating);
   const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
   Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
@@ -257,6 +277,12 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   orders.push_back(largest);
   if (options.order > 0 || pairs.empty()) orders = {largest};
 
+  const Watch orders_watch;
+  Eigen::MatrixXd states(0, 0);
+  if (!pairs.empty()) states = states_of(thermal, basis.vectors.leftCols(largest), training);
+  if (options.order_by_observer && states.cols() == 0)
+    throw core::InputError("order by the observer", "no snapshots of the training loads", "a campaign that keeps them");
+  notes.prior_share = prior_share(machine);
   ReducedModel chosen;
   for (const Eigen::Index order : orders) {
     chosen = truncated(model, order);
@@ -275,8 +301,10 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     chosen.trained = model.trained;
     const double worst = *std::max_element(error.begin(), error.end());
     notes.order_error_um.emplace_back(order, worst);
-    if (worst <= options.tolerance_um) break;
+    if (states.cols() > 0) notes.observer.push_back(observer_noise(chosen, states.topRows(order), points.front().c.p));
+    if (worst <= (options.order_by_observer ? notes.observer.back().predicted_um : options.tolerance_um)) break;
   }
+  notes.orders_seconds = orders_watch.seconds();
   notes.order = chosen.system.order();
   if (options.parts) {
     const Watch parts_watch;
@@ -288,15 +316,34 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   }
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
   if (columns) *columns = basis.vectors;
-  if (summary) *summary = notes;
+  if (summary) {
+    notes.basis = basis.vectors.leftCols(notes.order);
+    *summary = std::move(notes);
+  }
   return chosen;
 }
 
+Eigen::Index ReduceSummary::order_of_observer() const {
+  if (observer.size() != order_error_um.size()) return 0;
+  Eigen::Index from = 0;
+  for (std::size_t i = order_error_um.size(); i-- > 0 && order_error_um[i].second <= observer[i].predicted_um;) from = order_error_um[i].first;
+  return from;
+}
+
 std::string ReduceSummary::brief() const {
-  std::string text = fmt::format("order {} from {} candidates ({} dependent); basis {:.1f} s, projection {:.1f} s, parts {:.1f} s", order,
-                                 candidates, deflated, basis_seconds, projection_seconds, parts_seconds);
-  for (const auto& [tried, error] : order_error_um) text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", tried, error);
-  return text;
+  std::string text = fmt::format("order {} from {} candidates ({} dependent)", order, candidates, deflated);
+  const bool observed = observer.size() == order_error_um.size();
+  for (std::size_t i = 0; i < order_error_um.size(); ++i) {
+    text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", order_error_um[i].first, order_error_um[i].second);
+    if (observed) text += fmt::format("; an observer's own {:.2f} um", observer[i].predicted_um);
+  }
+  if (!observed || observer.empty()) return text;
+  if (const Eigen::Index from = order_of_observer(); from > 0)
+    text += fmt::format("\nbeyond order {} the observer's noise is larger than the reduction's error", from);
+  else
+    text += "\nat no order tried is the reduction's error below the observer's noise";
+  return text + fmt::format(" (standard deviation of the TCP that the sensors leave of {:.2f} um: the campaign's states times {:.1f} %, as unsure as machine.toml is of heats and films)",
+                            observer.back().open_um, 100 * prior_share);
 }
 
 }  // namespace thermotwin::reduction

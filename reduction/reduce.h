@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "reduction/observer_noise.h"
 #include "reduction/reduced_model.h"
 #include "solver/campaign.h"
 
@@ -32,14 +33,21 @@ struct ReduceOptions {
   double tolerance_um = 0.05;      ///< TCP error of the training loads, all poses, translations
   Eigen::Index max_order = 240;
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
+  bool order_by_observer = false;  ///< the smallest order tried that errs by less than an observer's noise instead
   bool parts = true;               ///< the model has its parts and patches, for diagnosis
   int patches = 800;               ///< of the skin of all bodies, at most
 };
 
 struct ReduceSummary {
   Eigen::Index candidates = 0, deflated = 0, order = 0;
-  double basis_seconds = 0, projection_seconds = 0, parts_seconds = 0;
+  double rows_seconds = 0, basis_seconds = 0, projection_seconds = 0, orders_seconds = 0, parts_seconds = 0;
   std::vector<std::pair<Eigen::Index, double>> order_error_um;  ///< tried orders, training error
+  std::vector<ObserverNoise> observer;   ///< of the same orders; empty: no snapshots, or a machine that keeps all heat
+  double prior_share = 0;                ///< of what the campaign reached, that the observer is unsure of at first
+  Eigen::MatrixXd basis;                 ///< (size x order) of the model
+  double seconds() const { return rows_seconds + basis_seconds + projection_seconds + orders_seconds + parts_seconds; }
+  /// The order tried from which on the error stays below the observer's noise; 0: none.
+  Eigen::Index order_of_observer() const;
   std::string brief() const;
 };
 

@@ -29,12 +29,12 @@ struct ReducedSystem {
   Eigen::Index order() const { return conduction.rows(); }
 };
 
-/// Output rows on the workspace grid, times the basis. The tool side is stored at every pose of the
-/// grid (quadratic interpolation in between), the table side at the positions of the table's tilt
-/// axes (linear) and of linear axes that carry the table, each in the frames of solver::OutputRows.
+/// Output rows, times the basis. The tool side is stored at the poses of output_grid.h, the table side
+/// at the positions of the table's tilt axes (interpolation is exact for 1, sine and cosine) and of
+/// linear axes that carry the table (quadratic), each in the frames of solver::OutputRows.
 /// What the other axes do to the table side by way of the bed (0.1 um) is taken over by the tool's.
 struct ReducedOutputs {
-  std::vector<mesh::Pose> tool_poses;     ///< the workspace grid, first axis slowest
+  std::vector<mesh::Pose> tool_poses;     ///< the workspace grid, first axis slowest, and what output_grid.h adds to it
   std::vector<Eigen::MatrixXd> tool;      ///< (6 x r) each
   std::vector<mesh::Pose> table_poses;    ///< grid of the table side, table axis at 0
   std::vector<Eigen::MatrixXd> table_axis, table_own;  ///< (6 x r), (7 x r) each
@@ -111,8 +111,8 @@ Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Po
 /// Weights of the workspace grid's poses at a pose: tensor product of quadratic Lagrange
 /// polynomials (three positions), linear ones (two), clamped to the grid's box.
 Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose);
-/// Non-negative piecewise linear weights on the grid of the table's tilt axes (the table's own axis
-/// is none of them), times weights as those of pose_weights for linear axes that carry the table.
+/// Weights on the grid of the table's tilt axes (the table's own is none of them): of 1, sine and cosine, as what stands
+/// still turns in a swivel's frame; times those of pose_weights for linear axes that carry the table.
 Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose);
 std::vector<mesh::Pose> table_poses(const mesh::Machine& machine);
 

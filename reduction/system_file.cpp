@@ -25,7 +25,13 @@ std::string film_names(const LinearSystem& system) {
   return names;
 }
 
-std::string bytes_of(const fs::path& path, const LinearSystem& system, const SystemReduction& reduction) {
+std::string lines_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += name + "\n";
+  return text;
+}
+
+std::string bytes_of(const fs::path& path, const LinearSystem& system, const SystemReduction& reduction, const SystemNames* names) {
   const ReducedLinearSystem& model = reduction.model;
   const Index r = model.order(), films = static_cast<Index>(system.films.size()), points = static_cast<Index>(reduction.points.size());
   StoreWriter writer(path.string());
@@ -33,7 +39,7 @@ std::string bytes_of(const fs::path& path, const LinearSystem& system, const Sys
   writer.integer_attribute("/", "version", version);
   writer.integer_attribute("/", "order", r);
   writer.integer_attribute("/", "full_size", system.base.size());
-  writer.text_attribute("/", "method", word(reduction.method));
+  writer.text_attribute("/", "method", names ? names->method : word(reduction.method));
   const auto matrix = [&](const std::string& name, const MatrixXd& values, const char* columns) {
     writer.matrix("/system/" + name, values);
     writer.describe("/system/" + name, columns, "as the matrices that were given");
@@ -47,6 +53,10 @@ std::string bytes_of(const fs::path& path, const LinearSystem& system, const Sys
   writer.stack("/system/films", model.films, r, r);
   writer.describe("/system/films", "(film, state, state)", "as the matrices that were given");
   writer.text("/system/film_names", film_names(system));
+  if (names) {
+    writer.text("/system/input_names", lines_of(names->inputs));
+    writer.text("/system/output_names", lines_of(names->outputs));
+  }
 
   MatrixXd values(points, films), measures(points, 5);
   for (Index k = 0; k < points; ++k) {
@@ -90,7 +100,7 @@ void check_system_folder(const fs::path& folder, const LinearSystem& system) {
   if (::access(there.c_str(), W_OK | X_OK) != 0) throw core::InputError("--out " + folder.string(), "no permission", "a folder that may be written");
 }
 
-void write_system(const fs::path& folder, const LinearSystem& system, const SystemReduction& reduction) {
+void write_system(const fs::path& folder, const LinearSystem& system, const SystemReduction& reduction, const SystemNames* names) {
   const ReducedLinearSystem& model = reduction.model;
   std::error_code error;
   const bool is_new = !fs::exists(folder, error);
@@ -108,7 +118,7 @@ void write_system(const fs::path& folder, const LinearSystem& system, const Syst
       if (system.has_feedthrough) add("D", model.D);
       for (std::size_t j = 0; j < system.films.size(); ++j) add("A_film_" + system.films[j].name, model.films[j]);
       files.emplace_back(system_file_name);
-      core::write_file(staged / system_file_name, bytes_of(folder / system_file_name, system, reduction));
+      core::write_file(staged / system_file_name, bytes_of(folder / system_file_name, system, reduction, names));
       remove_leftovers(folder, files);
       return files;
     });

@@ -16,8 +16,15 @@ inline constexpr char system_file_name[] = "system.rom.h5";
 /// @throws InputError
 void check_system_folder(const std::filesystem::path& folder, const LinearSystem& system);
 
+/// Of a system whose inputs and outputs have names; kept as /system/input_names and output_names, one a line.
+struct SystemNames {
+  std::vector<std::string> inputs, outputs;
+  std::string method;            ///< attribute of the file, in place of the reduction's
+};
+
 /// @throws InputError (disk full, no permission); earlier files are then as they were
-void write_system(const std::filesystem::path& folder, const LinearSystem& system, const SystemReduction& reduction);
+void write_system(const std::filesystem::path& folder, const LinearSystem& system, const SystemReduction& reduction,
+                  const SystemNames* names = nullptr);
 
 /// The model of system.rom.h5. @param films  receives the names of its films
 /// @throws InputError: no HDF5 file, not a reduced system, another version, sizes that disagree

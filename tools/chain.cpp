@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <iostream>
 
 #include "core/error.h"
@@ -20,6 +21,8 @@
 #include "reduction/model_file.h"
 
 namespace thermotwin::tools {
+
+constexpr int off_grid_poses = 12;
 
 void print_summary(const CommonOptions& options, const std::string& text, const std::string& json) {
   std::cout << (options.json ? json : text);
@@ -108,10 +111,16 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   options.resume = resume;
   options.keep_snapshots = true;
   const auto training = load_programs(machine_case, machine_case.train);
-  const auto trained = solver::run_campaign(full, training, options);
-  options.keep_snapshots = false;
   const auto heldout = load_programs(machine_case, machine_case.holdout);
-  const auto held = solver::run_campaign(full, heldout, options);
+  auto held = solver::run_campaign(full, heldout, options);
+  made.off_grid_poses = reduction::random_poses(machine_case.machine, off_grid_poses);
+  const reduction::FullRows between = reduction::full_rows(full, made.off_grid_poses);
+  std::vector<std::vector<Eigen::Matrix3Xd>> truths;
+  for (solver::LoadResult& result : held) {
+    truths.push_back(reduction::off_grid_truth(machine_case.machine, between, result.snapshots));
+    result.snapshots.resize(0, 0);  // before those of all training loads are there too
+  }
+  const auto trained = solver::run_campaign(full, training, options);
   made.campaign_seconds = campaign_time.seconds();
   made.loads = training.size() + heldout.size();
 
@@ -124,6 +133,9 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
   judge(made, machine_case.machine, heldout, held, poses);
+  for (std::size_t i = 0; i < heldout.size(); ++i)
+    made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i], truths[i], between));
+  reduction::write_off_grid(out / "off_grid.csv", machine_case.machine, made.off_grid_poses, made.off_grid);
   reduction::write_model(out / "model.rom.h5", made.model);
   if (has_reference(made)) reduction::write_model(out / "reference.rom.h5", made.reference);
   if (!bounded.empty()) {
@@ -155,15 +167,21 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path,
   return make_reduced_model(build(machine_case, out), machine_case, {}, true, out).model;
 }
 
-std::string error_table(const std::vector<reduction::ReductionErrors>& errors) {
+std::string error_table(const ReducedCase& made) {
   std::vector<std::vector<std::string>> table{
       {"held-out load", "peak um", "max error um", "rms um", "of peak %", "estimated um", "estimated/true, median"}};
-  for (const auto& e : errors)
+  for (const auto& e : made.model.errors)
     table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.3f}", e.max_um),
                      fmt::format("{:.3f}", e.rms_um), fmt::format("{:.2f}", 100 * e.max_um / e.peak_um),
                      e.estimate_max_um > 0 ? fmt::format("{:.3f}", e.estimate_max_um) : "-",
                      e.estimate_max_um > 0 ? fmt::format("{:.2f}", e.effectivity) : "-"});
-  return core::format_table(table);
+  std::string text = core::format_table(table);
+  if (made.off_grid.empty()) return text;
+  table = {{fmt::format("at {} poses between the stored ones", made.off_grid_poses.size()), "peak um", "max error um", "rms um", "of peak %", "with these poses' own rows um"}};
+  for (const auto& e : made.off_grid)
+    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()), fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / static_cast<double>(e.rms.size()))),
+                     fmt::format("{:.2f}", 100 * e.max_um() / e.peak_um()), fmt::format("{:.3f}", e.own_rows_um())});
+  return text + "\n\n" + core::format_table(table);
 }
 
 void mesh_machine(const MeshOptions& options) {

@@ -10,6 +10,7 @@
 
 #include "reduction/error_bound.h"
 #include "reduction/error_estimate.h"
+#include "reduction/off_grid.h"
 #include "reduction/reduce.h"
 #include "reduction/reduced_model.h"
 #include "solver/campaign.h"
@@ -56,12 +57,14 @@ struct ReducedCase {
   double bound_seconds = 0;                   ///< to make it
   std::vector<reduction::Effectivity> effectivities;  ///< of the estimates, one a held-out load
   reduction::ReduceSummary summary;
+  std::vector<mesh::Pose> off_grid_poses;             ///< between the stored ones, at random
+  std::vector<reduction::OffGridErrors> off_grid;     ///< one a held-out load
   double campaign_seconds = 0;
   std::size_t loads = 0, poses = 0;
 };
 
 /// Campaign on the training and held-out loads, reduction, errors on the held-out ones; writes
-/// model.rom.h5, reference.rom.h5 and the campaign's tables. The tolerance is the case's.
+/// model.rom.h5, reference.rom.h5, off_grid.csv and the campaign's tables. The tolerance is the case's.
 /// @param bounded  poses to bound the error at: bound.rom.h5 is made too
 ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case& machine_case,
                                const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out,
@@ -80,7 +83,7 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path,
                                   const std::filesystem::path& model,
                                   const std::filesystem::path& out);
 
-/// Table of held-out errors for the terminal.
-std::string error_table(const std::vector<reduction::ReductionErrors>& errors);
+/// Table of held-out errors for the terminal, at the stored poses and between them.
+std::string error_table(const ReducedCase& made);
 
 }  // namespace thermotwin::tools

@@ -80,6 +80,23 @@ void add_matrices(CLI::App& verb, tools::ReduceOptions& reduce, CLI::Option& of_
       ->needs(matrices);
 }
 
+/// What it asks of the tables of a campaign only.
+void add_from_campaign(CLI::App& verb, tools::ReduceOptions& reduce, CLI::Option& of_case) {
+  auto* from = verb.add_option_function<std::string>(
+                       "--from-campaign",
+                       [&reduce](const std::string& folder) {
+                         reduce.identify = true;
+                         if (folder != "true") reduce.campaign = folder;
+                       },
+                       "identify a model from the tables of a campaign alone (folder of inputs.csv, sensors.csv, tcp.csv per load; "
+                       "absent: campaign/ in --out), without the full model; results: system.rom.h5 and E, A, B, C as .mtx")
+                   ->expected(0, 1)
+                   ->type_name("[DIR]")
+                   ->needs(&of_case);
+  for (const char* name : {"--resume", "--bound", "--size", "--mesh-order", "--solver", "--matrices", "--method", "--compare"})
+    from->excludes(verb.get_option(name));
+}
+
 template <class Options>
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& text,
                    const std::string& example, Options& options, void (*verb)(const Options&)) {
@@ -196,13 +213,22 @@ int parse_and_run(int argc, char** argv) {
   verb = add_verb(app, "reduce", "reduced state-space model model.rom.h5 of a case, with order and error table; or, with "
                   "--matrices, of the system E x' = A x + B u, y = C x + D u of another program",
                   "thermotwin reduce cases/vmc5\n"
+                  "  thermotwin reduce cases/vmc5 --from-campaign out/campaign --out identified\n"
                   "  thermotwin reduce --matrices rail --tolerance 1e-4 --out rail_reduced\n"
                   "  thermotwin reduce --matrices spindle --film air=5,50 --film oil=1 --compare", reduce, &tools::reduce);
   auto* reduced_case = verb->add_option("CASE", reduce.case_path, "case folder or case.toml");
-  verb->add_option("--order", reduce.order, "order of the model (0: the smallest that meets the tolerance)")
-      ->check(CLI::Range(0, 2000));
+  verb->add_option_function<std::string>(
+          "--order",
+          [&reduce](const std::string& word) {
+            reduce.order_by_observer = word == "observer";
+            if (!reduce.order_by_observer) reduce.order = std::stoi(word);
+          },
+          "order of the model (0: the smallest that meets the tolerance); of a case also observer: the smallest whose error is below "
+          "what an observer with the machine's sensors is unsure of")
+      ->check(CLI::Range(0, 2000) | CLI::IsMember({"observer"}));
   add_reduced_case(*verb, reduce, *reduced_case);
   add_matrices(*verb, reduce, *reduced_case);
+  add_from_campaign(*verb, reduce, *reduced_case);
 
   tools::CompensateOptions compensate;
   verb = add_verb(app, "compensate", "streams rows of what a control knows in, axis offsets out, row by row",

@@ -58,6 +58,7 @@ struct ReduceOptions : CommonOptions {
   std::string size;
   int mesh_order = 0;
   int order = 0;
+  bool order_by_observer = false;
   bool resume = false;
   std::string solver = "auto";
   std::filesystem::path matrices;           ///< instead of a case: a folder of Matrix Market files
@@ -67,6 +68,8 @@ struct ReduceOptions : CommonOptions {
   bool bound = false;                       ///< bound.rom.h5 too ...
   std::vector<std::string> bound_poses;     ///< ... for these poses; empty: the middle of the workspace
   std::vector<std::string> films;           ///< "name=value[,value...]"
+  bool identify = false;                    ///< from the tables of a campaign alone ...
+  std::filesystem::path campaign;           ///< ... in this folder; empty: out/campaign
 };
 struct CompensateOptions : CommonOptions {
   CompensateOptions() { out = "-"; }  ///< a file here, "-" for stdout
@@ -125,6 +128,7 @@ void campaign(const CampaignOptions& options);
 void reduced_campaign(const CampaignOptions& options);
 void reduce(const ReduceOptions& options);
 void reduce_matrices(const ReduceOptions& options);
+void reduce_from_campaign(const ReduceOptions& options);
 void compensate(const CompensateOptions& options);
 void offsets(const OffsetsOptions& options);
 void evaluate(const EvaluateOptions& options);

@@ -14,6 +14,7 @@
 #include "core/text.h"
 #include "core/thread_pool.h"
 #include "tools/chain.h"
+#include "tools/identify_case.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -71,6 +72,18 @@ std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const s
     }
     all.push_back(std::move(of));
   }
+  const IdentifiedCase identified = identify_case(machine_case, options.out, 0);
+  MethodErrors of{"identified", identified.seconds, {}};
+  std::vector<Eigen::Index> orders;
+  for (const Eigen::Index order : compared_orders)
+    if (order < identified.model.largest_order()) orders.push_back(order);
+  orders.push_back(identified.model.largest_order());
+  for (const Eigen::Index order : orders) {
+    double worst = 0;
+    for (const reduction::ReductionErrors& e : identified.errors(order)) worst = std::max(worst, e.max_um);
+    of.worst_um.emplace_back(order, worst);
+  }
+  all.push_back(std::move(of));
   return all;
 }
 
@@ -95,6 +108,38 @@ std::string comparison_table(const std::vector<MethodErrors>& methods) {
   for (const MethodErrors& method : methods) row.push_back(fmt::format("{:.0f}", method.basis_seconds));
   table.push_back(std::move(row));
   return core::format_table(table);
+}
+
+/// What a user would run instead of reducing: a transient of so many steps of a held-out load at one pose.
+struct TransientTime {
+  std::string load;
+  double seconds = 0;          ///< for all steps, with factors and the pose's rows
+  std::size_t run = 0;         ///< steps that were run; the rest is taken in proportion
+};
+constexpr std::size_t transient_steps = 800;
+
+TransientTime time_transient(const solver::FullModel& full, const solver::Case& machine_case) {
+  const std::string& name = machine_case.holdout.empty() ? machine_case.train.front() : machine_case.holdout.front();
+  solver::LoadProgram load = machine_case.load(name);
+  const std::vector<double> ends = load.step_ends();
+  TransientTime result{name, 0, std::min(transient_steps, ends.size())};
+  load.choose_outputs({ends[result.run - 1]}, "the timed transient");
+  solver::CampaignOptions options;
+  const auto poses = mesh::workspace_poses(machine_case.machine);
+  options.poses = {poses[poses.size() / 2]};
+  const Stopwatch watch;
+  solver::run_campaign(full, {load}, options);
+  result.seconds = watch.seconds() * static_cast<double>(transient_steps) / static_cast<double>(result.run);
+  return result;
+}
+
+std::string building_text(const ReducedCase& made, const TransientTime& transient) {
+  const reduction::ReduceSummary& s = made.summary;
+  std::string text = fmt::format("built in    {:.1f} s: output rows {:.1f}, basis {:.1f}, projection {:.1f}, orders {:.1f}, parts {:.1f}; the campaign before it {:.1f} s\n",
+                                 s.seconds(), s.rows_seconds, s.basis_seconds, s.projection_seconds, s.orders_seconds, s.parts_seconds, made.campaign_seconds);
+  text += fmt::format("transient   of {} steps at one pose on this mesh ({}{}): {:.1f} s; building takes {:.1f} times that", transient_steps, transient.load,
+                      transient.run < transient_steps ? fmt::format(", from {}", transient.run) : "", transient.seconds, s.seconds() / transient.seconds);
+  return text;
 }
 
 core::LineChart chart_of(const ReducedCase& made) {
@@ -131,13 +176,16 @@ void write_order_picture(const fs::path& file, const ReducedCase& made, double t
 }
 
 void reduce(const ReduceOptions& options) {
+  if (options.order_by_observer && (options.identify || !options.matrices.empty())) throw core::UsageError("--order observer: of a case that is reduced with its full model only");
   if (!options.matrices.empty()) return reduce_matrices(options);
+  if (options.identify) return reduce_from_campaign(options);
   if (options.case_path.empty()) throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
   reduction::ReduceOptions wanted;
   wanted.order = options.order;
+  wanted.order_by_observer = options.order_by_observer;
   if (!options.method.empty()) wanted.method = reduction::basis_method(options.method);
   std::vector<mesh::Pose> bounded;
   for (const std::string& pose : options.bound_poses) bounded.push_back(mesh::parse_pose(machine_case.machine, pose, "--bound-pose"));
@@ -147,10 +195,22 @@ void reduce(const ReduceOptions& options) {
   }
   const solver::FullModel full = build(machine_case, options.out, options.solver);
   const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out, bounded);
+  const TransientTime transient = time_transient(full, machine_case);
   nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()}, {"reference_order", made.reference.system.order()},
                          {"method", reduction::basis_methods[static_cast<int>(wanted.method)]},
                          {"basis_s", made.summary.basis_seconds}};
-  for (const auto& [order, error] : made.summary.order_error_um) json["orders"].push_back({{"order", order}, {"error_um", error}});
+  for (std::size_t i = 0; i < made.summary.order_error_um.size(); ++i) {
+    const auto& [order, error] = made.summary.order_error_um[i];
+    json["orders"].push_back({{"order", order}, {"error_um", error}});
+    if (i < made.summary.observer.size()) json["orders"].back()["observer_um"] = made.summary.observer[i].predicted_um;
+  }
+  json["order_of_observer"] = made.summary.order_of_observer();
+  for (const auto& e : made.off_grid)
+    json["off_grid"].push_back({{"load", e.load}, {"peak_um", e.peak_um()}, {"max_um", e.max_um()}, {"own_rows_max_um", e.own_rows_um()}});
+  const reduction::ReduceSummary& stages = made.summary;
+  json["building"] = {{"rows_s", stages.rows_seconds}, {"basis_s", stages.basis_seconds}, {"projection_s", stages.projection_seconds},
+                      {"orders_s", stages.orders_seconds}, {"parts_s", stages.parts_seconds}, {"all_s", stages.seconds()},
+                      {"transient_s", transient.seconds}, {"ratio", stages.seconds() / transient.seconds}, {"campaign_s", made.campaign_seconds}};
   for (const auto& e : made.model.errors)
     json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um},
                                {"estimate_max_um", e.estimate_max_um}, {"effectivity", e.effectivity}});
@@ -158,7 +218,7 @@ void reduce(const ReduceOptions& options) {
     json["bounds"].push_back({{"load", b.load}, {"pose", b.pose}, {"peak_um", b.peak_um}, {"error_um", b.error_um}, {"bound_um", b.bound_um},
                               {"remainder_um", b.remainder_um}, {"least_ratio", b.least_ratio}, {"median_ratio", b.median_ratio}, {"seconds", b.seconds}});
   std::vector<MethodErrors> methods;
-  std::string text = made.summary.brief() + "\n\n" + error_table(made.model.errors) + "\n";
+  std::string text = made.summary.brief() + "\n\n" + error_table(made) + "\n" + building_text(made, transient) + "\n";
   if (made.bound) text += bound_table(made) + "\n";
   if (options.compare) {
     methods = compare_methods(full, machine_case, made, wanted.method, options.out);

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "reduction/basis.h"
+#include "reduction/output_grid.h"
 #include "tests/solver/box_machine.h"
 
 namespace thermotwin::reduction {
@@ -80,7 +81,7 @@ ReducedOutputs outputs_of(const solver::FullModel& full, const MatrixXd& basis) 
     }
     return all;
   };
-  const auto tool_poses = mesh::workspace_poses(machine), tables = table_poses(machine);
+  const auto tool_poses = reduction::tool_poses(machine), tables = table_poses(machine);
   return stored_outputs(machine, tool_poses, tables, rows(tool_poses), rows(tables));
 }
 
@@ -121,6 +122,29 @@ TEST(Parts, RowsOfAllExpansionsAddUp) {
       if (!outputs.tool.empty()) sum += stacked(outputs), ++taking_part;
   EXPECT_EQ(taking_part, 5 + 1 + 1) << "five elastic bodies, the scale of Z, the screw of X";
   EXPECT_LT((sum - base().rows).norm(), 1e-10 * base().rows.norm());
+}
+
+// What the other axes do to the table's side is in the tool's stored rows: their sum is right.
+TEST(Parts, StoredRowsAreTheMachineItselfAtEveryStoredPose) {
+  const solver::FullModel& full = base().full;
+  const mesh::Machine& machine = full.mesh.machine;
+  const ReducedOutputs outputs = outputs_of(full, base().basis);
+  double off = 0, size = 0, taken_over = 0;
+  for (std::size_t i = 0; i < outputs.tool_poses.size(); ++i) {
+    const mesh::Pose& pose = outputs.tool_poses[i];
+    const solver::OutputRows rows = full.elastic.output_rows(pose);
+    const MatrixXd tool = rows.tool * base().basis, axis = rows.table_axis * base().basis, own = rows.table_own * base().basis;
+    const MatrixXd stored = side_rows(machine, outputs, pose);
+    taken_over = std::max(taken_over, (tool - outputs.tool[i]).norm());
+    for (Index k = 0; k < tool.cols(); ++k) {
+      const solver::Vector6 here = solver::tcp_error(machine, pose, tool.col(k), axis.col(k), own.col(k)).error;
+      const solver::Vector6 there = solver::tcp_error(machine, pose, stored.col(k).head<6>(), stored.col(k).segment<6>(6), stored.col(k).tail<7>()).error;
+      off = std::max(off, (there - here).norm());
+      size = std::max(size, here.norm());
+    }
+  }
+  EXPECT_LT(off, 1e-11 * size);
+  EXPECT_GT(taken_over, 1e-7 * size) << "nothing to take over: the test sees nothing";
 }
 
 TEST(Parts, EachExpansionChangesItsOwnRows) {

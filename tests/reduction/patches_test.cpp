@@ -53,6 +53,24 @@ TEST(Patches, CoverTheSkinOfEveryBodyEvenly) {
   }
 }
 
+// Wide bodies have more patches than small ones, and a patch lies about its middle.
+TEST(Patches, AreOfLikeWidthOnAllBodies) {
+  double widest = 0, moment = 0, area = 0;
+  for (const Patch& patch : patches()) {
+    const mesh::TetMesh& body = full().mesh.bodies[static_cast<std::size_t>(full().mesh.machine.body_index(patch.surface.body))];
+    for (const int face : mesh::select_faces(body, patch.surface.any_of.front())) {
+      const double distance = (body.face_centre(face) - patch.centre).norm();
+      widest = std::max(widest, distance);
+      moment += body.face_area(face) * distance * distance;
+      area += body.face_area(face);
+    }
+  }
+  const double usual = std::sqrt(moment / area);
+  std::printf("60 patches: triangles %.0f mm from the middle of their patch, the farthest %.0f mm\n", 1e3 * usual, 1e3 * widest);
+  EXPECT_LT(widest, 0.22);
+  EXPECT_LT(usual, 0.106) << "0.107 with seeds that are not moved to the middle";
+}
+
 TEST(Patches, AreTheSamePlacesOnAFinerMesh) {
   const mesh::MachineMesh fine = test::small_machine_mesh(2);
   for (const Patch& patch : patches()) {
@@ -72,6 +90,20 @@ TEST(Patches, CarryOneWattEach) {
   const MatrixXd loads = patch_loads(full(), patches());
   EXPECT_LT((loads.colwise().sum() - Eigen::RowVectorXd::Ones(60)).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_GE(loads.minCoeff(), 0.0);
+}
+
+// Spread evenly, heat has its middle where the patch has, on the nodes of its own body.
+TEST(Patches, HeatTheirOwnPlace) {
+  const MatrixXd loads = patch_loads(full(), patches());
+  Eigen::Matrix3Xd places(3, full().mesh.nodes());
+  for (std::size_t b = 0; b < full().mesh.bodies.size(); ++b)
+    places.middleCols(full().mesh.first_node[b], full().mesh.bodies[b].nodes()) = full().mesh.bodies[b].points;
+  for (std::size_t k = 0; k < patches().size(); ++k) {
+    const VectorXd load = loads.col(static_cast<Index>(k)).head(places.cols());
+    EXPECT_LT((places * load - patches()[k].centre).norm(), 1e-9) << patches()[k].surface.id;
+    const auto body = static_cast<std::size_t>(full().mesh.machine.body_index(patches()[k].surface.body));
+    EXPECT_NEAR(load.segment(full().mesh.first_node[body], full().mesh.bodies[body].nodes()).sum(), 1.0, 1e-12);
+  }
 }
 
 TEST(Patches, ActOnTheReducedModelAsOnTheFullOne) {

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "reduction/output_grid.h"
 #include "tests/reduction/random_system.h"
 #include "tests/reduction/small_machine.h"
 
@@ -225,22 +226,77 @@ mesh::Machine swivel_machine() {
   return machine;
 }
 
-TEST(TableWeights, AreNonNegativeAndLinearInTheTilt) {
-  const mesh::Machine machine = swivel_machine();
+TEST(PoseWeights, LinesThroughTheMiddleAddWhatTheGridDoesNotSee) {
+  const mesh::Machine machine = test::small_machine();
+  const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine), stored = tool_poses(machine);
+  ASSERT_EQ(stored.size(), 9u + 2u * 2u);
+  for (std::size_t k = 0; k < stored.size(); ++k)
+    EXPECT_TRUE(pose_weights(machine, stored[k], stored.size()).isApprox(VectorXd::Unit(13, static_cast<Index>(k)), 1e-13)) << k;
+  EXPECT_DOUBLE_EQ(stored[9](0), -0.1);
+  EXPECT_DOUBLE_EQ(stored[9](1), 0.0);
+  EXPECT_DOUBLE_EQ(stored[12](1), 0.05);
+  // Cubics of each axis alone beside the quadratics of both, which the grid knows.
+  const auto f = [](const mesh::Pose& p) {
+    return 1.0 - 3.0 * p(1) + 5.0 * p(0) * p(1) + 7.0 * p(0) * p(0) * p(1) * p(1) + 40.0 * p(0) * p(0) * p(0) - 60.0 * p(1) * p(1) * p(1);
+  };
+  Numbers number(34);
+  double by_grid = 0;
+  for (int i = 0; i < 20; ++i) {
+    mesh::Pose pose = mesh::home_pose(machine);
+    pose(0) = number(-0.2, 0.2);
+    pose(1) = number(-0.1, 0.1);
+    const VectorXd weights = pose_weights(machine, pose, stored.size()), coarse = pose_weights(machine, pose, grid.size());
+    EXPECT_EQ(coarse, pose_weights(machine, pose));
+    EXPECT_NEAR(weights.sum(), 1.0, 1e-13);
+    double sum = 0, of_grid = 0;
+    for (std::size_t k = 0; k < stored.size(); ++k) sum += weights(static_cast<Index>(k)) * f(stored[k]);
+    for (std::size_t k = 0; k < grid.size(); ++k) of_grid += coarse(static_cast<Index>(k)) * f(grid[k]);
+    EXPECT_NEAR(sum, f(pose), 1e-13);
+    by_grid = std::max(by_grid, std::abs(of_grid - f(pose)));
+  }
+  EXPECT_GT(by_grid, 0.01) << "the lines gain nothing";
+}
+
+/// Largest error of 1, cos and sin between the positions.
+double turning_error(const mesh::Machine& machine, double low, double high) {
+  const std::vector<mesh::Pose> grid = table_poses(machine);
+  Numbers number(31);
+  double worst = 0;
+  for (int i = 0; i < 50; ++i) {
+    mesh::Pose pose = mesh::home_pose(machine);
+    pose(2) = number(0.0, 6.0);
+    pose(3) = number(low, high);
+    const VectorXd weights = table_weights(machine, pose);
+    double one = 0, cosine = 0, sine = 0;
+    for (std::size_t k = 0; k < grid.size(); ++k) {
+      const double w = weights(static_cast<Index>(k));
+      one += w, cosine += w * std::cos(grid[k](3)), sine += w * std::sin(grid[k](3));
+    }
+    worst = std::max({worst, std::abs(one - 1.0), std::abs(cosine - std::cos(pose(3))), std::abs(sine - std::sin(pose(3)))});
+  }
+  return worst;
+}
+
+TEST(TableWeights, AreExactForWhatStandsStillWhileTheTableTilts) {
+  mesh::Machine machine = swivel_machine();
   const std::vector<mesh::Pose> grid = table_poses(machine);
   ASSERT_EQ(grid.size(), 3u);
   EXPECT_EQ(grid[1](3), 0.8);
   EXPECT_EQ(grid[1](2), 0.0) << "the table's own axis stands at 0";
-  Numbers number(31);
-  for (int i = 0; i < 50; ++i) {
-    mesh::Pose pose = mesh::home_pose(machine);
-    pose(2) = number(0.0, 6.0);
-    pose(3) = number(-0.5, 2.0);
-    const VectorXd weights = table_weights(machine, pose);
-    EXPECT_GE(weights.minCoeff(), 0.0);
-    EXPECT_NEAR(weights.sum(), 1.0, 1e-15);
-    EXPECT_NEAR(weights(1) * 0.8 + weights(2) * 1.5, std::clamp(pose(3), 0.0, 1.5), 1e-14);
-  }
+  EXPECT_LT(turning_error(machine, 0.0, 1.5), 1e-13);
+  for (std::size_t k = 0; k < grid.size(); ++k) EXPECT_TRUE(table_weights(machine, grid[k]).isApprox(VectorXd::Unit(3, static_cast<Index>(k)), 1e-14));
+  mesh::Pose beyond = grid[2];
+  beyond(3) = 1.9;
+  EXPECT_EQ(table_weights(machine, beyond), table_weights(machine, grid[2]));
+
+  machine.workspace.table_positions[1] = {-0.4, 0.0, 0.3, 0.8, 1.5};
+  EXPECT_LT(turning_error(machine, -0.4, 1.5), 1e-13);
+  mesh::Pose left = mesh::home_pose(machine), right = left;
+  left(3) = 0.8 - 1e-9, right(3) = 0.8 + 1e-9;
+  EXPECT_LT((table_weights(machine, left) - table_weights(machine, right)).norm(), 1e-7) << "no step at a stored angle";
+  machine.workspace.table_positions[1] = {0.0, 1.0};
+  left(3) = 0.25;
+  EXPECT_TRUE(table_weights(machine, left).isApprox(Eigen::Vector2d(0.75, 0.25))) << "two positions: a straight line";
 }
 
 TEST(TableWeights, LinearAxesBelowTheTableAreGridAxesToo) {
@@ -258,10 +314,14 @@ TEST(TableWeights, AnEndlessTiltAxisClosesItsTurn) {
   machine.workspace.table_positions = {{0.0, 2.0, 4.0}};
   mesh::Pose pose = mesh::home_pose(machine);
   const double turn = 2.0 * std::acos(-1.0);
-  pose(3) = 0.5 * (4.0 + turn);
-  EXPECT_TRUE(table_weights(machine, pose).isApprox(Eigen::Vector3d(0.5, 0.0, 0.5), 1e-12));
-  pose(3) = 1.0 - turn;
-  EXPECT_TRUE(table_weights(machine, pose).isApprox(Eigen::Vector3d(0.5, 0.5, 0.0), 1e-12));
+  EXPECT_LT(turning_error(machine, -10.0, 10.0), 1e-12);
+  pose(3) = 5.0;
+  const VectorXd here = table_weights(machine, pose);
+  pose(3) = 5.0 - 2.0 * turn;
+  EXPECT_TRUE(table_weights(machine, pose).isApprox(here, 1e-12));
+  machine.workspace.table_positions = {{0.0, 2.0}};
+  pose(3) = 0.5 * (2.0 + turn);
+  EXPECT_TRUE(table_weights(machine, pose).isApprox(Eigen::Vector2d(0.5, 0.5), 1e-12));
 }
 
 }  // namespace
