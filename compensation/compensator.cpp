@@ -246,6 +246,7 @@ struct Compensator::Work {
   }
 
   solver::TcpError tcp(const mesh::Pose& pose) const {
+    if (base.tool.size() == 0) return {solver::Vector6::Zero(), solver::Vector6::Zero(), solver::Vector6::Zero()};
     solver::TcpError error = map.tcp(base, slope, share_ahead(), pose);
     if (!errors.learns()) return error;
     const ErrorModel::OutputShares shares = errors.output_shares();

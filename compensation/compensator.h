@@ -79,7 +79,7 @@ class Compensator {
   /// @throws InputError before the first step has ended
   Detectability detectability() const;
 
-  /// Predicted TCP error at a pose for the present state.
+  /// Predicted TCP error at a pose for the present state; none before the first row.
   solver::TcpError tcp(const mesh::Pose& pose) const;
   mesh::Pose pose() const;           ///< of the last row
   /// Corrected state at the last end of a step.
