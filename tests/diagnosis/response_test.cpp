@@ -176,8 +176,9 @@ TEST(Response, heat_that_enters_spread_is_that_of_a_model_with_other_inputs) {
   const VectorXd nominal = VectorXd::Ones(2);
   const auto linear = response.linearise(machine, parameters, nominal, false, {}, true);
   const Eigen::MatrixXd there = Response(other, obs).linearise(machine, parameters, nominal, false).sensitivity;
-  EXPECT_LT((there.col(0) - linear.sensitivity.col(0) - linear.spread.col(0)).norm(), 1e-6 * linear.sensitivity.col(0).norm());
-  EXPECT_GT(linear.spread.col(0).norm(), 1e-3 * linear.sensitivity.col(0).norm());
+  // Free convection is linearised about another state there.
+  EXPECT_LT((there.col(0) - linear.sensitivity.col(0) - linear.spread.col(0)).norm(), 1e-3 * linear.sensitivity.col(0).norm());
+  EXPECT_GT(linear.spread.col(0).norm(), 1e-2 * linear.sensitivity.col(0).norm());
   EXPECT_EQ(linear.spread.col(1).norm(), 0.0);
 }
 

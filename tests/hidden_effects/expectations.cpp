@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double spot_W = 100.0;
-constexpr Index most_patches = 200;   ///< places are far less than 10 cm apart without the others
+constexpr Index most_patches = 120;   ///< of all: the others lie between these
 
 double log_sum(const std::vector<double>& logs) {
   if (logs.empty()) return -1e300;
