@@ -108,6 +108,14 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   }
   if (found.probability_unknown >= 0.5 || causes.empty()) {
     out.verdict = "unexplained";
+    // A cause that says more than something unknown would is sure, though it leaves what no kind describes.
+    if (found.probability_leftover < 0.5 || causes.empty() || causes.front().probability < sure || !outside_nominal(causes.front()) ||
+        causes.front().log_evidence < found.log_evidence_unknown)
+      return;
+    out.verdict = "ambiguous";
+    for (const RankedCause& cause : causes)
+      if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
+    out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
     return;
   }
   double second_needed = 0.0;
@@ -150,6 +158,9 @@ std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t mo
   return words;
 }
 
+/// What is named is sure, but it is not all.
+bool only_unknown_shares(const Diagnosis& d) { return d.verdict == "ambiguous" && d.ambiguous_set.size() == 1 && d.ambiguous_set.front().parameter.name.empty(); }
+
 std::string sentence_of(const Diagnosis& d) {
   const std::string gain = d.heldout_rms_before_um > 0
                                ? fmt::format(
@@ -163,6 +174,9 @@ std::string sentence_of(const Diagnosis& d) {
            "explain.";
   if (d.verdict == "unexplained")
     return "Unexplained: measurement and model differ, but none of the known causes describes how.";
+  if (only_unknown_shares(d))
+    return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.", list_in_words(d.causes, 2),
+                       d.ambiguous_set.front().probability);
   if (d.verdict == "ambiguous")
     return (d.causes.empty() ? "Ambiguous: several causes explain the difference: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
@@ -240,7 +254,7 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
       fmt::format("Mesh and discretisation: {:.3g} % of each channel's own response. Chi-square without a "
                   "cause: {:.0f} for {} values.",
                   options.model_error_percent, found.chi_square_none, found.fitted));
-  if (d.verdict == "unexplained" && found.unknown_channel >= 0)
+  if ((d.verdict == "unexplained" || only_unknown_shares(d)) && found.unknown_channel >= 0)
     d.notes.push_back("What no kind describes shows best in one channel alone: " +
                       obs.channels[static_cast<std::size_t>(found.unknown_channel)].channel.id + ".");
   if (!found.invisible.empty()) {
@@ -302,7 +316,7 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   }
   if (d.verdict == "explained" && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
-  if (d.verdict == "ambiguous") d.next = next_measurement(problem, model, options.programs, d);
+  if (d.verdict == "ambiguous" && !only_unknown_shares(d)) d.next = next_measurement(problem, model, options.programs, d);
   d.analysis = analyse(problem, channels);
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));

@@ -49,6 +49,8 @@ const std::vector<Kind>& known_kinds();
 
 /// It changes what is read, not what the machine does: no run of the model is needed.
 bool acts_on_readings(const std::string& kind);
+/// It changes heat that enters somewhere, and nothing else.
+bool adds_heat(const std::string& kind);
 /// It changes matrices of single bodies, joints, scales or screws: see parts.h.
 bool needs_parts(const std::string& kind);
 

@@ -49,6 +49,8 @@ bool acts_on_readings(const std::string& kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
+bool adds_heat(const std::string& kind) { return kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat"; }
+
 bool needs_parts(const std::string& kind) {
   static const std::vector<std::string> kinds = {"contact_stiffness", "expansion_coefficient", "heat_capacity",
                                                  "scale_expansion", "screw_expansion"};

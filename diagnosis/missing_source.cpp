@@ -78,11 +78,11 @@ struct Combinations {
   MatrixXd weights;  ///< (m x patches)
 };
 
-Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& rows, const VectorXd& scale, const VectorXd& p) {
+/// @param patches  (r x patches)
+Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& patches, const MatrixXd& rows, const VectorXd& scale, const VectorXd& p) {
   MatrixXd a = model.system.conduction;
   for (Index j = 0; j < p.size(); ++j)
     if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
-  const MatrixXd& patches = model.patches.inputs;
   const Index outputs = rows.rows();
   MatrixXd seen(outputs * static_cast<Index>(std::size(shifts)), patches.cols());
   for (std::size_t i = 0; i < std::size(shifts); ++i)
@@ -99,6 +99,33 @@ Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& 
 }
 
 double log_positive_share(double mean, double std) { return std::log(std::max(std::erfc(-mean / (std * std::numbers::sqrt2)), 1e-12)); }
+
+constexpr double spread_shares[] = {0.0, 0.5, 1.0};  ///< of a source's heat that enters beside its patch
+
+/// Each patch as it is (first), spread (second half), and between. (m x patches x shares)
+MatrixXd between(const MatrixXd& both) {
+  const Index patches = both.cols() / 2;
+  MatrixXd all(both.rows(), 0);
+  for (const double share : spread_shares) {
+    all.conservativeResize(Eigen::NoChange, all.cols() + patches);
+    all.rightCols(patches) = (1.0 - share) * both.leftCols(patches) + share * both.rightCols(patches);
+  }
+  return all;
+}
+
+/// Log of the mean over the shares, one row a patch.
+MatrixXd over_shares(const MatrixXd& evidence) {
+  const auto shares = static_cast<Index>(std::size(spread_shares)), patches = evidence.rows() / shares;
+  MatrixXd mean(patches, evidence.cols());
+  for (Index k = 0; k < patches; ++k)
+    for (Index j = 0; j < mean.cols(); ++j) {
+      double top = evidence(k, j), sum = 0.0;
+      for (Index s = 1; s < shares; ++s) top = std::max(top, evidence(k + s * patches, j));
+      for (Index s = 0; s < shares; ++s) sum += std::exp(evidence(k + s * patches, j) - top);
+      mean(k, j) = top + std::log(sum / static_cast<double>(shares));
+    }
+  return mean;
+}
 
 /// Log evidence of every patch (rows) and input (columns) against none; -inf where it cannot be seen.
 MatrixXd all_evidence(const Problem& problem, const MatrixXd& responses, const MatrixXd& weights, Index inputs) {
@@ -207,9 +234,11 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   VectorXd scale(static_cast<Index>(obs.channels.size()));
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
     scale[static_cast<Index>(k)] = problem.expected_std.segment(problem.first_row(k), obs.channels[k].size()).mean();
-  const Combinations heat = combinations(model, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
-  const MatrixXd evidence = SearchOptions{}.evidence_share *
-                            all_evidence(problem, response.to_heat(machine, heat.loads, series), heat.weights, series.cols());
+  MatrixXd both(model.patches.inputs.rows(), 2 * model.patches.inputs.cols());
+  both << model.patches.inputs, response.spread_heat() * model.patches.inputs;
+  const Combinations heat = combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
+  const MatrixXd evidence = over_shares(SearchOptions{}.evidence_share *
+                                        all_evidence(problem, response.to_heat(machine, heat.loads, series), between(heat.weights), series.cols()));
 
   std::vector<Index> order(inputs.size());
   std::iota(order.begin(), order.end(), Index{0});

@@ -22,6 +22,7 @@ struct Hypothesis {
   double chi_square = 0;           ///< of the fitted part, if refined
   Eigen::VectorXd predicted;       ///< (observations) of the machine at the estimate, if refined
   Eigen::MatrixXd sensitivity;     ///< (observations x members) there
+  Eigen::MatrixXd spread;          ///< (observations x members) there, see Response::Linear
 };
 
 struct SearchOptions {

@@ -232,6 +232,7 @@ class Tangents {
         if (const double change = drive.c.q[k] - q[k]; change != 0.0) heat += change * run_.system.inputs.col(k);
       drive.add_heat(heat, 1.0);
       run_.drive.add_heat(heat, -1.0);
+      if (variant(v).heat_map) heat = (*variant(v).heat_map * heat).eval();
       heat_.col(static_cast<Index>(v)) = heat;
     }
   }

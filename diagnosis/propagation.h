@@ -27,6 +27,7 @@ struct Variant {
   double step = 1;                       ///< of the parameter, divides the result
   std::optional<Disturbance> disturbance{};
   Eigen::MatrixXd row_change{}, capacity_change{};
+  const Eigen::MatrixXd* heat_map = nullptr;  ///< (r x r) where the change of heat enters instead; null: where it does
 };
 
 struct Nominal {

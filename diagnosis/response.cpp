@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/response.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -17,6 +18,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
+
+constexpr double spread_s = 600.0;   ///< 18 cm in steel
 
 /// What a displacement channel shows of the 19 rows of reduction::side_rows at its pose. The zero is
 /// the observation's affair.
@@ -173,7 +176,7 @@ VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at
 
 Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
                                      const VectorXd& values, bool with_start,
-                                     const std::vector<Disturbance>& disturbances) const {
+                                     const std::vector<Disturbance>& disturbances, bool with_spread) const {
   const auto count = parameters.size();
   assert(static_cast<std::size_t>(values.size()) == count);
   const mesh::Machine machine = with_parameters(base, parameters, values);
@@ -203,9 +206,20 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   for (Index i = static_cast<Index>(count); i < total; ++i) place.push_back(i);
   for (const Disturbance& disturbance : disturbances) variants.push_back({machine, 0.0, 1.0, disturbance});
   if (with_start) variants.push_back({machine, 1.0, 1.0, std::nullopt});
+  MatrixXd elsewhere;  // less where it was
+  if (with_spread) {
+    elsewhere = spread_heat();
+    elsewhere.diagonal().array() -= 1.0;
+    for (std::size_t v = 0, own = variants.size(); v < own; ++v)
+      if (place[v] < static_cast<Index>(count) && adds_heat(parameters[static_cast<std::size_t>(place[v])].kind)) {
+        variants.push_back(variants[v]);
+        variants.back().heat_map = &elsewhere;
+        place.push_back(total + place[v]);
+      }
+  }
 
   Linear result;
-  MatrixXd columns(observations_.size(), total);
+  MatrixXd columns = MatrixXd::Zero(observations_.size(), total + (with_spread ? static_cast<Index>(count) : 0));
   const std::vector<MatrixXd> out = run(machine, variants, rows_);
   const MatrixXd &states = out.front(), here = records(machine, states);
   core::parallel_for(0, variants.size(), [&](std::size_t i) {
@@ -219,7 +233,13 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   result.sensitivity = columns.leftCols(static_cast<Index>(count));
   result.disturbed = columns.middleCols(static_cast<Index>(count), static_cast<Index>(disturbances.size()));
   if (with_start) result.start = columns.col(total - 1);
+  if (with_spread) result.spread = columns.rightCols(static_cast<Index>(count));
   return result;
+}
+
+MatrixXd Response::spread_heat() const {
+  const reduction::ReducedSystem& system = model_.system;
+  return system.capacity * Eigen::PartialPivLU<MatrixXd>(system.capacity + spread_s * system.conduction).inverse();
 }
 
 MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const {

@@ -39,13 +39,19 @@ class Response {
     Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
     Eigen::VectorXd start;        ///< (observations) per K of the uniform start, if asked for
     Eigen::MatrixXd disturbed;    ///< (observations x disturbances) per K of their peaks
+    /// (observations x parameters) what each parameter's heat changes when it enters spread, see spread_heat(),
+    /// instead of where the machine says, per unit; zero for what adds no heat. Empty if not asked for.
+    Eigen::MatrixXd spread;
   };
 
   /// @param base        machine that the parameters change
   /// @param parameters, values  where it is linearised: each parameter at its value
   Linear linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
                    const Eigen::VectorXd& values, bool with_start,
-                   const std::vector<Disturbance>& disturbances = {}) const;
+                   const std::vector<Disturbance>& disturbances = {}, bool with_spread = false) const;
+  /// Heat in the reduced coordinates to the same heat after a while of conduction within its body,
+  /// E (E + t K0)^-1: where a bearing's or a motor's heat enters is known to some centimetres. (r x r)
+  Eigen::MatrixXd spread_heat() const;
   Eigen::VectorXd predict(const mesh::Machine& machine) const;
   /// What each load in W makes of the observations that follows each series (steps x series), the loads
   /// of the first series first: (observations x (loads x series)). @param loads (r x loads)

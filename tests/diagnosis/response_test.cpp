@@ -154,6 +154,34 @@ TEST(Response, parts_change_as_a_model_of_other_materials) {
   }
 }
 
+TEST(Response, heat_that_enters_spread_is_that_of_a_model_with_other_inputs) {
+  const mesh::Machine machine = lumped::machine();
+  const reduction::ReducedModel model = lumped::model(machine, 9);
+  const Observations obs = observe(lumped::measure({}, {.hours = 8}));
+  const Response response(model, obs);
+  const Eigen::MatrixXd spread = response.spread_heat();
+  reduction::ReducedModel other = model;
+  int sources = 0;
+  for (std::size_t k = 0; k < model.system.layout.inputs.size(); ++k) {
+    if (model.system.layout.inputs[k].kind != solver::InputKind::source) continue;
+    const auto at = static_cast<Index>(k);
+    other.system.inputs.col(at) = spread * model.system.inputs.col(at);
+    // As much heat, in other places.
+    EXPECT_NEAR(model.system.one_kelvin.dot(other.system.inputs.col(at)), model.system.one_kelvin.dot(model.system.inputs.col(at)), 1e-9);
+    EXPECT_GT((other.system.inputs.col(at) - model.system.inputs.col(at)).norm(), 0.1 * model.system.inputs.col(at).norm());
+    ++sources;
+  }
+  ASSERT_GT(sources, 0);
+  const std::vector<Parameter> parameters{diagnosis::make_parameter("source_power", machine.sources[0].id), diagnosis::make_parameter("contact_conductance", machine.joints[0].id)};
+  const VectorXd nominal = VectorXd::Ones(2);
+  const auto linear = response.linearise(machine, parameters, nominal, false, {}, true);
+  const Eigen::MatrixXd there = Response(other, obs).linearise(machine, parameters, nominal, false).sensitivity;
+  // Free convection is linearised about another state there.
+  EXPECT_LT((there.col(0) - linear.sensitivity.col(0) - linear.spread.col(0)).norm(), 1e-3 * linear.sensitivity.col(0).norm());
+  EXPECT_GT(linear.spread.col(0).norm(), 1e-2 * linear.sensitivity.col(0).norm());
+  EXPECT_EQ(linear.spread.col(1).norm(), 0.0);
+}
+
 TEST(Response, start_tangent_equals_another_start) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);

@@ -8,11 +8,13 @@
 #include <cmath>
 #include <memory>
 #include <set>
-#include <sstream>
+#include <tuple>
 
+#include "baselines.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/problem.h"
 #include "diagnosis/response.h"
+#include "wrong_parts.h"
 
 namespace thermotwin::hidden {
 
@@ -39,11 +41,29 @@ double drawn_value(const Parameter& p, Random& random) {
   return value < p.low ? by : value;
 }
 
-std::vector<Parameter> candidates(const Specimen& specimen, const std::string& load) {
-  return diagnosis::candidate_parameters(specimen.nominal(), specimen.blank(load));
+std::vector<Parameter> candidates(const Specimen& specimen, const std::string& load, const reduction::ReducedModel& model) {
+  return diagnosis::candidate_parameters(specimen.nominal(), specimen.blank(load), model.parts.has_value());
 }
 
-Truth drawn_truth(const std::vector<Parameter>& all, const std::string& kind, Random& random) {
+/// Heat on the skin that no source has, of 15 to 150 W.
+Truth drawn_spot(const Specimen& specimen, const std::string& load, Random& random) {
+  Truth truth;
+  truth.parameter = diagnosis::make_parameter("source_missing", "");
+  auto source = std::make_shared<diagnosis::MissingSource>();
+  std::tie(source->body, source->centre) = drawn_place(specimen.mesh(), random);
+  const std::vector<Followable> inputs = specimen.followable(load);
+  const Followable& input = inputs[random.index(inputs.size())];
+  source->follows = input.channel;
+  source->at = source->most = input.most;
+  truth.parameter.where = fmt::format("{} at {:.0f} {:.0f} {:.0f} mm following {}", source->body, 1e3 * source->centre.x(), 1e3 * source->centre.y(),
+                                      1e3 * source->centre.z(), input.channel);
+  truth.parameter.missing = std::move(source);
+  truth.value = 15.0 * std::pow(10.0, random.uniform());
+  return truth;
+}
+
+Truth drawn_truth(const Specimen& specimen, const std::string& load, const std::vector<Parameter>& all, const std::string& kind, Random& random) {
+  if (kind == "source_missing") return drawn_spot(specimen, load, random);
   std::vector<Parameter> places;
   for (const Parameter& p : all)
     if (p.kind == kind) places.push_back(p);
@@ -51,34 +71,6 @@ Truth drawn_truth(const std::vector<Parameter>& all, const std::string& kind, Ra
   truth.parameter = places[random.index(places.size())];
   truth.value = drawn_value(truth.parameter, random);
   return truth;
-}
-
-bool same(const Parameter& a, const Parameter& b) { return a.kind == b.kind && a.where == b.where; }
-
-/// What the truth is expected to show, on the linearisation at nominal and with all nuisances.
-void expected_factors(const diagnosis::Problem& problem, const Truth& truth, Line& line) {
-  const diagnosis::Whitener whitener(problem.fitted_covariance());
-  const Eigen::MatrixXd columns = whitener.whiten(problem.fitted(problem.columns));
-  int at = -1;
-  for (std::size_t i = 0; i < problem.parameters.size(); ++i)
-    if (same(problem.parameters[i], truth.parameter)) at = static_cast<int>(i);
-  if (at < 0) return;
-  const VectorXd signal = columns.col(at) * (truth.value - truth.parameter.nominal);
-  const diagnosis::LinearEvidence evidence(columns, signal, problem.prior_std);
-  const auto ratio = [&](int i) {
-    const double width[] = {problem.parameters[static_cast<std::size_t>(i)].cause_std};
-    const int which[] = {i};
-    return evidence.widen(which, width).log_ratio;
-  };
-  const double own = ratio(at);
-  line.against_none = 2.0 * own;
-  double rival = 0.0;
-  for (std::size_t i = 0; i < problem.parameters.size(); ++i) {
-    if (static_cast<int>(i) == at) continue;
-    const double other = ratio(static_cast<int>(i));
-    if (other > rival) rival = other, line.rival = problem.parameters[i].kind + " " + problem.parameters[i].where;
-  }
-  line.against_rival = 2.0 * (own - rival);
 }
 
 double heldout_square(const diagnosis::Problem& problem, const VectorXd& predicted) {
@@ -93,54 +85,12 @@ double heldout_square(const diagnosis::Problem& problem, const VectorXd& predict
 
 }  // namespace
 
-std::string Line::header() {
-  return "id\tgroup\tkind\twhere\tkind2\twhere2\tvalue\tnominal_std\tagainst_none\tagainst_rival\trival\tverdict\tnamed_kind\tnamed_where\t"
-         "set\tprobability\trank\testimate\tstd\tnamed_probability\tgain\tseconds\tsecond_named";
-}
-
-std::string Line::text() const {
-  return fmt::format("{}\t{}\t{}\t{}\t{}\t{}\t{:.6g}\t{:.6g}\t{:.6g}\t{:.6g}\t{}\t{}\t{}\t{}\t{}\t{:.6g}\t{:.6g}\t{:.6g}\t{:.6g}\t{:.6g}\t{:.6g}\t{:.3g}\t{}",
-                     id, group, kind, where, kind2, where2, value, nominal_std, against_none, against_rival, rival, verdict, named_kind, named_where,
-                     set, probability, rank, estimate, std, named_probability, gain, seconds, second_named ? 1 : 0);
-}
-
-Line Line::parse(const std::string& text) {
-  std::vector<std::string> cells;
-  std::istringstream stream(text);
-  for (std::string cell; std::getline(stream, cell, '\t');) cells.push_back(cell);
-  Line line;
-  if (cells.size() < 23) return line;
-  line.id = cells[0], line.group = cells[1], line.kind = cells[2], line.where = cells[3], line.kind2 = cells[4], line.where2 = cells[5];
-  line.value = std::stod(cells[6]), line.nominal_std = std::stod(cells[7]), line.against_none = std::stod(cells[8]), line.against_rival = std::stod(cells[9]);
-  line.rival = cells[10], line.verdict = cells[11], line.named_kind = cells[12], line.named_where = cells[13], line.set = cells[14];
-  line.probability = std::stod(cells[15]), line.rank = std::stod(cells[16]), line.estimate = std::stod(cells[17]), line.std = std::stod(cells[18]);
-  line.named_probability = std::stod(cells[19]), line.gain = std::stod(cells[20]), line.seconds = std::stod(cells[21]), line.second_named = cells[22] == "1";
-  return line;
-}
-
-std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load) {
+std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load, const reduction::ReducedModel& model) {
   std::vector<std::string> kinds;
-  for (const Parameter& p : candidates(specimen, load))
+  for (const Parameter& p : candidates(specimen, load, model))
     if (p.kind != "process_heat" && std::find(kinds.begin(), kinds.end(), p.kind) == kinds.end()) kinds.push_back(p.kind);
+  if (!model.patches.items.empty()) kinds.push_back("source_missing");
   return kinds;
-}
-
-const diagnosis::Problem& Expectations::problem(const std::string& load) {
-  if (const auto found = problems_.find(load); found != problems_.end()) return found->second;
-  Draw clean;
-  clean.load = load;
-  clean.seed = 1;
-  const compensation::Measurement measurement = specimen_.measure(clean);
-  const mesh::Machine& machine = model_.machine;
-  const diagnosis::Observations observations = diagnosis::observe(measurement, machine, solver::Channels(machine), {});
-  const diagnosis::Response response(model_, observations);
-  return problems_.emplace(load, diagnosis::make_problem(machine, measurement, observations, response, {})).first->second;
-}
-
-Line Expectations::of(const Truth& truth, const std::string& load) {
-  Line line;
-  expected_factors(problem(load), truth, line);
-  return line;
 }
 
 Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, const std::string& kind, const std::string& load,
@@ -149,21 +99,25 @@ Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group,
   Draw draw;
   draw.load = load;
   draw.seed = seed;
-  const std::vector<Parameter> all = candidates(specimen, load);
+  const std::vector<Parameter> all = candidates(specimen, load, expectations.model());
+  const auto clear = [&](const Truth& truth) {
+    const Factors factors = expectations.of(truth, load);
+    return factors.against_none >= 20.0 && factors.against_rival >= 10.0;
+  };
   const auto clear_truth = [&](const std::string& of_kind, int tries) {
-    Truth truth = drawn_truth(all, of_kind, random);
-    for (int t = 1; t < tries && !expectations.of(truth, load).clear(); ++t) truth = drawn_truth(all, of_kind, random);
+    Truth truth = drawn_truth(specimen, load, all, of_kind, random);
+    for (int t = 1; t < tries && !clear(truth); ++t) truth = drawn_truth(specimen, load, all, of_kind, random);
     return truth;
   };
   if (group == Group::single) draw.truths.push_back(clear_truth(kind, 6));
   if (group == Group::pair) {
-    const std::vector<std::string> kinds = offered_kinds(specimen, load);
+    const std::vector<std::string> kinds = offered_kinds(specimen, load, expectations.model());
     // Two kinds that the load shows, else any two.
     for (int tries = 0; tries < 30 && draw.truths.size() < 2; ++tries) {
       const std::string& other = kinds[random.index(kinds.size())];
       if (!draw.truths.empty() && draw.truths.front().parameter.kind == other) continue;
       const Truth truth = clear_truth(other, 3);
-      if (tries + 2 - static_cast<int>(draw.truths.size()) >= 30 || expectations.of(truth, load).clear()) draw.truths.push_back(truth);
+      if (tries + 2 - static_cast<int>(draw.truths.size()) >= 30 || clear(truth)) draw.truths.push_back(truth);
     }
   }
   if (group == Group::outside) {
@@ -179,8 +133,7 @@ Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group,
 }
 
 Line diagnose_set(const std::string& id, Group group, const Draw& draw, const compensation::Measurement& measurement,
-                  const reduction::ReducedModel& model, const compensation::Measurement* clean,
-                  std::optional<double> effective) {
+                  const reduction::ReducedModel& model, const Beside& beside, std::optional<double> effective) {
   Line line;
   line.id = id;
   line.group = group_names[static_cast<int>(group)];
@@ -188,16 +141,21 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   const diagnosis::Diagnosis d = diagnosis::diagnose(model, measurement, {});
   line.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   line.verdict = d.verdict;
+  // What is found in words of what is hidden.
+  const auto words = [&](const Parameter& found) -> std::pair<std::string, std::string> {
+    for (const Truth& truth : draw.truths)
+      if (same_cause(found, truth.parameter)) return {found.kind, truth.parameter.where};
+    return {found.kind, found.missing ? found.where + " following " + found.missing->follows : found.where};
+  };
   for (const diagnosis::RankedCause& cause : d.ranking) {
     if (cause.parameter.name.empty()) continue;
-    line.named_kind = cause.parameter.kind;
-    line.named_where = cause.parameter.where;
+    std::tie(line.named_kind, line.named_where) = words(cause.parameter);
     line.named_probability = cause.probability;
     break;
   }
   std::set<std::string> named;
   for (const auto* list : {&d.causes, &d.ambiguous_set})
-    for (const diagnosis::RankedCause& cause : *list) named.insert(cause.parameter.kind + " " + cause.parameter.where);
+    for (const diagnosis::RankedCause& cause : *list) named.insert(words(cause.parameter).first + " " + words(cause.parameter).second);
   for (const std::string& name : named) line.set += (line.set.empty() ? "" : "; ") + name;
   if (group == Group::outside) {
     static constexpr const char* names[] = {"none", "hysteretic_joint", "humid_film", "slipping_cable", "jumping_bearing"};
@@ -205,19 +163,13 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.where = draw.outside_where;
   }
   const mesh::Machine& machine = model.machine;
-  const auto problem_of = [&](const compensation::Measurement& m, std::unique_ptr<diagnosis::Response>& response, diagnosis::Observations& observations) {
-    observations = diagnosis::observe(m, machine, solver::Channels(machine), {});
-    response = std::make_unique<diagnosis::Response>(model, observations);
-    return diagnosis::make_problem(machine, m, observations, *response, {});
-  };
-  std::unique_ptr<diagnosis::Response> kept;
-  diagnosis::Observations observations;
-  if (clean) {
+  if (beside.clean) {
     // What is left of the effect when every nominal uncertainty has taken what it can.
-    const diagnosis::Problem without = problem_of(*clean, kept, observations);
-    const VectorXd effect = diagnosis::observe(measurement, machine, solver::Channels(machine), {}).stacked() - without.measured;
-    const diagnosis::Whitener whitener(without.fitted_covariance());
-    line.against_none = diagnosis::LinearEvidence(whitener.whiten(without.fitted(without.columns)), whitener.whiten(without.fitted(effect)), without.prior_std).chi_square();
+    const Seen without(model, *beside.clean, {});
+    const diagnosis::Problem& problem = without.problem();
+    const VectorXd effect = diagnosis::observe(measurement, machine, solver::Channels(machine), {}).stacked() - problem.measured;
+    const diagnosis::Whitener whitener(problem.fitted_covariance());
+    line.against_none = diagnosis::LinearEvidence(whitener.whiten(problem.fitted(problem.columns)), whitener.whiten(problem.fitted(effect)), problem.prior_std).chi_square();
   }
   if (draw.truths.empty()) return line;
 
@@ -230,7 +182,12 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   for (const diagnosis::RankedCause& cause : d.ranking) {
     if (cause.parameter.name.empty()) continue;
     rank += 1.0;
-    if (!same(cause.parameter, truth.parameter)) continue;
+    if (truth.parameter.missing && cause.parameter.missing && line.place_error == Line::absent) {
+      line.place_error = 1e3 * distance(cause.parameter, truth.parameter);
+      line.region = 1e3 * cause.parameter.missing->region95;
+      line.follows_right = cause.parameter.missing->follows == truth.parameter.missing->follows;
+    }
+    if (!same_cause(cause.parameter, truth.parameter) || line.rank > 0) continue;
     line.rank = rank;
     line.probability = cause.probability;
     line.estimate = cause.value;
@@ -242,15 +199,36 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.second_named = named.count(line.kind2 + " " + line.where2) > 0;
     return line;
   }
-  const diagnosis::Problem problem = problem_of(measurement, kept, observations);
-  const diagnosis::Response& response = *kept;
-  expected_factors(problem, truth, line);
+  const Seen seen(model, measurement, beside.inputs);
+  const Factors factors = seen.factors({truth.parameter, line.value});
+  line.against_none = factors.against_none;
+  line.against_rival = factors.against_rival;
+  line.rival = factors.rival;
+  mesh::Machine found = machine;
+  for (const diagnosis::RankedCause& cause : d.causes)
+    if (d.verdict == "explained") found = diagnosis::with_parameter(found, cause.parameter, cause.value);
+  const mesh::Machine right = diagnosis::with_parameter(machine, on_model(truth.parameter, model), line.value);
   if (d.verdict == "explained") {
-    mesh::Machine found = machine;
-    for (const diagnosis::RankedCause& cause : d.causes) found = diagnosis::with_parameter(found, cause.parameter, cause.value);
-    const double before = heldout_square(problem, problem.predicted), after = heldout_square(problem, response.predict(found)),
-                 best = heldout_square(problem, response.predict(diagnosis::with_parameter(machine, truth.parameter, truth.value)));
-    line.gain = before > best ? (before - after) / (before - best) : 0.0;
+    const double before = heldout_square(seen.problem(), seen.problem().predicted), after = heldout_square(seen.problem(), seen.response().predict(found)),
+                 best = heldout_square(seen.problem(), seen.response().predict(right));
+    if (before > 1.05 * best) line.gain = (before - after) / (before - best);
+  }
+  if (beside.unseen) {
+    const Seen program(model, *beside.unseen, {});
+    const auto fill = [&](const mesh::Machine& corrected, double& heldout, double& at_poses, double& elsewhere) {
+      const VectorXd predicted = program.response().predict(corrected);
+      heldout = displacement_rms(seen, seen.response().predict(corrected), true, {});
+      at_poses = displacement_rms(program, predicted, false, {1, beside.measured_poses});
+      elsewhere = displacement_rms(program, predicted, false, {beside.measured_poses + 1});
+    };
+    fill(machine, line.heldout_before, line.program_before, line.poses_before);
+    fill(found, line.heldout_after, line.program_after, line.poses_after);
+    fill(right, line.heldout_truth, line.program_truth, line.poses_truth);
+    const std::vector<Corrected> others = baselines(seen, measurement, program, *beside.unseen, machine);
+    line.refit_heldout = others[0].heldout_um, line.refit_program = others[0].program_um;
+    line.refit_right = others[0].kind == line.kind && others[0].where == line.where;
+    line.process_heldout = others[1].heldout_um, line.process_program = others[1].program_um;
+    line.sparse_heldout = others[2].heldout_um, line.sparse_program = others[2].program_um;
   }
   return line;
 }

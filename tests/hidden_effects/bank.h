@@ -3,13 +3,12 @@
 // Sets of a bank: what is hidden is drawn from a seed, measured on a specimen, diagnosed on the reduced
 // model, and kept as one line. The diagnosis gets the model and the measurement and nothing else.
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "diagnosis/diagnose.h"
-#include "diagnosis/problem.h"
+#include "expectations.h"
 #include "reduction/reduced_model.h"
 #include "specimen.h"
 
@@ -25,13 +24,25 @@ struct Line {
   /// Expected 2 ln of the Bayes factor; of an outside effect chi-square of what it does to the readings.
   double against_none = 0, against_rival = 0;
   std::string rival;
+  /// A named or shared cause that is the truth has the truth's words, also a missing source whose place differs.
   std::string verdict, named_kind, named_where, set;  ///< set: all named and shared causes
   double probability = 0, rank = 0, estimate = 0, std = 0;  ///< of the truth
   double named_probability = 0;
-  double gain = 0;                      ///< on held-out time, relative to that with the truth
-  double seconds = 0;
-  bool second_named = false;
+  double gain = absent;                 ///< on held-out time, relative to that with the truth
+  /// RMS of the displacements, um, before, with what was named and with the truth: on held-out time, under an
+  /// unseen program at the record's poses and at unseen ones.
+  double heldout_before = absent, heldout_after = absent, heldout_truth = absent;
+  double program_before = absent, program_after = absent, program_truth = absent;
+  double poses_before = absent, poses_after = absent, poses_truth = absent;
+  /// The same with what names no cause (baselines.h), and whether the refit's largest change is the truth.
+  double refit_heldout = absent, refit_program = absent, refit_right = absent;
+  double process_heldout = absent, process_program = absent, sparse_heldout = absent, sparse_program = absent;
+  /// Of the most probable missing source where one is hidden: mm from the truth, radius of its region.
+  double place_error = absent, region = absent;
+  double follows_right = absent;        ///< 1, 0
+  double seconds = 0, second_named = 0;
 
+  static constexpr double absent = -1e9;
   bool clear() const { return against_none >= 20.0 && against_rival >= 10.0; }
   bool identifiable() const { return group == "single" && clear(); }
   bool visible() const { return group == "outside" && against_none >= 30.0; }
@@ -40,33 +51,24 @@ struct Line {
   static std::string header();
 };
 
-/// What a clean machine of the type shows, for choosing what can be seen.
-class Expectations {
- public:
-  /// Both must outlive it.
-  Expectations(const Specimen& specimen, const reduction::ReducedModel& model) : specimen_(specimen), model_(model) {}
-  /// The line with the factors that a truth is expected to have under a load.
-  Line of(const Truth& truth, const std::string& load);
-
- private:
-  const diagnosis::Problem& problem(const std::string& load);
-  const Specimen& specimen_;
-  const reduction::ReducedModel& model_;
-  std::map<std::string, diagnosis::Problem> problems_;
-};
-
 /// What a seed hides: of several draws the first whose effects can be told from all others, else the last.
 Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, const std::string& kind, const std::string& load,
               std::uint64_t seed);
 
 /// Kinds that the machine offers as single causes.
-std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load);
+std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load, const reduction::ReducedModel& model);
 
-/// @param clean      the same machine without an outside effect; null: how much it shows stays unknown
+/// What a set comes with beside the measurement that the diagnosis gets; null where it stays unknown.
+struct Beside {
+  const compensation::Measurement* clean = nullptr;   ///< the same machine without an outside effect
+  const compensation::Measurement* unseen = nullptr;  ///< the same machine under another program, exact
+  std::size_t measured_poses = 0;                     ///< of the unseen program's: those that the record has too
+  std::vector<Followable> inputs;                     ///< that a missing source may follow
+};
+
 /// @param effective  what the effect amounts to against the nominal machine; absent: as drawn
 Line diagnose_set(const std::string& id, Group group, const Draw& draw, const compensation::Measurement& measurement,
-                  const reduction::ReducedModel& model, const compensation::Measurement* clean = nullptr,
-                  std::optional<double> effective = {});
+                  const reduction::ReducedModel& model, const Beside& beside = {}, std::optional<double> effective = {});
 
 /// The table of scores, one by kind, and detection over effect size.
 std::string score(const std::vector<Line>& lines);

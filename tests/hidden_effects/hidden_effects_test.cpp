@@ -5,7 +5,9 @@
 #include <algorithm>
 
 #include "bank.h"
+#include "baselines.h"
 #include "reduction/reduce.h"
+#include "wrong_parts.h"
 
 namespace {
 
@@ -54,14 +56,15 @@ TEST(HiddenEffects, CleanMachinesRaiseNoAlarm) {
 }
 
 hidden::Truth truth(const std::string& kind, const std::string& where, double value) {
-  for (const diagnosis::Parameter& p : diagnosis::candidate_parameters(bench().specimen.nominal(), bench().specimen.blank("mixed")))
+  for (const diagnosis::Parameter& p : diagnosis::candidate_parameters(bench().specimen.nominal(), bench().specimen.blank("mixed"), true))
     if (p.kind == kind && p.where == where) return {p, value};
   throw std::runtime_error("no " + kind + " of " + where);
 }
 
 TEST(HiddenEffects, WhatIsHiddenIsNamed) {
   std::uint64_t seed = 30;
-  for (const hidden::Truth& t : {truth("source_power", "spindle.bearings", 2.0), truth("ambient_offset", "air", 2.2), truth("sensor_offset", "T3", -1.5)}) {
+  for (const hidden::Truth& t : {truth("source_power", "spindle.bearings", 2.0), truth("ambient_offset", "air", 2.2), truth("sensor_offset", "T3", -1.5),
+                                truth("expansion_coefficient", "z_slide", 1.3)}) {
     hidden::Draw draw;
     draw.load = "mixed";
     draw.seed = ++seed;
@@ -70,6 +73,73 @@ TEST(HiddenEffects, WhatIsHiddenIsNamed) {
     EXPECT_TRUE(line.identifiable()) << line.text();
     EXPECT_TRUE(line.verdict == "explained" || (line.verdict == "ambiguous" && line.named_probability > 0.9)) << line.text();
     EXPECT_EQ(line.named_kind + " of " + line.named_where, t.parameter.kind + " of " + t.parameter.where) << line.text();
+  }
+}
+
+hidden::Truth heat_on(const std::string& body, const Eigen::Vector3d& centre, const std::string& follows, double at, double power_W) {
+  hidden::Truth t{diagnosis::make_parameter("source_missing", body), power_W};
+  auto source = std::make_shared<diagnosis::MissingSource>();
+  source->body = body;
+  source->centre = centre;
+  source->follows = follows;
+  source->at = source->most = at;
+  t.parameter.missing = std::move(source);
+  return t;
+}
+
+TEST(HiddenEffects, HeatThatNoSourceHasIsFoundWhereItIs) {
+  hidden::Draw draw;
+  draw.load = "mixed";
+  draw.seed = 41;
+  draw.truths = {heat_on("post", {-0.06, 0.23, -0.07}, "axis.X.feed_mm_min", 8000.0, 120.0)};
+  hidden::Beside beside;
+  beside.inputs = bench().specimen.followable("mixed");
+  double effective = 0.0;
+  const compensation::Measurement measured = bench().specimen.measure(draw, &effective);
+  EXPECT_NEAR(effective, 120.0, 0.25 * 120.0);
+  const hidden::Line line = hidden::diagnose_set("test", hidden::Group::single, draw, measured, bench().model, beside, effective);
+  EXPECT_TRUE(line.identifiable()) << line.text();
+  EXPECT_EQ(line.verdict, "explained") << line.text();
+  EXPECT_EQ(line.named_kind, "source_missing") << line.text();
+  EXPECT_LE(line.place_error, 100.0) << line.text();
+  EXPECT_EQ(line.follows_right, 1.0) << line.text();
+}
+
+TEST(HiddenEffects, ASpotWarmsItsPlaceByOneWatt) {
+  hidden::Random random(3);
+  const hidden::Specimen& specimen = bench().specimen;
+  const mesh::MachineMesh& mesh = specimen.mesh();
+  for (int i = 0; i < 5; ++i) {
+    const auto [body, centre] = hidden::drawn_place(mesh, random);
+    const Eigen::VectorXd heat = specimen.warmth_at(body, centre);
+    EXPECT_NEAR(heat.sum(), 1.0, 1e-12);
+    const auto b = static_cast<std::size_t>(mesh.machine.body_index(body));
+    const Eigen::VectorXd own = heat.segment(mesh.first_node[b], mesh.bodies[b].nodes());
+    EXPECT_NEAR(own.sum(), 1.0, 1e-12);
+    EXPECT_LE((mesh.bodies[b].points * own - centre).norm(), 0.06);
+  }
+}
+
+TEST(HiddenEffects, ATapeThatGrowsMoreChangesWhatIsReadAlongItAndNothingElse) {
+  hidden::Draw draw;
+  draw.load = "mixed";
+  draw.seed = 5;
+  const compensation::Measurement right = bench().specimen.measure(draw, nullptr, hidden::Recording::exact);
+  draw.truths = {truth("scale_expansion", "X", 2.0)};
+  double effective = 0.0;
+  const compensation::Measurement wrong = bench().specimen.measure(draw, &effective, hidden::Recording::exact);
+  EXPECT_NEAR(effective, 2.0, 0.2);
+  const std::size_t poses = bench().specimen.measured_poses() + 2;
+  EXPECT_EQ(std::count_if(right.channels.begin(), right.channels.end(), [](const auto& c) { return c.id.starts_with("dx@"); }), static_cast<long>(poses));
+  for (const compensation::MeasuredChannel& channel : right.channels) {
+    const double change = (wrong.values(channel) - right.values(channel)).cwiseAbs().maxCoeff();
+    if (channel.kind == compensation::ChannelKind::temperature) {
+      EXPECT_EQ(change, 0.0) << channel.id;
+    } else if (channel.id == "dx@2") {
+      EXPECT_GT(change, 0.5) << channel.id;
+    } else if (channel.id == "dz@1") {
+      EXPECT_LT(change, 0.05) << channel.id;
+    }
   }
 }
 
@@ -82,12 +152,33 @@ TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {
     draw.outside = hidden::Outside::slipping_cable;
     draw.outside_where = sensor;
     const compensation::Measurement spoilt = bench().specimen.measure(draw);
-    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt, bench().model, &clean);
+    hidden::Beside beside;
+    beside.clean = &clean;
+    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt, bench().model, beside);
     EXPECT_TRUE(line.visible()) << line.text();
     EXPECT_EQ(line.verdict, "unexplained") << line.text();
     const std::vector<std::string> notes = diagnosis::diagnose(bench().model, spoilt, {}).notes;
     EXPECT_EQ(std::count(notes.begin(), notes.end(), std::string("What no kind describes shows best in one channel alone: ") + sensor + "."), 1);
   }
+}
+
+TEST(Baselines, LearnWhatTheyCan) {
+  const Eigen::Index n = 60;
+  Eigen::MatrixXd x(n, 4);
+  hidden::Random random(11);
+  for (double& value : x.reshaped()) value = random.normal();
+  // Two of four columns matter: a sparse sum finds these, and shrinks them by the penalty.
+  const Eigen::VectorXd y = 2.0 * x.col(1) - 0.7 * x.col(3);
+  const Eigen::VectorXd b = hidden::lasso(x, y, 0.1);
+  EXPECT_NEAR(b[1], 2.0, 0.25);
+  EXPECT_NEAR(b[3], -0.7, 0.25);
+  EXPECT_LT(std::abs(b[0]) + std::abs(b[2]), 0.05);
+  EXPECT_GT(hidden::lasso(x, y, 0.0)[1], b[1]);
+  EXPECT_EQ(hidden::lasso(x, y, 100.0).norm(), 0.0);
+  // A smooth function between its samples.
+  const Eigen::MatrixXd at = Eigen::VectorXd::LinSpaced(21, -2.0, 2.0), between = Eigen::VectorXd::LinSpaced(8, -1.8, 1.7);
+  const Eigen::VectorXd smooth = at.array().sin() + 3.0, expected = between.array().sin() + 3.0;
+  EXPECT_LT((hidden::gaussian_process(at, smooth, between) - expected).cwiseAbs().maxCoeff(), 0.05);
 }
 
 TEST(HiddenEffects, LinesAreReadAsTheyWereWritten) {
@@ -123,6 +214,15 @@ TEST(HiddenEffects, TheScoreCountsWhatItSays) {
   EXPECT_NE(table.find("| >= 60 % | 66.7 % (2 of 3) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| >= 95 % | 50.0 % (1 of 2) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| 0 of 200 | 100.0 % (1 of 1) |"), std::string::npos) << table;
+  hidden::Line spot = line("single", "explained", "source_missing", 50, 0.95);
+  spot.kind = "source_missing", spot.place_error = 60.0, spot.region = 40.0, spot.follows_right = 1.0;
+  spot.program_before = 5.0, spot.program_after = 3.0, spot.program_truth = 1.0;
+  spot.poses_before = 5.0, spot.poses_after = 6.0, spot.poses_truth = 1.0;
+  const std::string places = hidden::score({spot});
+  EXPECT_NE(places.find("place within 100 mm | >= 80 % | 100.0 % (1 of 1) |"), std::string::npos) << places;
+  EXPECT_NE(places.find("holds the truth | 90-98 % | 0.0 % (0 of 1) |"), std::string::npos) << places;
+  EXPECT_NE(places.find("relative to the truth's, median | >= 0.9 | 0.50 (1 sets) |"), std::string::npos) << places;
+  EXPECT_NE(places.find("at unseen poses, median | >= 0.9 | -0.25 (1 sets) |"), std::string::npos) << places;
   // Claimed 0.95 three times, right once (a clean set has no cause).
   EXPECT_NE(table.find("expected calibration error"), std::string::npos) << table;
 }

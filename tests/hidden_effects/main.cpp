@@ -19,7 +19,7 @@ using namespace thermotwin;
 
 /// --name value pairs.
 std::map<std::string, std::string> read_options(int argc, char** argv) {
-  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write"};
+  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen"};
   std::map<std::string, std::string> options;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = std::string(argv[i]).substr(2);
@@ -28,7 +28,7 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
     throw core::UsageError("hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
-                           "--size F --loads a,b --kinds a,b --cache DIR --write DIR]");
+                           "--size F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD]");
   return options;
 }
 
@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   std::cerr << fmt::format("specimen of {} nodes\n", specimen.nodes());
   hidden::Expectations expectations(specimen, model);
   const std::vector<std::string> loads = options.count("loads") ? parts_of(options.at("loads")) : machine_case.holdout;
+  const std::string unseen_load = options.count("unseen") ? options.at("unseen") : machine_case.train.back();
   std::uint64_t serial = 0;
   const auto one = [&](hidden::Group group, const std::string& kind, const std::string& id) {
     const std::uint64_t own = seed * 100000 + ++serial;
@@ -79,11 +80,16 @@ int run(int argc, char** argv) {
       double effective = 0.0;
       const compensation::Measurement measurement = specimen.measure(draw, &effective);
       if (options.count("write")) compensation::write_measurement(std::filesystem::path(options.at("write")) / id, measurement);
-      hidden::Draw without = draw;
-      without.outside = hidden::Outside::none;
-      std::optional<compensation::Measurement> clean;
-      if (group == hidden::Group::outside) clean = specimen.measure(without);
-      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, clean ? &*clean : nullptr, draw.truths.empty() ? std::optional<double>() : effective));
+      hidden::Draw other = draw;
+      other.outside = hidden::Outside::none;
+      hidden::Beside beside;
+      beside.inputs = specimen.followable(draw.load);
+      beside.measured_poses = specimen.measured_poses();
+      std::optional<compensation::Measurement> clean, unseen;
+      if (group == hidden::Group::outside) beside.clean = &clean.emplace(specimen.measure(other));
+      other.load = unseen_load;
+      if (group == hidden::Group::single) beside.unseen = &unseen.emplace(specimen.measure(other, nullptr, hidden::Recording::exact));
+      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, beside, draw.truths.empty() ? std::optional<double>() : effective));
     } catch (const std::exception& error) {
       std::cerr << id << ": " << error.what() << "\n";
       return;
@@ -93,7 +99,7 @@ int run(int argc, char** argv) {
     std::cerr << fmt::format("{} {} {} {:.3g}: {} {} {} ({:.2f}), truth {:.2f}; 2lnB {:.0f}/{:.0f} {}\n", id, line.kind, line.where, line.value, line.verdict,
                              line.named_kind, line.named_where, line.named_probability, line.probability, line.against_none, line.against_rival, line.rival);
   };
-  const std::vector<std::string> kinds = options.count("kinds") ? parts_of(options.at("kinds")) : hidden::offered_kinds(specimen, loads.front());
+  const std::vector<std::string> kinds = options.count("kinds") ? parts_of(options.at("kinds")) : hidden::offered_kinds(specimen, loads.front(), model);
   for (int i = 0; i < static_cast<int>(number("draws", 10)); ++i)
     for (const std::string& kind : kinds) one(hidden::Group::single, kind, fmt::format("{}_{}", kind, i));
   for (int i = 0; i < static_cast<int>(number("clean", 200)); ++i) one(hidden::Group::clean, "", fmt::format("clean_{}", i));

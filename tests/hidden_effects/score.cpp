@@ -27,6 +27,19 @@ bool in_set(const Line& line, const std::string& kind, const std::string& where)
   return ("; " + line.set + ";").find("; " + kind + " " + where + ";") != std::string::npos;
 }
 
+/// Gains relative to those with the truth, where the truth itself gains something.
+struct Relative {
+  std::vector<double> values;
+  Share negative;
+
+  void add(double before, double after, double truth) {
+    if (before == Line::absent || before - truth < std::max(0.1, 0.05 * before)) return;
+    values.push_back((before - after) / (before - truth));
+    negative.count(after > before);
+  }
+  std::string text() const { return values.empty() ? "-" : fmt::format("{:.2f} ({} sets)", median(values), values.size()); }
+};
+
 /// The first one named is the truth: explained, or sure beside a second cause that is not.
 bool named(const Line& line) {
   const bool sure = line.verdict == "explained" || (line.verdict == "ambiguous" && line.named_probability >= 0.9);
@@ -38,7 +51,12 @@ bool named(const Line& line) {
 std::string score(const std::vector<Line>& lines) {
   Share identifiable, first, other, third, alarms, outside, both, covered, negative;
   double probability = 0.0;
-  std::vector<double> gains, seconds;
+  std::vector<double> gains, seconds, place_errors;
+  Share near, region_holds, follows_right;
+  Relative program, poses;
+  struct Method { Relative heldout, program; };
+  Method diagnosis, refit, process, sparse;
+  Share refit_right;
   struct Bin { double claimed = 0; int right = 0, of = 0; };
   std::vector<Bin> bins(10);
   std::map<std::string, std::pair<Share, Share>> by_kind;   // identifiable, first named right
@@ -73,10 +91,29 @@ std::string score(const std::vector<Line>& lines) {
       by_kind[line.kind].second.count(named(line));
       probability += line.probability;
       third.count(line.rank > 0 && line.rank <= 3);
-      covered.count(std::abs(line.estimate - line.value) <= 1.96 * line.std);
+      if (line.rank > 0) covered.count(std::abs(line.estimate - line.value) <= 1.96 * line.std);
       if (line.verdict == "explained") {
-        gains.push_back(line.gain);
-        negative.count(line.gain < 0.0);
+        if (line.gain != Line::absent) gains.push_back(line.gain), negative.count(line.gain < 0.0);
+        program.add(line.program_before, line.program_after, line.program_truth);
+        poses.add(line.poses_before, line.poses_after, line.poses_truth);
+      }
+      // All identifiable sets, also those that nothing was named for.
+      const auto compare = [&](Method& method, double heldout_um, double program_um) {
+        method.heldout.add(line.heldout_before, heldout_um, line.heldout_truth);
+        method.program.add(line.program_before, program_um, line.program_truth);
+      };
+      compare(diagnosis, line.heldout_after, line.program_after);
+      compare(refit, line.refit_heldout, line.refit_program);
+      compare(process, line.process_heldout, line.process_program);
+      compare(sparse, line.sparse_heldout, line.sparse_program);
+      static const char* const refitted[] = {"source_power", "film_coefficient", "contact_conductance", "coolant_flow", "coolant_coupling"};
+      if (line.refit_right != Line::absent && std::find(std::begin(refitted), std::end(refitted), line.kind) != std::end(refitted))
+        refit_right.count(line.refit_right > 0.5);
+      if (line.kind == "source_missing" && line.named_kind == "source_missing") {
+        place_errors.push_back(line.place_error);
+        near.count(line.place_error <= 100.0);
+        region_holds.count(line.place_error <= line.region);
+        follows_right.count(line.follows_right > 0.5);
       }
     } else {
       other.count(line.verdict == "no_discrepancy" || named(line) || (line.verdict == "ambiguous" && in_set(line, line.kind, line.where)));
@@ -100,7 +137,26 @@ std::string score(const std::vector<Line>& lines) {
   row("95 % interval holds the truth, identifiable", "90-98 %", covered.text());
   row("gain on held-out time relative to the truth's, median", ">= 0.9", gains.empty() ? "-" : fmt::format("{:.2f}", median(gains)));
   row("such gains that are negative", "<= 1 %", negative.text());
+  row("gain on an unseen program relative to the truth's, median", ">= 0.9", program.text());
+  row("such gains that are negative", "<= 1 %", program.negative.text());
+  row("the same at unseen poses, median", ">= 0.9", poses.text());
+  row("such gains that are negative", "<= 1 %", poses.negative.text());
+  row("place of a named missing source, median error", "-", place_errors.empty() ? "-" : fmt::format("{:.0f} mm", median(place_errors)));
+  row("place within 100 mm", ">= 80 %", near.text());
+  row("its region of 95 % holds the truth", "90-98 %", region_holds.text());
+  row("the input it follows is right", ">= 90 %", follows_right.text());
   row("seconds of a diagnosis, median", "-", fmt::format("{:.1f}", median(seconds)));
+  if (!diagnosis.heldout.values.empty() || !diagnosis.program.values.empty()) {
+    text += "\n| method, all identifiable sets | gain on held-out time | negative | gain on an unseen program | negative |\n|---|---|---|---|---|\n";
+    const auto method = [&](const char* name, const Method& m) {
+      text += fmt::format("| {} | {} | {} | {} | {} |\n", name, m.heldout.text(), m.heldout.negative.text(), m.program.text(), m.program.negative.text());
+    };
+    method("diagnosis", diagnosis);
+    method("refit of all nominal values", refit);
+    method("Gaussian process of what is left", process);
+    method("sparse regression of what is left", sparse);
+    text += fmt::format("\nThe refit's largest change is the truth, where the truth is one of its kinds: {}\n", refit_right.text());
+  }
   text += "\n| kind | identifiable | first named right |\n|---|---|---|\n";
   for (const auto& [kind, shares] : by_kind) text += fmt::format("| {} | {} | {} |\n", kind, shares.first.text(), shares.second.text());
   text += "\n| expected 2 ln Bayes factor against none | named right |\n|---|---|\n";

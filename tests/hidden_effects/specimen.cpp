@@ -12,6 +12,7 @@
 #include "solver/simulation.h"
 #include "solver/tcp.h"
 #include "solver/thermal_adaptive.h"
+#include "wrong_parts.h"
 
 namespace thermotwin::hidden {
 
@@ -121,10 +122,19 @@ Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& opti
   poses_.push_back(mesh::home_pose(case_.machine));
   for (const mesh::Pose& pose : case_.check_points)
     if (poses_.size() < 4) poses_.push_back(pose);
+  measured_poses_ = poses_.size();
+  // Two more within the workspace, those of the machine's seed.
+  Random random(options.seed * 31 + 7);
+  for (int i = 0; i < 2; ++i) {
+    mesh::Pose pose = mesh::home_pose(case_.machine);
+    for (std::size_t a = 0; a < case_.machine.axes.size(); ++a)
+      if (const mesh::Axis& axis = case_.machine.axes[a]; !axis.endless) pose[static_cast<Index>(a)] = axis.low + (axis.high - axis.low) * random.uniform(0.1, 0.9);
+    poses_.push_back(pose);
+  }
   for (const mesh::Pose& pose : poses_) rows_.push_back(full_.elastic.output_rows(pose));
 }
 
-Measurement Specimen::described() const {
+Measurement Specimen::described(std::size_t poses) const {
   Measurement m;
   const auto add = [&](MeasuredChannel channel) {
     channel.column = static_cast<Index>(m.channels.size()) + 1;
@@ -154,7 +164,7 @@ Measurement Specimen::described() const {
     channel.uncertainty = options_.noise_K;
     add(std::move(channel));
   }
-  for (std::size_t p = 0; p < poses_.size(); ++p)
+  for (std::size_t p = 0; p < poses; ++p)
     for (const char* quantity : quantities) {
       MeasuredChannel channel;
       channel.id = quantity + std::string("@") + std::to_string(p + 1);
@@ -174,18 +184,44 @@ Measurement Specimen::described() const {
 }
 
 Measurement Specimen::blank(const std::string& load) const {
-  Measurement m = described();
+  Measurement m = described(measured_poses_);
   (void)case_.load(load);  // it exists
   m.data.values.setZero(1, static_cast<Index>(m.data.columns.size()));
   return m;
 }
 
-Measurement Specimen::measure(const Draw& draw, double* effective) const {
+VectorXd Specimen::warmth_at(const std::string& body, const Eigen::Vector3d& centre) const { return warm_spot(full_, body, centre); }
+
+std::vector<Followable> Specimen::followable(const std::string& load) const {
+  const solver::LoadProgram program = case_.load(load);
+  const solver::Channels channels(case_.machine);
+  std::vector<Followable> found{{"machine.on", 1.0}};
+  for (const MeasuredChannel& channel : described(0).channels) {
+    if (channel.input == "machine.on" || (channel.kind != ChannelKind::speed && channel.kind != ChannelKind::state)) continue;
+    double low = 1e300, high = 0.0, from = 0.0;
+    for (const double to : program.step_ends(1.0)) {
+      const double value = program.row(from, to)[channels.index(channel.input)], size = std::isfinite(value) ? std::abs(value) : 0.0;
+      low = std::min(low, size), high = std::max(high, size), from = to;
+    }
+    if (high > 0.0 && high - low > 0.01 * high) found.push_back({channel.input, high});
+  }
+  return found;
+}
+
+Measurement Specimen::measure(const Draw& draw, double* effective, Recording recording) const {
+  const bool exact = recording == Recording::exact;
+  const std::size_t pose_count = exact ? poses_.size() : measured_poses_;
   Random random(draw.seed), noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
   const solver::LoadProgram load = case_.load(draw.load);
   // A machine of the type: coefficients drawn anew, materials those of the specimen.
   mesh::Machine machine = compensation::perturbed(case_.machine, draw.seed);
   machine.materials = full_.mesh.machine.materials;
+  machine.scales = full_.mesh.machine.scales;
+  machine.screws = full_.mesh.machine.screws;
+  for (std::size_t i = 0; i < machine.joints.size(); ++i) {
+    machine.joints[i].stiffness_normal = full_.mesh.machine.joints[i].stiffness_normal;
+    machine.joints[i].stiffness_tangential = full_.mesh.machine.joints[i].stiffness_tangential;
+  }
   mesh::Machine wrong = machine;
   std::vector<const Truth*> of_readings;
   for (const Truth& truth : draw.truths) {
@@ -193,6 +229,7 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
       of_readings.push_back(&truth);
       continue;
     }
+    if (truth.parameter.missing || diagnosis::needs_parts(truth.parameter.kind)) continue;
     wrong = diagnosis::with_parameter(wrong, truth.parameter, truth.value);
   }
   solver::ThermalSystem thermal = full_.thermal;
@@ -238,7 +275,15 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
     film_columns.push_back(matrix * VectorXd::Ones(thermal.size));
     thermal.terms.push_back(std::move(matrix));
   }
-  MatrixXd added(thermal.size, heat_columns.cols() + static_cast<Index>(film_columns.size()));
+  std::vector<const Truth*> spots;
+  for (const Truth& truth : draw.truths)
+    if (truth.parameter.missing) spots.push_back(&truth);
+  const double bend = random.uniform(0.85, 1.15);  // heat follows a power of its input
+  const Index first_spot = inputs + heat_columns.cols() + static_cast<Index>(film_columns.size());
+  MatrixXd added(thermal.size, first_spot - inputs + static_cast<Index>(spots.size()));
+  for (std::size_t i = 0; i < spots.size(); ++i)
+    added.col(first_spot - inputs + static_cast<Index>(i)) =
+        spread_heat(thermal, typical, warm_spot(full_, spots[i]->parameter.missing->body, spots[i]->parameter.missing->centre));
   added.leftCols(heat_columns.cols()) = heat_columns;
   for (std::size_t f = 0; f < film_columns.size(); ++f) added.col(heat_columns.cols() + static_cast<Index>(f)) = film_columns[f];
   thermal.inputs.conservativeResize(thermal.size, inputs + added.cols());
@@ -247,6 +292,10 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
       if (added(n, a) != 0.0) thermal.inputs.coeffRef(n, inputs + a) = added(n, a);
   thermal.inputs.makeCompressed();
   for (Index a = 0; a < added.cols(); ++a) thermal.layout.inputs.push_back({solver::InputKind::source, -1, 0, 0, 0});
+
+  const std::vector<mesh::Pose> poses(poses_.begin(), poses_.begin() + static_cast<std::ptrdiff_t>(pose_count));
+  const WrongParts parts = wrong_parts(full_, draw.truths, poses, rows_, uneven);
+  if (parts.capacity.size() > 0) thermal.capacity = solver::SparseMatrix(thermal.capacity + parts.capacity);
 
   Steps stepper(thermal, ends.front());
   VectorXd state = VectorXd::Constant(thermal.size, load.initial_C() - machine.reference_C);
@@ -262,13 +311,20 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
   double sizes = 0.0, weights = 0.0;
   const auto steps = static_cast<Index>(ends.size());
   const auto sensors = static_cast<Index>(machine.sensors.size());
-  MatrixXd rows(steps + 1, channels.size()), temperatures(steps + 1, sensors), errors(steps + 1, 3 * static_cast<Index>(poses_.size()));
+  MatrixXd rows(steps + 1, channels.size()), temperatures(steps + 1, sensors), errors(steps + 1, 3 * static_cast<Index>(pose_count));
   const auto record = [&](Index i) {
+    const double size = size_at(times[static_cast<std::size_t>(i)]);
     temperatures.row(i) = ((thermal.sensors * state).head(sensors).array() + machine.reference_C).transpose();
     for (Index s = 0; s < sensors; ++s) temperatures(i, s) += machine.sensors[static_cast<std::size_t>(s)].offset;
-    for (std::size_t p = 0; p < poses_.size(); ++p) {
+    for (std::size_t p = 0; p < pose_count; ++p) {
       const solver::OutputRows& r = rows_[p];
-      const solver::TcpError error = solver::tcp_error(machine, poses_[p], r.tool * state, r.table_axis * state, r.table_own * state);
+      VectorXd tool = r.tool * state, axis = r.table_axis * state, own = r.table_own * state;
+      if (!parts.rows.empty()) {
+        tool += size * (parts.rows[p].tool * state);
+        axis += size * (parts.rows[p].table_axis * state);
+        own += size * (parts.rows[p].table_own * state);
+      }
+      const solver::TcpError error = solver::tcp_error(machine, poses_[p], tool, axis, own);
       errors.row(i).segment(3 * static_cast<Index>(p), 3) = 1e6 * error.error.head<3>().transpose();
     }
   };
@@ -279,8 +335,18 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
     rows.row(s) = row.transpose();
     solver::Coefficients c = right_model.coefficients(row, right_chiller.advance(row, read, right_model.guide_K(row), step), read);
     const solver::Coefficients other = wrong_model.coefficients(row, wrong_chiller.advance(row, read, wrong_model.guide_K(row), step), read);
-    const double size = size_at(0.5 * (from + to)), weight = step * ((other.q - c.q).cwiseAbs().sum() + (other.p - c.p).cwiseAbs().sum());
-    sizes += weight * size;
+    const double size = size_at(0.5 * (from + to));
+    double weight = step * ((other.q - c.q).cwiseAbs().sum() + (other.p - c.p).cwiseAbs().sum()), seen_size = size;
+    std::vector<double> spot_W;
+    for (const Truth* spot : spots) {
+      const diagnosis::MissingSource& missing = *spot->parameter.missing;
+      const double value = row[channels.index(missing.follows)], share = std::isfinite(value) ? std::abs(value) / missing.at : 0.0;
+      spot_W.push_back(spot->value * size * std::pow(share, bend));
+      if (spot == &draw.truths.front()) weight = step * share, seen_size = share > 0.0 ? size * std::pow(share, bend) / share : 1.0;
+    }
+    if (!draw.truths.empty() && diagnosis::needs_parts(draw.truths.front().parameter.kind))
+      weight = step, seen_size = draw.truths.front().parameter.kind == "heat_capacity" ? 1.0 : size;
+    sizes += weight * seen_size;
     weights += weight;
     VectorXd p = VectorXd::Zero(static_cast<Index>(thermal.terms.size())), q = VectorXd::Zero(thermal.inputs.cols());
     p.head(terms) = c.p;
@@ -296,6 +362,7 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
         at = inputs + heat_columns.cols() + own_term[static_cast<std::size_t>(input.term)] - terms;
       q[at] += change;
     }
+    for (std::size_t i = 0; i < spots.size(); ++i) q[first_spot + static_cast<Index>(i)] = spot_W[i];
     c.p = p;
     c.q = q;
     c.occupancy.conservativeResize(c.p.size());
@@ -308,7 +375,9 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
   if (effective && !draw.truths.empty()) {
     const Truth& truth = draw.truths.front();
     *effective = truth.value;
-    if (weights > 0.0 && !diagnosis::acts_on_readings(truth.parameter.kind)) {
+    if (truth.parameter.missing) {
+      *effective = weights > 0.0 ? truth.value * sizes / weights : 0.0;
+    } else if (weights > 0.0 && !diagnosis::acts_on_readings(truth.parameter.kind)) {
       mesh::Machine nominal = case_.machine, own = machine;
       const double before = *diagnosis::machine_values(nominal, truth.parameter).front().value, here = *diagnosis::machine_values(own, truth.parameter).front().value;
       const double changed = truth.parameter.nominal + (truth.value - truth.parameter.nominal) * sizes / weights;
@@ -319,7 +388,7 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
   const VectorXd time = Eigen::Map<VectorXd>(times.data(), static_cast<Index>(times.size()));
   VectorXd air = VectorXd::Constant(time.size(), machine.reference_C);
   if (const int index = channels.index("air.T_C"); index >= 0) air = rows.col(index);
-  Measurement m = described();
+  Measurement m = described(pose_count);
   m.data.values.resize(time.size(), static_cast<Index>(m.data.columns.size()));
   m.data.values.col(0) = time;
   Index pose_column = 0;
@@ -327,7 +396,7 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
     auto column = m.data.values.col(channel.column);
     if (!channel.input.empty()) {
       column = rows.col(channels.index(channel.input));
-      if (channel.kind == ChannelKind::temperature)
+      if (!exact && channel.kind == ChannelKind::temperature)
         for (double& value : column) value += options_.noise_K * noise.normal();
       continue;
     }
@@ -339,6 +408,8 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
         values = spoilt_reading(truth->parameter.kind, truth->value, time, air, std::move(values));
     }
     if (is_sensor) values = outside.reading(channel.sensor, time, std::move(values));
+    column = values;
+    if (exact) continue;
     const bool coarse = is_sensor && channel.column % 3 == 0;  // an older module: steps of 0.1 K
     for (double& value : values) {
       value += (is_sensor ? options_.noise_K : options_.noise_um) * noise.normal();
@@ -350,7 +421,7 @@ Measurement Specimen::measure(const Draw& draw, double* effective) const {
   // Rows that a logger lost: sampling is irregular.
   std::vector<Index> kept{0};
   for (Index i = 1; i < time.size(); ++i)
-    if (noise.uniform() > 0.5 * options_.missing_share || i + 1 == time.size()) kept.push_back(i);
+    if (exact || noise.uniform() > 0.5 * options_.missing_share || i + 1 == time.size()) kept.push_back(i);
   m.data.values = m.data.values(kept, Eigen::all).eval();
   return m;
 }

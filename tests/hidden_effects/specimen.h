@@ -34,8 +34,8 @@ class Random {
 
 /// What is wrong, in words of the diagnosis: what it should find.
 struct Truth {
-  diagnosis::Parameter parameter;
-  double value = 0;
+  diagnosis::Parameter parameter;  ///< of a source_missing: where it is, what it follows, no surface
+  double value = 0;                ///< of a source_missing: W where its input is as large as in the record
 };
 
 /// Effects that no kind describes.
@@ -47,6 +47,15 @@ struct Draw {
   std::string outside_where;
   std::string load;
   std::uint64_t seed = 1;
+};
+
+/// What is recorded of a run: a measurement as it comes, or all that is true, at more poses.
+enum class Recording { measured, exact };
+
+/// An input that heat may follow, and its largest value under a load.
+struct Followable {
+  std::string channel;
+  double most = 1;
 };
 
 struct SpecimenOptions {
@@ -64,20 +73,28 @@ class Specimen {
   const mesh::Machine& nominal() const { return case_.machine; }
   /// A measurement that says what its channels are and holds one row: for choosing what to hide.
   compensation::Measurement blank(const std::string& load) const;
+  /// @param recording  exact: without noise and gaps, at the poses of a measurement and two that none has seen
   /// @param effective  if given: what the first effect amounts to against the nominal machine, in the mean
   ///                   over the record: its size wanders, and the specimen's own value is not the nominal one
-  compensation::Measurement measure(const Draw& draw, double* effective = nullptr) const;
+  compensation::Measurement measure(const Draw& draw, double* effective = nullptr, Recording recording = Recording::measured) const;
+  /// Speeds and states that a control sends and that change under the load, and the machine being on.
+  std::vector<Followable> followable(const std::string& load) const;
+  std::size_t measured_poses() const { return measured_poses_; }
+  /// 1 W on the skin of a body about a place, (size)
+  Eigen::VectorXd warmth_at(const std::string& body, const Eigen::Vector3d& centre) const;
+  const mesh::MachineMesh& mesh() const { return full_.mesh; }
   Eigen::Index nodes() const { return full_.mesh.nodes(); }
 
  private:
   /// Channels and their columns; values follow.
-  compensation::Measurement described() const;
+  compensation::Measurement described(std::size_t poses) const;
 
   solver::Case case_;
   SpecimenOptions options_;
   solver::FullModel full_;
-  std::vector<mesh::Pose> poses_;
+  std::vector<mesh::Pose> poses_;           ///< those of measurements first
   std::vector<solver::OutputRows> rows_;
+  std::size_t measured_poses_ = 0;
 };
 
 }  // namespace thermotwin::hidden

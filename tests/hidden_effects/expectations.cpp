@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "expectations.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "diagnosis/evidence.h"
+
+namespace thermotwin::hidden {
+
+using diagnosis::Parameter;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double spot_W = 100.0;
+constexpr Index most_patches = 120;   ///< of all: the others lie between these
+
+double log_sum(const std::vector<double>& logs) {
+  if (logs.empty()) return -1e300;
+  const double top = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (const double value : logs) sum += std::exp(value - top);
+  return top + std::log(sum);
+}
+
+}  // namespace
+
+double distance(const Parameter& a, const Parameter& b) { return (a.missing->centre - b.missing->centre).norm(); }
+
+bool same_cause(const Parameter& a, const Parameter& b) {
+  if (a.kind != b.kind) return false;
+  if (!a.missing || !b.missing) return a.where == b.where;
+  return a.missing->follows == b.missing->follows && distance(a, b) <= same_place_m;
+}
+
+Parameter on_model(const Parameter& truth, const reduction::ReducedModel& model) {
+  if (!truth.missing) return truth;
+  Parameter result = truth;
+  auto source = std::make_shared<diagnosis::MissingSource>(*truth.missing);
+  double nearest = 1e300;
+  for (const reduction::Patch& patch : model.patches.items) {
+    const double distance = (patch.centre - source->centre).norm() + (patch.surface.body == source->body ? 0.0 : 1.0);
+    if (distance < nearest) nearest = distance, source->surface = patch.surface;
+  }
+  result.missing = std::move(source);
+  return result;
+}
+
+Seen::Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const std::vector<Followable>& inputs)
+    : model_(model), inputs_(inputs) {
+  const solver::Channels channels(model.machine);
+  observations_ = std::make_unique<diagnosis::Observations>(diagnosis::observe(measurement, model.machine, channels, {}));
+  response_ = std::make_unique<diagnosis::Response>(model, *observations_);
+  problem_ = diagnosis::make_problem(model.machine, measurement, *observations_, *response_, {});
+  whitener_ = std::make_unique<diagnosis::Whitener>(problem_.fitted_covariance());
+  columns_ = whitener_->whiten(problem_.fitted(problem_.columns));
+  nuisances_ = columns_ * problem_.prior_std.asDiagonal();
+  if (model.patches.items.empty()) inputs_.clear();
+  if (inputs_.empty()) return;
+  MatrixXd series(observations_->rows.rows(), static_cast<Index>(inputs_.size()));
+  for (Index j = 0; j < series.cols(); ++j) {
+    const int channel = channels.index(inputs_[static_cast<std::size_t>(j)].channel);
+    for (Index s = 0; s < series.rows(); ++s) {
+      const double value = channel < 0 ? 1.0 : observations_->rows(s, channel);
+      series(s, j) = std::isfinite(value) ? std::abs(value) / inputs_[static_cast<std::size_t>(j)].most : 0.0;
+    }
+  }
+  const Index stride = std::max<Index>(1, model.patches.inputs.cols() / most_patches);
+  for (Index k = 0; k < model.patches.inputs.cols(); k += stride) patches_.push_back(k);
+  spots_ = whitener_->whiten(problem_.fitted(response_->to_heat(model.machine, model.patches.inputs(Eigen::all, patches_), series)));
+  MatrixXd precision = MatrixXd::Identity(nuisances_.cols(), nuisances_.cols());
+  precision.noalias() += nuisances_.transpose() * nuisances_;
+  taken_.compute(precision);
+  spots_taken_ = taken_.matrixL().solve(nuisances_.transpose() * spots_);
+}
+
+MatrixXd Seen::of_spots(const VectorXd& white) const {
+  const VectorXd taken = taken_.matrixL().solve(nuisances_.transpose() * white);
+  const VectorXd square = (spots_.colwise().squaredNorm() - spots_taken_.colwise().squaredNorm()).transpose() * (spot_W * spot_W);
+  const VectorXd product = (spots_.transpose() * white - spots_taken_.transpose() * taken) * spot_W;
+  VectorXd log(square.size());
+  for (Index i = 0; i < log.size(); ++i) {
+    const double width = 1.0 + std::max(0.0, square[i]), mean = product[i] / width;
+    log[i] = -0.5 * std::log(width) + 0.5 * mean * product[i] + std::log(std::max(1e-12, std::erfc(-mean * std::sqrt(0.5 * width))));
+  }
+  return Eigen::Map<const MatrixXd>(log.data(), static_cast<Index>(patches_.size()), static_cast<Index>(inputs_.size()));
+}
+
+Factors Seen::factors(const Truth& truth) const {
+  Factors result;
+  const auto& parameters = problem_.parameters;
+  int own_column = -1;
+  VectorXd signal;
+  if (truth.parameter.missing) {
+    if (inputs_.empty()) return result;
+    const Parameter p = on_model(truth.parameter, model_);
+    VectorXd none = VectorXd::Zero(1);
+    const MatrixXd column = response_->linearise(model_.machine, {p}, none, false).sensitivity;
+    signal = whitener_->whiten(problem_.fitted(column)) * truth.value;
+  } else {
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      if (same_cause(parameters[i], truth.parameter)) own_column = static_cast<int>(i);
+    if (own_column < 0) return result;
+    signal = columns_.col(own_column) * (truth.value - truth.parameter.nominal);
+  }
+  const diagnosis::LinearEvidence evidence(columns_, signal, problem_.prior_std);
+  double own = 0.0, rival = 0.0;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const double width[] = {parameters[i].cause_std};
+    const int which[] = {static_cast<int>(i)};
+    const double log = evidence.widen(which, width).log_ratio;
+    if (which[0] == own_column) own = log;
+    else if (log > rival) rival = log, result.rival = parameters[i].kind + " " + parameters[i].where;
+  }
+  if (!inputs_.empty()) {
+    const MatrixXd spots = of_spots(signal);
+    std::vector<double> here, elsewhere;
+    for (Index j = 0; j < spots.cols(); ++j)
+      for (Index k = 0; k < spots.rows(); ++k) {
+        const bool at_truth = truth.parameter.missing && inputs_[static_cast<std::size_t>(j)].channel == truth.parameter.missing->follows &&
+                              (model_.patches.items[static_cast<std::size_t>(patches_[static_cast<std::size_t>(k)])].centre - truth.parameter.missing->centre).norm() <= same_place_m;
+        (at_truth ? here : elsewhere).push_back(spots(k, j));
+      }
+    const double all = std::log(static_cast<double>(spots.size()));
+    if (truth.parameter.missing) own = std::max(log_sum(here) - all, -50.0);
+    if (const double log = log_sum(elsewhere) - all; log > rival) rival = log, result.rival = "source_missing elsewhere";
+  }
+  result.against_none = 2.0 * own;
+  result.against_rival = 2.0 * (own - rival);
+  return result;
+}
+
+Factors Expectations::of(const Truth& truth, const std::string& load) {
+  std::unique_ptr<Seen>& seen = seen_[load];
+  if (!seen) {
+    Draw clean;
+    clean.load = load;
+    clean.seed = 1;
+    seen = std::make_unique<Seen>(model_, specimen_.measure(clean), specimen_.followable(load));
+  }
+  return seen->factors(truth);
+}
+
+}  // namespace thermotwin::hidden
