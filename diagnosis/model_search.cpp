@@ -106,28 +106,25 @@ double log_sum(const std::vector<double>& logs) {
 }
 
 /// In what a cause is never quite as its hypothesis says: its size wanders (its effect times hat functions of
-/// time, the same for all channels), heat enters elsewhere, a film or an expansion is uneven, so that each
-/// channel sees a little more or less of it. A reading has no footprint.
+/// time, the same for all channels), and heat enters elsewhere.
 struct Freedom {
-  MatrixXd columns;   ///< (observations x columns)
+  MatrixXd columns;   ///< (observations x (members x knots + members that add heat))
   VectorXd std;
 };
 constexpr double wandering_share = 0.12;  ///< of a cause's size
 constexpr double wandering_knot_s = 3.0 * 3600.0;
 constexpr int most_wandering_knots = 12;
 constexpr double spread_share = 0.5;      ///< of its heat enters spread, either way
-constexpr double uneven_share = 0.1;      ///< of its effect in a channel
 
 /// @param sensitivity, spread  (observations x members)   @param size  (members) estimate less nominal value
-Freedom freedom(const Problem& problem, const std::vector<int>& members, const MatrixXd& sensitivity, const MatrixXd& spread, const VectorXd& size) {
+Freedom freedom(const Problem& problem, const MatrixXd& sensitivity, const MatrixXd& spread, const VectorXd& size) {
   const Observations& obs = problem.observations;
   const int spans = std::clamp(static_cast<int>(std::lround((obs.end - obs.start) / wandering_knot_s)), 1, most_wandering_knots);
   const double width = (obs.end - obs.start) / spans;
   VectorXd time(obs.size());
   for (std::size_t k = 0; k < obs.channels.size(); ++k) time.segment(problem.first_row(k), obs.channels[k].size()) = obs.channels[k].time;
   Freedom result;
-  const auto channels = static_cast<Index>(obs.channels.size());
-  result.columns.resize(obs.size(), sensitivity.cols() * (spans + 2 + channels));
+  result.columns.resize(obs.size(), sensitivity.cols() * (spans + 2));
   result.std.resize(result.columns.cols());
   Index column = 0;
   const auto add = [&](VectorXd values, double share, Index member) {
@@ -139,18 +136,8 @@ Freedom freedom(const Problem& problem, const std::vector<int>& members, const M
       const Eigen::ArrayXd hat = (1.0 - ((time.array() - obs.start) / width - knot).abs()).max(0.0);
       add((sensitivity.col(m).array() * hat).matrix(), wandering_share, m);
     }
-    const std::string& kind = problem.parameters[static_cast<std::size_t>(members[static_cast<std::size_t>(m)])].kind;
-    if (acts_on_readings(kind)) continue;
-    if (adds_heat(kind)) add(spread.col(m), spread_share, m);
-    for (Index k = 0; k < channels; ++k) {
-      const Index first = problem.first_row(static_cast<std::size_t>(k)), n = obs.channels[static_cast<std::size_t>(k)].size();
-      VectorXd own = VectorXd::Zero(obs.size());
-      own.segment(first, n) = sensitivity.col(m).segment(first, n);
-      add(std::move(own), uneven_share, m);
-    }
+    add(spread.col(m), spread_share, m);
   }
-  result.columns.conservativeResize(Eigen::NoChange, column);
-  result.std.conservativeResize(column);
   return result;
 }
 
@@ -187,7 +174,7 @@ UnknownEvidence leftover_evidence(const Problem& problem, const Hypothesis& h) {
   }
   VectorXd size = h.value;
   for (std::size_t k = 0; k < h.members.size(); ++k) size[static_cast<Index>(k)] -= problem.nominal[h.members[k]];
-  const Freedom free = freedom(problem, h.members, h.sensitivity, h.spread, size);
+  const Freedom free = freedom(problem, h.sensitivity, h.spread, size);
   return unknown_evidence(problem, joined(columns, free.columns), joined(prior_std, free.std), problem.measured - predicted, seen_in(problem, problem.predicted), {0.3, 0.6, 1.2});
 }
 
@@ -306,7 +293,7 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
       columns.col(h.members[static_cast<std::size_t>(k)]) = sensitivity.col(k);
     const VectorXd residual = white.whitener.whiten(
         problem.fitted(problem.measured - linear.predicted + linear.sensitivity * (at - nominal)));
-    const Freedom free = freedom(problem, h.members, linear.sensitivity, linear.spread, at - nominal);
+    const Freedom free = freedom(problem, linear.sensitivity, linear.spread, at - nominal);
     const LinearEvidence evidence(joined(columns, white.whitener.whiten(problem.fitted(free.columns))), residual, joined(prior_std, free.std));
     VectorXd next(count);
     h.std.resize(count);

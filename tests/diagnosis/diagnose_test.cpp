@@ -168,21 +168,6 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
   EXPECT_TRUE(d.extended_machine_text.empty());
 }
 
-TEST(Diagnose, a_sure_cause_is_named_beside_what_no_parameter_describes) {
-  const auto truth = find("source_power", "motor");
-  compensation::Measurement m = lumped::measure({{truth, 1.8}}, {.seed = 52});
-  for (Eigen::Index i = 0; i < m.data.rows(); ++i) m.data.values(i, m.channels[5].column) += 0.7 * std::cos(1.3 * m.data.values(i, 0) / 3600.0);
-  const Diagnosis d = run(m);
-  SCOPED_TRACE(listed(d));
-  EXPECT_EQ(d.verdict, "ambiguous");
-  ASSERT_EQ(d.causes.size(), 1u);
-  EXPECT_EQ(d.causes[0].parameter.where, "motor");
-  ASSERT_EQ(d.ambiguous_set.size(), 1u);
-  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
-  EXPECT_NE(d.sentence.find("something beside it that no kind describes"), std::string::npos) << d.sentence;
-  EXPECT_TRUE(d.extended_machine_text.empty());
-}
-
 TEST(Diagnose, held_out_time_is_never_fitted) {
   const auto truth = find("source_power", "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
