@@ -164,11 +164,12 @@ Eigen::VectorXd weights_on(const std::vector<GridAxis>& grid, const mesh::Machin
   return product(factors);
 }
 
-/// A line of the grid along an axis of three positions, through the middle of all others, with a position more in
-/// each half: rows change along one axis as they do there, but for what the grid sees.
+/// A line of the grid along an axis of three positions, all others at their first or last one, with a position more in
+/// each half.
 struct Line {
   std::size_t axis = 0;                    ///< of the grid
   std::vector<double> positions;           ///< five
+  std::vector<bool> last;                  ///< (axes of the grid) which end the others are at
   std::array<Eigen::Index, 3> on_grid{};   ///< where its first, third and fifth position are among the grid's poses
 };
 
@@ -177,16 +178,24 @@ std::vector<Line> lines_of(const mesh::Machine& machine, const std::vector<GridA
   for (std::size_t d = 0; d < grid.size(); ++d) {
     const std::vector<double>& three = grid[d].positions;
     if (three.size() != 3 || machine.axes[static_cast<std::size_t>(grid[d].axis)].kind != mesh::AxisKind::linear) continue;
-    Line line{d, {three[0], 0.5 * (three[0] + three[1]), three[1], 0.5 * (three[1] + three[2]), three[2]}, {}};
-    for (std::size_t i = 0; i < 3; ++i) {
-      Eigen::Index at = 0;
+    for (std::size_t corner = 0; corner < (std::size_t{1} << grid.size()); ++corner) {
+      Line line{d, {three[0], 0.5 * (three[0] + three[1]), three[1], 0.5 * (three[1] + three[2]), three[2]}, {}, {}};
+      bool new_line = true;
       for (std::size_t k = 0; k < grid.size(); ++k) {
-        const std::size_t n = grid[k].positions.size();
-        at = at * static_cast<Eigen::Index>(n) + static_cast<Eigen::Index>(k == d ? i : n / 2);
+        line.last.push_back((corner >> k & 1) != 0);
+        new_line = new_line && !(line.last[k] && (k == d || grid[k].positions.size() == 1));
       }
-      line.on_grid[i] = at;
+      if (!new_line) continue;
+      for (std::size_t i = 0; i < 3; ++i) {
+        Eigen::Index at = 0;
+        for (std::size_t k = 0; k < grid.size(); ++k) {
+          const std::size_t n = grid[k].positions.size();
+          at = at * static_cast<Eigen::Index>(n) + static_cast<Eigen::Index>(k == d ? i : line.last[k] ? n - 1 : 0);
+        }
+        line.on_grid[i] = at;
+      }
+      lines.push_back(std::move(line));
     }
-    lines.push_back(std::move(line));
   }
   return lines;
 }
@@ -231,7 +240,14 @@ Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pos
   Eigen::Index next = on_grid.size();
   for (const Line& line : lines) {
     const double x = pose(grid[line.axis].axis);
-    const Eigen::VectorXd fine = cubic_weights(line.positions, x), coarse = smooth_weights(grid[line.axis].positions, x);
+    double share = 1.0;  // of this line: straight between the ends of the other axes
+    for (std::size_t k = 0; k < grid.size(); ++k) {
+      const std::vector<double>& positions = grid[k].positions;
+      if (k == line.axis || positions.size() == 1) continue;
+      const Eigen::VectorXd ends = linear_weights({positions.front(), positions.back()}, pose(grid[k].axis));
+      share *= ends(line.last[k] ? 1 : 0);
+    }
+    const Eigen::VectorXd fine = share * cubic_weights(line.positions, x), coarse = share * smooth_weights(grid[line.axis].positions, x);
     for (Eigen::Index i = 0; i < 3; ++i) weights(line.on_grid[static_cast<std::size_t>(i)]) += fine(2 * i) - coarse(i);
     weights(next++) = fine(1);
     weights(next++) = fine(3);

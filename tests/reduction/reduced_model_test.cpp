@@ -226,18 +226,19 @@ mesh::Machine swivel_machine() {
   return machine;
 }
 
-TEST(PoseWeights, LinesThroughTheMiddleAddWhatTheGridDoesNotSee) {
+TEST(PoseWeights, OuterLinesAddWhatTheGridDoesNotSee) {
   const mesh::Machine machine = test::small_machine();
   const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine), stored = tool_poses(machine);
-  ASSERT_EQ(stored.size(), 9u + 2u * 2u);
+  ASSERT_EQ(stored.size(), 9u + 2u * 2u * 2u);
   for (std::size_t k = 0; k < stored.size(); ++k)
-    EXPECT_TRUE(pose_weights(machine, stored[k], stored.size()).isApprox(VectorXd::Unit(13, static_cast<Index>(k)), 1e-13)) << k;
+    EXPECT_TRUE(pose_weights(machine, stored[k], stored.size()).isApprox(VectorXd::Unit(17, static_cast<Index>(k)), 1e-13)) << k;
   EXPECT_DOUBLE_EQ(stored[9](0), -0.1);
-  EXPECT_DOUBLE_EQ(stored[9](1), 0.0);
-  EXPECT_DOUBLE_EQ(stored[12](1), 0.05);
-  // Cubics of each axis alone beside the quadratics of both, which the grid knows.
+  EXPECT_DOUBLE_EQ(stored[9](1), -0.1);
+  EXPECT_DOUBLE_EQ(stored[16](0), 0.2);
+  EXPECT_DOUBLE_EQ(stored[16](1), 0.05);
+  // Cubics of each axis, linear in the other, beside the quadratics of both, which the grid knows.
   const auto f = [](const mesh::Pose& p) {
-    return 1.0 - 3.0 * p(1) + 5.0 * p(0) * p(1) + 7.0 * p(0) * p(0) * p(1) * p(1) + 40.0 * p(0) * p(0) * p(0) - 60.0 * p(1) * p(1) * p(1);
+    return 1.0 - 3.0 * p(1) + 5.0 * p(0) * p(1) + 7.0 * p(0) * p(0) * p(1) * p(1) + 40.0 * p(0) * p(0) * p(0) * (1.0 + 2.0 * p(1)) - 60.0 * p(1) * p(1) * p(1) * (1.0 - 3.0 * p(0));
   };
   Numbers number(34);
   double by_grid = 0;
