@@ -135,9 +135,9 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   judge(made, machine_case.machine, heldout, held, poses);
   for (std::size_t i = 0; i < heldout.size(); ++i)
     made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i], truths[i], between));
-  reduction::write_off_grid(out / "off_grid.csv", machine_case.machine, made.off_grid_poses, made.off_grid);
   reduction::write_model(out / "model.rom.h5", made.model);
   if (has_reference(made)) reduction::write_model(out / "reference.rom.h5", made.reference);
+  reduction::write_off_grid(out / "off_grid.csv", machine_case.machine, made.off_grid_poses, made.off_grid);
   if (!bounded.empty()) {
     const Stopwatch bound_time;
     made.bound = reduction::make_bound_model(full, basis, made.model.trained, bounded);

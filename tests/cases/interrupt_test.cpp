@@ -16,6 +16,8 @@ namespace fs = std::filesystem;
 
 /// Sends SIGINT once the file is there. @return how the program ended
 Result stop_when(Program& program, const fs::path& file) {
+  // There from an earlier run: the program has to come to what follows.
+  if (fs::exists(file)) std::this_thread::sleep_for(std::chrono::milliseconds(500));
   while (!fs::exists(file) && program.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(2));
   EXPECT_TRUE(program.is_running()) << "it ended before it could be stopped";
   program.send(SIGINT);
@@ -66,7 +68,7 @@ std::map<std::string, std::string> timeless(const fs::path& folder) {
 TEST(Interrupt, ARunGoesOnWhereItStopped) {
   const Toy toy;
   const std::vector<std::string> arguments{"run", toy_case().string(), "--resume", "--out", toy.out()};
-  for (const char* finished : {"campaign/ambient/done", "campaign/mixed/done"}) {
+  for (const char* finished : {"campaign/mixed/done", "campaign/warm_up/done"}) {
     Program program(arguments);
     expect_interrupted(stop_when(program, toy.result(finished)));
     for (const char* later : {"model.rom.h5", "summary.json"}) EXPECT_FALSE(fs::exists(toy.result(later))) << later;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <random>
 
 #include "diagnosis/evidence.h"
 
@@ -69,8 +71,11 @@ Seen::Seen(const reduction::ReducedModel& model, const compensation::Measurement
       series(s, j) = std::isfinite(value) ? std::abs(value) / inputs_[static_cast<std::size_t>(j)].most : 0.0;
     }
   }
-  const Index stride = std::max<Index>(1, model.patches.inputs.cols() / most_patches);
-  for (Index k = 0; k < model.patches.inputs.cols(); k += stride) patches_.push_back(k);
+  // In no order: neighbours are numbered alike, and a stride may step over all of a place.
+  patches_.resize(static_cast<std::size_t>(model.patches.inputs.cols()));
+  std::iota(patches_.begin(), patches_.end(), Index{0});
+  std::shuffle(patches_.begin(), patches_.end(), std::mt19937_64(1));
+  patches_.resize(std::min<std::size_t>(patches_.size(), most_patches));
   spots_ = whitener_->whiten(problem_.fitted(response_->to_heat(model.machine, model.patches.inputs(Eigen::all, patches_), series)));
   MatrixXd precision = MatrixXd::Identity(nuisances_.cols(), nuisances_.cols());
   precision.noalias() += nuisances_.transpose() * nuisances_;
@@ -118,11 +123,19 @@ Factors Seen::factors(const Truth& truth) const {
   }
   if (!inputs_.empty()) {
     const MatrixXd spots = of_spots(signal);
+    const auto apart = [&](Index k) { return (model_.patches.items[static_cast<std::size_t>(patches_[static_cast<std::size_t>(k)])].centre - truth.parameter.missing->centre).norm(); };
+    // The nearest of those at hand stands for the place where none is that near.
+    double near = same_place_m;
+    if (truth.parameter.missing) {
+      double nearest = apart(0);
+      for (Index k = 1; k < spots.rows(); ++k) nearest = std::min(nearest, apart(k));
+      near = std::max(near, nearest);
+    }
     std::vector<double> here, elsewhere;
     for (Index j = 0; j < spots.cols(); ++j)
       for (Index k = 0; k < spots.rows(); ++k) {
         const bool at_truth = truth.parameter.missing && inputs_[static_cast<std::size_t>(j)].channel == truth.parameter.missing->follows &&
-                              (model_.patches.items[static_cast<std::size_t>(patches_[static_cast<std::size_t>(k)])].centre - truth.parameter.missing->centre).norm() <= same_place_m;
+                              apart(k) <= near;
         (at_truth ? here : elsewhere).push_back(spots(k, j));
       }
     const double all = std::log(static_cast<double>(spots.size()));
