@@ -15,7 +15,7 @@
 #include "reduction/bound_file.h"
 #include "reduction/candidates.h"
 #include "reduction/reduce.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/reduction/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -33,14 +33,7 @@ struct Boxes {
   MatrixXd capacity, conduction;
   std::vector<MatrixXd> terms;
 
-  static solver::FullModel make() {
-    mesh::MachineMesh mesh = test::small_machine_mesh();
-    solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
-    solver::ElasticModel elastic(mesh, thermal);
-    return {std::move(mesh), std::move(thermal), std::move(elastic)};
-  }
-
-  Boxes() : full(make()) {
+  Boxes() : full(test::boxes()) {
     core::set_quiet(true);
     model = reduce(full, {}, {}, {.method = BasisMethod::krylov, .order = 24}, nullptr, nullptr, &basis);
     basis = basis.leftCols(model.system.order()).eval();

@@ -11,7 +11,7 @@
 #include "core/progress.h"
 #include "reduction/candidates.h"
 #include "reduction/reduce.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/reduction/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -51,13 +51,7 @@ struct Boxes {
   VectorXd standing;
   MatrixXd states;
 
-  static solver::FullModel make() {
-    mesh::MachineMesh mesh = test::small_machine_mesh();
-    solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
-    solver::ElasticModel elastic(mesh, thermal);
-    return {std::move(mesh), std::move(thermal), std::move(elastic)};
-  }
-  Boxes() : full(make()) {
+  Boxes() : full(test::boxes()) {
     core::set_quiet(true);
     model = reduce(full, {}, {}, {.method = BasisMethod::krylov, .order = 30, .parts = false});
     const solver::OperatingModel operating(full.mesh.machine, full.thermal.layout);

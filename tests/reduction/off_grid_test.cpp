@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/reduction/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -33,13 +33,7 @@ struct Boxes {
   ReducedModel model;
   ReduceSummary summary;
 
-  static solver::FullModel make() {
-    mesh::MachineMesh mesh = test::small_machine_mesh();
-    solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
-    solver::ElasticModel elastic(mesh, thermal);
-    return {std::move(mesh), std::move(thermal), std::move(elastic)};
-  }
-  Boxes() : full(make()) {
+  Boxes() : full(test::boxes()) {
     core::set_quiet(true);
     loads.push_back(solver::LoadProgram::parse(load_text, "warm_up.toml", full.mesh.machine));
     solver::CampaignOptions options;

@@ -11,7 +11,7 @@
 #include "core/progress.h"
 #include "reduction/error_estimate.h"
 #include "reduction/model_file.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/reduction/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -85,14 +85,7 @@ struct Campaign {
   std::vector<solver::LoadProgram> loads;
   std::vector<solver::LoadResult> results;
 
-  static solver::FullModel make() {
-    mesh::MachineMesh mesh = test::small_machine_mesh(2);
-    solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
-    solver::ElasticModel elastic(mesh, thermal);
-    return {std::move(mesh), std::move(thermal), std::move(elastic)};
-  }
-
-  Campaign() : full(make()) {
+  Campaign() : full(test::boxes(2)) {
     core::set_quiet(true);
     const test::Scratch scratch;
     const mesh::Machine& machine = full.mesh.machine;
@@ -250,7 +243,7 @@ TEST(Reduce, WithoutTrainingTheKrylovBasisAloneIsGood) {
 TEST(Reduce, AChangedMachineNeedsNoNewReduction) {
   // Half the contact, three times the cutting fluid's film, less coolant: only coefficients change.
   const Campaign& c = campaign();
-  solver::FullModel changed = Campaign::make();
+  solver::FullModel changed = test::boxes(2);
   for (mesh::JointSpec& joint : changed.mesh.machine.joints) joint.conductance.value *= 0.5;
   for (mesh::FilmSpec& film : changed.mesh.machine.films) film.coefficient.value *= 3.0;
   changed.mesh.machine.coolants[0].flow.value *= 0.6;
