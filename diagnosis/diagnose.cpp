@@ -30,6 +30,7 @@ constexpr double sure = 0.9;            ///< marginal probability that names a c
 /// A machine is called wrong only where it is as good as sure: of two hundred right ones none should be.
 constexpr double none_left = 0.03;
 constexpr double within_expected = 1.5;  ///< RMS of a residual over what is expected of it
+constexpr double strong = 10.0;          ///< ln Bayes factor against none
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
 
 void require_valid(const DiagnoseOptions& options) {
@@ -108,9 +109,10 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   }
   if (found.probability_unknown >= 0.5 || causes.empty()) {
     out.verdict = "unexplained";
-    // A cause that says more than something unknown would is sure, though it leaves what no kind describes.
+    // A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is wrong
+    // with one reading can as well be a part of something unknown in it: it has to say more than that alone.
     if (found.probability_leftover < 0.5 || causes.empty() || causes.front().probability < sure || !outside_nominal(causes.front()) ||
-        causes.front().log_evidence < found.log_evidence_unknown)
+        causes.front().log_evidence < (acts_on_readings(causes.front().parameter.kind) ? std::max(strong, found.log_evidence_unknown) : strong))
       return;
     out.verdict = "ambiguous";
     for (const RankedCause& cause : causes)
@@ -308,6 +310,7 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     d.verdict = expected ? "no_discrepancy" : "unexplained";
     d.notes.push_back(objection);
     d.causes.clear();
+    d.ambiguous_set.clear();
     d.residuals.clear();
     best = {};
     best.predicted = problem.predicted;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/text.h"
 #include "diagnosis/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -125,10 +126,12 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
 }
 
 std::string heldout_objection(const Diagnosis& d) {
-  if (d.verdict != "explained") return "";
+  if (d.causes.empty()) return "";
   if (d.ci95_high_percent >= 0.0 || d.heldout_rms_after_um < much_worse * d.heldout_rms_before_um) return "";
-  return fmt::format("{} of {} fitted best, but makes the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not named.",
-                     d.causes.front().parameter.kind, d.causes.front().parameter.where, d.heldout_rms_after_um, d.heldout_rms_before_um);
+  std::vector<std::string> names;
+  for (const RankedCause& cause : d.causes) names.push_back(cause.parameter.kind + " of " + cause.parameter.where);
+  return fmt::format("{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not named.", core::join(names),
+                     d.heldout_rms_after_um, d.heldout_rms_before_um);
 }
 
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis) {

@@ -14,7 +14,7 @@ double heldout_explained_percent(const Problem& problem, const Eigen::VectorXd& 
 /// Fills residuals, series and the gain. @param best  hypothesis with its prediction
 void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 
-/// Why a verdict of causes does not hold: on held-out time they make the displacements 1.5 times worse, with 95 %
+/// Why the causes that a verdict names (alone or beside others) do not hold: on held-out time they make the displacements 1.5 times worse, with 95 %
 /// confidence. Empty where they do not.
 std::string heldout_objection(const Diagnosis& diagnosis);
 

@@ -168,6 +168,27 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
   EXPECT_TRUE(d.extended_machine_text.empty());
 }
 
+/// Half more heat than stated, and a sensor whose reading swings as no kind describes.
+compensation::Measurement heat_and_a_swinging_sensor(double heat = 1.6) {
+  compensation::Measurement m = lumped::measure({{find("source_power", "motor"), heat}}, {.seed = 61});
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i) m.data.values(i, m.channels[3].column) += 0.8 * std::sin(1.9 * m.data.values(i, 0) / 3600.0);
+  return m;
+}
+
+TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open) {
+  const Diagnosis d = run(heat_and_a_swinging_sensor());
+  SCOPED_TRACE(listed(d));
+  ASSERT_EQ(d.verdict, "ambiguous");
+  ASSERT_EQ(d.causes.size(), 1u);
+  EXPECT_EQ(d.causes[0].parameter.where, "motor");
+  EXPECT_NEAR(d.causes[0].value, 1.6, 0.25);
+  ASSERT_EQ(d.ambiguous_set.size(), 1u);
+  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
+  EXPECT_NE(d.sentence.find("something beside it that no kind describes"), std::string::npos) << d.sentence;
+  EXPECT_TRUE(d.extended_machine_text.empty());
+  EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("one channel alone: T4_reading") != std::string::npos; }));
+}
+
 TEST(Diagnose, held_out_time_is_never_fitted) {
   const auto truth = find("source_power", "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
@@ -200,6 +221,20 @@ TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
   EXPECT_TRUE(d.causes.empty() && d.extended_machine_text.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("held-out time") != std::string::npos && note.find("not named") != std::string::npos; }));
+}
+
+TEST(Diagnose, nor_is_it_named_beside_something_unknown) {
+  compensation::Measurement m = heat_and_a_swinging_sensor();
+  const compensation::Measurement opposite = heat_and_a_swinging_sensor(0.4);
+  const double split = run(m).heldout_from_s;
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i)
+    if (m.data.values(i, 0) >= split)
+      for (const auto& channel : m.channels)
+        if (!channel.quantity.empty()) m.data.values(i, channel.column) = opposite.data.values(i, channel.column);
+  const Diagnosis d = run(m);
+  EXPECT_EQ(d.verdict, "unexplained") << listed(d);
+  EXPECT_TRUE(d.causes.empty() && d.ambiguous_set.empty());
+  EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
 }
 
 TEST(Diagnose, gain_is_computed_from_before_and_after) {
