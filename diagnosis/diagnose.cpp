@@ -112,7 +112,7 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     // A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is wrong
     // with one reading can as well be a part of something unknown in it: it has to say more than that alone.
     if (found.probability_leftover < 0.5 || causes.empty() || causes.front().probability < sure || !outside_nominal(causes.front()) ||
-        causes.front().log_evidence < (acts_on_readings(causes.front().parameter.kind) ? std::max(strong, found.log_evidence_unknown) : strong))
+        found.log_evidence_beside < (acts_on_readings(causes.front().parameter.kind) ? std::max(strong, found.log_evidence_unknown) : strong))
       return;
     out.verdict = "ambiguous";
     for (const RankedCause& cause : causes)

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "core/thread_pool.h"
 #include "diagnosis/model_search.h"
 #include "solver/channels.h"
 
@@ -30,6 +31,8 @@ constexpr double stands_still = 1e-3;   ///< an input that varies by less of its
 constexpr std::size_t most_inputs = 10, kept_inputs = 3;
 constexpr double unseen = 3e-4;         ///< of the combination of patches that outputs see best
 constexpr Index most_combinations = 60;
+constexpr double channel_share = 0.1;   ///< of a source's response in one channel, either way
+constexpr Index place_directions_kept = 3;
 constexpr double shifts[] = {1e-7, 1.0 / 86400.0, 1.0 / 10800.0, 1.0 / 1200.0};  ///< 1/s
 
 struct Followed {
@@ -127,23 +130,41 @@ MatrixXd over_shares(const MatrixXd& evidence) {
   return mean;
 }
 
+/// The search's data: responses of all combinations to all inputs, white, and what nuisances take of them.
+struct Seen {
+  MatrixXd white;           ///< (fitted x (combinations x inputs))
+  VectorXd residual;        ///< (fitted)
+  MatrixXd nuisances;       ///< (fitted x nuisances) in units of their prior
+  Eigen::LLT<MatrixXd> factor;
+  std::vector<Index> first; ///< (channels + 1) rows of each channel
+
+  Seen(const Problem& problem, const MatrixXd& responses) {
+    const Whitener whitener(problem.fitted_covariance());
+    nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
+    residual = whitener.whiten(problem.fitted(problem.measured - problem.predicted));
+    white = whitener.whiten(problem.fitted(responses));
+    MatrixXd precision = MatrixXd::Identity(nuisances.cols(), nuisances.cols());
+    precision.selfadjointView<Eigen::Lower>().rankUpdate(nuisances.transpose());
+    factor.compute(precision);
+    first.push_back(0);
+    for (const ObservedChannel& channel : problem.observations.channels) first.push_back(first.back() + channel.fitted);
+  }
+  /// What nuisances take of columns of some rows: inner products are less by those of it. (nuisances x columns)
+  MatrixXd taken(Index row, const Eigen::Ref<const MatrixXd>& columns) const {
+    return factor.matrixL().solve(nuisances.middleRows(row, columns.rows()).transpose() * columns);
+  }
+};
+
 /// Log evidence of every patch (rows) and input (columns) against none; -inf where it cannot be seen.
-MatrixXd all_evidence(const Problem& problem, const MatrixXd& responses, const MatrixXd& weights, Index inputs) {
-  const Whitener whitener(problem.fitted_covariance());
-  const MatrixXd nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
-  const VectorXd residual = whitener.whiten(problem.fitted(problem.measured - problem.predicted));
-  const MatrixXd white = whitener.whiten(problem.fitted(responses));
-  MatrixXd precision = MatrixXd::Identity(nuisances.cols(), nuisances.cols());
-  precision.selfadjointView<Eigen::Lower>().rankUpdate(nuisances.transpose());
-  const Eigen::LLT<MatrixXd> factor(precision);
-  const MatrixXd taken = factor.matrixL().solve(nuisances.transpose() * white);
-  const VectorXd taken_residual = factor.matrixL().solve(nuisances.transpose() * residual);
+MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
+  const MatrixXd taken = seen.taken(0, seen.white);
+  const VectorXd taken_residual = seen.taken(0, seen.residual);
   const Index m = weights.rows();
   MatrixXd evidence(weights.cols(), inputs);
   for (Index j = 0; j < inputs; ++j) {
-    const auto own = white.middleCols(j * m, m), own_taken = taken.middleCols(j * m, m);
+    const auto own = seen.white.middleCols(j * m, m), own_taken = taken.middleCols(j * m, m);
     const MatrixXd gram = own.transpose() * own - own_taken.transpose() * own_taken;
-    const VectorXd product = own.transpose() * residual - own_taken.transpose() * taken_residual;
+    const VectorXd product = own.transpose() * seen.residual - own_taken.transpose() * taken_residual;
     for (Index k = 0; k < weights.cols(); ++k) {
       const VectorXd z = weights.col(k);
       const double square = prior_W * prior_W * std::max(0.0, z.dot(gram * z)), variance = prior_W * prior_W / (1.0 + square);
@@ -152,6 +173,62 @@ MatrixXd all_evidence(const Problem& problem, const MatrixXd& responses, const M
     }
   }
   return evidence;
+}
+
+/// The same for one input, where each channel may see more or less of the source than the model says: patch and mesh are coarser
+/// than the source. r = s sum_c (1 + g_c) a_c, linear in s and in s0 g_c about the estimate s0. (patches)
+VectorXd evidence_of_places(const Seen& seen, const MatrixXd& weights, Index input) {
+  const Index m = weights.rows(), channels = static_cast<Index>(seen.first.size()) - 1;
+  std::vector<MatrixXd> gram, taken;
+  MatrixXd product(m, channels);
+  const VectorXd taken_residual = seen.taken(0, seen.residual);
+  for (Index c = 0; c < channels; ++c) {
+    const Index row = seen.first[static_cast<std::size_t>(c)], n = seen.first[static_cast<std::size_t>(c) + 1] - row;
+    const auto own = seen.white.block(row, input * m, n, m);
+    gram.push_back(own.transpose() * own);
+    taken.push_back(seen.taken(row, own));
+    product.col(c) = own.transpose() * seen.residual.segment(row, n) - taken.back().transpose() * taken_residual;
+  }
+  VectorXd evidence(weights.cols());
+  core::parallel_for(0, static_cast<std::size_t>(weights.cols()), [&](std::size_t k) {
+    const VectorXd z = weights.col(static_cast<Index>(k));
+    MatrixXd lost(taken.front().rows(), channels), inner(channels + 1, channels + 1);
+    VectorXd b(channels + 1), std(channels + 1);
+    for (Index c = 0; c < channels; ++c) lost.col(c) = taken[static_cast<std::size_t>(c)] * z;
+    inner.bottomRightCorner(channels, channels).noalias() = -(lost.transpose() * lost);
+    for (Index c = 0; c < channels; ++c) inner(c + 1, c + 1) += z.dot(gram[static_cast<std::size_t>(c)] * z);
+    inner.row(0).tail(channels) = inner.bottomRightCorner(channels, channels).colwise().sum();
+    inner.col(0).tail(channels) = inner.row(0).tail(channels).transpose();
+    inner(0, 0) = inner.row(0).tail(channels).sum();
+    b.tail(channels) = product.transpose() * z;
+    b[0] = b.tail(channels).sum();
+    const double square = prior_W * prior_W * std::max(0.0, inner(0, 0)), estimate = prior_W * prior_W / (1.0 + square) * b[0];
+    std.setConstant(std::max(channel_share * std::abs(estimate), 1e-9));
+    std[0] = prior_W;
+    const Eigen::LLT<MatrixXd> precision(MatrixXd::Identity(channels + 1, channels + 1) + MatrixXd(std.asDiagonal() * inner * std.asDiagonal()));
+    const VectorXd unit = precision.solve(std.cwiseProduct(b));
+    const double variance = prior_W * prior_W * precision.solve(VectorXd::Unit(channels + 1, 0))[0];
+    evidence[static_cast<Index>(k)] = -precision.matrixLLT().diagonal().array().log().sum() + 0.5 * unit.dot(std.cwiseProduct(b)) +
+                                      log_positive_share(prior_W * unit[0], std::sqrt(std::max(variance, 1e-12)));
+  });
+  return evidence;
+}
+
+/// Leading directions of what a source's response may be off by, one standard deviation each, where its place is only known to a
+/// posterior. (combinations x few)
+MatrixXd place_directions(const Seen& seen, const MatrixXd& weights, Index input, const VectorXd& posterior, const VectorXd& chosen) {
+  const Index m = weights.rows();
+  const auto own = seen.white.middleCols(input * m, m);
+  const MatrixXd apart = (weights.colwise() - chosen) * posterior.cwiseSqrt().asDiagonal(), spread = apart * apart.transpose();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> metric(own.transpose() * own);
+  const MatrixXd root = metric.eigenvectors() * metric.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(root.transpose() * spread * root);
+  MatrixXd directions(m, std::min(m, place_directions_kept));
+  for (Index i = 0; i < directions.cols(); ++i) {
+    const double square = eigen.eigenvalues()[m - 1 - i];
+    directions.col(i) = square > 0.0 ? VectorXd(spread * (root * eigen.eigenvectors().col(m - 1 - i)) / std::sqrt(square)) : VectorXd::Zero(m);
+  }
+  return directions;
 }
 
 /// Where the posterior has the source: mean within the most probable body, and the radius about it
@@ -185,6 +262,24 @@ void place(const VectorXd& posterior, const std::vector<reduction::Patch>& patch
     if (inside >= 0.95) break;
   }
   source.region95 = std::sqrt(radius * radius + area / sum / std::numbers::pi);  // a patch says no more than that it is on it
+}
+
+/// A source on a patch is somewhere on it: its weight over the patches around, by distance in units of its own radius.
+/// @param posterior  (patches x shares, shares outermost)
+VectorXd blurred(const VectorXd& posterior, const std::vector<reduction::Patch>& patches) {
+  const auto count = static_cast<Index>(patches.size());
+  MatrixXd kernel(count, count);
+  for (Index k = 0; k < count; ++k) {
+    const reduction::Patch& from = patches[static_cast<std::size_t>(k)];
+    for (Index i = 0; i < count; ++i) {
+      const reduction::Patch& to = patches[static_cast<std::size_t>(i)];
+      kernel(i, k) = to.surface.body == from.surface.body ? std::exp(-0.5 * (to.centre - from.centre).squaredNorm() * std::numbers::pi / from.area) : 0.0;
+    }
+    kernel.col(k) /= kernel.col(k).sum();
+  }
+  VectorXd result(posterior.size());
+  for (Index first = 0; first < posterior.size(); first += count) result.segment(first, count) = kernel * posterior.segment(first, count);
+  return result;
 }
 
 void add_column(Problem& problem, const Parameter& parameter, const VectorXd& column) {
@@ -237,36 +332,44 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   MatrixXd both(model.patches.inputs.rows(), 2 * model.patches.inputs.cols());
   both << model.patches.inputs, response.spread_heat() * model.patches.inputs;
   const Combinations heat = combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
-  const MatrixXd evidence = over_shares(SearchOptions{}.evidence_share *
-                                        all_evidence(problem, response.to_heat(machine, heat.loads, series), between(heat.weights), series.cols()));
+  const MatrixXd responses = response.to_heat(machine, heat.loads, series), weights = between(heat.weights);
+  const Seen seen(problem, responses);
+  const MatrixXd evidence = over_shares(SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()));
 
   std::vector<Index> order(inputs.size());
   std::iota(order.begin(), order.end(), Index{0});
   const RowVectorXd best = evidence.colwise().maxCoeff();
-  const RowVectorXd total = best.array() + (evidence.rowwise() - best).array().exp().colwise().sum().log();
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return total[a] > total[b]; });
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return best[a] > best[b]; });
   order.resize(std::min(order.size(), kept_inputs));
   std::vector<Parameter> found;
+  std::vector<MatrixXd> freedom;
+  const Index m = weights.rows(), shares = static_cast<Index>(std::size(spread_shares));
   for (const Index j : order) {
+    const VectorXd every = SearchOptions{}.evidence_share * evidence_of_places(seen, weights, j), places = over_shares(every);
     Index k = 0;
-    evidence.col(j).maxCoeff(&k);
+    const double top = places.maxCoeff(&k), total = top + std::log((places.array() - top).exp().sum());
     const Followed& input = inputs[static_cast<std::size_t>(j)];
     auto source = std::make_shared<MissingSource>();
     source->surface = patches[static_cast<std::size_t>(k)].surface;
     source->follows = input.channel;
     source->at = input.at;
     source->most = input.most;
-    place((evidence.col(j).array() - total[j]).exp(), patches, *source);
+    place((places.array() - total).exp(), patches, *source);
     Parameter p = make_parameter("source_missing", fmt::format("{} at {:.0f} {:.0f} {:.0f} mm", source->body, 1e3 * source->centre.x(),
                                                                1e3 * source->centre.y(), 1e3 * source->centre.z()));
     p.nominal_std = nominal_W;
     p.cause_std = prior_W;
-    p.prior_share = std::exp(total[j] - best[j]) / static_cast<double>(evidence.size());
+    p.prior_share = std::exp(total - top) / static_cast<double>(evidence.size());
     p.missing = std::move(source);
     found.push_back(std::move(p));
+    const VectorXd posterior = (every.array() - total).exp() / static_cast<double>(shares);
+    freedom.push_back(responses.middleCols(j * m, m) * place_directions(seen, weights, j, blurred(posterior, patches), weights.col(k)));
   }
   const MatrixXd columns = response.linearise(machine, found, VectorXd::Zero(static_cast<Index>(found.size())), false).sensitivity;
-  for (std::size_t i = 0; i < found.size(); ++i) add_column(problem, found[i], columns.col(static_cast<Index>(i)));
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    problem.place_freedom[static_cast<int>(problem.parameters.size())] = std::move(freedom[i]);
+    add_column(problem, found[i], columns.col(static_cast<Index>(i)));
+  }
 }
 
 mesh::Machine with_missing_source(const mesh::Machine& machine, const Parameter& parameter, double power_W) {

@@ -4,6 +4,7 @@
 // uncertain without being a cause (nuisances), and what noise and mesh explain.
 
 #include <Eigen/Core>
+#include <map>
 #include <vector>
 
 #include "diagnosis/covariance.h"
@@ -20,6 +21,9 @@ struct Problem {
   Eigen::VectorXd measured, predicted;   ///< (observations)
   Eigen::MatrixXd columns;               ///< (observations x (parameters + start + surroundings + zeros))
   Eigen::VectorXd prior_std;             ///< (columns) nominal
+  /// Of parameters whose place is not known for sure: what their column may be off by, (observations x few), per unit; one
+  /// standard deviation each.
+  std::map<int, Eigen::MatrixXd> place_freedom;
   std::vector<ChannelCovariance> covariance;  ///< per channel, all its times
   Eigen::VectorXd amplitude;             ///< (channels) how far a channel moves, its unit
   Eigen::VectorXd expected_std;          ///< (observations) of measured minus predicted, no cause
