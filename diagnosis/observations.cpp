@@ -101,6 +101,45 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
   for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = means[static_cast<std::size_t>(i)];
 }
 
+constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
+constexpr double changed_share = 0.05;     ///< of the largest value
+constexpr std::size_t most_late_changes = 8;
+
+/// From when on the inputs of each row hold. Where rows are missing, what changed did so somewhere in the gap.
+Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const solver::Channels& channels, Index early_row, Observations& out) {
+  const Index n = time.size();
+  std::vector<double> sorted(static_cast<std::size_t>(n - 1));
+  for (Index i = 0; i + 1 < n; ++i) sorted[static_cast<std::size_t>(i)] = time[i + 1] - time[i];
+  std::nth_element(sorted.begin(), sorted.begin() + (n - 1) / 2, sorted.end());
+  const double usual = sorted[static_cast<std::size_t>((n - 1) / 2)];
+  std::vector<std::pair<Index, double>> watched;  // channels and their largest value
+  for (std::size_t c = 0; c < channels.names().size(); ++c) {
+    const std::string& name = channels.names()[c];
+    if (name.ends_with(".T_C") || name.ends_with("_mm") || name.ends_with("_deg")) continue;  // wander, or are elsewhere in every row
+    double largest = 0.0;
+    for (Index i = 0; i < n; ++i)
+      if (const double value = rows(i, static_cast<Index>(c)); std::isfinite(value)) largest = std::max(largest, std::abs(value));
+    if (largest > 0.0) watched.emplace_back(static_cast<Index>(c), largest);
+  }
+  Eigen::VectorXd result = time;
+  std::vector<std::pair<double, Observations::LateChange>> found;
+  for (Index i = 0; i + 1 < n; ++i) {
+    const double gap = time[i + 1] - time[i];
+    if (gap <= gap_intervals * usual) continue;
+    double change = 0.0;
+    for (const auto& [c, largest] : watched)
+      if (const double difference = std::abs(rows(i + 1, c) - rows(i, c)) / largest; std::isfinite(difference)) change = std::max(change, difference);
+    if (change < changed_share) continue;
+    const double half = 0.5 * (gap - usual);
+    result[i + 1] = i + 1 == early_row ? time[i] + usual : time[i + 1] - half;
+    found.push_back({change * gap, {i + 1, half}});
+  }
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (const auto& [size, change] : found)
+    if (out.late_changes.size() < most_late_changes) out.late_changes.push_back(change);
+  return result;
+}
+
 /// Adds factor times the straight-line value at a time to the weights of a row.
 void add_weight(std::vector<ObservedChannel::Weight>& weights, const Eigen::VectorXd& points, Index row,
                 double time, double factor) {
@@ -230,7 +269,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
         place, fmt::format("a record of {:.0f} s", duration),
         fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
   const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
-  make_steps(time, rows, std::min(options.longest_step_s, out.interval / 2.0), averageable(channels), out);
+  make_steps(input_times(time, rows, channels, options.early_row, out), rows, std::min(options.longest_step_s, out.interval / 2.0), averageable(channels), out);
   find_start(measurement, machine, rows.row(0).transpose(), channels, out);
   for (const MeasuredChannel& channel : measurement.channels) {
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();

@@ -43,6 +43,10 @@ struct Observations {
   struct Part { double share; Eigen::VectorXd row; };
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
+  /// Changes of a speed, power or state that fell into a gap of the record, the largest first: half way for the model,
+  /// uncertain by half the gap's excess over the usual interval. Which row of the record each leads to, and that time, s.
+  struct LateChange { Eigen::Index row; double uncertain_s; };
+  std::vector<LateChange> late_changes;
   std::vector<std::string> left_out;     ///< channels with too few values to be fitted
   double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
 
@@ -55,6 +59,7 @@ struct ObserveOptions {
   double heldout_share = 0.3;
   double longest_step_s = 300;
   Eigen::Index most_intervals = 600;     ///< longer records get longer intervals
+  Eigen::Index early_row = -1;           ///< of the late changes, this one as early as it may have been
 };
 
 /// @throws InputError: no temperature or displacement channel, too short a record

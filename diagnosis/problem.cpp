@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/thread_pool.h"
 #include "diagnosis/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -102,6 +103,19 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   return cov;
 }
 
+/// What the prediction changes where a change of the inputs that fell into a gap came at its beginning instead of half way.
+/// (observations x late changes)
+Eigen::MatrixXd late_change_columns(const mesh::Machine& machine, const compensation::Measurement& measurement, const Observations& obs,
+                                    const Response& response, const DiagnoseOptions& options, const Eigen::VectorXd& predicted) {
+  Eigen::MatrixXd columns(obs.size(), static_cast<Index>(obs.late_changes.size()));
+  core::parallel_for(0, obs.late_changes.size(), [&](std::size_t i) {
+    const Observations early = observe(measurement, machine, solver::Channels(machine),
+                                       {.interval_s = options.interval_s, .heldout_share = options.heldout_share, .early_row = obs.late_changes[i].row});
+    columns.col(static_cast<Index>(i)) = Response(response.model(), early).predict(machine) - predicted;
+  });
+  return columns;
+}
+
 }  // namespace
 
 Index Problem::first_row(std::size_t channel) const {
@@ -155,7 +169,8 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
     if (!obs.channels[k].is_temperature()) zeroed.push_back(k);
   const auto air = static_cast<Index>(wander.size());
-  problem.columns.setZero(obs.size(), count + 1 + air + static_cast<Index>(zeroed.size()));
+  const auto late = static_cast<Index>(obs.late_changes.size());
+  problem.columns.setZero(obs.size(), count + 1 + air + static_cast<Index>(zeroed.size()) + late);
   problem.prior_std.resize(problem.columns.cols());
   problem.columns.leftCols(count) = linear.sensitivity;
   for (Index i = 0; i < count; ++i)
@@ -171,6 +186,9 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
     problem.columns.col(column).segment(problem.first_row(zeroed[z]), channel.size()).setOnes();
     problem.prior_std[column] = std::max(channel.channel.uncertainty, floor_of(channel).noise);
   }
+
+  problem.columns.rightCols(late) = late_change_columns(machine, measurement, obs, response, options, problem.predicted);
+  problem.prior_std.tail(late).setConstant(1.0 / std::sqrt(3.0));  // anywhere in the gap alike
 
   const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
   problem.amplitude.resize(static_cast<Index>(obs.channels.size()));

@@ -19,7 +19,7 @@ struct Problem {
   std::vector<Parameter> parameters;     ///< candidates; the first columns
   Eigen::VectorXd nominal;               ///< (parameters)
   Eigen::VectorXd measured, predicted;   ///< (observations)
-  Eigen::MatrixXd columns;               ///< (observations x (parameters + start + surroundings + zeros))
+  Eigen::MatrixXd columns;               ///< (observations x (parameters + start + surroundings + zeros + late changes))
   Eigen::VectorXd prior_std;             ///< (columns) nominal
   /// Of parameters whose place is not known for sure: what their column may be off by, (observations x few), per unit; one
   /// standard deviation each.

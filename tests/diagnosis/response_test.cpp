@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "core/error.h"
 #include "core/thread_pool.h"
 #include "diagnosis/problem.h"
@@ -15,6 +19,7 @@ using diagnosis::Observations;
 using diagnosis::Parameter;
 using diagnosis::Response;
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 /// Of a central difference; that of a late clock depends on it, since straight lines have corners.
@@ -250,6 +255,37 @@ TEST(Observations, gaps_and_other_sampling_change_no_mean) {
   const VectorXd b = holes.stacked() - Response(model, holes).predict(lumped::machine());
   // Measured and predicted means are taken at the same samples, so residuals hardly change.
   EXPECT_LT((a.head(full.channels[0].size()) - b.head(full.channels[0].size())).cwiseAbs().maxCoeff(), 0.01);
+}
+
+compensation::Measurement without_rows(compensation::Measurement m, const std::vector<double>& times) {
+  std::vector<Index> kept;
+  for (Index i = 0; i < m.data.rows(); ++i)
+    if (std::none_of(times.begin(), times.end(), [&](double t) { return std::abs(m.data.values(i, 0) - t) < 1.0; })) kept.push_back(i);
+  m.data.values = MatrixXd(m.data.values(kept, Eigen::all));
+  return m;
+}
+
+TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
+  // Speeds change at 3 h; of rows every minute the one there is lost, and four where nothing changes.
+  const compensation::Measurement whole = lumped::measure({}, {.hours = 8, .sample_s = 60, .noise_K = 0, .noise_um = 0}),
+                                  holed = without_rows(whole, {3 * 3600, 3600, 3660, 6000, 9000});
+  const mesh::Machine machine = lumped::machine();
+  const Observations all = observe(whole), obs = observe(holed);
+  EXPECT_TRUE(all.late_changes.empty());
+  ASSERT_EQ(obs.late_changes.size(), 1U);
+  EXPECT_NEAR(obs.late_changes[0].uncertain_s, 30.0, 1e-9);
+  EXPECT_NEAR(holed.data.values(obs.late_changes[0].row, 0), 3 * 3600 + 60, 1e-9);
+  EXPECT_LT((obs.points.array() - (3 * 3600 + 30)).abs().minCoeff(), 1e-6);
+  const Observations early = diagnosis::observe(holed, machine, solver::Channels(machine), {.early_row = obs.late_changes[0].row});
+  EXPECT_LT((early.points.array() - 3 * 3600).abs().minCoeff(), 1e-6);
+  // What may have been is among the nuisances: with it, the truth is within reach.
+  const reduction::ReducedModel model = lumped::model(machine, 9);
+  const Response response(model, obs);
+  const diagnosis::Problem problem = diagnosis::make_problem(machine, holed, obs, response, {});
+  const VectorXd truth = Response(model, early).predict(machine) - problem.predicted;
+  EXPECT_GT(truth.cwiseAbs().maxCoeff(), 0.05);
+  EXPECT_LT((problem.columns.rightCols(1) - truth).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(problem.prior_std.tail(1)[0], 0.577, 1e-3);
 }
 
 TEST(Observations, steps_follow_the_operation) {
