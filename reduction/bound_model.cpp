@@ -111,7 +111,7 @@ void require_affine(const solver::FullModel& full) {
 }
 
 BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis, const TrainedRange& range,
-                            const std::vector<mesh::Pose>& poses, const BoundOptions& options) {
+                            const std::vector<mesh::Pose>& poses, const BoundOptions& options, MatrixXd* space) {
   const solver::ThermalSystem& thermal = full.thermal;
   require_affine(full);
   const auto terms = static_cast<Index>(thermal.terms.size());
@@ -142,6 +142,7 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   directions << w, basis;
   const MatrixXd u = orthonormal(thermal.capacity, directions);
   model.system = project_system(thermal, u);
+  if (space) *space = u;
 
   const RowMajorMatrix probes = residual_probes(least, options.probes), trial = u, dual = u.leftCols(model.dual);
   const MatrixXd stored = project(thermal.capacity, probes, trial), stored_dual = stored.leftCols(model.dual);

@@ -44,9 +44,10 @@ void require_affine(const solver::FullModel& full);
 
 /// @param basis  of the model whose error is to be bounded, and more columns, which make the bound smaller (size x r)
 /// @param range  coefficients that runs will have; below its lower end bounds grow
+/// @param space  receives U (size x m), its first `dual` columns are W
 /// @throws InputError as require_affine
 BoundModel make_bound_model(const solver::FullModel& full, const Eigen::MatrixXd& basis, const TrainedRange& range,
-                            const std::vector<mesh::Pose>& poses, const BoundOptions& options = {});
+                            const std::vector<mesh::Pose>& poses, const BoundOptions& options = {}, Eigen::MatrixXd* space = nullptr);
 
 /// Rows of the six TCP errors at a pose on the full mesh, (size x 6), m and rad.
 Eigen::MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose);

@@ -60,10 +60,15 @@ const Boxes& boxes() {
   return made;
 }
 
-const BoundModel& exact_bound() {
-  static const BoundModel made = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses, {.dual = 25, .probes = {.count = 0}});
+struct ExactBound {
+  MatrixXd space;
+  BoundModel model = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses, {.dual = 25, .probes = {.count = 0}}, &space);
+};
+const ExactBound& exact() {
+  static const ExactBound made;
   return made;
 }
+const BoundModel& exact_bound() { return exact().model; }
 
 /// Phases of a few steps at random speeds, positions, ranges, temperatures, states; films, contacts and
 /// flows off their nominal values by a third.
@@ -263,6 +268,27 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
     EXPECT_NEAR(stated - beside, 1e6 * 0.5 * product / smallest, 1e-5 * stated) << output;
   }
   EXPECT_NEAR(made.scale, 1.0 / smallest, 1e-9 / smallest);
+}
+
+/// What the spaces leave of every term and of its transpose, in the dual norm of the least conduction.
+TEST(ErrorBound, ResidualsAreThoseOfEachTermAndOfItsTranspose) {
+  const Boxes& b = boxes();
+  const BoundModel& bound = exact_bound();
+  const MatrixXd &u = exact().space, w = u.leftCols(bound.dual);
+  MatrixXd parts;
+  const Eigen::LLT<MatrixXd> least(MatrixXd(least_conduction(b.full.thermal, bound.least, parts)));
+  bool one_way = false;
+  for (std::size_t j = 0; j <= b.terms.size(); ++j) {
+    const MatrixXd& k = j == 0 ? b.conduction : b.terms[j - 1];
+    const auto expect_gram = [&](const MatrixXd& residual, const MatrixXd& seen) {
+      const MatrixXd gram = residual.transpose() * least.solve(residual);
+      EXPECT_LT((seen.transpose() * seen - gram).norm(), 1e-8 * gram.norm() + 1e-18) << "term " << j;
+    };
+    expect_gram(b.capacity * u * (u.transpose() * k * u) - k * u, bound.primal[j]);
+    expect_gram(b.capacity * w * (w.transpose() * k.transpose() * w) - k.transpose() * w, bound.dual_terms[j]);
+    one_way = one_way || (k - k.transpose()).norm() > 0.1 * k.norm();
+  }
+  EXPECT_TRUE(one_way) << "a machine with a coolant";
 }
 
 TEST(ErrorBound, FileGivesTheSameBound) {
