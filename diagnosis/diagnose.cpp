@@ -27,8 +27,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double sure = 0.9;            ///< marginal probability that names a cause
-/// A machine is called wrong only where it is as good as sure: of two hundred right ones none should be.
-constexpr double none_left = 0.1;
+/// A machine is called wrong only where it is as good as sure: with a tenth left, one of a hundred right ones was called wrong.
+constexpr double none_left = 0.03;
 constexpr double within_expected = 1.5;  ///< RMS of a residual over what is expected of it
 constexpr double strong = 10.0;          ///< ln Bayes factor against none
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
