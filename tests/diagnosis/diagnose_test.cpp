@@ -168,6 +168,23 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
   EXPECT_TRUE(d.extended_machine_text.empty());
 }
 
+TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
+  // Neither shows on the tangent at nominal, and of the two the lag only beside the clocks.
+  const auto clocks = find("clock_shift", "temperature"), lag = find("sensor_lag", "T5_reading");
+  const Diagnosis d = run(lumped::measure({{clocks, -1700.0}, {lag, 1800.0}}, {.seed = 43, .spread = 0.5}));
+  SCOPED_TRACE(listed(d));
+  ASSERT_EQ(d.verdict, "explained");
+  ASSERT_EQ(d.causes.size(), 2u);
+  for (const auto& cause : d.causes)
+    if (cause.parameter.kind == "clock_shift") {
+      EXPECT_EQ(cause.parameter.where, "temperature");
+      EXPECT_NEAR(cause.value, -1700, 300);
+    } else {
+      EXPECT_EQ(cause.parameter.where, "T5_reading");
+      EXPECT_NEAR(cause.value, 1800, 400);
+    }
+}
+
 /// Half more heat than stated, and a sensor whose reading swings as no kind describes.
 compensation::Measurement heat_and_a_swinging_sensor(double heat = 1.6) {
   compensation::Measurement m = lumped::measure({{find("source_power", "motor"), heat}}, {.seed = 61});
