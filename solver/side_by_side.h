@@ -13,8 +13,9 @@ namespace thermotwin::solver {
 
 using SideBySide = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Four numbers; the same on processors without registers of that width, only slower.
-using Four = double __attribute__((vector_size(32), aligned(8), may_alias));
+/// Four numbers; the same on processors without registers of that width, only slower. A typedef, since clang drops the
+/// alignment that an alias states.
+typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
 
 /// Sums of W loads, in registers.
 template <int W>
