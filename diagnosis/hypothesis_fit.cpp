@@ -96,8 +96,7 @@ LinearForm nominal_form(const Problem& problem, const White& white) {
 LinearForm form_about(const Problem& problem, const White& white, const Hypothesis& h) {
   const auto count = static_cast<Index>(h.members.size());
   LinearForm form;
-  VectorXd size = h.value;
-  for (Index k = 0; k < count; ++k) size[k] -= problem.nominal[h.members[static_cast<std::size_t>(k)]];
+  const VectorXd size = h.value - problem.nominal(h.members);
   form.members = h.members;
   form.value = h.value;
   form.shift = h.sensitivity * size;
@@ -144,8 +143,7 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
     const MatrixXd sensitivity = white.of(problem, linear.sensitivity);
     for (Index k = 0; k < count; ++k)
       columns.col(h.members[static_cast<std::size_t>(k)]) = sensitivity.col(k);
-    const VectorXd residual = white.whitener.whiten(
-        problem.fitted(problem.measured - linear.predicted + linear.sensitivity * (at - nominal)));
+    const VectorXd residual = white.of(problem, problem.measured - linear.predicted + linear.sensitivity * (at - nominal));
     const Freedom free = freedom(problem, h.members, linear.sensitivity, linear.spread, at - nominal);
     const LinearEvidence evidence(joined(columns, white.of(problem, free.columns)), residual, joined(prior_std, free.std));
     VectorXd next(count);
@@ -173,16 +171,13 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
 }
 
 double evidence_beside_unknown(const Problem& problem, const Hypothesis& h) {
-  VectorXd prior_std = problem.prior_std, predicted = h.predicted;
+  const VectorXd size = h.value - problem.nominal(h.members), predicted = h.predicted - h.sensitivity * size;
+  VectorXd prior_std = problem.prior_std;
   MatrixXd columns = problem.columns;
   for (std::size_t k = 0; k < h.members.size(); ++k) {
-    const auto column = static_cast<Index>(k);
     prior_std[h.members[k]] = problem.parameters[static_cast<std::size_t>(h.members[k])].cause_std;
-    columns.col(h.members[k]) = h.sensitivity.col(column);
-    predicted -= h.sensitivity.col(column) * (h.value[column] - problem.nominal[h.members[k]]);
+    columns.col(h.members[k]) = h.sensitivity.col(static_cast<Index>(k));
   }
-  VectorXd size = h.value;
-  for (std::size_t k = 0; k < h.members.size(); ++k) size[static_cast<Index>(k)] -= problem.nominal[h.members[k]];
   const Freedom free = freedom(problem, h.members, h.sensitivity, h.spread, size);
   return unknown_evidence(problem, joined(columns, free.columns), joined(prior_std, free.std), problem.measured - predicted, seen_in(problem, problem.predicted), {0.3, 0.6, 1.2}).with;
 }

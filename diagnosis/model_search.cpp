@@ -46,7 +46,7 @@ std::vector<double> prior_shares(const Problem& problem, const std::vector<int>&
 /// A linear form with its evidence, and the readings that were looked for beside its members.
 class Evidence {
  public:
-  Evidence(const LinearForm& form, double log_none, double share, std::vector<ScannedReading> scanned = {})
+  Evidence(const LinearForm& form, double log_none, double share, const std::vector<ScannedReading>& scanned = {})
       : evidence_(form.columns, form.residual, form.prior_std), log_none_(log_none), share_(share) {
     MatrixXd columns = form.columns;
     for (const ScannedReading& s : scanned) {
@@ -169,14 +169,16 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   fit_leading(1, options.refined_singles);
   sort_by_posterior(all);
 
-  const std::vector<Hypothesis> singles = all;
-  const std::vector<Hypothesis> pairs = grow_pairs(problem, response, machine, white, nominal, log_none, candidates, share, singles, options);
+  const std::vector<Hypothesis> pairs = grow_pairs(problem, response, machine, white, nominal, log_none, candidates, share, all, options);
   all.insert(all.end(), pairs.begin(), pairs.end());
   sort_by_posterior(all);
   for (int fitted = 0; fitted < options.most_refined_pairs; fitted += options.pair_group) {
     double best = -std::numeric_limits<double>::infinity(), left = best;
     for (const Hypothesis& h : all)
-      if (h.members.size() == 2) (h.refined ? best : left) = std::max(h.refined ? best : left, h.log_prior + h.log_evidence);
+      if (h.members.size() == 2) {
+        double& of_these = h.refined ? best : left;
+        of_these = std::max(of_these, h.log_prior + h.log_evidence);
+      }
     if (left < best - options.pair_margin) break;
     fit_leading(2, options.pair_group);
     sort_by_posterior(all);
@@ -201,9 +203,13 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   const double normal = log_sum(logs);
   result.probability_unknown = std::exp(logs[0] - normal);
   result.marginal = VectorXd::Zero(static_cast<Index>(problem.parameters.size()));
+  double most_beside = 0.0;
   for (const auto& [h, log] : leftovers) {
     const double probability = std::exp(log - normal);
-    if (probability > 0.5 * result.probability_leftover) result.log_evidence_beside = h->log_evidence;
+    if (probability > most_beside) {
+      most_beside = probability;
+      result.log_evidence_beside = h->log_evidence;
+    }
     result.probability_leftover += probability;
     for (const int i : h->members) result.marginal[i] += probability;
   }

@@ -105,7 +105,8 @@ constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
 constexpr double changed_share = 0.05;     ///< of the largest value
 constexpr std::size_t most_late_changes = 8;
 
-/// From when on the inputs of each row hold. Where rows are missing, what changed did so somewhere in the gap.
+/// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap; through a
+/// pause longer than an interval the row before it holds, as it says.
 Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const solver::Channels& channels, Index early_row, Observations& out) {
   const Index n = time.size();
   std::vector<double> sorted(static_cast<std::size_t>(n - 1));
@@ -125,7 +126,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   std::vector<std::pair<double, Observations::LateChange>> found;
   for (Index i = 0; i + 1 < n; ++i) {
     const double gap = time[i + 1] - time[i];
-    if (gap <= gap_intervals * usual) continue;
+    if (gap <= gap_intervals * usual || gap > out.interval) continue;
     double change = 0.0;
     for (const auto& [c, largest] : watched)
       if (const double difference = std::abs(rows(i + 1, c) - rows(i, c)) / largest; std::isfinite(difference)) change = std::max(change, difference);

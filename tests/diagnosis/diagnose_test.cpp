@@ -171,17 +171,17 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
 TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
   // Neither shows on the tangent at nominal, and of the two the lag only beside the clocks.
   const auto clocks = find("clock_shift", "temperature"), lag = find("sensor_lag", "T5_reading");
-  const Diagnosis d = run(lumped::measure({{clocks, -1700.0}, {lag, 1800.0}}, {.seed = 43, .spread = 0.5}));
+  const Diagnosis d = run(lumped::measure({{clocks, -3000.0}, {lag, 3000.0}}, {.seed = 43, .spread = 0.5}));
   SCOPED_TRACE(listed(d));
   ASSERT_EQ(d.verdict, "explained");
   ASSERT_EQ(d.causes.size(), 2u);
   for (const auto& cause : d.causes)
     if (cause.parameter.kind == "clock_shift") {
       EXPECT_EQ(cause.parameter.where, "temperature");
-      EXPECT_NEAR(cause.value, -1700, 300);
+      EXPECT_NEAR(cause.value, -3000, 300);
     } else {
       EXPECT_EQ(cause.parameter.where, "T5_reading");
-      EXPECT_NEAR(cause.value, 1800, 400);
+      EXPECT_NEAR(cause.value, 3000, 400);
     }
 }
 
@@ -224,16 +224,19 @@ TEST(Diagnose, held_out_time_is_never_fitted) {
   EXPECT_LT(spoilt.ci95_low_percent, 5.0);
 }
 
-TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
-  const auto truth = find("source_power", "motor");
-  compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
-  const compensation::Measurement opposite = lumped::measure({{truth, 0.4}}, {.seed = 61});
+/// A record whose held-out displacements are those of another one.
+compensation::Measurement contradicted(compensation::Measurement m, const compensation::Measurement& heldout) {
   const double split = run(m).heldout_from_s;
   for (Eigen::Index i = 0; i < m.data.rows(); ++i)
     if (m.data.values(i, 0) >= split)
       for (const auto& channel : m.channels)
-        if (!channel.quantity.empty()) m.data.values(i, channel.column) = opposite.data.values(i, channel.column);
-  const Diagnosis d = run(m);
+        if (!channel.quantity.empty()) m.data.values(i, channel.column) = heldout.data.values(i, channel.column);
+  return m;
+}
+
+TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
+  const auto truth = find("source_power", "motor");
+  const Diagnosis d = run(contradicted(lumped::measure({{truth, 1.6}}, {.seed = 61}), lumped::measure({{truth, 0.4}}, {.seed = 61})));
   EXPECT_EQ(d.verdict, "unexplained") << listed(d);
   EXPECT_TRUE(d.causes.empty() && d.extended_machine_text.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
@@ -241,14 +244,7 @@ TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
 }
 
 TEST(Diagnose, nor_is_it_named_beside_something_unknown) {
-  compensation::Measurement m = heat_and_a_swinging_sensor();
-  const compensation::Measurement opposite = heat_and_a_swinging_sensor(0.4);
-  const double split = run(m).heldout_from_s;
-  for (Eigen::Index i = 0; i < m.data.rows(); ++i)
-    if (m.data.values(i, 0) >= split)
-      for (const auto& channel : m.channels)
-        if (!channel.quantity.empty()) m.data.values(i, channel.column) = opposite.data.values(i, channel.column);
-  const Diagnosis d = run(m);
+  const Diagnosis d = run(contradicted(heat_and_a_swinging_sensor(), heat_and_a_swinging_sensor(0.4)));
   EXPECT_EQ(d.verdict, "unexplained") << listed(d);
   EXPECT_TRUE(d.causes.empty() && d.ambiguous_set.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);

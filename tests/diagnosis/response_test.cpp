@@ -278,6 +278,12 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   EXPECT_LT((obs.points.array() - (3 * 3600 + 30)).abs().minCoeff(), 1e-6);
   const Observations early = diagnosis::observe(holed, machine, solver::Channels(machine), {.early_row = obs.late_changes[0].row});
   EXPECT_LT((early.points.array() - 3 * 3600).abs().minCoeff(), 1e-6);
+  // A pause is no lost row: what was logged before it holds until the next.
+  std::vector<double> pause;
+  for (double t = 3 * 3600 - 1800; t < 3 * 3600 + 1800; t += 60) pause.push_back(t);
+  const Observations paused = observe(without_rows(whole, pause));
+  EXPECT_TRUE(paused.late_changes.empty());
+  EXPECT_LT((paused.points.array() - (3 * 3600 + 1800)).abs().minCoeff(), 1e-6);
   // What may have been is among the nuisances: with it, the truth is within reach.
   const reduction::ReducedModel model = lumped::model(machine, 9);
   const Response response(model, obs);
