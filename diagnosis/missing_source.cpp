@@ -31,7 +31,6 @@ constexpr double stands_still = 1e-3;   ///< an input that varies by less of its
 constexpr std::size_t most_inputs = 10, kept_inputs = 3;
 constexpr double unseen = 3e-4;         ///< of the combination of patches that outputs see best
 constexpr Index most_combinations = 60;
-constexpr double channel_share = 0.1;   ///< of a source's response in one channel, either way
 constexpr Index place_directions_kept = 3;
 constexpr double shifts[] = {1e-7, 1.0 / 86400.0, 1.0 / 10800.0, 1.0 / 1200.0};  ///< 1/s
 
@@ -136,7 +135,6 @@ struct Seen {
   VectorXd residual;        ///< (fitted)
   MatrixXd nuisances;       ///< (fitted x nuisances) in units of their prior
   Eigen::LLT<MatrixXd> factor;
-  std::vector<Index> first; ///< (channels + 1) rows of each channel
 
   Seen(const Problem& problem, const MatrixXd& responses) {
     const Whitener whitener(problem.fitted_covariance());
@@ -146,19 +144,17 @@ struct Seen {
     MatrixXd precision = MatrixXd::Identity(nuisances.cols(), nuisances.cols());
     precision.selfadjointView<Eigen::Lower>().rankUpdate(nuisances.transpose());
     factor.compute(precision);
-    first.push_back(0);
-    for (const ObservedChannel& channel : problem.observations.channels) first.push_back(first.back() + channel.fitted);
   }
   /// What nuisances take of columns of some rows: inner products are less by those of it. (nuisances x columns)
-  MatrixXd taken(Index row, const Eigen::Ref<const MatrixXd>& columns) const {
-    return factor.matrixL().solve(nuisances.middleRows(row, columns.rows()).transpose() * columns);
+  MatrixXd taken(const Eigen::Ref<const MatrixXd>& columns) const {
+    return factor.matrixL().solve(nuisances.transpose() * columns);
   }
 };
 
 /// Log evidence of every patch (rows) and input (columns) against none; -inf where it cannot be seen.
 MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
-  const MatrixXd taken = seen.taken(0, seen.white);
-  const VectorXd taken_residual = seen.taken(0, seen.residual);
+  const MatrixXd taken = seen.taken(seen.white);
+  const VectorXd taken_residual = seen.taken(seen.residual);
   const Index m = weights.rows();
   MatrixXd evidence(weights.cols(), inputs);
   for (Index j = 0; j < inputs; ++j) {
@@ -172,45 +168,6 @@ MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
       evidence(k, j) = -0.5 * std::log1p(square) + 0.5 * mean * mean / variance + log_positive_share(mean, std::sqrt(variance));
     }
   }
-  return evidence;
-}
-
-/// The same for one input, where each channel may see more or less of the source than the model says: patch and mesh are coarser
-/// than the source. r = s sum_c (1 + g_c) a_c, linear in s and in s0 g_c about the estimate s0. (patches)
-VectorXd evidence_of_places(const Seen& seen, const MatrixXd& weights, Index input) {
-  const Index m = weights.rows(), channels = static_cast<Index>(seen.first.size()) - 1;
-  std::vector<MatrixXd> gram, taken;
-  MatrixXd product(m, channels);
-  const VectorXd taken_residual = seen.taken(0, seen.residual);
-  for (Index c = 0; c < channels; ++c) {
-    const Index row = seen.first[static_cast<std::size_t>(c)], n = seen.first[static_cast<std::size_t>(c) + 1] - row;
-    const auto own = seen.white.block(row, input * m, n, m);
-    gram.push_back(own.transpose() * own);
-    taken.push_back(seen.taken(row, own));
-    product.col(c) = own.transpose() * seen.residual.segment(row, n) - taken.back().transpose() * taken_residual;
-  }
-  VectorXd evidence(weights.cols());
-  core::parallel_for(0, static_cast<std::size_t>(weights.cols()), [&](std::size_t k) {
-    const VectorXd z = weights.col(static_cast<Index>(k));
-    MatrixXd lost(taken.front().rows(), channels), inner(channels + 1, channels + 1);
-    VectorXd b(channels + 1), std(channels + 1);
-    for (Index c = 0; c < channels; ++c) lost.col(c) = taken[static_cast<std::size_t>(c)] * z;
-    inner.bottomRightCorner(channels, channels).noalias() = -(lost.transpose() * lost);
-    for (Index c = 0; c < channels; ++c) inner(c + 1, c + 1) += z.dot(gram[static_cast<std::size_t>(c)] * z);
-    inner.row(0).tail(channels) = inner.bottomRightCorner(channels, channels).colwise().sum();
-    inner.col(0).tail(channels) = inner.row(0).tail(channels).transpose();
-    inner(0, 0) = inner.row(0).tail(channels).sum();
-    b.tail(channels) = product.transpose() * z;
-    b[0] = b.tail(channels).sum();
-    const double square = prior_W * prior_W * std::max(0.0, inner(0, 0)), estimate = prior_W * prior_W / (1.0 + square) * b[0];
-    std.setConstant(std::max(channel_share * std::abs(estimate), 1e-9));
-    std[0] = prior_W;
-    const Eigen::LLT<MatrixXd> precision(MatrixXd::Identity(channels + 1, channels + 1) + MatrixXd(std.asDiagonal() * inner * std.asDiagonal()));
-    const VectorXd unit = precision.solve(std.cwiseProduct(b));
-    const double variance = prior_W * prior_W * precision.solve(VectorXd::Unit(channels + 1, 0))[0];
-    evidence[static_cast<Index>(k)] = -precision.matrixLLT().diagonal().array().log().sum() + 0.5 * unit.dot(std.cwiseProduct(b)) +
-                                      log_positive_share(prior_W * unit[0], std::sqrt(std::max(variance, 1e-12)));
-  });
   return evidence;
 }
 
@@ -334,7 +291,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   const Combinations heat = combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
   const MatrixXd responses = response.to_heat(machine, heat.loads, series), weights = between(heat.weights);
   const Seen seen(problem, responses);
-  const MatrixXd evidence = over_shares(SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()));
+  const MatrixXd every = SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()), evidence = over_shares(every);
 
   std::vector<Index> order(inputs.size());
   std::iota(order.begin(), order.end(), Index{0});
@@ -345,7 +302,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   std::vector<MatrixXd> freedom;
   const Index m = weights.rows(), shares = static_cast<Index>(std::size(spread_shares));
   for (const Index j : order) {
-    const VectorXd every = SearchOptions{}.evidence_share * evidence_of_places(seen, weights, j), places = over_shares(every);
+    const VectorXd places = evidence.col(j);
     Index k = 0;
     const double top = places.maxCoeff(&k), total = top + std::log((places.array() - top).exp().sum());
     const Followed& input = inputs[static_cast<std::size_t>(j)];
@@ -362,7 +319,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
     p.prior_share = std::exp(total - top) / static_cast<double>(evidence.size());
     p.missing = std::move(source);
     found.push_back(std::move(p));
-    const VectorXd posterior = (every.array() - total).exp() / static_cast<double>(shares);
+    const VectorXd posterior = (every.col(j).array() - total).exp() / static_cast<double>(shares);
     freedom.push_back(responses.middleCols(j * m, m) * place_directions(seen, weights, j, blurred(posterior, patches), weights.col(k)));
   }
   const MatrixXd columns = response.linearise(machine, found, VectorXd::Zero(static_cast<Index>(found.size())), false).sensitivity;
