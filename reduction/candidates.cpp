@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/candidates.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,6 +8,8 @@
 
 #include "core/progress.h"
 #include "reduction/basis.h"
+#include "reduction/lapack.h"
+#include "solver/thermal_direct.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -20,7 +21,6 @@ constexpr double rotation_lever_m = 0.3;
 constexpr double sensor_length_m = 5e-6;    ///< a sensor's 1 K counts as much as 5 um at the TCP
 constexpr Eigen::Index most_output_directions = 30;
 constexpr double least_output_direction = 1e-3;
-constexpr double least_direction = 3e-6;   ///< of the longest of its group at a point
 
 using solver::InputKind;
 using solver::TermKind;
@@ -166,11 +166,6 @@ void remove_mean(const solver::ThermalSystem& thermal, Eigen::MatrixXd& block) {
   block.rowwise() -= mean;
 }
 
-double mean_square(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& block) {
-  if (block.size() == 0) return 0.0;
-  return (block.array() * (thermal.capacity * block).array()).sum() / thermal.capacity.sum();
-}
-
 std::vector<OperatingPoint> operating_points(const solver::OperatingModel& model) {
   std::vector<OperatingPoint> points;
   const Eigen::VectorXd standing = model.channels().defaults();
@@ -265,14 +260,15 @@ Eigen::MatrixXd output_directions(const solver::ThermalSystem& thermal, const st
   const Eigen::MatrixXd stack = joined(blocks, thermal.size);
   // Lumped capacities make the result one of the functionals, not of the mesh.
   const Eigen::VectorXd lumped = (thermal.capacity * Eigen::VectorXd::Ones(thermal.size)).cwiseMax(1e-12);
-  const Eigen::MatrixXd weighted = lumped.cwiseInverse().asDiagonal() * stack;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(stack.transpose() * weighted);
-  const double largest = eigen.eigenvalues().maxCoeff();
+  const Eigen::MatrixXd scaled = lumped.cwiseInverse().cwiseSqrt().asDiagonal() * stack;
   const Eigen::Index count = stack.cols();
+  Eigen::MatrixXd gram(count, count);
+  lapack::transposed_product(scaled, scaled, gram);
+  const lapack::SymmetricPair eigen = lapack::symmetric_eigen(std::move(gram));
   Eigen::Index kept = 0;
   while (kept < std::min(count, most_output_directions) &&
-         eigen.eigenvalues()(count - 1 - kept) > least_output_direction * least_output_direction * largest) ++kept;
-  return stack * eigen.eigenvectors().rightCols(kept);
+         eigen.values(count - 1 - kept) > least_output_direction * least_output_direction * eigen.values(count - 1)) ++kept;
+  return lapack::product(stack, eigen.vectors.rightCols(kept));
 }
 
 Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal, const std::vector<solver::OutputRows>& rows) {
@@ -316,32 +312,17 @@ Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::O
     }
   } responses, adjoints, changes;
   core::Progress progress("basis of the reduced model", points.size() * shifts.size());
+  solver::ThermalDirectSolver solver(thermal);
   for (const OperatingPoint& point : points) {
     const Eigen::MatrixXd inputs = effective_inputs(thermal, model, point);
     const bool symmetric = !has_flow(thermal, point.c);
     Eigen::MatrixXd changing;  // at the point's own steady temperature, known after the first shift
     for (const double shift : shifts) {
-      // One factor serves inputs, changes and, where nothing flows, the adjoints as well.
       const bool direct = wants(options.shifts, shift), adjoint = wants(options.adjoint_shifts, shift);
-      std::vector<Eigen::MatrixXd> block;
-      if (direct) block.push_back(inputs);
-      if (adjoint && symmetric) block.push_back(outputs);
-      if (adjoint && changing.cols() > 0) block.push_back(changing);
-      const Eigen::MatrixXd right = joined(block, thermal.size);
-      if (right.cols() > 0) {
-        const Eigen::MatrixXd solution = solver::solve_shifted(thermal, point.c, shift, right);
-        Eigen::Index at = 0;
-        if (direct) {
-          responses.of_point.push_back(solution.leftCols(inputs.cols()));
-          at = inputs.cols();
-        }
-        if (adjoint && symmetric) {
-          adjoints.of_point.push_back(solution.middleCols(at, outputs.cols()));
-          at += outputs.cols();
-        }
-        if (adjoint && changing.cols() > 0) changes.of_point.push_back(solution.middleCols(at, changing.cols()));
-      }
-      if (adjoint && !symmetric) adjoints.of_point.push_back(solver::solve_shifted(thermal, point.c, shift, outputs, true));
+      solver.factorise(point.c.p, shift);
+      if (direct) responses.of_point.push_back(solver.solve(inputs));
+      if (adjoint) adjoints.of_point.push_back(solver.solve(outputs, !symmetric));
+      if (adjoint && changing.cols() > 0) changes.of_point.push_back(solver.solve(changing));
       if (direct && changing.cols() == 0) {
         changing = coefficient_changes(thermal, point, responses.of_point.back().rowwise().sum() / std::sqrt(static_cast<double>(std::max<Eigen::Index>(1, inputs.cols()))));
       }

@@ -59,8 +59,6 @@ solver::SparseMatrix symmetric_conduction(const solver::ThermalSystem& thermal, 
 
 /// Takes the capacity-weighted mean from each column: the uniform field is in every basis anyway.
 void remove_mean(const solver::ThermalSystem& thermal, Eigen::MatrixXd& block);
-/// Sum over the columns of their mean square over the capacity, K^2.
-double mean_square(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& block);
 
 /// Columns of each group, (size x columns), without uniform part; W and K as they are.
 struct Candidates {

@@ -17,6 +17,8 @@ void dgees_(const char*, const char*, int (*)(const double*, const double*), con
             double*, double*, const int*, double*, const int*, int*, int*);
 void dsygvd_(const int*, const char*, const char*, const int*, double*, const int*, double*, const int*, double*, double*,
              const int*, int*, const int*, int*);
+void dsyevd_(const char*, const char*, const int*, double*, const int*, double*, double*, const int*, int*, const int*, int*);
+void dpstrf_(const char*, const int*, double*, const int*, int*, int*, const double*, double*, int*);
 void dgesdd_(const char*, const int*, const int*, double*, const int*, double*, double*, const int*, double*, const int*,
              double*, const int*, int*, int*);
 void dgeqrf_(const int*, const int*, double*, const int*, double*, double*, const int*, int*);
@@ -121,6 +123,42 @@ std::optional<SymmetricPair> symmetric_pair(MatrixXd matrix, MatrixXd metric) {
   return result;
 }
 
+SymmetricPair symmetric_eigen(MatrixXd matrix) {
+  const ManyCores cores(matrix.rows());
+  const int n = extent(matrix.rows());
+  SymmetricPair result;
+  result.values.resize(n);
+  std::vector<double> work(1);
+  std::vector<int> integers(1);
+  int info = 0, size = -1, integer_size = -1;
+  dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size, &info);
+  size = static_cast<int>(work[0]);
+  integer_size = integers[0];
+  work.resize(static_cast<std::size_t>(size));
+  integers.resize(static_cast<std::size_t>(integer_size));
+  dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size, &info);
+  require(info, "the symmetric eigenproblem", n);
+  result.vectors = std::move(matrix);
+  return result;
+}
+
+MatrixXd pivoted_cholesky(MatrixXd matrix, double least) {
+  if (matrix.size() == 0) return matrix;
+  const ManyCores cores(matrix.rows());
+  const int n = extent(matrix.rows());
+  const double stop = least * matrix.diagonal().maxCoeff();
+  if (!(stop > 0.0)) return MatrixXd(n, 0);
+  std::vector<int> pivots(static_cast<std::size_t>(n));
+  std::vector<double> work(2 * static_cast<std::size_t>(n));
+  int rank = 0, info = 0;
+  dpstrf_("L", &n, matrix.data(), &n, pivots.data(), &rank, &stop, work.data(), &info);
+  if (info < 0) require(info, "the pivoted Cholesky factorisation", n);
+  MatrixXd factor(n, rank);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < rank; ++j) factor(pivots[static_cast<std::size_t>(i)] - 1, j) = j <= i ? matrix(i, j) : 0.0;
+  return factor;
+}
+
 Svd svd(MatrixXd matrix) {
   const int m = extent(matrix.rows()), n = extent(matrix.cols()), k = std::min(m, n);
   const ManyCores cores(k);
@@ -158,6 +196,14 @@ MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
   const double one = 1, zero = 0;
   dgemm_("N", "N", &m, &n, &k, &one, a.data(), &m, b.data(), &k, &zero, c.data(), &m);
   return c;
+}
+
+void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b, Eigen::Ref<MatrixXd> c) {
+  const int m = extent(a.cols()), n = extent(b.cols()), k = extent(a.rows());
+  const int a_stride = extent(a.outerStride()), b_stride = extent(b.outerStride()), c_stride = extent(c.outerStride());
+  const ManyCores cores(k);
+  const double one = 1, zero = 0;
+  dgemm_("T", "N", &m, &n, &k, &one, a.data(), &a_stride, b.data(), &b_stride, &zero, c.data(), &c_stride);
 }
 
 MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b) {

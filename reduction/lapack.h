@@ -26,6 +26,13 @@ struct SymmetricPair {
 };
 std::optional<SymmetricPair> symmetric_pair(MatrixXd matrix, MatrixXd metric);
 
+/// M V = V diag(values), V^T V = 1, values rising; M symmetric (its lower triangle counts).
+SymmetricPair symmetric_eigen(MatrixXd matrix);
+
+/// F with F F^T = M to within `least` of the largest diagonal entry, by the largest that remains; as many
+/// columns as M has that are independent. M symmetric, not negative (its lower triangle counts).
+MatrixXd pivoted_cholesky(MatrixXd matrix, double least);
+
 /// M = U diag(values) V^T, thin.
 struct Svd {
   MatrixXd left, right;
@@ -37,6 +44,8 @@ Svd svd(MatrixXd matrix);
 MatrixXd triangle_of_qr(MatrixXd matrix);
 
 MatrixXd product(const MatrixXd& a, const MatrixXd& b);
+/// c := a^T b
+void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b, Eigen::Ref<MatrixXd> c);
 /// conj(a)^T b
 MatrixXcd adjoint_product(const MatrixXcd& a, const MatrixXcd& b);
 MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b);

@@ -41,8 +41,9 @@ class Watch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Snapshots without their uniform part, every so many if there are too many.
-Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const std::vector<solver::LoadResult>& training) {
+/// Snapshots without their uniform part, every so many if there are too many; each load's compressed. @param given  gets their number
+Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const solver::SparseMatrix& energy,
+                                 const std::vector<solver::LoadResult>& training, Eigen::Index& given) {
   std::vector<Eigen::MatrixXd> blocks;
   Eigen::Index count = 0;
   for (const solver::LoadResult& result : training) {
@@ -57,8 +58,9 @@ Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const std
     for (Eigen::Index i = 0; i < kept; ++i) block.col(i) = result.snapshots.col(i * stride);
     remove_mean(thermal, block);
     block /= std::sqrt(static_cast<double>(kept));  // each load counts the same, however long
-    count += kept;
-    blocks.push_back(std::move(block));
+    given += kept;
+    blocks.push_back(compressed(energy, block, least_direction));
+    count += blocks.back().cols();
   }
   Eigen::MatrixXd snapshots(thermal.size, count);
   Eigen::Index at = 0;
@@ -71,15 +73,15 @@ Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const std
 
 /// All groups side by side, each brought to its size relative to the responses.
 Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candidates& groups, const Eigen::MatrixXd& snapshots) {
-  const double size = groups.responses.cols() > 0 ? mean_square(thermal, groups.responses) : 1.0;
+  const double size = groups.responses.cols() > 0 ? mean_square(thermal.capacity, groups.responses) : 1.0;
   const std::pair<const Eigen::MatrixXd*, double> parts[] = {{&groups.responses, 1.0}, {&groups.adjoints, adjoint_weight},
                                                              {&groups.changes, change_weight}, {&snapshots, snapshot_weight}};
   Eigen::Index count = 0, at = 0;
   for (const auto& [block, weight] : parts) count += block->cols();
   Eigen::MatrixXd all(thermal.size, count);
   for (const auto& [block, weight] : parts) {
-    const double own = mean_square(thermal, *block);
-    all.middleCols(at, block->cols()) = own > 0.0 ? Eigen::MatrixXd(weight * std::sqrt(size / own) * *block) : *block;
+    const double own = mean_square(thermal.capacity, *block);
+    all.middleCols(at, block->cols()) = (own > 0.0 ? weight * std::sqrt(size / own) : 1.0) * *block;
     at += block->cols();
   }
   return all;
@@ -136,10 +138,12 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
   Candidates groups;
   for (Eigen::MatrixXd* group : {&groups.responses, &groups.adjoints, &groups.changes}) group->resize(thermal.size, 0);
   if (krylov) groups = make_candidates(thermal, operating, rows, default_candidates());
-  const Eigen::MatrixXd candidates = scaled_columns(thermal, groups, snapshots ? chosen_snapshots(thermal, training) : Eigen::MatrixXd(thermal.size, 0));
+  Eigen::Index given = groups.made;
+  const Eigen::MatrixXd chosen = snapshots ? chosen_snapshots(thermal, energy_of(thermal, conduction), training, given) : Eigen::MatrixXd(thermal.size, 0);
+  const Eigen::MatrixXd candidates = scaled_columns(thermal, groups, chosen);
   if (candidates.cols() == 0)
     throw core::InputError("basis of the reduced model", "no snapshots", "a campaign that keeps them, or --method krylov");
-  notes.candidates = candidates.cols() - groups.columns() + groups.made;
+  notes.candidates = given;
   Basis basis = make_basis(thermal, conduction, candidates, most);
   notes.deflated = notes.candidates - basis.rank;
   return basis;
