@@ -58,13 +58,14 @@ int table_axis(const mesh::Machine& machine) {
 
 }  // namespace
 
-OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model) {
+OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model), grid_(model.machine, model.outputs.tool.size()) {
   const mesh::Machine& machine = model.machine;
   const Index order = model.system.order();
   tool_ = stacked(model.outputs.tool, order);
   axis_ = stacked(model.outputs.table_axis, order);
   own_ = stacked(model.outputs.table_own, order);
   tool_poses_ = static_cast<Index>(model.outputs.tool.size());
+  grid_poses_ = static_cast<Index>(grid_.grid_count());
   table_poses_ = static_cast<Index>(model.outputs.table_axis.size());
 
   std::vector<Eigen::Vector3d> motions;
@@ -84,9 +85,9 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model) {
   }
 
   const int turning = table_axis(machine);
-  rows_.resize(tool_poses_ * table_poses_ * angles * count, order);
+  rows_.resize(grid_poses_ * table_poses_ * angles * count, order);
   Index row = 0;
-  for (Index i = 0; i < tool_poses_; ++i) {
+  for (Index i = 0; i < grid_poses_; ++i) {
     for (Index j = 0; j < table_poses_; ++j) {
       mesh::Pose pose = model.outputs.tool_poses[static_cast<std::size_t>(i)];
       for (const std::string& id : machine.workspace.table_axes) {
@@ -104,7 +105,7 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model) {
       }
     }
   }
-  variance_ = MatrixXd::Zero(count, tool_poses_ * table_poses_);
+  variance_ = MatrixXd::Zero(count, grid_poses_ * table_poses_);
   smallest_ = VectorXd::Zero(count);
 }
 
@@ -118,8 +119,9 @@ void OutputMap::project(const VectorXd& state, Projected& out) const {
 }
 
 solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, double share, const mesh::Pose& pose) const {
-  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose, model_.outputs.tool.size());
-  const VectorXd at_table = reduction::table_weights(model_.machine, pose);
+  VectorXd at_tool, at_table;
+  grid_.tool_weights(pose, at_tool);
+  grid_.table_weights(pose, at_table);
   solver::Vector6 tool = base.tool * at_tool, axis = base.axis * at_table;
   solver::Vector7 own = base.own * at_table;
   if (share != 0.0) {
@@ -131,8 +133,9 @@ solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, 
 }
 
 void OutputMap::rows(const mesh::Pose& pose, Eigen::Matrix3Xd& tool, Eigen::Matrix3Xd& table) const {
-  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose, model_.outputs.tool.size());
-  const VectorXd at_table = reduction::table_weights(model_.machine, pose);
+  VectorXd at_tool, at_table;
+  grid_.tool_weights(pose, at_tool);
+  grid_.table_weights(pose, at_table);
   MatrixXd outputs = MatrixXd::Zero(parts, model_.system.order());
   for (Index i = 0; i < tool_poses_; ++i) {
     if (at_tool[i] != 0.0) outputs.topRows(6) += at_tool[i] * tool_.middleRows(6 * i, 6);
@@ -155,7 +158,7 @@ void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covar
   MatrixXd influence(rows_.rows(), quantities + more);
   influence.leftCols(quantities).noalias() = rows_ * directions;
   Index pose = 0;
-  for (Index i = 0; i < tool_poses_; ++i) {
+  for (Index i = 0; i < grid_poses_; ++i) {
     for (Index j = 0; j < table_poses_; ++j) {
       for (Index angle = 0; angle < angles; ++angle, ++pose) {
         const auto& columns = columns_[static_cast<std::size_t>(pose)];
@@ -185,10 +188,11 @@ void OutputMap::set_variance(const MatrixXd& influence, const MatrixXd& covarian
 }
 
 VectorXd OutputMap::variance(const mesh::Pose& pose) const {
-  const VectorXd at_tool = reduction::pose_weights(model_.machine, pose, model_.outputs.tool.size());
-  const VectorXd at_table = reduction::table_weights(model_.machine, pose);
+  VectorXd at_tool, at_table;
+  grid_.grid_weights(pose, at_tool);
+  grid_.table_weights(pose, at_table);
   VectorXd sum = VectorXd::Zero(variance_.rows());
-  for (Index i = 0; i < tool_poses_; ++i) {
+  for (Index i = 0; i < grid_poses_; ++i) {
     if (at_tool[i] != 0.0) sum.noalias() += at_tool[i] * (variance_.middleCols(i * table_poses_, table_poses_) * at_table);
   }
   return sum.cwiseMax(smallest_);

@@ -4,13 +4,14 @@
 // outputs of the workspace grid are formed once a step; a row then costs its grid weights and the
 // rigid motion of the table. Offsets cancel the TCP error: with a_i the motion of the tool against
 // the table for a unit of linear axis i, sum_i a_i offset_i = -error (least squares where the
-// machine has fewer than three linear axes). Variances are formed on the grid too, at table angles
+// machine has fewer than three linear axes). Variances are formed on the workspace grid, at table angles
 // 0 and 90 deg, and interpolated.
 
 #include <Eigen/Core>
 #include <string>
 #include <vector>
 
+#include "reduction/output_grid.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::compensation {
@@ -55,13 +56,14 @@ class OutputMap {
   void set_variance(const Eigen::MatrixXd& influence, const Eigen::MatrixXd& covariance);
 
   const reduction::ReducedModel& model_;
+  reduction::OutputGrid grid_;
   std::vector<std::string> axes_;
   Eigen::MatrixXd to_axes_, motions_; ///< (axes x 3), (3 x axes)
   std::vector<Eigen::Matrix<double, 3, 19>> columns_;  ///< error of unit outputs ((tool, table, angle))
   Eigen::MatrixXd tool_, axis_, own_; ///< rows of all poses below each other
-  Eigen::Index tool_poses_ = 0, table_poses_ = 0;
+  Eigen::Index tool_poses_ = 0, grid_poses_ = 0, table_poses_ = 0;  ///< of tool_poses_ the first grid_poses_ are the workspace grid
   static constexpr Eigen::Index angles = 2;
-  Eigen::MatrixXd rows_;              ///< offsets on the grid: ((tool, table, angle, axis) x order)
+  Eigen::MatrixXd rows_;              ///< offsets on the workspace grid: ((tool, table, angle, axis) x order)
   Eigen::MatrixXd variance_;          ///< (axes x (tool, table)), mean over the angles
   Eigen::VectorXd smallest_;
 };

@@ -208,11 +208,11 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   const Eigen::Index axes = size_of(model.machine.axes);
   outputs.tool_poses = read_poses(reader, "/outputs/tool_poses", axes);
   outputs.table_poses = read_poses(reader, "/outputs/table_poses", axes);
-  const Eigen::Index tools = size_of(tool_poses(model.machine)), grid = size_of(mesh::workspace_poses(model.machine));
-  const Eigen::Index tables = size_of(table_poses(model.machine));
-  if ((size_of(outputs.tool_poses) != tools && size_of(outputs.tool_poses) != grid) || size_of(outputs.table_poses) != tables) {
+  const OutputGrid grid(model.machine);
+  const auto tables = static_cast<Eigen::Index>(grid.table_count());
+  if (!OutputGrid::can_store(model.machine, outputs.tool_poses.size()) || size_of(outputs.table_poses) != tables) {
     reader.fail(fmt::format("{} tool poses and {} table poses", outputs.tool_poses.size(), outputs.table_poses.size()),
-                fmt::format("{} (or {} without lines) and {}, as its workspace says", tools, grid, tables));
+                fmt::format("{} (or {} without lines) and {}, as its workspace says", grid.tool_count(), grid.grid_count(), tables));
   }
   outputs.tool = reader.stack("/outputs/tool", size_of(outputs.tool_poses), 6, r);
   outputs.table_axis = reader.stack("/outputs/table_axis", tables, 6, r);

@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "reduction/output_grid.h"
+
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
 
-#include "reduction/output_grid.h"
+#include "core/error.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::reduction {
 namespace {
 
-/// Positions of one axis of a grid.
-struct GridAxis {
-  int axis = -1;  ///< index into Machine::axes
-  std::vector<double> positions;
-};
+constexpr std::size_t poses_more = 3;  ///< on each half of a line
 
 Eigen::VectorXd linear_weights(const std::vector<double>& positions, double x) {
   const std::size_t n = positions.size();
@@ -45,20 +44,24 @@ Eigen::VectorXd smooth_weights(const std::vector<double>& positions, double x) {
 }
 
 /// Cubic through the four positions about x of more than three: the joints' pads make rows kink.
-Eigen::VectorXd cubic_weights(const std::vector<double>& positions, double x) {
+struct Cubic {
+  std::size_t first = 0;
+  std::array<double, 4> weights{};
+};
+Cubic cubic_weights(const std::vector<double>& positions, double x) {
   const std::size_t n = positions.size();
   const double t = std::clamp(x, positions.front(), positions.back());
   std::size_t cell = 0;
   while (cell + 2 < n && t > positions[cell + 1]) ++cell;
-  const std::size_t first = std::min(cell == 0 ? 0 : cell - 1, n - 4);
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
-  for (std::size_t i = first; i < first + 4; ++i) {
+  Cubic cubic;
+  cubic.first = std::min(cell == 0 ? 0 : cell - 1, n - 4);
+  for (std::size_t i = 0; i < 4; ++i) {
     double product = 1.0;
-    for (std::size_t j = first; j < first + 4; ++j)
-      if (j != i) product *= (t - positions[j]) / (positions[i] - positions[j]);
-    weights(static_cast<Eigen::Index>(i)) = product;
+    for (std::size_t j = 0; j < 4; ++j)
+      if (j != i) product *= (t - positions[cubic.first + j]) / (positions[cubic.first + i] - positions[cubic.first + j]);
+    cubic.weights[i] = product;
   }
-  return weights;
+  return cubic;
 }
 
 /// Exact for 1, cos and sin through three angles (trigonometric Lagrange polynomials): what stands still in the
@@ -100,106 +103,6 @@ Eigen::VectorXd swivel_weights(const std::vector<double>& positions, double x, b
   return weights;
 }
 
-/// Kronecker product, first axis slowest.
-Eigen::VectorXd product(const std::vector<Eigen::VectorXd>& factors) {
-  Eigen::VectorXd result = Eigen::VectorXd::Ones(1);
-  for (const Eigen::VectorXd& factor : factors) {
-    Eigen::VectorXd next(result.size() * factor.size());
-    for (Eigen::Index i = 0; i < result.size(); ++i) {
-      next.segment(i * factor.size(), factor.size()) = result(i) * factor;
-    }
-    result = std::move(next);
-  }
-  return result;
-}
-
-std::vector<GridAxis> tool_grid(const mesh::Machine& machine) {
-  std::vector<GridAxis> grid;
-  for (std::size_t i = 0; i < machine.workspace.axes.size(); ++i) {
-    grid.push_back({machine.axis_index(machine.workspace.axes[i]), machine.workspace.positions[i]});
-  }
-  return grid;
-}
-
-/// Axes of the workspace that move the body which carries the table. The table's own rotary axis is
-/// none of them: tcp_error turns the table by it.
-std::vector<GridAxis> table_grid(const mesh::Machine& machine) {
-  std::vector<std::string> moving;
-  int body = machine.body_index(machine.tcp.table_body);
-  if (body >= 0) {
-    const mesh::BodySpec& table = machine.bodies[static_cast<std::size_t>(body)];
-    const int own = table.axis.empty() ? -1 : machine.axis_index(table.axis);
-    const bool turns = own >= 0 && machine.axes[static_cast<std::size_t>(own)].kind == mesh::AxisKind::rotary;
-    if (turns) body = machine.body_index(table.parent);
-  }
-  for (; body >= 0; body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent)) {
-    const std::string& axis = machine.bodies[static_cast<std::size_t>(body)].axis;
-    if (!axis.empty()) moving.push_back(axis);
-  }
-  const auto moves_table = [&](const std::string& axis) {
-    return std::find(moving.begin(), moving.end(), axis) != moving.end();
-  };
-  std::vector<GridAxis> grid;
-  const mesh::Workspace& workspace = machine.workspace;
-  for (std::size_t i = 0; i < workspace.axes.size(); ++i) {
-    if (!moves_table(workspace.axes[i])) continue;
-    grid.push_back({machine.axis_index(workspace.axes[i]), workspace.positions[i]});
-  }
-  for (std::size_t i = 0; i < workspace.table_axes.size(); ++i) {
-    if (!moves_table(workspace.table_axes[i])) continue;
-    grid.push_back({machine.axis_index(workspace.table_axes[i]), workspace.table_positions[i]});
-  }
-  return grid;
-}
-
-/// Smooth along linear axes, by sine and cosine between the angles of rotary ones.
-Eigen::VectorXd weights_on(const std::vector<GridAxis>& grid, const mesh::Machine& machine,
-                           const mesh::Pose& pose) {
-  std::vector<Eigen::VectorXd> factors;
-  for (const GridAxis& on : grid) {
-    const mesh::Axis& axis = machine.axes[static_cast<std::size_t>(on.axis)];
-    const double x = pose(on.axis);
-    factors.push_back(axis.kind == mesh::AxisKind::linear ? smooth_weights(on.positions, x) : swivel_weights(on.positions, x, axis.endless));
-  }
-  return product(factors);
-}
-
-/// A line of the grid along an axis of three positions, all others at their first or last one, with a position more in
-/// each half.
-struct Line {
-  std::size_t axis = 0;                    ///< of the grid
-  std::vector<double> positions;           ///< five
-  std::vector<bool> last;                  ///< (axes of the grid) which end the others are at
-  std::array<Eigen::Index, 3> on_grid{};   ///< where its first, third and fifth position are among the grid's poses
-};
-
-std::vector<Line> lines_of(const mesh::Machine& machine, const std::vector<GridAxis>& grid) {
-  std::vector<Line> lines;
-  for (std::size_t d = 0; d < grid.size(); ++d) {
-    const std::vector<double>& three = grid[d].positions;
-    if (three.size() != 3 || machine.axes[static_cast<std::size_t>(grid[d].axis)].kind != mesh::AxisKind::linear) continue;
-    for (std::size_t corner = 0; corner < (std::size_t{1} << grid.size()); ++corner) {
-      Line line{d, {three[0], 0.5 * (three[0] + three[1]), three[1], 0.5 * (three[1] + three[2]), three[2]}, {}, {}};
-      bool new_line = true;
-      for (std::size_t k = 0; k < grid.size(); ++k) {
-        line.last.push_back((corner >> k & 1) != 0);
-        new_line = new_line && !(line.last[k] && (k == d || grid[k].positions.size() == 1));
-      }
-      if (!new_line) continue;
-      for (std::size_t i = 0; i < 3; ++i) {
-        Eigen::Index at = 0;
-        for (std::size_t k = 0; k < grid.size(); ++k) {
-          const std::size_t n = grid[k].positions.size();
-          at = at * static_cast<Eigen::Index>(n) + static_cast<Eigen::Index>(k == d ? i : line.last[k] ? n - 1 : 0);
-        }
-        line.on_grid[i] = at;
-      }
-      lines.push_back(std::move(line));
-    }
-  }
-  return lines;
-}
-
 /// Rows between the stored ones, times one state or several.
 template <int components, class States>
 auto combine(const std::vector<Eigen::MatrixXd>& rows, const Eigen::VectorXd& weights, const States& state) {
@@ -214,70 +117,215 @@ auto combine(const std::vector<Eigen::MatrixXd>& rows, const Eigen::VectorXd& we
 
 }  // namespace
 
-Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose) {
-  return weights_on(tool_grid(machine), machine, pose);
-}
-
-std::vector<mesh::Pose> tool_poses(const mesh::Machine& machine) {
-  std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);
-  const std::vector<GridAxis> grid = tool_grid(machine);
-  for (const Line& line : lines_of(machine, grid))
-    for (const std::size_t extra : {1, 3}) {
-      poses.push_back(poses[static_cast<std::size_t>(line.on_grid[1])]);
-      poses.back()(grid[line.axis].axis) = line.positions[extra];
-    }
-  return poses;
-}
-
-Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose, std::size_t stored) {
-  const std::vector<GridAxis> grid = tool_grid(machine);
-  const Eigen::VectorXd on_grid = weights_on(grid, machine, pose);
-  if (static_cast<Eigen::Index>(stored) == on_grid.size()) return on_grid;
-  const std::vector<Line> lines = lines_of(machine, grid);
-  assert(static_cast<Eigen::Index>(stored) == on_grid.size() + 2 * static_cast<Eigen::Index>(lines.size()));
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(stored));
-  weights.head(on_grid.size()) = on_grid;
-  Eigen::Index next = on_grid.size();
-  for (const Line& line : lines) {
-    const double x = pose(grid[line.axis].axis);
-    double share = 1.0;  // of this line: straight between the ends of the other axes
-    for (std::size_t k = 0; k < grid.size(); ++k) {
-      const std::vector<double>& positions = grid[k].positions;
-      if (k == line.axis || positions.size() == 1) continue;
-      const Eigen::VectorXd ends = linear_weights({positions.front(), positions.back()}, pose(grid[k].axis));
-      share *= ends(line.last[k] ? 1 : 0);
-    }
-    const Eigen::VectorXd fine = share * cubic_weights(line.positions, x), coarse = share * smooth_weights(grid[line.axis].positions, x);
-    for (Eigen::Index i = 0; i < 3; ++i) weights(line.on_grid[static_cast<std::size_t>(i)]) += fine(2 * i) - coarse(i);
-    weights(next++) = fine(1);
-    weights(next++) = fine(3);
+std::vector<OutputGrid::GridAxis> OutputGrid::tool_grid(const mesh::Machine& machine) {
+  std::vector<GridAxis> grid;
+  for (std::size_t i = 0; i < machine.workspace.axes.size(); ++i) {
+    const int axis = machine.axis_index(machine.workspace.axes[i]);
+    const mesh::Axis& moves = machine.axes[static_cast<std::size_t>(axis)];
+    grid.push_back({axis, machine.workspace.positions[i], moves.kind == mesh::AxisKind::linear, moves.endless});
   }
-  return weights;
+  return grid;
 }
 
-Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose) {
-  return weights_on(table_grid(machine), machine, pose);
+/// Axes of the workspace that move the body which carries the table. The table's own rotary axis is
+/// none of them: tcp_error turns the table by it.
+std::vector<OutputGrid::GridAxis> OutputGrid::table_grid(const mesh::Machine& machine) {
+  std::vector<std::string> moving;
+  int body = machine.body_index(machine.tcp.table_body);
+  if (body >= 0) {
+    const mesh::BodySpec& table = machine.bodies[static_cast<std::size_t>(body)];
+    const int own = table.axis.empty() ? -1 : machine.axis_index(table.axis);
+    const bool turns = own >= 0 && machine.axes[static_cast<std::size_t>(own)].kind == mesh::AxisKind::rotary;
+    if (turns) body = machine.body_index(table.parent);
+  }
+  for (; body >= 0; body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent)) {
+    const std::string& axis = machine.bodies[static_cast<std::size_t>(body)].axis;
+    if (!axis.empty()) moving.push_back(axis);
+  }
+  std::vector<GridAxis> grid;
+  const auto add = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      if (std::find(moving.begin(), moving.end(), axes[i]) == moving.end()) continue;
+      const int axis = machine.axis_index(axes[i]);
+      const mesh::Axis& moves = machine.axes[static_cast<std::size_t>(axis)];
+      grid.push_back({axis, positions[i], moves.kind == mesh::AxisKind::linear, moves.endless});
+    }
+  };
+  add(machine.workspace.axes, machine.workspace.positions);
+  add(machine.workspace.table_axes, machine.workspace.table_positions);
+  return grid;
 }
 
-std::vector<mesh::Pose> table_poses(const mesh::Machine& machine) {
-  std::vector<mesh::Pose> poses{mesh::home_pose(machine)};
-  for (const GridAxis& axis : table_grid(machine)) {
+bool OutputGrid::with_middle(const std::vector<GridAxis>& grid) {
+  return grid.size() > 1 && std::all_of(grid.begin(), grid.end(), [](const GridAxis& on) { return on.linear && on.positions.size() == 3; });
+}
+
+std::vector<OutputGrid::Line> OutputGrid::lines_of(const std::vector<GridAxis>& grid) {
+  std::vector<Line> lines;
+  for (std::size_t d = 0; d < grid.size(); ++d) {
+    if (grid[d].positions.size() != 3 || !grid[d].linear) continue;
+    const auto add = [&](std::vector<std::size_t> at) {
+      Line line{d, std::move(at), {}};
+      for (std::size_t i = 0; i < 3; ++i) {
+        line.at[d] = i;
+        for (std::size_t k = 0; k < grid.size(); ++k)
+          line.on_grid[i] = line.on_grid[i] * static_cast<Eigen::Index>(grid[k].positions.size()) + static_cast<Eigen::Index>(line.at[k]);
+      }
+      lines.push_back(std::move(line));
+    };
+    for (std::size_t corner = 0; corner < (std::size_t{1} << grid.size()); ++corner) {
+      std::vector<std::size_t> at;
+      bool new_line = true;
+      for (std::size_t k = 0; k < grid.size(); ++k) {
+        const bool last = (corner >> k & 1) != 0;
+        new_line = new_line && !(last && (k == d || grid[k].positions.size() == 1));
+        at.push_back(last ? grid[k].positions.size() - 1 : 0);
+      }
+      if (new_line) add(std::move(at));
+    }
+    if (with_middle(grid)) add(std::vector<std::size_t>(grid.size(), 1));
+  }
+  return lines;
+}
+
+std::vector<double> OutputGrid::fine_positions(const GridAxis& axis, std::size_t more) {
+  std::vector<double> fine;
+  for (std::size_t half = 0; half < 2; ++half)
+    for (std::size_t i = 0; i <= more; ++i)
+      fine.push_back(std::lerp(axis.positions[half], axis.positions[half + 1], static_cast<double>(i) / static_cast<double>(more + 1)));
+  fine.push_back(axis.positions[2]);
+  return fine;
+}
+
+OutputGrid::OutputGrid(const mesh::Machine& machine) : tool_(tool_grid(machine)), table_(table_grid(machine)), lines_(lines_of(tool_)), more_(poses_more) {
+  build(machine);
+}
+
+OutputGrid::OutputGrid(const mesh::Machine& machine, std::size_t stored) : tool_(tool_grid(machine)), table_(table_grid(machine)), lines_(lines_of(tool_)) {
+  const std::size_t grid = mesh::workspace_poses(machine).size();
+  if (!can_store(machine, stored))
+    throw core::SolverError(fmt::format("{} tool poses; the workspace has {}, or {} with its lines", stored, grid, grid + 2 * poses_more * lines_.size()));
+  more_ = stored > grid ? poses_more : 0;
+  build(machine);
+}
+
+bool OutputGrid::can_store(const mesh::Machine& machine, std::size_t tool_poses) {
+  const std::size_t grid = mesh::workspace_poses(machine).size(), lines = lines_of(tool_grid(machine)).size();
+  return tool_poses == grid || tool_poses == grid + 2 * poses_more * lines;
+}
+
+void OutputGrid::build(const mesh::Machine& machine) {
+  tool_poses_ = mesh::workspace_poses(machine);
+  grid_count_ = tool_poses_.size();
+  if (more_ == 0) lines_.clear();
+  has_middle_ = with_middle(tool_);
+  fine_.resize(tool_.size());
+  for (const Line& line : lines_) {
+    std::vector<double>& fine = fine_[line.axis];
+    if (fine.empty()) fine = fine_positions(tool_[line.axis], more_);
+    for (std::size_t i = 1; i + 1 < fine.size(); ++i) {
+      if (i == more_ + 1) continue;
+      tool_poses_.push_back(tool_poses_[static_cast<std::size_t>(line.on_grid[1])]);
+      tool_poses_.back()(tool_[line.axis].axis) = fine[i];
+    }
+  }
+  tool_count_ = tool_poses_.size();
+  table_poses_ = {mesh::home_pose(machine)};
+  for (const GridAxis& axis : table_) {
     std::vector<mesh::Pose> next;
-    for (const mesh::Pose& pose : poses) {
+    for (const mesh::Pose& pose : table_poses_)
       for (const double position : axis.positions) {
         next.push_back(pose);
         next.back()(axis.axis) = position;
       }
-    }
-    poses = std::move(next);
+    table_poses_ = std::move(next);
   }
-  return poses;
+  table_count_ = table_poses_.size();
+}
+
+/// Kronecker product, first axis slowest: smooth along linear axes, by sine and cosine between the angles of rotary ones.
+void OutputGrid::weights_on(const std::vector<GridAxis>& grid, const mesh::Pose& pose, Eigen::VectorXd& weights) {
+  weights[0] = 1.0;
+  Eigen::Index count = 1;
+  for (const GridAxis& on : grid) {
+    const double x = pose(on.axis);
+    const Eigen::VectorXd own = on.linear ? smooth_weights(on.positions, x) : swivel_weights(on.positions, x, on.endless);
+    for (Eigen::Index i = count - 1; i >= 0; --i) weights.segment(i * own.size(), own.size()) = weights[i] * own;
+    count *= own.size();
+  }
+}
+
+void OutputGrid::grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.resize(static_cast<Eigen::Index>(grid_count_));
+  weights_on(tool_, pose, weights);
+}
+
+void OutputGrid::table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.resize(static_cast<Eigen::Index>(table_count_));
+  weights_on(table_, pose, weights);
+}
+
+/// Between the outer lines straight; the middle one takes what its quadratics do, where there is one.
+double OutputGrid::line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const {
+  double straight = 1.0, in_middle = 1.0, bubble = 1.0;
+  bool is_middle = tool_.size() > 1;
+  for (std::size_t k = 0; k < tool_.size(); ++k) {
+    const std::vector<double>& positions = tool_[k].positions;
+    if (k == line.axis || positions.size() == 1) continue;
+    const double low = positions.front(), high = positions.back();
+    is_middle = is_middle && line.at[k] == 1 && positions.size() == 3;
+    const auto upper = [&](double x) { return (std::clamp(x, low, high) - low) / (high - low); };
+    const auto part = [&](double share) { return line.at[k] == 0 ? 1.0 - share : share; };
+    straight *= part(upper(pose(tool_[k].axis)));
+    if (!has_middle_) continue;
+    in_middle *= part(upper(positions[1]));
+    bubble *= smooth[k](1);
+  }
+  if (!has_middle_) return straight;
+  return is_middle ? bubble : straight - bubble * in_middle;
+}
+
+void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.setZero(static_cast<Eigen::Index>(tool_count_));
+  weights_on(tool_, pose, weights);
+  auto next = static_cast<Eigen::Index>(grid_count_);
+  const std::size_t middle = more_ + 1, last = 2 * middle;
+  std::vector<Eigen::VectorXd> smooth;
+  for (const GridAxis& on : tool_) smooth.push_back(on.linear ? smooth_weights(on.positions, pose(on.axis)) : Eigen::VectorXd());
+  Cubic fine;
+  for (std::size_t l = 0; l < lines_.size(); ++l) {
+    const Line& line = lines_[l];
+    if (l == 0 || lines_[l - 1].axis != line.axis) fine = cubic_weights(fine_[line.axis], pose(tool_[line.axis].axis));
+    const double share = line_share(line, pose, smooth);
+    const Eigen::VectorXd& coarse = smooth[line.axis];
+    for (std::size_t i = 0; i < 3; ++i) weights(line.on_grid[i]) -= share * coarse(static_cast<Eigen::Index>(i));
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t at = fine.first + i;
+      const bool on_grid = at % middle == 0;
+      weights(on_grid ? line.on_grid[at / middle] : next + static_cast<Eigen::Index>(at < middle ? at - 1 : at - 2)) += share * fine.weights[i];
+    }
+    next += static_cast<Eigen::Index>(last - 2);
+  }
+}
+
+Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose, std::size_t stored) {
+  Eigen::VectorXd weights;
+  OutputGrid(machine, stored).tool_weights(pose, weights);
+  return weights;
+}
+
+Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose) {
+  Eigen::VectorXd weights;
+  OutputGrid(machine).table_weights(pose, weights);
+  return weights;
 }
 
 solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const {
   assert(state.size() == system.order());
-  const Eigen::VectorXd tool_shares = pose_weights(machine, pose, outputs.tool.size());
-  const Eigen::VectorXd table_shares = table_weights(machine, pose);
+  const OutputGrid grid(machine, outputs.tool.size());
+  Eigen::VectorXd tool_shares, table_shares;
+  grid.tool_weights(pose, tool_shares);
+  grid.table_weights(pose, table_shares);
   assert(tool_shares.size() == static_cast<Eigen::Index>(outputs.tool.size()));
   assert(table_shares.size() == static_cast<Eigen::Index>(outputs.table_axis.size()));
   return solver::tcp_error(machine, pose, combine<6>(outputs.tool, tool_shares, state),
@@ -287,7 +335,10 @@ solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pos
 
 Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& outputs, const mesh::Pose& pose) {
   const Eigen::Index r = outputs.tool.front().cols();
-  const Eigen::VectorXd tool = pose_weights(machine, pose, outputs.tool.size()), table = table_weights(machine, pose);
+  const OutputGrid grid(machine, outputs.tool.size());
+  Eigen::VectorXd tool, table;
+  grid.tool_weights(pose, tool);
+  grid.table_weights(pose, table);
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(19, r);
   for (std::size_t i = 0; i < outputs.tool.size(); ++i) rows.topRows<6>() += tool(static_cast<Eigen::Index>(i)) * outputs.tool[i];
   for (std::size_t i = 0; i < outputs.table_axis.size(); ++i) {
@@ -300,9 +351,12 @@ Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& ou
 Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses) {
   const Eigen::Index r = model.system.order();
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
+  const OutputGrid grid(model.machine, model.outputs.tool.size());
+  Eigen::VectorXd tool_shares, table_shares;
   Eigen::MatrixXd rows;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::VectorXd tool_shares = pose_weights(model.machine, poses[i], model.outputs.tool.size()), table_shares = table_weights(model.machine, poses[i]);
+    grid.tool_weights(poses[i], tool_shares);
+    grid.table_weights(poses[i], table_shares);
     const auto tool = combine<6>(model.outputs.tool, tool_shares, identity);
     const auto axis = combine<6>(model.outputs.table_axis, table_shares, identity);
     const auto own = combine<7>(model.outputs.table_own, table_shares, identity);

@@ -60,7 +60,8 @@ Parts make_parts(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
   Parts parts;
   parts.capacity = capacities(full, basis);
   const std::vector<Eigen::MatrixXd> images = full.elastic.unit_images(basis);
-  const std::vector<mesh::Pose> tool_poses = reduction::tool_poses(machine), table_poses = reduction::table_poses(machine);
+  const OutputGrid grid(machine);
+  const std::vector<mesh::Pose>&tool_poses = grid.tool_poses(), &table_poses = grid.table_poses();
   std::vector<solver::OutputParts> at_tool(tool_poses.size()), at_table(table_poses.size());
   core::parallel_for(0, at_tool.size() + at_table.size(), [&](std::size_t i) {
     const bool tool = i < at_tool.size();

@@ -95,8 +95,8 @@ struct FullOutputs {
 
   explicit FullOutputs(const solver::FullModel& full)
       : machine(full.mesh.machine),
-        tool_poses(reduction::tool_poses(machine)),
-        table_poses(reduction::table_poses(machine)),
+        tool_poses(OutputGrid(machine).tool_poses()),
+        table_poses(OutputGrid(machine).table_poses()),
         at_tool(tool_poses.size()),
         at_table(table_poses.size()) {
     core::Progress progress("output rows", tool_poses.size() + table_poses.size());
@@ -108,8 +108,9 @@ struct FullOutputs {
     });
   }
 
-  std::vector<solver::OutputRows> all() const {
-    std::vector<solver::OutputRows> rows = at_tool;
+  /// At the workspace grid and at the table's poses: what the basis has to see.
+  std::vector<solver::OutputRows> on_grid() const {
+    std::vector<solver::OutputRows> rows(at_tool.begin(), at_tool.begin() + static_cast<std::ptrdiff_t>(OutputGrid(machine).grid_count()));
     rows.insert(rows.end(), at_table.begin(), at_table.end());
     return rows;
   }
@@ -260,7 +261,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
   Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
   if (columns) most = std::max(most, 2 * largest_wanted);
-  const Basis basis = basis_of(thermal, operating, rows.all(), training, points.front().c.p, options.method, most, notes);
+  const Basis basis = basis_of(thermal, operating, rows.on_grid(), training, points.front().c.p, options.method, most, notes);
   notes.basis_seconds = basis_watch.seconds();
 
   const Watch projection_watch;

@@ -108,14 +108,6 @@ Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& ou
 /// All of solver::tcp_values at the poses, in um and um/m: (18 poses x r), to be multiplied by states.
 Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses);
 
-/// Weights of the workspace grid's poses at a pose: tensor product of quadratic Lagrange
-/// polynomials (three positions), linear ones (two), clamped to the grid's box.
-Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose);
-/// Weights on the grid of the table's tilt axes (the table's own is none of them): of 1, sine and cosine, as what stands
-/// still turns in a swivel's frame; times those of pose_weights for linear axes that carry the table.
-Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose);
-std::vector<mesh::Pose> table_poses(const mesh::Machine& machine);
-
 struct StepperOptions {
   double refresh_tolerance = 1e-9;  ///< relative residual below which an older factor is good
 };

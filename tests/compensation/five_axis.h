@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "reduction/output_grid.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::compensation::test {
@@ -356,7 +357,7 @@ inline reduction::ReducedOutputs lumped_outputs(const mesh::Machine& machine, co
   for (const mesh::Pose& pose : outputs.tool_poses) {
     outputs.tool.push_back(rows(6, {"bed", "column", "y_slide", "x_slide", "z_slide", "spindle"}, pose.head<3>(), 0.0));
   }
-  outputs.table_poses = reduction::table_poses(machine);
+  outputs.table_poses = reduction::OutputGrid(machine).table_poses();
   for (const mesh::Pose& pose : outputs.table_poses) {
     const Eigen::Vector3d tilt(0.0, pose[3], 0.0);
     outputs.table_axis.push_back(rows(6, {"bed", "swivel"}, tilt, 0.4));

@@ -13,6 +13,7 @@
 
 #include "compensation/measurement.h"
 #include "diagnosis/hypothesis.h"
+#include "reduction/output_grid.h"
 #include "reduction/reduced_model.h"
 #include "solver/simulation.h"
 
@@ -315,7 +316,7 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
     }
     result.outputs.tool.push_back(tool);
   }
-  result.outputs.table_poses = reduction::table_poses(m);
+  result.outputs.table_poses = reduction::OutputGrid(m).table_poses();
   Eigen::MatrixXd table = Eigen::MatrixXd::Zero(6, size);
   for (Index i = 0; i < n; ++i)
     table(2, i) = 0.4 * alpha * node_share(i), table(0, i) = 0.1 * alpha * node_share(i);

@@ -19,7 +19,7 @@ using namespace thermotwin;
 
 /// --name value pairs.
 std::map<std::string, std::string> read_options(int argc, char** argv) {
-  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen"};
+  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine"};
   std::map<std::string, std::string> options;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = std::string(argv[i]).substr(2);
@@ -28,7 +28,7 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
     throw core::UsageError("hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
-                           "--size F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD]");
+                           "--size F --refine F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none]");
   return options;
 }
 
@@ -64,6 +64,7 @@ int run(int argc, char** argv) {
 
   hidden::SpecimenOptions made;
   made.size_factor = number("size", 0.7);
+  made.refine = number("refine", made.refine);
   made.seed = seed;
   if (options.count("cache")) made.cache = options.at("cache");
   const hidden::Specimen specimen(machine_case, made);
@@ -88,7 +89,7 @@ int run(int argc, char** argv) {
       std::optional<compensation::Measurement> clean, unseen;
       if (group == hidden::Group::outside) beside.clean = &clean.emplace(specimen.measure(other));
       other.load = unseen_load;
-      if (group == hidden::Group::single) beside.unseen = &unseen.emplace(specimen.measure(other, nullptr, hidden::Recording::exact));
+      if (group == hidden::Group::single && unseen_load != "none") beside.unseen = &unseen.emplace(specimen.measure(other, nullptr, hidden::Recording::exact));
       lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, beside, draw.truths.empty() ? std::optional<double>() : effective));
     } catch (const std::exception& error) {
       std::cerr << id << ": " << error.what() << "\n";

@@ -52,13 +52,24 @@ constexpr Suffix suffixes[] = {{"_mm_min", ChannelKind::speed, "mm_min"}, {"_deg
                                {"_deg", ChannelKind::position, "deg"},    {"T_C", ChannelKind::temperature, "degC"},
                                {"_W", ChannelKind::power, "W"}};
 
-/// A control knows speeds, positions, states, the air; nobody measures the other surroundings.
-bool is_sent(const std::string& name, const mesh::Machine& machine) {
-  for (const mesh::AmbientSpec& ambient : machine.ambients)
-    if (name == ambient.id + ".T_C") return ambient.id == "air";
-  for (const mesh::VolumeSpec& volume : machine.volumes)
-    if (name == volume.id + ".T_C") return false;
+/// A control knows speeds, positions, states, the air; of the other surroundings what the load sets is recorded.
+bool is_sent(const std::string& name, const mesh::Machine& machine, const solver::Channels& channels, const std::vector<VectorXd>& rows) {
+  const auto surroundings = [&](const auto& items) {
+    return std::any_of(items.begin(), items.end(), [&](const auto& item) { return name == item.id + ".T_C"; });
+  };
+  if (surroundings(machine.ambients) || surroundings(machine.volumes)) {
+    const int index = channels.index(name);
+    const double unset = channels.defaults()[index];
+    return name == "air.T_C" || std::any_of(rows.begin(), rows.end(), [&](const VectorXd& row) { return std::isfinite(row[index]) && row[index] != unset; });
+  }
   return !name.ends_with(".inlet_T_C") && !name.ends_with("power_W") && !name.ends_with("gradient_K_m");
+}
+
+std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine) {
+  std::vector<VectorXd> rows;
+  double from = 0.0;
+  for (const double to : program.step_ends(refine)) rows.push_back(program.row(from, to)), from = to;
+  return rows;
 }
 
 /// Heat of a column after five minutes of conduction: E (E + 300 s K)^-1 s, the same in sum.
@@ -134,15 +145,16 @@ Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& opti
   for (const mesh::Pose& pose : poses_) rows_.push_back(full_.elastic.output_rows(pose));
 }
 
-Measurement Specimen::described(std::size_t poses) const {
+Measurement Specimen::described(const std::string& load, std::size_t poses) const {
   Measurement m;
+  const std::vector<VectorXd> rows = rows_of(case_.load(load), options_.refine);
   const auto add = [&](MeasuredChannel channel) {
     channel.column = static_cast<Index>(m.channels.size()) + 1;
     m.channels.push_back(std::move(channel));
   };
   const solver::Channels channels(case_.machine);
   for (const std::string& name : channels.names()) {
-    if (!is_sent(name, case_.machine)) continue;
+    if (!is_sent(name, case_.machine, channels, rows)) continue;
     MeasuredChannel channel;
     channel.id = channel.input = name;
     channel.kind = ChannelKind::state;
@@ -184,8 +196,7 @@ Measurement Specimen::described(std::size_t poses) const {
 }
 
 Measurement Specimen::blank(const std::string& load) const {
-  Measurement m = described(measured_poses_);
-  (void)case_.load(load);  // it exists
+  Measurement m = described(load, measured_poses_);
   m.data.values.setZero(1, static_cast<Index>(m.data.columns.size()));
   return m;
 }
@@ -193,15 +204,15 @@ Measurement Specimen::blank(const std::string& load) const {
 VectorXd Specimen::warmth_at(const std::string& body, const Eigen::Vector3d& centre) const { return warm_spot(full_, body, centre); }
 
 std::vector<Followable> Specimen::followable(const std::string& load) const {
-  const solver::LoadProgram program = case_.load(load);
+  const std::vector<VectorXd> rows = rows_of(case_.load(load), 1.0);
   const solver::Channels channels(case_.machine);
   std::vector<Followable> found{{"machine.on", 1.0}};
-  for (const MeasuredChannel& channel : described(0).channels) {
+  for (const MeasuredChannel& channel : described(load, 0).channels) {
     if (channel.input == "machine.on" || (channel.kind != ChannelKind::speed && channel.kind != ChannelKind::state)) continue;
-    double low = 1e300, high = 0.0, from = 0.0;
-    for (const double to : program.step_ends(1.0)) {
-      const double value = program.row(from, to)[channels.index(channel.input)], size = std::isfinite(value) ? std::abs(value) : 0.0;
-      low = std::min(low, size), high = std::max(high, size), from = to;
+    double low = 1e300, high = 0.0;
+    for (const VectorXd& row : rows) {
+      const double value = row[channels.index(channel.input)], size = std::isfinite(value) ? std::abs(value) : 0.0;
+      low = std::min(low, size), high = std::max(high, size);
     }
     if (high > 0.0 && high - low > 0.01 * high) found.push_back({channel.input, high});
   }
@@ -388,7 +399,7 @@ Measurement Specimen::measure(const Draw& draw, double* effective, Recording rec
   const VectorXd time = Eigen::Map<VectorXd>(times.data(), static_cast<Index>(times.size()));
   VectorXd air = VectorXd::Constant(time.size(), machine.reference_C);
   if (const int index = channels.index("air.T_C"); index >= 0) air = rows.col(index);
-  Measurement m = described(pose_count);
+  Measurement m = described(draw.load, pose_count);
   m.data.values.resize(time.size(), static_cast<Index>(m.data.columns.size()));
   m.data.values.col(0) = time;
   Index pose_column = 0;

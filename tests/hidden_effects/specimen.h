@@ -87,7 +87,7 @@ class Specimen {
 
  private:
   /// Channels and their columns; values follow.
-  compensation::Measurement described(std::size_t poses) const;
+  compensation::Measurement described(const std::string& load, std::size_t poses) const;
 
   solver::Case case_;
   SpecimenOptions options_;

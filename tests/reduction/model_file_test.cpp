@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "reduction/hdf5_store.h"
+#include "reduction/output_grid.h"
 #include "tests/reduction/small_machine.h"
 
 namespace thermotwin::reduction {
@@ -45,7 +46,7 @@ ReducedModel random_model(Index r = 7) {
   model.system.sensors = random(static_cast<Index>(model.machine.sensors.size()), r);
   model.system.one_kelvin = random(r, 1);
   model.outputs.tool_poses = mesh::workspace_poses(model.machine);
-  model.outputs.table_poses = table_poses(model.machine);
+  model.outputs.table_poses = OutputGrid(model.machine).table_poses();
   for (std::size_t i = 0; i < model.outputs.tool_poses.size(); ++i) model.outputs.tool.push_back(random(6, r));
   for (std::size_t i = 0; i < model.outputs.table_poses.size(); ++i) {
     model.outputs.table_axis.push_back(random(6, r));

@@ -81,7 +81,7 @@ ReducedOutputs outputs_of(const solver::FullModel& full, const MatrixXd& basis) 
     }
     return all;
   };
-  const auto tool_poses = reduction::tool_poses(machine), tables = table_poses(machine);
+  const auto tool_poses = OutputGrid(machine).tool_poses(), tables = OutputGrid(machine).table_poses();
   return stored_outputs(machine, tool_poses, tables, rows(tool_poses), rows(tables));
 }
 

@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 #include <chrono>
 #include <cmath>
+#include <functional>
 
 #include "core/error.h"
 #include "reduction/output_grid.h"
@@ -176,7 +177,7 @@ TEST(PoseWeights, ReproduceQuadraticsAndTheirSumIsOne) {
     mesh::Pose pose = mesh::home_pose(machine);
     pose(0) = number(-0.2, 0.2);
     pose(1) = number(-0.1, 0.1);
-    const VectorXd weights = pose_weights(machine, pose);
+    const VectorXd weights = pose_weights(machine, pose, mesh::workspace_poses(machine).size());
     ASSERT_EQ(weights.size(), 9);
     EXPECT_NEAR(weights.sum(), 1.0, 1e-14);
     double sum = 0;
@@ -189,12 +190,12 @@ TEST(PoseWeights, AreExactAtTheGridAndClampedBeyondIt) {
   const mesh::Machine machine = test::small_machine();
   const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine);
   for (std::size_t k = 0; k < grid.size(); ++k) {
-    EXPECT_EQ(pose_weights(machine, grid[k]), VectorXd::Unit(9, static_cast<Index>(k)));
+    EXPECT_EQ(pose_weights(machine, grid[k], mesh::workspace_poses(machine).size()), VectorXd::Unit(9, static_cast<Index>(k)));
   }
   mesh::Pose outside = grid[8];
   outside(0) += 1.0;
   outside(1) += 1.0;
-  EXPECT_EQ(pose_weights(machine, outside), pose_weights(machine, grid[8]));
+  EXPECT_EQ(pose_weights(machine, outside, mesh::workspace_poses(machine).size()), pose_weights(machine, grid[8], mesh::workspace_poses(machine).size()));
 }
 
 TEST(PoseWeights, TwoPositionsAreLinearAndManyPiecewise) {
@@ -203,11 +204,11 @@ TEST(PoseWeights, TwoPositionsAreLinearAndManyPiecewise) {
   machine.workspace.positions = {{-0.2, 0.2}};
   mesh::Pose pose = mesh::home_pose(machine);
   pose(0) = 0.1;
-  EXPECT_TRUE(pose_weights(machine, pose).isApprox(Eigen::Vector2d(0.25, 0.75)));
+  EXPECT_TRUE(pose_weights(machine, pose, mesh::workspace_poses(machine).size()).isApprox(Eigen::Vector2d(0.25, 0.75)));
   machine.workspace.positions = {{-0.2, -0.1, 0.0, 0.2}};
-  EXPECT_TRUE(pose_weights(machine, pose).isApprox(Eigen::Vector4d(0, 0, 0.5, 0.5)));
+  EXPECT_TRUE(pose_weights(machine, pose, mesh::workspace_poses(machine).size()).isApprox(Eigen::Vector4d(0, 0, 0.5, 0.5)));
   machine.workspace.positions = {{0.05}};
-  EXPECT_EQ(pose_weights(machine, pose), VectorXd::Ones(1));
+  EXPECT_EQ(pose_weights(machine, pose, mesh::workspace_poses(machine).size()), VectorXd::Ones(1));
 }
 
 /// A swivel B below the table C, as in a trunnion; the table's own turn is no grid axis.
@@ -226,41 +227,61 @@ mesh::Machine swivel_machine() {
   return machine;
 }
 
-TEST(PoseWeights, OuterLinesAddWhatTheGridDoesNotSee) {
-  const mesh::Machine machine = test::small_machine();
-  const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine), stored = tool_poses(machine);
-  ASSERT_EQ(stored.size(), 9u + 2u * 2u * 2u);
-  for (std::size_t k = 0; k < stored.size(); ++k)
-    EXPECT_TRUE(pose_weights(machine, stored[k], stored.size()).isApprox(VectorXd::Unit(17, static_cast<Index>(k)), 1e-13)) << k;
-  EXPECT_DOUBLE_EQ(stored[9](0), -0.1);
-  EXPECT_DOUBLE_EQ(stored[9](1), -0.1);
-  EXPECT_DOUBLE_EQ(stored[16](0), 0.2);
-  EXPECT_DOUBLE_EQ(stored[16](1), 0.05);
-  // Cubics of each axis, linear in the other, beside the quadratics of both, which the grid knows.
-  const auto f = [](const mesh::Pose& p) {
-    return 1.0 - 3.0 * p(1) + 5.0 * p(0) * p(1) + 7.0 * p(0) * p(0) * p(1) * p(1) + 40.0 * p(0) * p(0) * p(0) * (1.0 + 2.0 * p(1)) - 60.0 * p(1) * p(1) * p(1) * (1.0 - 3.0 * p(0));
-  };
+/// f interpolated from the stored poses, minus f, at random poses.
+double interpolation_error(const mesh::Machine& machine, const OutputGrid& grid, const std::function<double(const mesh::Pose&)>& f) {
   Numbers number(34);
-  double by_grid = 0;
-  for (int i = 0; i < 20; ++i) {
+  double worst = 0;
+  VectorXd weights;
+  for (int i = 0; i < 40; ++i) {
     mesh::Pose pose = mesh::home_pose(machine);
     pose(0) = number(-0.2, 0.2);
     pose(1) = number(-0.1, 0.1);
-    const VectorXd weights = pose_weights(machine, pose, stored.size()), coarse = pose_weights(machine, pose, grid.size());
-    EXPECT_EQ(coarse, pose_weights(machine, pose));
-    EXPECT_NEAR(weights.sum(), 1.0, 1e-13);
-    double sum = 0, of_grid = 0;
-    for (std::size_t k = 0; k < stored.size(); ++k) sum += weights(static_cast<Index>(k)) * f(stored[k]);
-    for (std::size_t k = 0; k < grid.size(); ++k) of_grid += coarse(static_cast<Index>(k)) * f(grid[k]);
-    EXPECT_NEAR(sum, f(pose), 1e-13);
-    by_grid = std::max(by_grid, std::abs(of_grid - f(pose)));
+    grid.tool_weights(pose, weights);
+    double sum = 0;
+    for (std::size_t k = 0; k < grid.tool_count(); ++k) sum += weights(static_cast<Index>(k)) * f(grid.tool_poses()[k]);
+    worst = std::max(worst, std::abs(sum - f(pose)));
   }
-  EXPECT_GT(by_grid, 0.01) << "the lines gain nothing";
+  return worst;
+}
+
+TEST(PoseWeights, OuterLinesAddWhatTheGridDoesNotSee) {
+  const mesh::Machine machine = test::small_machine();
+  const OutputGrid stored(machine), coarse(machine, 9);
+  ASSERT_EQ(stored.tool_count(), 9u + 2u * 3u * 6u);
+  for (const OutputGrid* grid : {&stored, &coarse})
+    for (std::size_t k = 0; k < grid->tool_count(); ++k)
+      EXPECT_TRUE(pose_weights(machine, grid->tool_poses()[k], grid->tool_count()).isApprox(VectorXd::Unit(static_cast<Index>(grid->tool_count()), static_cast<Index>(k)), 1e-13)) << k;
+  EXPECT_DOUBLE_EQ(stored.tool_poses()[9](0), -0.15);
+  EXPECT_DOUBLE_EQ(stored.tool_poses()[9](1), -0.1);
+  EXPECT_DOUBLE_EQ(stored.tool_poses()[12](0), 0.05) << "the middle is the grid's";
+  EXPECT_DOUBLE_EQ(stored.tool_poses()[21](1), 0.0) << "the line through the middle";
+  // Cubics of each axis, linear in the other, beside the quadratics of both, which the grid knows; the same with a
+  // quadratic of the other axis that is none at its ends.
+  const auto cubic = [](const mesh::Pose& p) {
+    return 1.0 - 3.0 * p(1) + 5.0 * p(0) * p(1) + 7.0 * p(0) * p(0) * p(1) * p(1) + 40.0 * p(0) * p(0) * p(0) * (1.0 + 2.0 * p(1)) - 60.0 * p(1) * p(1) * p(1) * (1.0 - 3.0 * p(0));
+  };
+  EXPECT_LT(interpolation_error(machine, stored, cubic), 1e-13);
+  EXPECT_GT(interpolation_error(machine, coarse, cubic), 0.01) << "the lines gain nothing";
+  const auto bulge = [&](const mesh::Pose& p) { return cubic(p) + 900.0 * p(0) * p(0) * p(0) * (p(1) * p(1) - 0.01); };
+  EXPECT_LT(interpolation_error(machine, stored, bulge), 1e-13);
+  EXPECT_GT(interpolation_error(machine, coarse, bulge), 0.02);
+  VectorXd weights;
+  mesh::Pose pose = mesh::home_pose(machine);
+  pose(0) = 0.13, pose(1) = -0.02;
+  coarse.grid_weights(pose, weights);
+  EXPECT_EQ(weights, pose_weights(machine, pose, 9));
+  EXPECT_TRUE(OutputGrid::can_store(machine, 9) && OutputGrid::can_store(machine, 45));
+  EXPECT_FALSE(OutputGrid::can_store(machine, 8) || OutputGrid::can_store(machine, 13));
+  mesh::Machine two = machine;  // no middle: outer lines alone
+  two.workspace.positions[1] = {-0.1, 0.1};
+  EXPECT_EQ(OutputGrid(two).tool_count(), 6u + 2u * 6u);
+  EXPECT_LT(interpolation_error(two, OutputGrid(two), [](const mesh::Pose& p) { return p(0) * p(0) * p(0) * (1.0 + p(1)); }), 1e-13);
+  EXPECT_THROW(OutputGrid(machine, 13), core::SolverError);
 }
 
 /// Largest error of 1, cos and sin between the positions.
 double turning_error(const mesh::Machine& machine, double low, double high) {
-  const std::vector<mesh::Pose> grid = table_poses(machine);
+  const std::vector<mesh::Pose> grid = OutputGrid(machine).table_poses();
   Numbers number(31);
   double worst = 0;
   for (int i = 0; i < 50; ++i) {
@@ -280,7 +301,7 @@ double turning_error(const mesh::Machine& machine, double low, double high) {
 
 TEST(TableWeights, AreExactForWhatStandsStillWhileTheTableTilts) {
   mesh::Machine machine = swivel_machine();
-  const std::vector<mesh::Pose> grid = table_poses(machine);
+  const std::vector<mesh::Pose> grid = OutputGrid(machine).table_poses();
   ASSERT_EQ(grid.size(), 3u);
   EXPECT_EQ(grid[1](3), 0.8);
   EXPECT_EQ(grid[1](2), 0.0) << "the table's own axis stands at 0";
@@ -302,7 +323,7 @@ TEST(TableWeights, AreExactForWhatStandsStillWhileTheTableTilts) {
 
 TEST(TableWeights, LinearAxesBelowTheTableAreGridAxesToo) {
   const mesh::Machine machine = test::small_machine();
-  const std::vector<mesh::Pose> grid = table_poses(machine);
+  const std::vector<mesh::Pose> grid = OutputGrid(machine).table_poses();
   ASSERT_EQ(grid.size(), 3u) << "X carries the table, Z does not";
   EXPECT_EQ(grid[0](0), -0.2);
   EXPECT_EQ(grid[2](0), 0.2);
