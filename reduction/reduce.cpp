@@ -87,42 +87,42 @@ Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candi
   return all;
 }
 
-/// Output rows of the full model at the poses that the reduced model stores.
-struct FullOutputs {
-  const mesh::Machine& machine;
-  std::vector<mesh::Pose> tool_poses, table_poses;
-  std::vector<solver::OutputRows> at_tool, at_table;
-
-  explicit FullOutputs(const solver::FullModel& full)
-      : machine(full.mesh.machine),
-        tool_poses(OutputGrid(machine).tool_poses()),
-        table_poses(OutputGrid(machine).table_poses()),
-        at_tool(tool_poses.size()),
-        at_table(table_poses.size()) {
-    core::Progress progress("output rows", tool_poses.size() + table_poses.size());
-    core::parallel_for(0, at_tool.size() + at_table.size(), [&](std::size_t i) {
-      const bool tool = i < at_tool.size();
-      const std::size_t k = tool ? i : i - at_tool.size();
-      (tool ? at_tool : at_table)[k] = full.elastic.output_rows((tool ? tool_poses : table_poses)[k]);
+/// Output rows of the full model at the poses that the reduced model stores. Those of the workspace grid and of the
+/// table are kept, since the basis has to see them; those between are many, and are made when they are projected.
+class FullOutputs {
+ public:
+  explicit FullOutputs(const solver::FullModel& full) : full_(full), grid_(full.mesh.machine), kept_(grid_.grid_count() + grid_.table_count()) {
+    core::Progress progress("output rows", kept_.size());
+    core::parallel_for(0, kept_.size(), [&](std::size_t i) {
+      const bool tool = i < grid_.grid_count();
+      kept_[i] = full.elastic.output_rows(tool ? grid_.tool_poses()[i] : grid_.table_poses()[i - grid_.grid_count()]);
       progress.advance();
     });
   }
 
-  /// At the workspace grid and at the table's poses: what the basis has to see.
-  std::vector<solver::OutputRows> on_grid() const {
-    std::vector<solver::OutputRows> rows(at_tool.begin(), at_tool.begin() + static_cast<std::ptrdiff_t>(OutputGrid(machine).grid_count()));
-    rows.insert(rows.end(), at_table.begin(), at_table.end());
-    return rows;
-  }
+  const std::vector<solver::OutputRows>& kept() const { return kept_; }
 
   ReducedOutputs project(const Eigen::MatrixXd& basis) const {
-    const auto projected = [&](const std::vector<solver::OutputRows>& all) {
-      std::vector<solver::OutputRows> small;
-      for (const solver::OutputRows& rows : all) small.push_back({rows.tool * basis, rows.table_axis * basis, rows.table_own * basis});
-      return small;
-    };
-    return stored_outputs(machine, tool_poses, table_poses, projected(at_tool), projected(at_table));
+    std::vector<solver::OutputRows> tool(grid_.tool_count()), table(grid_.table_count());
+    core::parallel_for(0, tool.size() + table.size(), [&](std::size_t i) {
+      if (i >= tool.size()) table[i - tool.size()] = small(kept_[grid_.grid_count() + i - tool.size()], basis);
+      else tool[i] = i < grid_.grid_count() ? small(kept_[i], basis) : small(full_.elastic.output_rows(grid_.tool_poses()[i]), basis);
+    });
+    return stored_outputs(full_.mesh.machine, grid_.tool_poses(), grid_.table_poses(), tool, table);
   }
+
+ private:
+  /// All rows at once: the basis is what is large.
+  static solver::OutputRows small(const solver::OutputRows& rows, const Eigen::MatrixXd& basis) {
+    Eigen::MatrixXd columns(basis.rows(), rows.tool.rows() + rows.table_axis.rows() + rows.table_own.rows());
+    columns << rows.tool.transpose(), rows.table_axis.transpose(), rows.table_own.transpose();
+    const Eigen::MatrixXd all = columns.transpose() * basis;
+    return {all.topRows(rows.tool.rows()), all.middleRows(rows.tool.rows(), rows.table_axis.rows()), all.bottomRows(rows.table_own.rows())};
+  }
+
+  const solver::FullModel& full_;
+  OutputGrid grid_;
+  std::vector<solver::OutputRows> kept_;
 };
 
 /// Directions of the method, the uniform field first. @param standing  p of the machine at rest
@@ -185,7 +185,8 @@ ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::
   const RowMajorMatrix vectors = basis;
   ReducedSystem system;
   system.layout = thermal.layout;
-  const Eigen::MatrixXd capacity = project(thermal.capacity, vectors);
+  Eigen::MatrixXd capacity, conduction;
+  core::parallel_for(0, 2, [&](std::size_t i) { (i == 0 ? capacity : conduction) = project(i == 0 ? thermal.capacity : thermal.conduction, vectors); });
   const Eigen::Index r = basis.cols();
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
   if (!((capacity - identity).cwiseAbs().maxCoeff() < orthonormal_within)) {
@@ -193,7 +194,7 @@ ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::
   }
   system.capacity = identity;
   const auto symmetric = [](const Eigen::MatrixXd& m) { return Eigen::MatrixXd(0.5 * (m + m.transpose())); };
-  system.conduction = symmetric(project(thermal.conduction, vectors));
+  system.conduction = symmetric(conduction);
   system.terms.resize(thermal.terms.size());
   core::parallel_for(0, thermal.terms.size(), [&](std::size_t j) {
     const Eigen::MatrixXd term = project(thermal.terms[j], vectors);
@@ -261,7 +262,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
   Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
   if (columns) most = std::max(most, 2 * largest_wanted);
-  const Basis basis = basis_of(thermal, operating, rows.on_grid(), training, points.front().c.p, options.method, most, notes);
+  const Basis basis = basis_of(thermal, operating, rows.kept(), training, points.front().c.p, options.method, most, notes);
   notes.basis_seconds = basis_watch.seconds();
 
   const Watch projection_watch;
