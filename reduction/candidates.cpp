@@ -276,16 +276,9 @@ Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal, const 
 }
 
 CandidateOptions default_candidates() {
-  CandidateOptions options;
-  constexpr double day = 86400.0;
-  const double longest = 10.0 * day, shortest = 120.0;
-  const int count = 5;
-  options.shifts.push_back(steady_shift);
-  for (int i = 0; i < count; ++i) {
-    options.shifts.push_back(std::pow(shortest / longest, static_cast<double>(i) / (count - 1)) / shortest);
-  }
-  options.adjoint_shifts = {options.shifts[0], 1.0 / (8.0 * 3600.0), 1.0 / 1200.0};
-  return options;
+  constexpr double minute = 60.0, hour = 3600.0;
+  const double slow = 1.0 / (8.0 * hour), fast = 1.0 / (20.0 * minute);
+  return {{steady_shift, slow, 1.0 / (100.0 * minute), fast, 1.0 / (2.0 * minute)}, {steady_shift, slow, fast}};
 }
 
 Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::OperatingModel& model,
