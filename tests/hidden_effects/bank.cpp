@@ -197,6 +197,11 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.kind2 = draw.truths[1].parameter.kind;
     line.where2 = draw.truths[1].parameter.where;
     line.second_named = named.count(line.kind2 + " " + line.where2) > 0;
+    const Seen seen(model, measurement, {});
+    const Factors one = seen.factors_beside({truth.parameter, line.value}, draw.truths[1]), two = seen.factors_beside(draw.truths[1], {truth.parameter, line.value});
+    line.against_none = std::min(one.against_none, two.against_none);
+    line.against_rival = std::min(one.against_rival, two.against_rival);
+    line.rival = one.against_rival < two.against_rival ? one.rival : two.rival;
     return line;
   }
   const Seen seen(model, measurement, beside.inputs);

@@ -147,6 +147,38 @@ Factors Seen::factors(const Truth& truth) const {
   return result;
 }
 
+Factors Seen::factors_beside(const Truth& truth, const Truth& other) const {
+  const auto& parameters = problem_.parameters;
+  const auto column_of = [&](const Truth& of) {
+    if (of.parameter.missing) return -1;
+    for (std::size_t i = 0; i < parameters.size(); ++i)
+      if (same_cause(parameters[i], of.parameter)) return static_cast<int>(i);
+    return -1;
+  };
+  Factors result;
+  const int own = column_of(truth), beside = column_of(other);
+  if (own < 0 || beside < 0 || own == beside) return result;
+  const VectorXd signal = columns_.col(own) * (truth.value - truth.parameter.nominal) + columns_.col(beside) * (other.value - other.parameter.nominal);
+  const diagnosis::LinearEvidence evidence(columns_, signal, problem_.prior_std);
+  const auto std_of = [&](int i) { return parameters[static_cast<std::size_t>(i)].cause_std; };
+  const auto pair = [&](int i) {
+    const int which[] = {beside, i};
+    const double width[] = {std_of(beside), std_of(i)};
+    return evidence.widen(which, width).log_ratio;
+  };
+  const int alone[] = {beside};
+  const double width[] = {std_of(beside)};
+  const double without = evidence.widen(alone, width).log_ratio, with = pair(own);
+  double rival = without;
+  for (int i = 0; i < static_cast<int>(parameters.size()); ++i) {
+    if (i == own || i == beside) continue;
+    if (const double log = pair(i); log > rival) rival = log, result.rival = parameters[static_cast<std::size_t>(i)].kind + " " + parameters[static_cast<std::size_t>(i)].where;
+  }
+  result.against_none = 2.0 * (with - without);
+  result.against_rival = 2.0 * (with - rival);
+  return result;
+}
+
 Factors Expectations::of(const Truth& truth, const std::string& load) {
   std::unique_ptr<Seen>& seen = seen_[load];
   if (!seen) {

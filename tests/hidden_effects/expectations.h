@@ -36,6 +36,9 @@ class Seen {
   /// The model must outlive it. @param inputs  that a missing source may follow
   Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const std::vector<Followable>& inputs);
   Factors factors(const Truth& truth) const;
+  /// The same of one of two causes where the other is there too, and known to be: against the other alone, and against
+  /// the other with the best rival. Zero where one of them is a missing source.
+  Factors factors_beside(const Truth& truth, const Truth& other) const;
   const diagnosis::Problem& problem() const { return problem_; }
   const diagnosis::Response& response() const { return *response_; }
 
