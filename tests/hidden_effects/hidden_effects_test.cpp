@@ -105,6 +105,20 @@ TEST(HiddenEffects, HeatThatNoSourceHasIsFoundWhereItIs) {
   EXPECT_EQ(line.follows_right, 1.0) << line.text();
 }
 
+TEST(HiddenEffects, ACauseIsHarderToTellBesideOneLikeIt) {
+  hidden::Draw draw;
+  draw.load = "mixed";
+  draw.seed = 6;
+  const hidden::Seen seen(bench().model, bench().specimen.measure(draw), {});
+  const hidden::Truth offset = truth("sensor_offset", "T3", -1.5), drift = truth("sensor_drift", "T3", 0.2), elsewhere = truth("sensor_offset", "T1", 1.5);
+  const hidden::Factors alone = seen.factors(offset), beside = seen.factors_beside(offset, elsewhere), by_its_like = seen.factors_beside(offset, drift);
+  EXPECT_GT(alone.against_none, 20.0);
+  EXPECT_NEAR(beside.against_none, alone.against_none, 0.03 * alone.against_none);
+  EXPECT_LT(by_its_like.against_none, 0.95 * alone.against_none);
+  EXPECT_LE(beside.against_rival, beside.against_none);
+  EXPECT_EQ(seen.factors_beside(offset, offset).against_none, 0.0);
+}
+
 TEST(HiddenEffects, ASpotWarmsItsPlaceByOneWatt) {
   hidden::Random random(3);
   const hidden::Specimen& specimen = bench().specimen;
