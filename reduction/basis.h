@@ -18,9 +18,10 @@ double mean_square(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& 
 /// K + E/(2 h), in which directions compare.
 solver::SparseMatrix energy_of(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction);
 
+inline constexpr double least_direction = 3e-6;  ///< of the longest: what is worth keeping of a block
+
 /// Fewer columns with the same X X^T, but for directions shorter than `least` of the longest: blocks are
 /// compressed one by one before they meet (hierarchical decomposition, Himpe, Leibner & Rave 2018).
-inline constexpr double least_direction = 3e-6;  ///< what is worth keeping of a block
 Eigen::MatrixXd compressed(const solver::SparseMatrix& energy, const Eigen::MatrixXd& x, double least);
 
 struct Basis {

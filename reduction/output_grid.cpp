@@ -14,7 +14,17 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr std::size_t poses_more = 3;  ///< on each half of a line
+constexpr std::size_t poses_more = 3, middle = poses_more + 1;  ///< on each half of a line; where its middle is
+
+/// All positions of a line through three of the grid.
+std::vector<double> fine_positions(const std::vector<double>& three) {
+  std::vector<double> fine;
+  for (std::size_t half = 0; half < 2; ++half)
+    for (std::size_t i = 0; i < middle; ++i)
+      fine.push_back(std::lerp(three[half], three[half + 1], static_cast<double>(i) / static_cast<double>(middle)));
+  fine.push_back(three[2]);
+  return fine;
+}
 
 Eigen::VectorXd linear_weights(const std::vector<double>& positions, double x) {
   const std::size_t n = positions.size();
@@ -188,25 +198,11 @@ std::vector<OutputGrid::Line> OutputGrid::lines_of(const std::vector<GridAxis>& 
   return lines;
 }
 
-std::vector<double> OutputGrid::fine_positions(const GridAxis& axis, std::size_t more) {
-  std::vector<double> fine;
-  for (std::size_t half = 0; half < 2; ++half)
-    for (std::size_t i = 0; i <= more; ++i)
-      fine.push_back(std::lerp(axis.positions[half], axis.positions[half + 1], static_cast<double>(i) / static_cast<double>(more + 1)));
-  fine.push_back(axis.positions[2]);
-  return fine;
-}
+OutputGrid::OutputGrid(const mesh::Machine& machine) : OutputGrid(machine, Lines::all) {}
 
-OutputGrid::OutputGrid(const mesh::Machine& machine) : tool_(tool_grid(machine)), table_(table_grid(machine)), lines_(lines_of(tool_)), more_(poses_more) {
-  build(machine);
-}
-
-OutputGrid::OutputGrid(const mesh::Machine& machine, std::size_t stored) : tool_(tool_grid(machine)), table_(table_grid(machine)), lines_(lines_of(tool_)) {
-  const std::size_t grid = mesh::workspace_poses(machine).size();
-  if (!can_store(machine, stored))
-    throw core::SolverError(fmt::format("{} tool poses; the workspace has {}, or {} with its lines", stored, grid, grid + 2 * poses_more * lines_.size()));
-  more_ = stored > grid ? poses_more : 0;
-  build(machine);
+OutputGrid::OutputGrid(const mesh::Machine& machine, std::size_t stored) : OutputGrid(machine, stored > mesh::workspace_poses(machine).size() ? Lines::all : Lines::none) {
+  if (stored != tool_count_)
+    throw core::SolverError(fmt::format("{} tool poses; the workspace has {}, or {} with its lines", stored, grid_count_, OutputGrid(machine).tool_count_));
 }
 
 bool OutputGrid::can_store(const mesh::Machine& machine, std::size_t tool_poses) {
@@ -214,17 +210,16 @@ bool OutputGrid::can_store(const mesh::Machine& machine, std::size_t tool_poses)
   return tool_poses == grid || tool_poses == grid + 2 * poses_more * lines;
 }
 
-void OutputGrid::build(const mesh::Machine& machine) {
-  tool_poses_ = mesh::workspace_poses(machine);
+OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
+    : tool_(tool_grid(machine)), table_(table_grid(machine)), has_middle_(with_middle(tool_)), tool_poses_(mesh::workspace_poses(machine)) {
   grid_count_ = tool_poses_.size();
-  if (more_ == 0) lines_.clear();
-  has_middle_ = with_middle(tool_);
+  if (lines == Lines::all) lines_ = lines_of(tool_);
   fine_.resize(tool_.size());
   for (const Line& line : lines_) {
     std::vector<double>& fine = fine_[line.axis];
-    if (fine.empty()) fine = fine_positions(tool_[line.axis], more_);
+    if (fine.empty()) fine = fine_positions(tool_[line.axis].positions);
     for (std::size_t i = 1; i + 1 < fine.size(); ++i) {
-      if (i == more_ + 1) continue;
+      if (i == middle) continue;
       tool_poses_.push_back(tool_poses_[static_cast<std::size_t>(line.on_grid[1])]);
       tool_poses_.back()(tool_[line.axis].axis) = fine[i];
     }
@@ -289,7 +284,6 @@ void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) 
   weights.setZero(static_cast<Eigen::Index>(tool_count_));
   weights_on(tool_, pose, weights);
   auto next = static_cast<Eigen::Index>(grid_count_);
-  const std::size_t middle = more_ + 1, last = 2 * middle;
   std::vector<Eigen::VectorXd> smooth;
   for (const GridAxis& on : tool_) smooth.push_back(on.linear ? smooth_weights(on.positions, pose(on.axis)) : Eigen::VectorXd());
   Cubic fine;
@@ -304,7 +298,7 @@ void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) 
       const bool on_grid = at % middle == 0;
       weights(on_grid ? line.on_grid[at / middle] : next + static_cast<Eigen::Index>(at < middle ? at - 1 : at - 2)) += share * fine.weights[i];
     }
-    next += static_cast<Eigen::Index>(last - 2);
+    next += static_cast<Eigen::Index>(2 * poses_more);
   }
 }
 

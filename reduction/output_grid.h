@@ -2,9 +2,10 @@
 #pragma once
 // Where output rows are stored and how they are interpolated. The tool side's: at the workspace grid, quadratic in
 // between; and, for each linear axis of three positions, on the lines along it with all other axes at an end of
-// theirs, at three poses more in each half. The difference of the piecewise cubic through nine and the quadratic through
-// three positions, straight between the lines, is added to the grid's interpolant: a Boolean sum (W. J. Gordon 1971),
-// exact at all stored poses, for quadratics, and for a cubic of each axis that is linear in the others. The table
+// theirs, and on that through the middle where all axes have one, at three poses more in each half. The difference of the
+// piecewise cubic through nine and the quadratic through three positions, between the outer lines straight and towards the
+// middle one as quadratics go, is added to the grid's interpolant: a Boolean sum (W. J. Gordon 1971), exact at all stored
+// poses, for quadratics, and for a cubic of each axis that is linear in the others. The table
 // side's: on the grid of the axes that carry the table, by sine and cosine between the angles of a tilt axis.
 
 #include <Eigen/Core>
@@ -17,15 +18,15 @@ namespace thermotwin::reduction {
 
 class OutputGrid {
  public:
-  /// Lines as tool_poses() stores them.
+  /// With lines.
   explicit OutputGrid(const mesh::Machine& machine);
-  /// @param stored  tool poses that a model has: those of the grid alone, or with lines of some poses more
-  /// @throws SolverError where no number of poses a line gives as many
+  /// @param stored  tool poses that a model has: those of the grid alone, or with the lines'
+  /// @throws SolverError for any other number
   OutputGrid(const mesh::Machine& machine, std::size_t stored);
   /// Whether a model of this machine can have as many tool poses.
   static bool can_store(const mesh::Machine& machine, std::size_t tool_poses);
 
-  /// The workspace grid, then what lies between on the lines. 99 poses for vmc5.
+  /// The workspace grid, then what lies between on the lines. 117 poses for vmc5.
   const std::vector<mesh::Pose>& tool_poses() const { return tool_poses_; }
   /// The grid of the axes that carry the table, its own rotary axis at home.
   const std::vector<mesh::Pose>& table_poses() const { return table_poses_; }
@@ -59,16 +60,15 @@ class OutputGrid {
   /// Whether all axes have a middle: then there are lines through it.
   static bool with_middle(const std::vector<GridAxis>& grid);
   static std::vector<Line> lines_of(const std::vector<GridAxis>& grid);
-  static std::vector<double> fine_positions(const GridAxis& axis, std::size_t more);
   static void weights_on(const std::vector<GridAxis>& grid, const mesh::Pose& pose, Eigen::VectorXd& weights);
-  void build(const mesh::Machine& machine);
+  enum class Lines { none, all };
+  OutputGrid(const mesh::Machine& machine, Lines lines);
   double line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const;
 
   std::vector<GridAxis> tool_, table_;
   std::vector<Line> lines_;
   std::vector<std::vector<double>> fine_;  ///< (axes of the grid) all positions of a line along it
   bool has_middle_ = false;
-  std::size_t more_ = 0;                   ///< poses of a line in each half, between the grid's
   std::vector<mesh::Pose> tool_poses_, table_poses_;
   std::size_t grid_count_ = 0, tool_count_ = 0, table_count_ = 0;
 };

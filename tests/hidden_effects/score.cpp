@@ -137,8 +137,8 @@ std::string score(const std::vector<Line>& lines) {
   row("truth within the first three, identifiable", ">= 99 %", third.text());
   row("false alarms on clean sets", "0 of 200", alarms.text());
   row("visible outside effects called unexplained or ambiguous", ">= 80 %", outside.text());
-  row("both of two causes named, where each can be told beside the other", ">= 85 %", clear_both.text());
-  row("both of two causes named, all pairs as drawn", "-", both.text());
+  row("both of two causes named", ">= 85 %", both.text());
+  row("the same where each can be told beside the other", "-", clear_both.text());
   row("95 % interval holds the truth, identifiable", "90-98 %", covered.text());
   row("gain on held-out time relative to the truth's, median", ">= 0.9", gains.empty() ? "-" : fmt::format("{:.2f}", median(gains)));
   row("such gains that are negative", "<= 1 %", negative.text());
