@@ -92,9 +92,6 @@ MatrixXd leading(const solver::SparseMatrix& m, const solver::SparseMatrix& capa
   return columns * eigen.eigenvectors().rightCols(kept).rowwise().reverse();
 }
 
-/// Probes^T (E U Ur - K U), what Galerkin's solution leaves of a term whose projection is Ur.
-MatrixXd left_over(const MatrixXd& stored, const MatrixXd& projected, const MatrixXd& seen) { return stored * projected - seen; }
-
 }  // namespace
 
 MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose) {
@@ -137,32 +134,22 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   MatrixXd directions(thermal.size, 1 + heat.cols() + responses.cols());
   directions << VectorXd::Ones(thermal.size), heat, responses;
   const MatrixXd w = orthonormal(thermal.capacity, directions);
-  model.dual = w.cols();
   directions.resize(thermal.size, w.cols() + basis.cols());
   directions << w, basis;
   const MatrixXd u = orthonormal(thermal.capacity, directions);
-  model.system = project_system(thermal, u);
   if (space) *space = u;
 
-  const RowMajorMatrix probes = residual_probes(least, options.probes), trial = u, dual = u.leftCols(model.dual);
-  const MatrixXd stored = project(thermal.capacity, probes, trial), stored_dual = stored.leftCols(model.dual);
-  const auto terms_count = static_cast<std::size_t>(terms);
-  model.primal.resize(terms_count + 1);
-  model.dual_terms.resize(terms_count + 1);
-  core::parallel_for(0, terms_count + 1, [&](std::size_t j) {
-    const solver::SparseMatrix& full_term = j == 0 ? thermal.conduction : thermal.terms[j - 1];
-    const MatrixXd& reduced = j == 0 ? model.system.conduction : model.system.terms[j - 1];
-    const MatrixXd seen = project(full_term, probes, trial);
-    model.primal[j] = left_over(stored, reduced, seen);
-    const bool flows = j > 0 && thermal.layout.terms[j - 1].kind == solver::TermKind::coolant_flow;
-    const MatrixXd seen_dual = flows ? project(solver::SparseMatrix(full_term.transpose()), probes, dual) : MatrixXd(seen.leftCols(model.dual));
-    model.dual_terms[j] = left_over(stored_dual, reduced.topLeftCorner(model.dual, model.dual).transpose(), seen_dual);
-  });
-  model.primal_inputs = stored * model.system.inputs - (thermal.inputs.transpose() * probes).transpose();
+  const RowMajorMatrix probes = residual_probes(least, options.probes);
+  model.layout = thermal.layout;
+  model.terms = bound_terms(thermal, u, w.cols(), probes);
+  model.inputs = (thermal.inputs.transpose() * u).transpose();
+  model.one_kelvin = u.transpose() * (thermal.capacity * VectorXd::Ones(thermal.size));
+  const MatrixXd stored = project(thermal.capacity, probes, RowMajorMatrix(u));
+  model.primal_inputs = stored * model.inputs - (thermal.inputs.transpose() * probes).transpose();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const MatrixXd c = outputs.middleCols(6 * static_cast<Index>(i), 6);
     model.rows.push_back(c.transpose() * u);
-    model.rest.push_back(probes.transpose() * c - stored_dual * model.rows.back().leftCols(model.dual).transpose());
+    model.rest.push_back(probes.transpose() * c - stored.leftCols(w.cols()) * model.rows.back().leftCols(w.cols()).transpose());
   }
   return model;
 }

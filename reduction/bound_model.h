@@ -2,15 +2,16 @@
 #pragma once
 // What is needed to bound a reduced model's error at the TCP for some poses, made from the full model once.
 // A trial space U holds the heat that each body stores, responses to the six outputs of the poses and the
-// model's own basis; its first `dual` columns, those of the outputs, are the dual space W. In both, Galerkin's
+// model's own basis; its leading columns, those of the outputs, are the dual space W. In both, Galerkin's
 // solution leaves residuals in the full space,
 //   primal  f - K(p) U x - E U x',   dual  c - ...,
-// which are affine in p; their norms are seen through probes (residual_probes.h), so nothing of the full
-// model's size stays. error_bound.h runs it along a trajectory.
+// which are affine in p (bound_terms.h); their norms are seen through probes (residual_probes.h), so nothing of
+// the full model's size stays. error_bound.h runs it along a trajectory.
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "reduction/bound_terms.h"
 #include "reduction/reduced_model.h"
 #include "reduction/residual_probes.h"
 #include "solver/campaign.h"
@@ -18,8 +19,8 @@
 namespace thermotwin::reduction {
 
 struct BoundOptions {
-  Eigen::Index dual = 480;        ///< columns of W for one pose beside the bodies', at most
-  Eigen::Index most_dual = 720;   ///< for all poses together
+  Eigen::Index dual = 720;        ///< columns of W for one pose beside the bodies', at most
+  Eigen::Index most_dual = 900;   ///< for all poses together
   std::vector<double> steps_s{60.0, 120.0};  ///< lengths of steps that most runs take
   ProbeOptions probes;
 };
@@ -27,13 +28,13 @@ struct BoundOptions {
 struct BoundModel {
   std::string machine_hash;
   Eigen::Index full_size = 0;
-  Eigen::Index dual = 0;                   ///< leading columns of U that are W
   double failure = 0;                      ///< share of draws for which one norm is seen too small; 0: exact
-  ReducedSystem system;                    ///< on U (order m); E = 1
+  solver::Layout layout;
+  BoundTerms terms;                        ///< on U (order m, its columns E-orthonormal)
+  Eigen::MatrixXd inputs;                  ///< (m x inputs)
+  Eigen::VectorXd one_kelvin;              ///< (m) state of 1 K everywhere
   Eigen::VectorXd least;                   ///< (terms) coefficients of the norm
-  std::vector<Eigen::MatrixXd> primal;     ///< (probes x m): of K0, then of each term
-  Eigen::MatrixXd primal_inputs;           ///< (probes x inputs)
-  std::vector<Eigen::MatrixXd> dual_terms; ///< (probes x dual), as primal
+  Eigen::MatrixXd primal_inputs;           ///< (probes x inputs): what inputs leave
   std::vector<mesh::Pose> poses;
   std::vector<Eigen::MatrixXd> rows;       ///< of each pose (6 x m), m and rad
   std::vector<Eigen::MatrixXd> rest;       ///< of each pose (probes x 6): the output's part beside E W
@@ -44,7 +45,7 @@ void require_affine(const solver::FullModel& full);
 
 /// @param basis  of the model whose error is to be bounded, and more columns, which make the bound smaller (size x r)
 /// @param range  coefficients that runs will have; below its lower end bounds grow
-/// @param space  receives U (size x m), its first `dual` columns are W
+/// @param space  receives U (size x m), its leading columns are W
 /// @throws InputError as require_affine
 BoundModel make_bound_model(const solver::FullModel& full, const Eigen::MatrixXd& basis, const TrainedRange& range,
                             const std::vector<mesh::Pose>& poses, const BoundOptions& options = {}, Eigen::MatrixXd* space = nullptr);

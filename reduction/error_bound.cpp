@@ -27,38 +27,24 @@ constexpr double a11 = 4.0 - 2.0 * root2, a12 = 2.0 - 2.0 * root2, a22 = 4.0;
 constexpr double rounding = 1e-6;                    ///< of a bound, for sums in floating point
 constexpr double um = 1e6;
 
-/// K0's matrix and the terms' at p.
-MatrixXd at_coefficients(const std::vector<MatrixXd>& parts, const VectorXd& p) {
-  MatrixXd sum = parts.front();
-  for (Index j = 0; j < p.size(); ++j)
-    if (p(j) != 0.0) sum += p(j) * parts[static_cast<std::size_t>(j) + 1];
-  return sum;
-}
-
-MatrixXd operator_at(const ReducedSystem& system, const VectorXd& p) {
-  MatrixXd sum = system.conduction;
-  for (Index j = 0; j < p.size(); ++j)
-    if (p(j) != 0.0) sum += p(j) * system.terms[static_cast<std::size_t>(j)];
-  return sum;
-}
-
 /// Galerkin's trajectory in U and the norm of its residuals.
 class Primal {
  public:
-  Primal(const BoundModel& bound, double initial_K) : bound_(bound), state_(bound.system.one_kelvin * initial_K) {}
+  Primal(const BoundModel& bound, double initial_K) : bound_(bound), state_(bound.one_kelvin * initial_K) {}
 
   const VectorXd& state() const { return state_; }
   double square() const { return square_; }
 
-  /// New coefficients or another step. @param a  K(p) in U
-  void prepare(const MatrixXd& a, const VectorXd& p, double step) {
-    lu_.compute(MatrixXd::Identity(a.rows(), a.rows()) + gamma_ * step * a);
-    residual_ = at_coefficients(bound_.primal, p);
+  /// New coefficients or another step.
+  void prepare(const BoundSum& k, double step) {
+    const Index m = bound_.terms.order();
+    lu_.compute(MatrixXd::Identity(m, m) + gamma_ * step * k.conduction());
+    residual_ = k.residual();
   }
 
   void advance(const VectorXd& q, double step) {
     const double scale = gamma_ * step;
-    const VectorXd heat = scale * (bound_.system.inputs * q), fixed = bound_.primal_inputs * q;
+    const VectorXd heat = scale * (bound_.inputs * q), fixed = bound_.primal_inputs * q;
     const VectorXd first = lu_.solve(state_ + heat);
     const VectorXd second = lu_.solve((1.0 - share) * state_ + share * first + heat);
     const VectorXd r1 = residual_ * first - fixed, r2 = residual_ * second - fixed;
@@ -79,13 +65,13 @@ class Primal {
 class Dual {
  public:
   explicit Dual(const BoundModel& bound)
-      : bound_(bound), form_(MatrixXd::Zero(bound.dual, bound.dual)), marked_(form_), since_mark_(MatrixXd::Identity(bound.dual, bound.dual)) {}
+      : form_(MatrixXd::Zero(bound.terms.dual(), bound.terms.dual())), marked_(form_), since_mark_(MatrixXd::Identity(form_.rows(), form_.rows())) {}
 
-  void prepare(const MatrixXd& a, const VectorXd& p, double step) {
-    const Index d = bound_.dual;
+  void prepare(const BoundSum& k, double step) {
+    const Index d = form_.rows();
     scale_ = gamma_ * step;
-    const MatrixXd back = (MatrixXd::Identity(d, d) + scale_ * a.topLeftCorner(d, d).transpose()).inverse();
-    second_ = scale_ * (at_coefficients(bound_.dual_terms, p) * back);
+    const MatrixXd back = (MatrixXd::Identity(d, d) + scale_ * k.conduction().topLeftCorner(d, d).transpose()).inverse();
+    second_ = scale_ * (k.dual_residual() * back);
     first_ = share * (second_ * back);
     moved_ = (1.0 - share) * back + share * (back * back);
     const MatrixXd cross = first_.transpose() * second_;
@@ -125,7 +111,6 @@ class Dual {
 
  private:
   struct Run { std::size_t steps; MatrixXd moved, seen; };  // 2^k steps of the same coefficients
-  const BoundModel& bound_;
   MatrixXd form_, marked_, since_mark_;
   double scale_ = 1.0;
   MatrixXd first_, second_, moved_, seen_;  // residuals of both stages and the step's map of a row
@@ -141,7 +126,7 @@ double product(const Dual::Squares& d, double recent, double older) {
 double above_least(const BoundModel& bound, const VectorXd& p) {
   double smallest = 1.0;
   for (Index j = 0; j < p.size(); ++j) {
-    if (bound.system.layout.terms[static_cast<std::size_t>(j)].kind == solver::TermKind::coolant_flow || bound.least(j) <= 0.0) continue;
+    if (bound.layout.terms[static_cast<std::size_t>(j)].kind == solver::TermKind::coolant_flow || bound.least(j) <= 0.0) continue;
     smallest = std::min(smallest, std::max(0.0, p(j)) / bound.least(j));
   }
   return smallest;
@@ -150,9 +135,9 @@ double above_least(const BoundModel& bound, const VectorXd& p) {
 void require_fit(const ReducedModel& model, const BoundModel& bound, const RunRecord& run) {
   if (model.machine.hash != bound.machine_hash || model.full_size != bound.full_size)
     throw core::InputError("bound of the reduced model", "made for another machine or mesh", "bound.rom.h5 of the same `thermotwin reduce --bound`");
-  const auto terms = static_cast<Index>(bound.system.terms.size());
+  const auto terms = bound.terms.count();
   for (const RunRecord::Step& step : run.steps)
-    if (step.c.p.size() != terms || step.c.q.size() != bound.system.inputs.cols())
+    if (step.c.p.size() != terms || step.c.q.size() != bound.inputs.cols())
       throw core::InputError("bound of the reduced model", "other terms or inputs than the run's", "a run of the same model");
   if (!run.sdirk)
     throw core::InputError("bound of the reduced model", "a run without time error (--exact)", "a run that steps as the full model does");
@@ -178,6 +163,7 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
 
   Primal primal(bound, run.initial_K);
   Dual dual(bound);
+  BoundSum k(bound.terms);
   const VectorXd* p = nullptr;
   double length = 0.0, before = 0.0;  // before: square of the primal norm at the output before
   std::size_t done = 0, waiting = 0;  // steps that the dual has not taken yet, all alike
@@ -190,9 +176,9 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
         waiting = 0;
         p = &step.c.p;
         length = step.length_s;
-        const MatrixXd a = operator_at(bound.system, *p);
-        primal.prepare(a, *p, length);
-        dual.prepare(a, *p, length);
+        k.set(*p);
+        primal.prepare(k, length);
+        dual.prepare(k, length);
       }
       primal.advance(step.c.q, step.length_s);
       ++waiting;
@@ -205,11 +191,11 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
       const VectorXd beside = um * (rows * primal.state()) - own.segment(i * values, estimated_values);
       VectorXd remainder = VectorXd::Zero(estimated_values);
       if (done > 0)
-        for (Index k = 0; k < estimated_values; ++k) {
-          if (const double both = product(dual.squares(rows.row(k).head(bound.dual), bound.rest[static_cast<std::size_t>(i)].col(k)),
+        for (Index o = 0; o < estimated_values; ++o) {
+          if (const double both = product(dual.squares(rows.row(o).head(bound.terms.dual()), bound.rest[static_cast<std::size_t>(i)].col(o)),
                                           primal.square() - before, before);
               both > 0.0)
-            remainder(k) = um * result.scale * both;
+            remainder(o) = um * result.scale * both;
         }
       const VectorXd total = (1.0 + rounding) * (beside.cwiseAbs() + remainder);
       table.values.row(row) << output.time, mesh::pose_values(machine, bound.poses[static_cast<std::size_t>(i)]).transpose(), total.transpose();

@@ -85,8 +85,8 @@ std::string bound_table(const ReducedCase& made) {
                      fmt::format("{:.3f}", b.bound_um), known ? fmt::format("{:.2f}", 100 * b.bound_um / b.peak_um) : "-",
                      known ? fmt::format("{:.2f}", b.least_ratio) : "-", known ? fmt::format("{:.2f}", b.median_ratio) : "-", fmt::format("{:.1f}", b.seconds)});
   }
-  return fmt::format("{}bound: order {}, {} of it for the outputs, {} probes, made in {:.0f} s\n", core::format_table(table), made.bound->system.order(),
-                     made.bound->dual, made.bound->primal_inputs.rows(), made.bound_seconds);
+  return fmt::format("{}bound: order {}, {} of it for the outputs, {} probes, made in {:.0f} s\n", core::format_table(table), made.bound->terms.order(),
+                     made.bound->terms.dual(), made.bound->terms.probes(), made.bound_seconds);
 }
 
 }  // namespace thermotwin::tools

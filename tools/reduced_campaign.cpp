@@ -130,7 +130,7 @@ void reduced_campaign(const CampaignOptions& options) {
   }
   print_summary(options, fmt::format("{}\norder {}{}{}, {:.1f} s; tables in {}\n", core::format_table(table), model.system.order(),
                                      reference ? fmt::format(", estimates by order {}", reference->system.order()) : "",
-                                     bound ? fmt::format(", bounds at {} by order {}", poses_text(machine_case.machine, bound->poses), bound->system.order()) : "", time.seconds(), folder.string()),
+                                     bound ? fmt::format(", bounds at {} by order {}", poses_text(machine_case.machine, bound->poses), bound->terms.order()) : "", time.seconds(), folder.string()),
                 json.dump());
 }
 

@@ -184,7 +184,7 @@ TEST(ErrorBound, HoldsForEveryOutputOfHundredsOfDraws) {
   Judged all;
   for (unsigned seed = 1; seed <= 200; ++seed) judge(exact_bound(), seed, all);
   std::printf("order %d, bound on order %d with %d duals: %zu statements, bound over error: least %.2f, median %.2f; largest error %.3f, bound %.3f um\n",
-              static_cast<int>(boxes().model.system.order()), static_cast<int>(exact_bound().system.order()), static_cast<int>(exact_bound().dual),
+              static_cast<int>(boxes().model.system.order()), static_cast<int>(exact_bound().terms.order()), static_cast<int>(exact_bound().terms.dual()),
               all.statements, *std::min_element(all.ratios.begin(), all.ratios.end()), median(all.ratios), all.worst_error_um, all.worst_bound_um);
   EXPECT_EQ(all.broken, 0u);
   EXPECT_GT(all.ratios.size(), 1000u);
@@ -209,17 +209,13 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
   const RunRecord run = draw.run_reduced();
   const ErrorBound made = error_bound(b.model, bound, b.full.mesh.machine, run);
 
-  const ReducedSystem& system = bound.system;
+  BoundSum sum(bound.terms);
+  const Index dual_order = bound.terms.dual();
   const double g = solver::sdirk_gamma, share = (1.0 - g) / g, r2 = std::numbers::sqrt2;
   const Index last = static_cast<Index>(run.outputs.back().steps);
 
   // Norms by their definitions, in coordinates of U: residuals through exact probes.
-  const auto sum_of = [](const std::vector<MatrixXd>& list, const VectorXd& p) {
-    MatrixXd sum = list[0];
-    for (Index j = 0; j < p.size(); ++j) sum += p(j) * list[static_cast<std::size_t>(j) + 1];
-    return sum;
-  };
-  VectorXd state = system.one_kelvin * run.initial_K;
+  VectorXd state = bound.one_kelvin * run.initial_K;
   const Index mark = static_cast<Index>(run.outputs[run.outputs.size() - 2].steps);
   ASSERT_GT(mark, 0);
   ASSERT_LT(mark, last);
@@ -228,16 +224,16 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
   for (Index k = 0; k < last; ++k) {
     const RunRecord::Step& step = run.steps[static_cast<std::size_t>(k)];
     for (Index j = 0; j < step.c.p.size(); ++j)
-      if (bound.least(j) > 0.0 && system.layout.terms[static_cast<std::size_t>(j)].kind != solver::TermKind::coolant_flow)
+      if (bound.least(j) > 0.0 && bound.layout.terms[static_cast<std::size_t>(j)].kind != solver::TermKind::coolant_flow)
         smallest = std::min(smallest, step.c.p(j) / bound.least(j));
     const double scale = g * step.length_s;
-    MatrixXd a = system.conduction;
-    for (Index j = 0; j < step.c.p.size(); ++j) a += step.c.p(j) * system.terms[static_cast<std::size_t>(j)];
+    sum.set(step.c.p);
+    const MatrixXd a = sum.conduction();
     const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(a.rows(), a.rows()) + scale * a);
-    const VectorXd heat = scale * (system.inputs * step.c.q);
+    const VectorXd heat = scale * (bound.inputs * step.c.q);
     const VectorXd x1 = lu.solve(state + heat), x2 = lu.solve((1.0 - share) * state + share * x1 + heat);
     MatrixXd r(bound.primal_inputs.rows(), 2);
-    r << sum_of(bound.primal, step.c.p) * x1 - bound.primal_inputs * step.c.q, sum_of(bound.primal, step.c.p) * x2 - bound.primal_inputs * step.c.q;
+    r << sum.residual() * x1 - bound.primal_inputs * step.c.q, sum.residual() * x2 - bound.primal_inputs * step.c.q;
     Eigen::Matrix2d pairing;
     pairing << 4 - 2 * r2, 2 - 2 * r2, 2 - 2 * r2, 4;
     primal[k >= mark] += scale * (pairing.inverse() * (r.transpose() * r)).trace();
@@ -245,16 +241,16 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
   }
   for (Index output = 0; output < 6; ++output) {
     double dual[2] = {0.0, 0.0};
-    VectorXd row = bound.rows[1].row(output).head(bound.dual);
+    VectorXd row = bound.rows[1].row(output).head(dual_order);
     for (Index k = last - 1; k >= 0; --k) {
       const RunRecord::Step& step = run.steps[static_cast<std::size_t>(k)];
       const double scale = g * step.length_s;
-      MatrixXd a = system.conduction;
-      for (Index j = 0; j < step.c.p.size(); ++j) a += step.c.p(j) * system.terms[static_cast<std::size_t>(j)];
-      const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(bound.dual, bound.dual) + scale * a.topLeftCorner(bound.dual, bound.dual).transpose());
+      sum.set(step.c.p);
+      const MatrixXd of_dual = sum.dual_residual();
+      const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(dual_order, dual_order) + scale * sum.conduction().topLeftCorner(dual_order, dual_order).transpose());
       const VectorXd second = lu.solve(row), first = lu.solve(share * second);
       MatrixXd rho(bound.primal_inputs.rows(), 2);
-      rho << scale * (sum_of(bound.dual_terms, step.c.p) * first), scale * (sum_of(bound.dual_terms, step.c.p) * second);
+      rho << scale * (of_dual * first), scale * (of_dual * second);
       if (k == last - 1) rho.col(1) += bound.rest[1].col(output);
       Eigen::Matrix2d pairing;
       pairing << 4 - 2 * r2, 2 - 2 * r2, 2 - 2 * r2, 4;
@@ -274,18 +270,24 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
 TEST(ErrorBound, ResidualsAreThoseOfEachTermAndOfItsTranspose) {
   const Boxes& b = boxes();
   const BoundModel& bound = exact_bound();
-  const MatrixXd &u = exact().space, w = u.leftCols(bound.dual);
+  const MatrixXd &u = exact().space, w = u.leftCols(bound.terms.dual());
   MatrixXd parts;
   const Eigen::LLT<MatrixXd> least(MatrixXd(least_conduction(b.full.thermal, bound.least, parts)));
   bool one_way = false;
+  BoundSum none(bound.terms);
   for (std::size_t j = 0; j <= b.terms.size(); ++j) {
+    BoundSum with(bound.terms);
+    if (j > 0) with.set(VectorXd::Unit(bound.terms.count(), static_cast<Index>(j) - 1));
+    const auto alone = [&](const MatrixXd& sum, const MatrixXd& of_base) { return j == 0 ? sum : MatrixXd(sum - of_base); };
     const MatrixXd& k = j == 0 ? b.conduction : b.terms[j - 1];
     const auto expect_gram = [&](const MatrixXd& residual, const MatrixXd& seen) {
       const MatrixXd gram = residual.transpose() * least.solve(residual);
       EXPECT_LT((seen.transpose() * seen - gram).norm(), 1e-8 * gram.norm() + 1e-18) << "term " << j;
     };
-    expect_gram(b.capacity * u * (u.transpose() * k * u) - k * u, bound.primal[j]);
-    expect_gram(b.capacity * w * (w.transpose() * k.transpose() * w) - k.transpose() * w, bound.dual_terms[j]);
+    const MatrixXd on_u = u.transpose() * k * u;
+    EXPECT_LT((alone(with.conduction(), none.conduction()) - on_u).norm(), 1e-9 * on_u.norm() + 1e-15) << "term " << j;
+    expect_gram(b.capacity * u * on_u - k * u, alone(with.residual(), none.residual()));
+    expect_gram(b.capacity * w * (w.transpose() * k.transpose() * w) - k.transpose() * w, alone(with.dual_residual(), none.dual_residual()));
     one_way = one_way || (k - k.transpose()).norm() > 0.1 * k.norm();
   }
   EXPECT_TRUE(one_way) << "a machine with a coolant";
