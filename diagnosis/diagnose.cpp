@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <set>
 
 #include "core/error.h"
@@ -29,6 +30,9 @@ namespace {
 constexpr double sure = 0.9;            ///< marginal probability that names a cause
 /// A machine is called wrong only where it is as good as sure: with a tenth left, one of a hundred right ones was called wrong.
 constexpr double none_left = 0.03;
+constexpr double none_gone = 0.003, none_likely = 0.5;  ///< below the one and above the other, more of the record is not asked
+constexpr double perhaps = 0.2;          ///< a cause beside those named that is worth more of the record
+constexpr double still_heldout = 0.5;    ///< of what is held out, where the rest is fitted to decide
 constexpr double within_expected = 1.5;  ///< RMS of a residual over what is expected of it
 constexpr double strong = 10.0;          ///< ln Bayes factor against none
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
@@ -276,25 +280,62 @@ std::vector<Parameter> marked_causes(const Diagnosis& diagnosis) {
   return marked;
 }
 
+namespace {
+
+/// A measurement fitted up to a time: the problem, what the search found in it, and what is decided from that.
+struct Look {
+  std::unique_ptr<const Observations> observations;  ///< the response refers to it for its whole life
+  std::unique_ptr<const Response> response;
+  Problem problem;
+  SearchResult found;
+  Diagnosis decided;
+};
+
+Look look_at(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const DiagnoseOptions& options) {
+  const mesh::Machine& machine = model.machine;
+  Look look;
+  look.observations = std::make_unique<const Observations>(
+      observe(measurement, machine, solver::Channels(machine), {.interval_s = options.interval_s, .heldout_share = options.heldout_share}));
+  look.response = std::make_unique<const Response>(model, *look.observations);
+  look.problem = make_problem(machine, measurement, *look.observations, *look.response, options);
+  add_missing_sources(look.problem, *look.response, model, measurement);
+  look.found = search(look.problem, *look.response, machine);
+  decide(look.problem, look.found, look.decided);
+  return look;
+}
+
+/// More of the record could decide it: neither a cause nor none is sure, causes share, or there may be one more.
+bool is_open(const Look& look) {
+  const double none = look.found.probability_none;
+  const Diagnosis& d = look.decided;
+  const bool one_more = std::any_of(d.ranking.begin(), d.ranking.end(), [](const RankedCause& cause) {
+    return !cause.parameter.name.empty() && cause.probability > perhaps && cause.probability < sure;
+  });
+  return (none > none_gone && none < none_likely) || (d.verdict == "ambiguous" && !only_unknown_shares(d)) || (d.verdict == "explained" && one_more);
+}
+
+}  // namespace
+
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
                    const DiagnoseOptions& options) {
   require_valid(options);
   const mesh::Machine& machine = model.machine;
   compensation::require_fits(measurement, machine);
-  const solver::Channels channels(machine);
-  Observations observations =
-      observe(measurement, machine, channels,
-              {.interval_s = options.interval_s, .heldout_share = options.heldout_share});
-  const Observations kept = observations;  // the response refers to it for its whole life
-  const Response response(model, kept);
-  Problem problem = make_problem(machine, measurement, std::move(observations), response, options);
-  add_missing_sources(problem, response, model, measurement);
-  const SearchResult found = search(problem, response, machine);
+  Look look = look_at(model, measurement, options);
+  const bool longer = is_open(look);
+  if (longer) {
+    // Nothing was judged yet: what the search sees now is not held out any more, the rest is.
+    DiagnoseOptions more = options;
+    more.heldout_share = still_heldout * options.heldout_share;
+    look = look_at(model, measurement, more);
+  }
+  const Response& response = *look.response;
+  const Problem& problem = look.problem;
+  const SearchResult& found = look.found;
 
-  Diagnosis d;
+  Diagnosis d = std::move(look.decided);
   d.measurement = measurement.folder.filename().string();
   d.heldout_from_s = problem.observations.split;
-  decide(problem, found, d);
   for (RankedCause& cause : d.causes)
     if (const auto& missing = cause.parameter.missing) cause.series = source_series(*missing, cause.value, cause.std, problem.observations, machine);
   Hypothesis best = shown(problem, found, d);
@@ -320,7 +361,10 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   if (d.verdict == "explained" && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   if (d.verdict == "ambiguous" && !only_unknown_shares(d)) d.next = next_measurement(problem, model, options.programs, d);
-  d.analysis = analyse(problem, channels);
+  d.analysis = analyse(problem, solver::Channels(machine));
+  if (longer)
+    d.notes.push_back(fmt::format("The first {:.0f} % of the record left the cause open: {:.0f} % were fitted, what comes later was held out.",
+                                  100.0 * (1.0 - options.heldout_share), 100.0 * (1.0 - still_heldout * options.heldout_share)));
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);

@@ -264,7 +264,8 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   const double duration = out.end - out.start;
   out.interval = std::max(options.interval_s, duration / static_cast<double>(options.most_intervals));
   out.intervals = std::max<Index>(1, static_cast<Index>(std::ceil(duration / out.interval - 1e-9)));
-  out.split = out.end - options.heldout_share * duration;
+  // Between two intervals: no mean that is fitted has a sample from behind it.
+  out.split = out.start + out.interval * std::max(1.0, std::floor((1.0 - options.heldout_share) * duration / out.interval + 1e-9));
   if (out.intervals < 8)
     throw InputError(
         place, fmt::format("a record of {:.0f} s", duration),

@@ -224,6 +224,32 @@ TEST(Diagnose, held_out_time_is_never_fitted) {
   EXPECT_LT(spoilt.ci95_low_percent, 5.0);
 }
 
+TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
+  const auto truth = find("probe_drift", "dz_low");
+  compensation::Measurement m = lumped::measure({{truth, 0.2}}, {.seed = 21, .spread = 0.7});
+  const Diagnosis d = run(m);
+  const auto says_so = [](const std::string& note) { return note.find("left the cause open") != std::string::npos; };
+  EXPECT_EQ(std::count_if(d.notes.begin(), d.notes.end(), says_so), 1);
+  const Eigen::VectorXd time = m.data.values.col(0);
+  EXPECT_NEAR(d.heldout_from_s, 0.85 * time[time.size() - 1], 600.0) << "half of what was held out";
+  ASSERT_EQ(d.causes.size(), 1u) << listed(d);
+  EXPECT_EQ(d.causes[0].parameter.kind, "probe_drift");
+  EXPECT_NEAR(d.causes[0].value, 0.2, 4 * d.causes[0].std);
+  // Nonsense behind the later split changes the judgement, not the estimate.
+  for (Eigen::Index i = 0; i < time.size(); ++i)
+    if (time[i] >= d.heldout_from_s)
+      for (const auto& channel : m.channels)
+        if (!channel.quantity.empty()) m.data.values(i, channel.column) = 100.0 * ((i % 3) - 1);
+  const Diagnosis spoilt = run(m);
+  ASSERT_EQ(spoilt.ranking.size(), d.ranking.size());
+  EXPECT_NEAR(spoilt.ranking.front().value, d.ranking.front().value, 0.05 * d.ranking.front().std);
+  EXPECT_EQ(spoilt.heldout_from_s, d.heldout_from_s);
+
+  const Diagnosis sure = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 21}));
+  EXPECT_EQ(std::count_if(sure.notes.begin(), sure.notes.end(), says_so), 0);
+  EXPECT_NEAR(sure.heldout_from_s, 0.7 * time[time.size() - 1], 600.0);
+}
+
 /// A record whose held-out displacements are those of another one.
 compensation::Measurement contradicted(compensation::Measurement m, const compensation::Measurement& heldout) {
   const double split = run(m).heldout_from_s;
