@@ -85,14 +85,17 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model), grid
   }
 
   const int turning = table_axis(machine);
-  rows_.resize(grid_poses_ * table_poses_ * angles * count, order);
+  const std::vector<std::size_t>& table_grid = grid_.table_grid();
+  grid_tables_ = static_cast<Index>(table_grid.size());
+  rows_.resize(grid_poses_ * grid_tables_ * angles * count, order);
   Index row = 0;
   for (Index i = 0; i < grid_poses_; ++i) {
-    for (Index j = 0; j < table_poses_; ++j) {
+    for (const std::size_t table : table_grid) {
+      const auto j = static_cast<Index>(table);
       mesh::Pose pose = model.outputs.tool_poses[static_cast<std::size_t>(i)];
       for (const std::string& id : machine.workspace.table_axes) {
         const int axis = machine.axis_index(id);
-        if (axis >= 0) pose[axis] = model.outputs.table_poses[static_cast<std::size_t>(j)][axis];
+        if (axis >= 0) pose[axis] = model.outputs.table_poses[table][axis];
       }
       for (Index angle = 0; angle < angles; ++angle) {
         if (turning >= 0) pose[turning] = static_cast<double>(angle) * std::numbers::pi / 2.0;
@@ -105,7 +108,7 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model), grid
       }
     }
   }
-  variance_ = MatrixXd::Zero(count, grid_poses_ * table_poses_);
+  variance_ = MatrixXd::Zero(count, grid_poses_ * grid_tables_);
   smallest_ = VectorXd::Zero(count);
 }
 
@@ -159,7 +162,8 @@ void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covar
   influence.leftCols(quantities).noalias() = rows_ * directions;
   Index pose = 0;
   for (Index i = 0; i < grid_poses_; ++i) {
-    for (Index j = 0; j < table_poses_; ++j) {
+    for (const std::size_t place : grid_.table_grid()) {
+      const auto j = static_cast<Index>(place);
       for (Index angle = 0; angle < angles; ++angle, ++pose) {
         const auto& columns = columns_[static_cast<std::size_t>(pose)];
         const Eigen::Vector3d tool = columns.leftCols(6) * present.tool.col(i);
@@ -190,10 +194,10 @@ void OutputMap::set_variance(const MatrixXd& influence, const MatrixXd& covarian
 VectorXd OutputMap::variance(const mesh::Pose& pose) const {
   VectorXd at_tool, at_table;
   grid_.grid_weights(pose, at_tool);
-  grid_.table_weights(pose, at_table);
+  grid_.table_grid_weights(pose, at_table);
   VectorXd sum = VectorXd::Zero(variance_.rows());
   for (Index i = 0; i < grid_poses_; ++i) {
-    if (at_tool[i] != 0.0) sum.noalias() += at_tool[i] * (variance_.middleCols(i * table_poses_, table_poses_) * at_table);
+    if (at_tool[i] != 0.0) sum.noalias() += at_tool[i] * (variance_.middleCols(i * grid_tables_, grid_tables_) * at_table);
   }
   return sum.cwiseMax(smallest_);
 }

@@ -61,7 +61,7 @@ class OutputMap {
   Eigen::MatrixXd to_axes_, motions_; ///< (axes x 3), (3 x axes)
   std::vector<Eigen::Matrix<double, 3, 19>> columns_;  ///< error of unit outputs ((tool, table, angle))
   Eigen::MatrixXd tool_, axis_, own_; ///< rows of all poses below each other
-  Eigen::Index tool_poses_ = 0, grid_poses_ = 0, table_poses_ = 0;  ///< of tool_poses_ the first grid_poses_ are the workspace grid
+  Eigen::Index tool_poses_ = 0, table_poses_ = 0, grid_poses_ = 0, grid_tables_ = 0;  ///< stored, and those of the workspace grid
   static constexpr Eigen::Index angles = 2;
   Eigen::MatrixXd rows_;              ///< offsets on the workspace grid: ((tool, table, angle, axis) x order)
   Eigen::MatrixXd variance_;          ///< (axes x (tool, table)), mean over the angles

@@ -15,14 +15,15 @@ namespace thermotwin::reduction {
 namespace {
 
 constexpr std::size_t poses_more = 3, middle = poses_more + 1;  ///< on each half of a line; where its middle is
+constexpr std::size_t angles_more = 7;  ///< between two angles of a swivel: its bearing's facets make rows ripple
 
-/// All positions of a line through three of the grid.
-std::vector<double> fine_positions(const std::vector<double>& three) {
+/// Positions with so many more between two of them, evenly.
+std::vector<double> with_more(const std::vector<double>& positions, std::size_t more) {
   std::vector<double> fine;
-  for (std::size_t half = 0; half < 2; ++half)
-    for (std::size_t i = 0; i < middle; ++i)
-      fine.push_back(std::lerp(three[half], three[half + 1], static_cast<double>(i) / static_cast<double>(middle)));
-  fine.push_back(three[2]);
+  for (std::size_t cell = 0; cell + 1 < positions.size(); ++cell)
+    for (std::size_t i = 0; i <= more; ++i)
+      fine.push_back(std::lerp(positions[cell], positions[cell + 1], static_cast<double>(i) / static_cast<double>(more + 1)));
+  fine.push_back(positions.back());
   return fine;
 }
 
@@ -217,7 +218,7 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
   fine_.resize(tool_.size());
   for (const Line& line : lines_) {
     std::vector<double>& fine = fine_[line.axis];
-    if (fine.empty()) fine = fine_positions(tool_[line.axis].positions);
+    if (fine.empty()) fine = with_more(tool_[line.axis].positions, poses_more);
     for (std::size_t i = 1; i + 1 < fine.size(); ++i) {
       if (i == middle) continue;
       tool_poses_.push_back(tool_poses_[static_cast<std::size_t>(line.on_grid[1])]);
@@ -226,14 +227,22 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
   }
   tool_count_ = tool_poses_.size();
   table_poses_ = {mesh::home_pose(machine)};
+  table_grid_ = {0};
   for (const GridAxis& axis : table_) {
+    const std::size_t more = axis.linear || axis.endless ? 0 : angles_more;
+    tilts_.push_back(axis);
+    tilts_.back().positions = with_more(axis.positions, more);
     std::vector<mesh::Pose> next;
     for (const mesh::Pose& pose : table_poses_)
-      for (const double position : axis.positions) {
+      for (const double position : tilts_.back().positions) {
         next.push_back(pose);
         next.back()(axis.axis) = position;
       }
     table_poses_ = std::move(next);
+    std::vector<std::size_t> places;
+    for (const std::size_t place : table_grid_)
+      for (std::size_t i = 0; i < axis.positions.size(); ++i) places.push_back(place * tilts_.back().positions.size() + i * (more + 1));
+    table_grid_ = std::move(places);
   }
   table_count_ = table_poses_.size();
 }
@@ -257,6 +266,11 @@ void OutputGrid::grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) 
 
 void OutputGrid::table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
   weights.resize(static_cast<Eigen::Index>(table_count_));
+  weights_on(tilts_, pose, weights);
+}
+
+void OutputGrid::table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.resize(static_cast<Eigen::Index>(table_grid_.size()));
   weights_on(table_, pose, weights);
 }
 

@@ -6,7 +6,8 @@
 // piecewise cubic through nine and the quadratic through three positions, between the outer lines straight and towards the
 // middle one as quadratics go, is added to the grid's interpolant: a Boolean sum (W. J. Gordon 1971), exact at all stored
 // poses, for quadratics, and for a cubic of each axis that is linear in the others. The table
-// side's: on the grid of the axes that carry the table, by sine and cosine between the angles of a tilt axis.
+// side's: on the grid of the axes that carry the table, a tilt axis at seven angles more between two of its own,
+// by sine and cosine in between.
 
 #include <Eigen/Core>
 #include <array>
@@ -28,7 +29,7 @@ class OutputGrid {
 
   /// The workspace grid, then what lies between on the lines. 117 poses for vmc5.
   const std::vector<mesh::Pose>& tool_poses() const { return tool_poses_; }
-  /// The grid of the axes that carry the table, its own rotary axis at home.
+  /// The grid of the axes that carry the table, tilts at more angles than the workspace's; its own rotary axis at home.
   const std::vector<mesh::Pose>& table_poses() const { return table_poses_; }
 
   std::size_t grid_count() const { return grid_count_; }
@@ -41,6 +42,9 @@ class OutputGrid {
   void grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
   /// (table_count)
   void table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
+  /// Which of table_poses() have the workspace's own angles, and weights of these alone.
+  const std::vector<std::size_t>& table_grid() const { return table_grid_; }
+  void table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
 
  private:
   struct GridAxis {
@@ -65,11 +69,12 @@ class OutputGrid {
   OutputGrid(const mesh::Machine& machine, Lines lines);
   double line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const;
 
-  std::vector<GridAxis> tool_, table_;
+  std::vector<GridAxis> tool_, table_, tilts_;  ///< tilts_: table_ with all angles that are stored
   std::vector<Line> lines_;
   std::vector<std::vector<double>> fine_;  ///< (axes of the grid) all positions of a line along it
   bool has_middle_ = false;
   std::vector<mesh::Pose> tool_poses_, table_poses_;
+  std::vector<std::size_t> table_grid_;
   std::size_t grid_count_ = 0, tool_count_ = 0, table_count_ = 0;
 };
 

@@ -87,15 +87,15 @@ Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candi
   return all;
 }
 
-/// Output rows of the full model at the poses that the reduced model stores. Those of the workspace grid and of the
-/// table are kept, since the basis has to see them; those between are many, and are made when they are projected.
+/// Output rows of the full model at the poses that the reduced model stores. Those of the workspace's own positions and
+/// angles are kept, since the basis has to see them; those between are many, and are made when they are projected.
 class FullOutputs {
  public:
-  explicit FullOutputs(const solver::FullModel& full) : full_(full), grid_(full.mesh.machine), kept_(grid_.grid_count() + grid_.table_count()) {
+  explicit FullOutputs(const solver::FullModel& full) : full_(full), grid_(full.mesh.machine), kept_(grid_.grid_count() + grid_.table_grid().size()) {
     core::Progress progress("output rows", kept_.size());
     core::parallel_for(0, kept_.size(), [&](std::size_t i) {
       const bool tool = i < grid_.grid_count();
-      kept_[i] = full.elastic.output_rows(tool ? grid_.tool_poses()[i] : grid_.table_poses()[i - grid_.grid_count()]);
+      kept_[i] = full.elastic.output_rows(tool ? grid_.tool_poses()[i] : grid_.table_poses()[grid_.table_grid()[i - grid_.grid_count()]]);
       progress.advance();
     });
   }
@@ -104,9 +104,13 @@ class FullOutputs {
 
   ReducedOutputs project(const Eigen::MatrixXd& basis) const {
     std::vector<solver::OutputRows> tool(grid_.tool_count()), table(grid_.table_count());
-    core::parallel_for(0, tool.size() + table.size(), [&](std::size_t i) {
-      if (i >= tool.size()) table[i - tool.size()] = small(kept_[grid_.grid_count() + i - tool.size()], basis);
-      else tool[i] = i < grid_.grid_count() ? small(kept_[i], basis) : small(full_.elastic.output_rows(grid_.tool_poses()[i]), basis);
+    std::vector<const solver::OutputRows*> kept(tool.size() + table.size(), nullptr);
+    for (std::size_t i = 0; i < grid_.grid_count(); ++i) kept[i] = &kept_[i];
+    for (std::size_t i = 0; i < grid_.table_grid().size(); ++i) kept[tool.size() + grid_.table_grid()[i]] = &kept_[grid_.grid_count() + i];
+    core::parallel_for(0, kept.size(), [&](std::size_t i) {
+      const bool is_tool = i < tool.size();
+      const mesh::Pose& pose = is_tool ? grid_.tool_poses()[i] : grid_.table_poses()[i - tool.size()];
+      (is_tool ? tool[i] : table[i - tool.size()]) = small(kept[i] ? *kept[i] : full_.elastic.output_rows(pose), basis);
     });
     return stored_outputs(full_.mesh.machine, grid_.tool_poses(), grid_.table_poses(), tool, table);
   }
@@ -261,7 +265,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   const std::vector<OperatingPoint> points = operating_points(operating);
   const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
   Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
-  if (columns) most = std::max(most, 2 * largest_wanted);
+  if (columns) most = std::max(most, 3 * largest_wanted);
   const Basis basis = basis_of(thermal, operating, rows.kept(), training, points.front().c.p, options.method, most, notes);
   notes.basis_seconds = basis_watch.seconds();
 
