@@ -85,7 +85,7 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model), grid
   }
 
   const int turning = table_axis(machine);
-  const std::vector<std::size_t>& table_grid = grid_.table_grid();
+  const std::vector<std::size_t>& table_grid = grid_.table_grid_places();
   grid_tables_ = static_cast<Index>(table_grid.size());
   rows_.resize(grid_poses_ * grid_tables_ * angles * count, order);
   Index row = 0;
@@ -162,7 +162,7 @@ void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covar
   influence.leftCols(quantities).noalias() = rows_ * directions;
   Index pose = 0;
   for (Index i = 0; i < grid_poses_; ++i) {
-    for (const std::size_t place : grid_.table_grid()) {
+    for (const std::size_t place : grid_.table_grid_places()) {
       const auto j = static_cast<Index>(place);
       for (Index angle = 0; angle < angles; ++angle, ++pose) {
         const auto& columns = columns_[static_cast<std::size_t>(pose)];

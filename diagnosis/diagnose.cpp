@@ -19,6 +19,7 @@
 #include "diagnosis/problem.h"
 #include "diagnosis/residual_analysis.h"
 #include "diagnosis/response.h"
+#include "diagnosis/statistics.h"
 
 namespace thermotwin::diagnosis {
 
@@ -314,6 +315,16 @@ bool is_open(const Look& look) {
   return (none > none_gone && none < none_likely) || (d.verdict == "ambiguous" && !only_unknown_shares(d)) || (d.verdict == "explained" && one_more);
 }
 
+/// Whether with this share there would be more to fit, and enough left to judge a gain: means of gauges, where there are any.
+bool leaves_enough(const Observations& seen, double heldout_share) {
+  const double split = split_between(seen, heldout_share);
+  const bool gauged = std::any_of(seen.channels.begin(), seen.channels.end(), [](const ObservedChannel& c) { return !c.is_temperature(); });
+  Eigen::Index most = 0;
+  for (const ObservedChannel& channel : seen.channels)
+    if (gauged != channel.is_temperature()) most = std::max(most, static_cast<Eigen::Index>((channel.time.array() >= split).count()));
+  return split > seen.split && most >= least_means;
+}
+
 }  // namespace
 
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
@@ -322,13 +333,12 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   const mesh::Machine& machine = model.machine;
   compensation::require_fits(measurement, machine);
   Look look = look_at(model, measurement, options);
-  const bool longer = is_open(look);
-  if (longer) {
-    // Nothing was judged yet: what the search sees now is not held out any more, the rest is.
-    DiagnoseOptions more = options;
-    more.heldout_share = still_heldout * options.heldout_share;
-    look = look_at(model, measurement, more);
-  }
+  const double open_until = look.observations->split;
+  DiagnoseOptions more = options;
+  more.heldout_share = still_heldout * options.heldout_share;
+  const bool longer = is_open(look) && leaves_enough(*look.observations, more.heldout_share);
+  // Nothing was judged yet: what the search sees now is not held out any more, the rest is.
+  if (longer) look = look_at(model, measurement, more);
   const Response& response = *look.response;
   const Problem& problem = look.problem;
   const SearchResult& found = look.found;
@@ -363,8 +373,8 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   if (d.verdict == "ambiguous" && !only_unknown_shares(d)) d.next = next_measurement(problem, model, options.programs, d);
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer)
-    d.notes.push_back(fmt::format("The first {:.0f} % of the record left the cause open: {:.0f} % were fitted, what comes later was held out.",
-                                  100.0 * (1.0 - options.heldout_share), 100.0 * (1.0 - still_heldout * options.heldout_share)));
+    d.notes.push_back(fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later was held out.",
+                                  (open_until - problem.observations.start) / 3600.0, (problem.observations.split - problem.observations.start) / 3600.0));
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);

@@ -70,7 +70,7 @@ struct Diagnosis {
 };
 
 struct DiagnoseOptions {
-  double heldout_share = 0.3;     ///< of the time, its end: never fitted
+  double heldout_share = 0.3;     ///< of the time, its end: never fitted, or half of it where the rest leaves the cause open
   double model_error_percent = 3; ///< mesh and discretisation, of each channel's own response
   double interval_s = 600;        ///< residuals are averaged over such intervals
   std::vector<solver::LoadProgram> programs;  ///< that may be run next, where causes share

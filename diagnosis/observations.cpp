@@ -160,8 +160,10 @@ ObservedChannel average_channel(const MeasuredChannel& channel, const Eigen::Vec
   std::vector<double> times, means, counts;
   Index first_sample = -1;
   for (Index i = 0; i < time.size();) {
-    const auto at = std::min(static_cast<Index>((time[i] - grid.start) / grid.interval), grid.intervals - 1);
-    const double end = grid.start + grid.interval * static_cast<double>(at + 1);
+    auto at = std::min(static_cast<Index>((time[i] - grid.start) / grid.interval), grid.intervals - 1);
+    double end = grid.start + grid.interval * static_cast<double>(at + 1);
+    // The quotient may round down to the interval before.
+    if (time[i] >= end && at + 1 < grid.intervals) end = grid.start + grid.interval * static_cast<double>(++at + 1);
     double sum = 0.0, sum_time = 0.0;
     std::vector<Index> used;
     for (; i < time.size() && (time[i] < end || at == grid.intervals - 1); ++i) {
@@ -251,6 +253,11 @@ Eigen::VectorXd Observations::stacked() const {
   return all;
 }
 
+double split_between(const Observations& of, double heldout_share) {
+  constexpr double least_fitted = 4.0;
+  return of.start + of.interval * std::max(least_fitted, std::floor((1.0 - heldout_share) * (of.end - of.start) / of.interval + 1e-9));
+}
+
 Observations observe(const Measurement& measurement, const mesh::Machine& machine,
                      const solver::Channels& channels, const ObserveOptions& options) {
   const std::string place = measurement.folder.string();
@@ -264,8 +271,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   const double duration = out.end - out.start;
   out.interval = std::max(options.interval_s, duration / static_cast<double>(options.most_intervals));
   out.intervals = std::max<Index>(1, static_cast<Index>(std::ceil(duration / out.interval - 1e-9)));
-  // Between two intervals: no mean that is fitted has a sample from behind it.
-  out.split = out.start + out.interval * std::max(1.0, std::floor((1.0 - options.heldout_share) * duration / out.interval + 1e-9));
+  out.split = split_between(out, options.heldout_share);
   if (out.intervals < 8)
     throw InputError(
         place, fmt::format("a record of {:.0f} s", duration),

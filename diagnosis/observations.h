@@ -62,6 +62,10 @@ struct ObserveOptions {
   Eigen::Index early_row = -1;           ///< of the late changes, this one as early as it may have been
 };
 
+/// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a sample from
+/// behind it, with four intervals before it at least.
+double split_between(const Observations& of, double heldout_share);
+
 /// @throws InputError: no temperature or displacement channel, too short a record
 Observations observe(const compensation::Measurement& measurement, const mesh::Machine& machine,
                      const solver::Channels& channels, const ObserveOptions& options);

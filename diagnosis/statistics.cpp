@@ -96,7 +96,9 @@ Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd
   const auto at = [&](double share) {
     return drawn[static_cast<std::size_t>(share * static_cast<double>(draws - 1))];
   };
-  return {at(0.025), at(0.975)};
+  const Interval drawn_between{at(0.025), at(0.975)};
+  if (n >= least_means) return drawn_between;
+  return {std::min(0.0, drawn_between.low), std::max(0.0, drawn_between.high)};
 }
 
 }  // namespace thermotwin::diagnosis

@@ -21,10 +21,13 @@ struct Interval {
   double low = 0, high = 0;
 };
 
+/// Fewer means say nothing about their own spread.
+inline constexpr Eigen::Index least_means = 4;
+
 /// Reduction of the root mean square, percent, with the 95 % interval of a moving block bootstrap:
 /// residuals of one block stay together, so that their correlation in time counts.
 /// @param before, after  (n) sums of squares per interval of time
-/// @param block          intervals a block; cut to a quarter of n
+/// @param block          intervals a block; cut to a quarter of n. Of fewer than least_means the interval holds zero
 Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd& after, Eigen::Index block,
                             int draws = 2000, std::uint64_t seed = 20240607);
 double reduction_percent(double before, double after);  ///< of root mean squares; 0 where before is 0

@@ -9,10 +9,8 @@
 
 #include "core/error.h"
 #include "core/progress.h"
-#include "core/thread_pool.h"
 #include "reduction/basis.h"
 #include "reduction/candidates.h"
-#include "reduction/reduce.h"
 #include "solver/sparse_factor.h"
 #include "solver/tcp.h"
 #include "solver/thermal_direct.h"
@@ -141,10 +139,10 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
 
   const RowMajorMatrix probes = residual_probes(least, options.probes);
   model.layout = thermal.layout;
-  model.terms = bound_terms(thermal, u, w.cols(), probes);
+  const MatrixXd stored = project(thermal.capacity, probes, RowMajorMatrix(u));
+  model.terms = bound_terms(thermal, u, w.cols(), probes, stored);
   model.inputs = (thermal.inputs.transpose() * u).transpose();
   model.one_kelvin = u.transpose() * (thermal.capacity * VectorXd::Ones(thermal.size));
-  const MatrixXd stored = project(thermal.capacity, probes, RowMajorMatrix(u));
   model.primal_inputs = stored * model.inputs - (thermal.inputs.transpose() * probes).transpose();
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const MatrixXd c = outputs.middleCols(6 * static_cast<Index>(i), 6);

@@ -65,9 +65,8 @@ Factors factors_of(const solver::SparseMatrix& term, const MatrixXd& u, const Ro
 
 }  // namespace
 
-BoundTerms bound_terms(const solver::ThermalSystem& thermal, const MatrixXd& u, Index dual, const RowMajorMatrix& probes) {
+BoundTerms bound_terms(const solver::ThermalSystem& thermal, const MatrixXd& u, Index dual, const RowMajorMatrix& probes, const MatrixXd& stored) {
   const RowMajorMatrix trial = u;
-  const MatrixXd stored = project(thermal.capacity, probes, trial);
   const Index m = u.cols(), count = static_cast<Index>(thermal.terms.size());
   BoundTerms terms;
   terms.base.resize(m + probes.cols(), m);

@@ -27,8 +27,10 @@ struct BoundTerms {
   Eigen::Index count() const { return static_cast<Eigen::Index>(first.size()) - 1; }
 };
 
-/// @param u  (size x m), U^T E U = 1   @param dual  columns of W, which hold every fluid node   @param probes  (size x probes)
-BoundTerms bound_terms(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& u, Eigen::Index dual, const RowMajorMatrix& probes);
+/// @param u  (size x m), U^T E U = 1   @param dual  columns of W, which hold every fluid node   @param probes  G (size x probes)
+/// @param stored  G^T E U
+BoundTerms bound_terms(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& u, Eigen::Index dual, const RowMajorMatrix& probes,
+                       const Eigen::MatrixXd& stored);
 
 /// K(p) on U and W, and its residuals.
 class BoundSum {

@@ -212,7 +212,7 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   const auto tables = static_cast<Eigen::Index>(grid.table_count());
   if (!OutputGrid::can_store(model.machine, outputs.tool_poses.size()) || size_of(outputs.table_poses) != tables) {
     reader.fail(fmt::format("{} tool poses and {} table poses", outputs.tool_poses.size(), outputs.table_poses.size()),
-                fmt::format("{} (or {} without lines) and {}, as its workspace says", grid.tool_count(), grid.grid_count(), tables));
+                fmt::format("{} (or {} without lines) and {}, as its workspace says (an earlier build had others: write it anew, thermotwin reduce)", grid.tool_count(), grid.grid_count(), tables));
   }
   outputs.tool = reader.stack("/outputs/tool", size_of(outputs.tool_poses), 6, r);
   outputs.table_axis = reader.stack("/outputs/table_axis", tables, 6, r);

@@ -15,7 +15,9 @@ namespace thermotwin::reduction {
 namespace {
 
 constexpr std::size_t poses_more = 3, middle = poses_more + 1;  ///< on each half of a line; where its middle is
-constexpr std::size_t angles_more = 7;  ///< between two angles of a swivel: its bearing's facets make rows ripple
+/// Between angles of a swivel, rad: its bearing's facets make rows ripple. 45 degrees are cut in eight.
+constexpr double widest_angle = std::numbers::pi / 30.0;
+constexpr std::size_t most_angles_more = 31;  ///< in one cell
 
 /// Positions with so many more between two of them, evenly.
 std::vector<double> with_more(const std::vector<double>& positions, std::size_t more) {
@@ -24,6 +26,17 @@ std::vector<double> with_more(const std::vector<double>& positions, std::size_t 
     for (std::size_t i = 0; i <= more; ++i)
       fine.push_back(std::lerp(positions[cell], positions[cell + 1], static_cast<double>(i) / static_cast<double>(more + 1)));
   fine.push_back(positions.back());
+  return fine;
+}
+
+/// Angles with others between them where they are far apart.
+std::vector<double> with_angles(const std::vector<double>& angles) {
+  std::vector<double> fine{angles.front()};
+  for (std::size_t cell = 0; cell + 1 < angles.size(); ++cell) {
+    const auto parts = static_cast<std::size_t>(std::ceil((angles[cell + 1] - angles[cell]) / widest_angle - 1e-9));
+    const std::vector<double> inside = with_more({angles[cell], angles[cell + 1]}, std::clamp<std::size_t>(parts, 1, most_angles_more + 1) - 1);
+    fine.insert(fine.end(), inside.begin() + 1, inside.end());
+  }
   return fine;
 }
 
@@ -229,19 +242,21 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
   table_poses_ = {mesh::home_pose(machine)};
   table_grid_ = {0};
   for (const GridAxis& axis : table_) {
-    const std::size_t more = axis.linear || axis.endless ? 0 : angles_more;
-    tilts_.push_back(axis);
-    tilts_.back().positions = with_more(axis.positions, more);
+    std::vector<std::size_t> own;  // where the axis' own positions are among those stored
+    stored_table_.push_back(axis);
+    stored_table_.back().positions = axis.linear || axis.endless ? axis.positions : with_angles(axis.positions);
+    const std::vector<double>& stored = stored_table_.back().positions;
+    for (const double position : axis.positions) own.push_back(static_cast<std::size_t>(std::find(stored.begin(), stored.end(), position) - stored.begin()));
     std::vector<mesh::Pose> next;
     for (const mesh::Pose& pose : table_poses_)
-      for (const double position : tilts_.back().positions) {
+      for (const double position : stored) {
         next.push_back(pose);
         next.back()(axis.axis) = position;
       }
     table_poses_ = std::move(next);
     std::vector<std::size_t> places;
     for (const std::size_t place : table_grid_)
-      for (std::size_t i = 0; i < axis.positions.size(); ++i) places.push_back(place * tilts_.back().positions.size() + i * (more + 1));
+      for (const std::size_t i : own) places.push_back(place * stored.size() + i);
     table_grid_ = std::move(places);
   }
   table_count_ = table_poses_.size();
@@ -266,7 +281,7 @@ void OutputGrid::grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) 
 
 void OutputGrid::table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
   weights.resize(static_cast<Eigen::Index>(table_count_));
-  weights_on(tilts_, pose, weights);
+  weights_on(stored_table_, pose, weights);
 }
 
 void OutputGrid::table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {

@@ -6,8 +6,8 @@
 // piecewise cubic through nine and the quadratic through three positions, between the outer lines straight and towards the
 // middle one as quadratics go, is added to the grid's interpolant: a Boolean sum (W. J. Gordon 1971), exact at all stored
 // poses, for quadratics, and for a cubic of each axis that is linear in the others. The table
-// side's: on the grid of the axes that carry the table, a tilt axis at seven angles more between two of its own,
-// by sine and cosine in between.
+// side's: on the grid of the axes that carry the table, a tilt axis that is not endless at angles between its own too,
+// six degrees apart at most; by sine and cosine in between.
 
 #include <Eigen/Core>
 #include <array>
@@ -43,7 +43,7 @@ class OutputGrid {
   /// (table_count)
   void table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
   /// Which of table_poses() have the workspace's own angles, and weights of these alone.
-  const std::vector<std::size_t>& table_grid() const { return table_grid_; }
+  const std::vector<std::size_t>& table_grid_places() const { return table_grid_; }
   void table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
 
  private:
@@ -69,7 +69,7 @@ class OutputGrid {
   OutputGrid(const mesh::Machine& machine, Lines lines);
   double line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const;
 
-  std::vector<GridAxis> tool_, table_, tilts_;  ///< tilts_: table_ with all angles that are stored
+  std::vector<GridAxis> tool_, table_, stored_table_;  ///< table_ with the workspace's own angles, and with all that are stored
   std::vector<Line> lines_;
   std::vector<std::vector<double>> fine_;  ///< (axes of the grid) all positions of a line along it
   bool has_middle_ = false;

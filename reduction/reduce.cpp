@@ -91,11 +91,11 @@ Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candi
 /// angles are kept, since the basis has to see them; those between are many, and are made when they are projected.
 class FullOutputs {
  public:
-  explicit FullOutputs(const solver::FullModel& full) : full_(full), grid_(full.mesh.machine), kept_(grid_.grid_count() + grid_.table_grid().size()) {
+  explicit FullOutputs(const solver::FullModel& full) : full_(full), grid_(full.mesh.machine), kept_(grid_.grid_count() + grid_.table_grid_places().size()) {
     core::Progress progress("output rows", kept_.size());
     core::parallel_for(0, kept_.size(), [&](std::size_t i) {
       const bool tool = i < grid_.grid_count();
-      kept_[i] = full.elastic.output_rows(tool ? grid_.tool_poses()[i] : grid_.table_poses()[grid_.table_grid()[i - grid_.grid_count()]]);
+      kept_[i] = full.elastic.output_rows(tool ? grid_.tool_poses()[i] : grid_.table_poses()[grid_.table_grid_places()[i - grid_.grid_count()]]);
       progress.advance();
     });
   }
@@ -106,7 +106,7 @@ class FullOutputs {
     std::vector<solver::OutputRows> tool(grid_.tool_count()), table(grid_.table_count());
     std::vector<const solver::OutputRows*> kept(tool.size() + table.size(), nullptr);
     for (std::size_t i = 0; i < grid_.grid_count(); ++i) kept[i] = &kept_[i];
-    for (std::size_t i = 0; i < grid_.table_grid().size(); ++i) kept[tool.size() + grid_.table_grid()[i]] = &kept_[grid_.grid_count() + i];
+    for (std::size_t i = 0; i < grid_.table_grid_places().size(); ++i) kept[tool.size() + grid_.table_grid_places()[i]] = &kept_[grid_.grid_count() + i];
     core::parallel_for(0, kept.size(), [&](std::size_t i) {
       const bool is_tool = i < tool.size();
       const mesh::Pose& pose = is_tool ? grid_.tool_poses()[i] : grid_.table_poses()[i - tool.size()];
@@ -270,12 +270,15 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   notes.basis_seconds = basis_watch.seconds();
 
   const Watch projection_watch;
+  // Columns beyond those of the reference are for the bound alone.
+  const Eigen::Index projected = std::min(basis.vectors.cols(), reference ? reference_order(largest_wanted) : largest_wanted);
+  const Eigen::MatrixXd vectors = basis.vectors.leftCols(projected);
   ReducedModel model;
   model.machine = machine;
   model.size = fmt::format("{} nodes", full.mesh.nodes());
   model.full_size = thermal.size;
-  model.system = project_system(thermal, basis.vectors);
-  model.outputs = rows.project(basis.vectors);
+  model.system = project_system(thermal, vectors);
+  model.outputs = rows.project(vectors);
   notes.projection_seconds = projection_watch.seconds();
   for (const OperatingPoint& point : points) model.trained.include(point.c.p);
 
@@ -318,10 +321,10 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   notes.order = chosen.system.order();
   if (options.parts) {
     const Watch parts_watch;
-    const Eigen::MatrixXd vectors = basis.vectors.leftCols(notes.order);
-    chosen.parts = make_parts(full, vectors);
+    const Eigen::MatrixXd own = basis.vectors.leftCols(notes.order);
+    chosen.parts = make_parts(full, own);
     chosen.patches.items = surface_patches(full.mesh, options.patches);
-    chosen.patches.inputs = (patch_loads(full, chosen.patches.items).transpose() * vectors).transpose();
+    chosen.patches.inputs = (patch_loads(full, chosen.patches.items).transpose() * own).transpose();
     notes.parts_seconds = parts_watch.seconds();
   }
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));

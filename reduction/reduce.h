@@ -53,7 +53,7 @@ struct ReduceSummary {
 
 /// @param training   results of the training loads with snapshots (may be empty: Krylov only)
 /// @param reference  if given: the model of reference_order(), for error_estimate.h
-/// @param basis      if given: receives the model's basis and twice as many columns more, (size x 3 order), for bound_model.h
+/// @param basis      if given: receives the model's basis and up to twice as many columns more, (size x 3 times the largest order tried), for bound_model.h
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
                     ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr, Eigen::MatrixXd* basis = nullptr);

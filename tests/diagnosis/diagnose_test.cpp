@@ -245,6 +245,16 @@ TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
   EXPECT_NEAR(spoilt.ranking.front().value, d.ranking.front().value, 0.05 * d.ranking.front().std);
   EXPECT_EQ(spoilt.heldout_from_s, d.heldout_from_s);
 
+  // Gauges that stop before: the first look is all there is.
+  compensation::Measurement early = lumped::measure({{truth, 0.2}}, {.seed = 21, .spread = 0.7});
+  for (Eigen::Index i = 0; i < time.size(); ++i)
+    if (time[i] >= 0.83 * time[time.size() - 1])
+      for (const auto& channel : early.channels)
+        if (!channel.quantity.empty()) early.data.values(i, channel.column) = std::nan("");
+  const Diagnosis one_look = run(early);
+  EXPECT_NEAR(one_look.heldout_from_s, 0.7 * time[time.size() - 1], 600.0);
+  EXPECT_GT(one_look.heldout_rms_before_um, 0.0);
+
   const Diagnosis sure = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 21}));
   EXPECT_EQ(std::count_if(sure.notes.begin(), sure.notes.end(), says_so), 0);
   EXPECT_NEAR(sure.heldout_from_s, 0.7 * time[time.size() - 1], 600.0);

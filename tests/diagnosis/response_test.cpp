@@ -257,6 +257,33 @@ TEST(Observations, gaps_and_other_sampling_change_no_mean) {
   EXPECT_LT((a.head(full.channels[0].size()) - b.head(full.channels[0].size())).cwiseAbs().maxCoeff(), 0.01);
 }
 
+/// (8492.005 - 692.005) / 600 rounds to below 13, but 692.005 + 13 * 600 is not above it.
+TEST(Observations, a_start_with_decimals_ends) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 23});
+  ASSERT_GE(m.data.rows(), 660);
+  for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, 0) = 692.005 + 60.0 * static_cast<double>(i);
+  const Observations seen = observe(m);
+  double samples = 0;
+  for (const auto& channel : seen.channels)
+    if (channel.is_temperature()) samples = std::max(samples, channel.samples.sum());
+  EXPECT_EQ(samples, static_cast<double>(m.data.rows()));
+}
+
+TEST(Observations, no_mean_reaches_over_the_split) {
+  const compensation::Measurement m = lumped::measure({}, {.hours = 6});
+  for (const double share : {0.05, 0.17, 0.3, 0.86}) {
+    const mesh::Machine machine = lumped::machine();
+    const Observations seen = diagnosis::observe(m, machine, solver::Channels(machine), {.heldout_share = share});
+    EXPECT_EQ(seen.split, diagnosis::split_between(seen, share));
+    const double intervals = (seen.split - seen.start) / seen.interval;
+    EXPECT_NEAR(intervals, std::round(intervals), 1e-9);
+    EXPECT_GE(intervals, 4.0 - 1e-9) << "enough to be fitted";
+    EXPECT_GE(seen.end - seen.split, share * (seen.end - seen.start) * (share < 0.8 ? 1.0 : 0.5));
+    for (const auto& channel : seen.channels)
+      EXPECT_LT(channel.interval[static_cast<std::size_t>(channel.fitted) - 1], std::lround(intervals));
+  }
+}
+
 compensation::Measurement without_rows(compensation::Measurement m, const std::vector<double>& times) {
   std::vector<Index> kept;
   for (Index i = 0; i < m.data.rows(); ++i)

@@ -51,6 +51,13 @@ TEST(Statistics, bootstrap_interval_covers_a_real_gain_and_no_gain) {
   EXPECT_GT(none.high, 0);
 }
 
+TEST(Statistics, a_few_means_are_no_proof_of_a_gain) {
+  const Eigen::VectorXd before = Eigen::VectorXd::Constant(4, 4.0), after = Eigen::VectorXd::Constant(4, 1.0);
+  EXPECT_GT(reduction_interval(before, after, 2).low, 49.0);
+  EXPECT_EQ(reduction_interval(before.head(3), after.head(3), 2).low, 0.0);
+  EXPECT_EQ(reduction_interval(after.head(3), before.head(3), 2).high, 0.0);
+}
+
 TEST(Statistics, bootstrap_is_repeatable_and_wider_for_longer_memory) {
   const VectorXd before = VectorXd::Constant(240, 4.0);
   VectorXd after = noise(240, 3);
