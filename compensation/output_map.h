@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // From reduced states to axis offsets at any pose, fast enough for every row of a control. The
-// outputs of the workspace grid are formed once a step; a row then costs its grid weights and the
+// outputs of all stored poses are formed once a step; a row then costs its grid weights and the
 // rigid motion of the table. Offsets cancel the TCP error: with a_i the motion of the tool against
 // the table for a unit of linear axis i, sum_i a_i offset_i = -error (least squares where the
 // machine has fewer than three linear axes). Variances are formed on the workspace grid, at table angles
@@ -21,7 +21,7 @@ class OutputMap {
   /// @param model  must outlive the map
   explicit OutputMap(const reduction::ReducedModel& model);
 
-  /// Outputs of one state at all poses of the grid.
+  /// Outputs of one state at all stored poses.
   struct Projected {
     Eigen::MatrixXd tool, axis, own;  ///< (6 x tool poses), (6 x table poses), (7 x table poses)
   };
