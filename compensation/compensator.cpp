@@ -433,9 +433,9 @@ struct Compensator::Work {
     }
     bool missing_input = false;
     const VectorXd& defaults = operating.channels().defaults();
+    operating.channels().update(given, row);
     for (Index k = 0; k < given.size(); ++k) {
       if (!std::isnan(given[k])) {
-        row[k] = given[k];
         given_at[k] = at;
       } else {
         // The last value holds for a while; then it is no longer news.

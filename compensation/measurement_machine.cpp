@@ -88,16 +88,13 @@ void require_fits(const Measurement& measurement, const mesh::Machine& machine) 
 
 Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Channels& channels) {
   const Eigen::Index n = measurement.data.rows();
-  Eigen::MatrixXd rows = channels.defaults().transpose().replicate(n, 1);
-  for (const MeasuredChannel& channel : measurement.channels) {
-    const int index = channel.input.empty() ? -1 : channels.index(channel.input);
-    if (index < 0) continue;
-    const auto values = measurement.data.values.col(channel.column);
-    double last = channels.defaults()[index];
-    for (Eigen::Index i = 0; i < n; ++i) {
-      if (!std::isnan(values[i])) last = values[i];
-      rows(i, index) = last;
-    }
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Constant(n, channels.size(), solver::not_given);
+  for (const MeasuredChannel& channel : measurement.channels)
+    if (const int index = channel.input.empty() ? -1 : channels.index(channel.input); index >= 0) rows.col(index) = measurement.data.values.col(channel.column);
+  Eigen::VectorXd held = channels.defaults();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    channels.update(rows.row(i).transpose(), held);
+    rows.row(i) = held.transpose();
   }
   return rows;
 }

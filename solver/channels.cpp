@@ -2,6 +2,7 @@
 #include "solver/channels.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace thermotwin::solver {
@@ -25,6 +26,7 @@ Channels::Channels(const mesh::Machine& machine) {
     add(id + "feed_" + unit + "_min", 0.0);
     add(id + "low_" + unit, not_given);
     add(id + "high_" + unit, not_given);
+    ranges_.push_back({index(id + "position_" + unit), index(id + "feed_" + unit + "_min"), index(id + "low_" + unit), index(id + "high_" + unit)});
     if (machine.has_clamp(axis.id)) add(id + "clamp.on", 0.0);
   }
   // One that follows another has no temperature of its own until it is measured.
@@ -52,6 +54,17 @@ Channels::Channels(const mesh::Machine& machine) {
 int Channels::index(const std::string& name) const {
   const auto at = index_.find(name);
   return at == index_.end() ? -1 : at->second;
+}
+
+void Channels::update(const Eigen::VectorXd& given, Eigen::Ref<Eigen::VectorXd> row) const {
+  for (Eigen::Index k = 0; k < given.size(); ++k)
+    if (!std::isnan(given[k])) row[k] = given[k];
+  for (const Range& range : ranges_) {
+    const double slack = 1e-6 * (std::abs(row[range.low]) + std::abs(row[range.high]) + 1.0), position = given[range.position];
+    const bool ended = row[range.feed] == 0.0 || position < row[range.low] - slack || position > row[range.high] + slack;
+    for (const int end : {range.low, range.high})
+      if (ended && std::isnan(given[end])) row[end] = not_given;
+  }
 }
 
 }  // namespace thermotwin::solver

@@ -29,8 +29,15 @@ class Channels {
   /// cutting fluid off; not_given for powers, coolant inlets and ranges (low, high).
   const Eigen::VectorXd& defaults() const { return defaults_; }
 
+  /// Takes what is given over into the row before, whose values hold where nothing is (NaN). A range ends, rather than holds,
+  /// once its axis stands (feed 0) or has a position outside.
+  /// @param given, row  (size)
+  void update(const Eigen::VectorXd& given, Eigen::Ref<Eigen::VectorXd> row) const;
+
  private:
+  struct Range { int position, feed, low, high; };
   std::vector<std::string> names_;
+  std::vector<Range> ranges_;  ///< one an axis
   std::unordered_map<std::string, int> index_;
   Eigen::VectorXd defaults_;
 };

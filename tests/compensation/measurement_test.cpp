@@ -158,5 +158,27 @@ TEST(ChannelRows, HoldTheLastKnownValueAndDefaults) {
   EXPECT_EQ(rows(1, air), channels.defaults()[air]);
 }
 
+TEST(ChannelRows, RangeEndsWhereItsAxisStandsOrIsElsewhere) {
+  const mesh::Machine machine = test::five_axis_machine();
+  const solver::Channels channels(machine);
+  const auto at = [&](const char* name) { return channels.index(std::string("axis.X.") + name); };
+  Eigen::VectorXd row = channels.defaults(), given = Eigen::VectorXd::Constant(channels.size(), solver::not_given);
+  given[at("position_mm")] = -50.0, given[at("feed_mm_min")] = 9000.0, given[at("low_mm")] = -120.0, given[at("high_mm")] = 20.0;
+  channels.update(given, row);
+  given[at("low_mm")] = given[at("high_mm")] = solver::not_given;
+  channels.update(given, row);
+  EXPECT_EQ(row[at("low_mm")], -120.0);  // a gap in the record: it goes on
+  Eigen::VectorXd elsewhere = row;
+  given[at("position_mm")] = 21.0;
+  channels.update(given, elsewhere);
+  EXPECT_TRUE(std::isnan(elsewhere[at("low_mm")]) && std::isnan(elsewhere[at("high_mm")]));
+  given[at("position_mm")] = -50.0, given[at("feed_mm_min")] = 0.0;
+  channels.update(given, row);
+  EXPECT_TRUE(std::isnan(row[at("low_mm")]) && std::isnan(row[at("high_mm")]));
+  given[at("low_mm")] = -10.0, given[at("high_mm")] = 10.0;  // who records no feeds
+  channels.update(given, row);
+  EXPECT_EQ(row[at("low_mm")], -10.0);
+}
+
 }  // namespace
 }  // namespace thermotwin::compensation
