@@ -56,16 +56,26 @@ VectorXd filtered_by_poles(const VectorXd& u, const VectorXd& f, bool settled = 
 
 VectorXd solve(const MatrixXd& rows, const VectorXd& right) { return rows.completeOrthogonalDecomposition().solve(right); }
 
+/// What is chosen by the data.
+struct Structure {
+  Index order = 1;
+  /// The record starts at rest, as calibrations do (documents 001, 002), and is fitted so. Else each input may bring a free motion
+  /// of its own; in one short record that takes the place of slow poles, and the prediction, which starts settled, is far off.
+  bool settled = false;
+};
+constexpr double settled_share = 1.3;    ///< of the free fit's RMS: the record starts at rest
+
 class Identification {
  public:
-  Identification(const Grid& grid, std::vector<InputInfo> info, const VectorXd& target, Index order, double radius, const std::string& label)
-      : grid_(grid), target_(target), order_(order), radius_(radius), label_(label) {
+  Identification(const Grid& grid, std::vector<InputInfo> info, const VectorXd& target, const Structure& structure, double radius, const std::string& label)
+      : grid_(grid), target_(target), order_(structure.order), starts_(structure.settled ? 0 : structure.order), radius_(radius), label_(label) {
     set_.step = grid.step;
     set_.info = std::move(info);
     const Index inputs = grid.inputs.cols();
     set_.reference = grid.inputs.colwise().mean().transpose();
-    set_.b = MatrixXd::Zero(inputs, order + 1);
-    set_.f = start_ = MatrixXd::Zero(inputs, order);
+    set_.b = MatrixXd::Zero(inputs, order_ + 1);
+    set_.f = MatrixXd::Zero(inputs, order_);
+    start_ = MatrixXd::Zero(inputs, starts_);
   }
 
   TransferSet run(TransferMethod method) {
@@ -73,6 +83,8 @@ class Identification {
     if (method == TransferMethod::output_error) simulate_fit();
     return set_;
   }
+  /// Sum of squares of what the output error fit leaves.
+  double left() const { return left_; }
 
  private:
   Index inputs() const { return grid_.inputs.cols(); }
@@ -135,9 +147,9 @@ class Identification {
   /// Numerators and constant on the simulated output, poles (the same for all inputs) as they are.
   void refit_numerators() {
     const Index n = order_ + 1;
-    MatrixXd x(target_.size(), inputs() * n + order_);
+    MatrixXd x(target_.size(), inputs() * n + starts_);
     const VectorXd rest = free_motion(set_.f.row(0).transpose());
-    for (Index j = 0; j < order_; ++j) {
+    for (Index j = 0; j < starts_; ++j) {
       for (Index k = 0; k < x.rows(); ++k) x(k, inputs() * n + j) = past_or_nought(rest, k, j);
     }
     for (Index i = 0; i < inputs(); ++i) {
@@ -147,14 +159,14 @@ class Identification {
       }
     }
     const Line line = fit_ridge(x, target_, 1e-8, label_);
-    start_ = MatrixXd::Zero(inputs(), order_);
-    start_.row(0) = line.gains.tail(order_).transpose();
+    start_.setZero();
+    if (starts_ > 0) start_.row(0) = line.gains.tail(starts_).transpose();
     for (Index i = 0; i < inputs(); ++i) set_.b.row(i) = line.gains.segment(i * n, n).transpose();
     set_.constant = line.intercept;
   }
 
   /// Parameters of an input: numerator, denominator, start.
-  Index width() const { return 3 * order_ + 1; }
+  Index width() const { return 2 * order_ + 1 + starts_; }
 
   VectorXd packed() const {
     VectorXd x(inputs() * width() + 1);
@@ -169,12 +181,12 @@ class Identification {
     for (Index i = 0; i < inputs(); ++i) {
       set_.b.row(i) = x.segment(i * width(), order_ + 1).transpose();
       set_.f.row(i) = x.segment(i * width() + order_ + 1, order_).transpose();
-      start_.row(i) = x.segment(i * width() + 2 * order_ + 1, order_).transpose();
+      start_.row(i) = x.segment(i * width() + 2 * order_ + 1, starts_).transpose();
     }
     set_.constant = x[x.size() - 1];
   }
 
-  /// Gradient search on the simulated output from several first poles. The start's free motion is
+  /// Gradient search on the simulated output from several first poles. A start's free motion is
   /// part of the fit only: a prediction starts settled.
   void simulate_fit() {
     std::vector<Index> rows;
@@ -190,7 +202,7 @@ class Identification {
       for (Index i = 0; i < inputs(); ++i) {
         const VectorXd f = set_.f.row(i).transpose(), rest = free_motion(f);
         VectorXd free = VectorXd::Zero(rest.size());
-        for (Index j = 0; j < order_; ++j) {
+        for (Index j = 0; j < starts_; ++j) {
           for (Index k = j; k < free.size(); ++k) free[k] += start_(i, j) * rest[k - j];
         }
         residual += free;
@@ -202,7 +214,7 @@ class Identification {
           const auto row = static_cast<Index>(r);
           for (Index j = 0; j <= order_; ++j) (*jacobian)(row, first + j) = past(du, k, j);
           for (Index j = 1; j <= order_; ++j) (*jacobian)(row, first + order_ + j) = -past(dy, k, j) - past_or_nought(dfree, k, j);
-          for (Index j = 0; j < order_; ++j) (*jacobian)(row, first + 2 * order_ + 1 + j) = past_or_nought(rest, k, j);
+          for (Index j = 0; j < starts_; ++j) (*jacobian)(row, first + 2 * order_ + 1 + j) = past_or_nought(rest, k, j);
         }
       }
       if (jacobian) jacobian->rightCols(1).setOnes();
@@ -236,19 +248,21 @@ class Identification {
     }
     if (!std::isfinite(best.value)) throw InputError(label_, "no finite output error", "inputs and displacements of usual size");
     unpack(best.at);
+    left_ = best.value;
   }
 
   const Grid& grid_;
   const VectorXd& target_;
-  Index order_;
+  Index order_, starts_;
   double radius_;
   const std::string& label_;
   TransferSet set_;
-  MatrixXd start_;                   ///< (inputs x order) numerators of the free motion
+  MatrixXd start_;                   ///< (inputs x starts) numerators of the free motion
+  double left_ = 0;
 };
 
 /// Simulated error on thirds of the known samples that the fit did not see.
-double held_out_error(const Grid& grid, const std::vector<InputInfo>& info, TransferMethod method, Index order, double radius,
+double held_out_error(const Grid& grid, const std::vector<InputInfo>& info, TransferMethod method, const Structure& structure, double radius,
                       const std::string& label) {
   std::vector<Index> known;
   for (Index k = 0; k < grid.target.size(); ++k) {
@@ -259,7 +273,7 @@ double held_out_error(const Grid& grid, const std::vector<InputInfo>& info, Tran
   for (std::size_t fold = 0; fold < thirds; ++fold) {
     VectorXd target = grid.target;
     for (std::size_t i = fold * n / thirds; i < (fold + 1) * n / thirds; ++i) target[known[i]] = missing;
-    const TransferSet set = Identification(grid, info, target, order, radius, label).run(method);
+    const TransferSet set = Identification(grid, info, target, structure, radius, label).run(method);
     const VectorXd output = simulate(set, grid.inputs).rowwise().sum().array() + set.constant;
     for (std::size_t i = fold * n / thirds; i < (fold + 1) * n / thirds; ++i) squares += std::pow(output[known[i]] - grid.target[known[i]], 2);
   }
@@ -306,7 +320,7 @@ class TransferModel final : public ChannelModel {
           trial.push_back(i);
           const auto [sub, info] = part(trial);
           try {
-            const double error = held_out_error(sub, info, TransferMethod::arx, 1, radius, data.label);
+            const double error = held_out_error(sub, info, TransferMethod::arx, {1, false}, radius, data.label);
             if (error < reached * 0.98) {
               reached = error;
               best = i;
@@ -322,9 +336,11 @@ class TransferModel final : public ChannelModel {
       const auto [sub, info] = part(taken);
       for (Index order = 1; order <= highest_order; ++order) {
         try {
-          const double error = held_out_error(sub, info, method_, order, radius, data.label);
+          Structure structure{order, false};
+          if (method_ == TransferMethod::output_error) structure.settled = starts_settled(sub, info, order, radius, data.label);
+          const double error = held_out_error(sub, info, method_, structure, radius, data.label);
           if (error < least * 0.98) {  // a higher order has to earn its parameters
-            const TransferSet set = Identification(sub, info, sub.target, order, radius, data.label).run(method_);
+            const TransferSet set = Identification(sub, info, sub.target, structure, radius, data.label).run(method_);
             least = error;
             set_ = set;
             chosen_ = taken;
@@ -402,6 +418,15 @@ class TransferModel final : public ChannelModel {
     const TransferModel& model_;
     std::unique_ptr<RowPredictor> predictor_;
   };
+
+  static bool starts_settled(const Grid& grid, const std::vector<InputInfo>& info, Index order, double radius, const std::string& label) {
+    const auto left = [&](bool settled) {
+      Identification fit(grid, info, grid.target, {order, settled}, radius, label);
+      fit.run(TransferMethod::output_error);
+      return fit.left();
+    };
+    return left(true) <= settled_share * settled_share * left(false);
+  }
 
   TransferMethod method_;
   std::vector<InputInfo> all_;
