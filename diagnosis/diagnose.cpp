@@ -44,8 +44,8 @@ void require_valid(const DiagnoseOptions& options) {
   };
   require(options.heldout_share >= 0.05 && options.heldout_share <= 0.9, "heldout_share",
           options.heldout_share, "0.05 to 0.9");
-  require(options.model_error_percent > 0 && options.model_error_percent <= 50, "model_error_percent",
-          options.model_error_percent, "above 0, at most 50");
+  for (const auto& [name, percent] : {std::pair{"displacement_error_percent", options.displacement_error_percent}, {"temperature_error_percent", options.temperature_error_percent}})
+    require(percent > 0 && percent <= 50, name, percent, "above 0, at most 50");
   require(options.interval_s > 0, "interval_s", options.interval_s, "a positive number of seconds");
 }
 
@@ -258,9 +258,9 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
       fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
                   obs.start_C, problem.prior_std[static_cast<Index>(problem.parameters.size())]));
   d.notes.push_back(
-      fmt::format("Mesh and discretisation: {:.3g} % of each channel's own response. Chi-square without a "
+      fmt::format("Mesh and discretisation: {:.3g} % of each displacement's own response, {:.3g} % of each temperature's. Chi-square without a "
                   "cause: {:.0f} for {} values.",
-                  options.model_error_percent, found.chi_square_none, found.fitted));
+                  options.displacement_error_percent, options.temperature_error_percent, found.chi_square_none, found.fitted));
   if ((d.verdict == "unexplained" || only_unknown_shares(d)) && found.unknown_channel >= 0)
     d.notes.push_back("What no kind describes shows best in one channel alone: " +
                       obs.channels[static_cast<std::size_t>(found.unknown_channel)].channel.id + ".");

@@ -71,7 +71,9 @@ struct Diagnosis {
 
 struct DiagnoseOptions {
   double heldout_share = 0.3;     ///< of the time, its end: never fitted, or half of it where the rest leaves the cause open
-  double model_error_percent = 3; ///< mesh and discretisation, of each channel's own response
+  /// Mesh and discretisation, of each channel's own response. Temperatures converge faster than displacements, which add up
+  /// what every body bends.
+  double displacement_error_percent = 3, temperature_error_percent = 1.5;
   double interval_s = 600;        ///< residuals are averaged over such intervals
   std::vector<solver::LoadProgram> programs;  ///< that may be run next, where causes share
 };

@@ -185,7 +185,7 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   }
 
   const UnknownEvidence alone = unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
-                                                 problem.amplitude, {0.1, 0.3, 1.0, 3.0});
+                                                 problem.amplitude, {0.03, 0.1, 0.3, 1.0, 3.0});
   result.log_evidence_unknown = options.evidence_share * (alone.with - alone.without);
   result.unknown_channel = alone.channel;
   // Whether the best single cause and the best pair leave what they do not describe.

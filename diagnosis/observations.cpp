@@ -102,11 +102,12 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
 }
 
 constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
+constexpr double pause_intervals = 4.5;    ///< and those of a pause: more than a few rows are not missing by chance
 constexpr double changed_share = 0.05;     ///< of the largest value
 constexpr std::size_t most_late_changes = 8;
 
 /// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap; through a
-/// pause longer than an interval the row before it holds, as it says.
+/// pause longer than an interval and a few rows the row before it holds, as it says.
 Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const solver::Channels& channels, Index early_row, Observations& out) {
   const Index n = time.size();
   std::vector<double> sorted(static_cast<std::size_t>(n - 1));
@@ -126,7 +127,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   std::vector<std::pair<double, Observations::LateChange>> found;
   for (Index i = 0; i + 1 < n; ++i) {
     const double gap = time[i + 1] - time[i];
-    if (gap <= gap_intervals * usual || gap > out.interval) continue;
+    if (gap <= gap_intervals * usual || gap > std::max(out.interval, pause_intervals * usual)) continue;
     double change = 0.0;
     for (const auto& [c, largest] : watched)
       if (const double difference = std::abs(rows(i + 1, c) - rows(i, c)) / largest; std::isfinite(difference)) change = std::max(change, difference);

@@ -78,8 +78,9 @@ MaterialSpread material_spread(const mesh::Machine& machine) {
 /// Where a model does not know its parts, the stated spread of expansion and heat capacity is not a
 /// parameter but part of the model error: a factor of displacements, a wandering error of transients.
 ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
-                                     double start_C, const MaterialSpread& spread, double model_error,
+                                     double start_C, const MaterialSpread& spread, const DiagnoseOptions& options,
                                      double& amplitude) {
+  const double model_error = 0.01 * (channel.is_temperature() ? options.temperature_error_percent : options.displacement_error_percent);
   const Floor floor = floor_of(channel);
   ChannelCovariance cov;
   cov.time = channel.time;
@@ -197,7 +198,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
     const ObservedChannel& channel = obs.channels[k];
     const Index first = problem.first_row(k);
     problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
-                                                    obs.start_C, spread, options.model_error_percent / 100.0,
+                                                    obs.start_C, spread, options,
                                                     problem.amplitude[static_cast<Index>(k)]));
     problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();
   }

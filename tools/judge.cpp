@@ -21,6 +21,9 @@ namespace thermotwin::tools {
 void diagnose(const DiagnoseOptions& options) {
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
   const auto folder = options.out / "diagnosis";
+  diagnosis::DiagnoseOptions how;
+  how.displacement_error_percent = options.displacement_error_percent;
+  how.temperature_error_percent = options.temperature_error_percent;
   diagnosis::Diagnosis result;
   if (options.case_path.empty() && options.model.empty()) {
     result = diagnosis::diagnose_data(measurement, {});
@@ -28,11 +31,12 @@ void diagnose(const DiagnoseOptions& options) {
   } else {
     const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
     if (options.case_path.empty()) {
-      result = diagnosis::diagnose(model, measurement, {});
+      result = diagnosis::diagnose(model, measurement, how);
       diagnosis::write_diagnosis(folder, result, model);
     } else {
       const solver::Case machine_case = solver::read_case(options.case_path);
-      result = diagnosis::diagnose(model, measurement, {.programs = programs_of(machine_case, model.machine)});
+      how.programs = programs_of(machine_case, model.machine);
+      result = diagnosis::diagnose(model, measurement, how);
       diagnosis::write_diagnosis(folder, result, model, scene_of(machine_case.machine, result, options.out / "cache"));
     }
   }

@@ -101,6 +101,7 @@ struct EvaluateOptions : CommonOptions {
 };
 struct DiagnoseOptions : CommonOptions {
   std::filesystem::path case_path, data, model;
+  double displacement_error_percent = 3, temperature_error_percent = 1.5;
 };
 struct ValidateOptions : CommonOptions {
   std::filesystem::path case_path, model;

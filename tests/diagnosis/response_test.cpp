@@ -311,6 +311,10 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   const Observations paused = observe(without_rows(whole, pause));
   EXPECT_TRUE(paused.late_changes.empty());
   EXPECT_LT((paused.points.array() - (3 * 3600 + 1800)).abs().minCoeff(), 1e-6);
+  // Of slow rows two may be lost, longer than an interval of means.
+  const Observations slow = observe(without_rows(lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0}), {3 * 3600, 3 * 3600 + 300}));
+  ASSERT_EQ(slow.late_changes.size(), 1U);
+  EXPECT_NEAR(slow.late_changes[0].uncertain_s, 300.0, 1e-9);
   // What may have been is among the nuisances: with it, the truth is within reach.
   const reduction::ReducedModel model = lumped::model(machine, 9);
   const Response response(model, obs);

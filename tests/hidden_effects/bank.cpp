@@ -138,7 +138,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   line.id = id;
   line.group = group_names[static_cast<int>(group)];
   const auto began = std::chrono::steady_clock::now();
-  const diagnosis::Diagnosis d = diagnosis::diagnose(model, measurement, {});
+  const diagnosis::Diagnosis d = diagnosis::diagnose(model, measurement, beside.how);
   line.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   line.verdict = d.verdict;
   // What is found in words of what is hidden.
@@ -165,7 +165,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   const mesh::Machine& machine = model.machine;
   if (beside.clean) {
     // What is left of the effect when every nominal uncertainty has taken what it can.
-    const Seen without(model, *beside.clean, {});
+    const Seen without(model, *beside.clean, {}, beside.how);
     const diagnosis::Problem& problem = without.problem();
     const VectorXd effect = diagnosis::observe(measurement, machine, solver::Channels(machine), {}).stacked() - problem.measured;
     const diagnosis::Whitener whitener(problem.fitted_covariance());
@@ -197,14 +197,14 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.kind2 = draw.truths[1].parameter.kind;
     line.where2 = draw.truths[1].parameter.where;
     line.second_named = named.count(line.kind2 + " " + line.where2) > 0;
-    const Seen seen(model, measurement, {});
+    const Seen seen(model, measurement, {}, beside.how);
     const Factors one = seen.factors_beside({truth.parameter, line.value}, draw.truths[1]), two = seen.factors_beside(draw.truths[1], {truth.parameter, line.value});
     line.against_none = std::min(one.against_none, two.against_none);
     line.against_rival = std::min(one.against_rival, two.against_rival);
     line.rival = one.against_rival < two.against_rival ? one.rival : two.rival;
     return line;
   }
-  const Seen seen(model, measurement, beside.inputs);
+  const Seen seen(model, measurement, beside.inputs, beside.how);
   const Factors factors = seen.factors({truth.parameter, line.value});
   line.against_none = factors.against_none;
   line.against_rival = factors.against_rival;
@@ -219,7 +219,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     if (before > 1.05 * best) line.gain = (before - after) / (before - best);
   }
   if (beside.unseen) {
-    const Seen program(model, *beside.unseen, {});
+    const Seen program(model, *beside.unseen, {}, beside.how);
     const auto fill = [&](const mesh::Machine& corrected, double& heldout, double& at_poses, double& elsewhere) {
       const VectorXd predicted = program.response().predict(corrected);
       heldout = displacement_rms(seen, seen.response().predict(corrected), true, {});

@@ -64,6 +64,7 @@ struct Beside {
   const compensation::Measurement* unseen = nullptr;  ///< the same machine under another program, exact
   std::size_t measured_poses = 0;                     ///< of the unseen program's: those that the record has too
   std::vector<Followable> inputs;                     ///< that a missing source may follow
+  diagnosis::DiagnoseOptions how;                     ///< of the diagnosis
 };
 
 /// @param effective  what the effect amounts to against the nominal machine; absent: as drawn

@@ -52,12 +52,12 @@ Parameter on_model(const Parameter& truth, const reduction::ReducedModel& model)
   return result;
 }
 
-Seen::Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const std::vector<Followable>& inputs)
+Seen::Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const std::vector<Followable>& inputs, const diagnosis::DiagnoseOptions& how)
     : model_(model), inputs_(inputs) {
   const solver::Channels channels(model.machine);
   observations_ = std::make_unique<diagnosis::Observations>(diagnosis::observe(measurement, model.machine, channels, {}));
   response_ = std::make_unique<diagnosis::Response>(model, *observations_);
-  problem_ = diagnosis::make_problem(model.machine, measurement, *observations_, *response_, {});
+  problem_ = diagnosis::make_problem(model.machine, measurement, *observations_, *response_, how);
   whitener_ = std::make_unique<diagnosis::Whitener>(problem_.fitted_covariance());
   columns_ = whitener_->whiten(problem_.fitted(problem_.columns));
   nuisances_ = columns_ * problem_.prior_std.asDiagonal();
@@ -185,7 +185,7 @@ Factors Expectations::of(const Truth& truth, const std::string& load) {
     Draw clean;
     clean.load = load;
     clean.seed = 1;
-    seen = std::make_unique<Seen>(model_, specimen_.measure(clean), specimen_.followable(load));
+    seen = std::make_unique<Seen>(model_, specimen_.measure(clean), specimen_.followable(load), how_);
   }
   return seen->factors(truth);
 }

@@ -34,7 +34,8 @@ struct Factors {
 class Seen {
  public:
   /// The model must outlive it. @param inputs  that a missing source may follow
-  Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const std::vector<Followable>& inputs);
+  Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const std::vector<Followable>& inputs,
+       const diagnosis::DiagnoseOptions& how = {});
   Factors factors(const Truth& truth) const;
   /// The same of one of two causes where the other is there too, and known to be: against the other alone, and against
   /// the other with the best rival. Zero where one of them is a missing source.
@@ -62,13 +63,15 @@ class Seen {
 class Expectations {
  public:
   /// Both must outlive it.
-  Expectations(const Specimen& specimen, const reduction::ReducedModel& model) : specimen_(specimen), model_(model) {}
+  Expectations(const Specimen& specimen, const reduction::ReducedModel& model, const diagnosis::DiagnoseOptions& how = {})
+      : specimen_(specimen), model_(model), how_(how) {}
   Factors of(const Truth& truth, const std::string& load);
   const reduction::ReducedModel& model() const { return model_; }
 
  private:
   const Specimen& specimen_;
   const reduction::ReducedModel& model_;
+  diagnosis::DiagnoseOptions how_;
   std::map<std::string, std::unique_ptr<Seen>> seen_;
 };
 

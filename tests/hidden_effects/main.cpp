@@ -19,7 +19,7 @@ using namespace thermotwin;
 
 /// --name value pairs.
 std::map<std::string, std::string> read_options(int argc, char** argv) {
-  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine"};
+  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine", "displacement-error", "temperature-error"};
   std::map<std::string, std::string> options;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = std::string(argv[i]).substr(2);
@@ -28,7 +28,7 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
     throw core::UsageError("hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
-                           "--size F --refine F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none]");
+                           "--size F --refine F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
   return options;
 }
 
@@ -69,7 +69,10 @@ int run(int argc, char** argv) {
   if (options.count("cache")) made.cache = options.at("cache");
   const hidden::Specimen specimen(machine_case, made);
   std::cerr << fmt::format("specimen of {} nodes\n", specimen.nodes());
-  hidden::Expectations expectations(specimen, model);
+  diagnosis::DiagnoseOptions how;
+  how.displacement_error_percent = number("displacement-error", how.displacement_error_percent);
+  how.temperature_error_percent = number("temperature-error", how.temperature_error_percent);
+  hidden::Expectations expectations(specimen, model, how);
   const std::vector<std::string> loads = options.count("loads") ? parts_of(options.at("loads")) : machine_case.holdout;
   const std::string unseen_load = options.count("unseen") ? options.at("unseen") : machine_case.train.back();
   std::uint64_t serial = 0;
@@ -84,6 +87,7 @@ int run(int argc, char** argv) {
       hidden::Draw other = draw;
       other.outside = hidden::Outside::none;
       hidden::Beside beside;
+      beside.how = how;
       beside.inputs = specimen.followable(draw.load);
       beside.measured_poses = specimen.measured_poses();
       std::optional<compensation::Measurement> clean, unseen;

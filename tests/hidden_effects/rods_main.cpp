@@ -37,13 +37,15 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
   for (const Parameter& p : all)
     if (only.empty() || p.kind == only) kinds[p.kind].push_back(p);
   std::vector<hidden::Line> lines;
+  hidden::Beside beside;
+  beside.how.temperature_error_percent = 3.0;  // 27 nodes
   const auto one = [&](hidden::Group group, const std::vector<hidden::Truth>& truths, const std::string& id) {
     hidden::Draw draw;
     draw.truths = truths;
     draw.seed = ++seed;
     std::vector<std::pair<Parameter, double>> faults;
     for (const hidden::Truth& truth : truths) faults.emplace_back(truth.parameter, truth.value);
-    lines.push_back(hidden::diagnose_set(id, group, draw, lumped::measure(faults, {.seed = draw.seed, .spread = 1.0}), model));
+    lines.push_back(hidden::diagnose_set(id, group, draw, lumped::measure(faults, {.seed = draw.seed, .spread = 1.0}), model, beside));
     std::cerr << lines.back().text() << "\n";
   };
   for (int i = 0; i < draws; ++i)
