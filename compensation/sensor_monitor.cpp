@@ -83,6 +83,7 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
       sensor.usual = 0.0;
       sensor.leapt = true;
       sensor.leapt_at = time;
+      sensor.leap = std::abs(reading - expected);
     }
   } else if (sensor.fault == SensorFault::absent) {
     sensor.fault = SensorFault::none;
@@ -98,8 +99,11 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
   if (!sensor.leapt && jump > leap * deviation + model_share * std::abs(expected - sensor.last_expected)) {
     sensor.leapt = true;
     sensor.leapt_at = time;
+    sensor.leap = jump;
   }
-  if (sensor.leapt && std::abs(difference) <= scatter * sigma) sensor.leapt = false;
+  const bool apart = sensor.leapt && std::abs(difference) > std::min(scatter * sigma, std::max(scatter * deviation, 0.5 * sensor.leap));
+  // A spike is over at once; what has its name stays until it has agreed for long.
+  if (sensor.fault != SensorFault::offset && !apart) sensor.leapt = false;
 
   // Stuck: the reading repeats while the machine moves on. Coarse digits repeat too.
   if (const double step = std::abs(reading - sensor.last_reading); step > 0.0) {
@@ -137,14 +141,17 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
   for (const Sample& sample : sensor.recent) bends += sample.far;
   const bool noisy = bends >= 3 && 4 * bends >= static_cast<int>(sensor.recent.size());
 
-  const bool stays = sensor.leapt && sensor.leapt_at < time && time - sensor.leapt_at >= confirm_s;
-  const bool suspect = stuck || noisy || sensor.leapt;
+  const bool stays = apart && sensor.leapt_at < time && time - sensor.leapt_at >= confirm_s;
+  const bool suspect = stuck || noisy || apart;
   if (suspect) sensor.agreed_since = -1.0;
   else if (sensor.agreed_since < 0.0) sensor.agreed_since = time;
   if (noisy) sensor.fault = SensorFault::noise;
   else if (stuck) sensor.fault = SensorFault::stuck;
   else if (stays && sensor.fault == SensorFault::none) sensor.fault = SensorFault::offset;
-  else if (sensor.fault != SensorFault::none && sensor.agreed_since >= 0.0 && time - sensor.agreed_since >= agreed_s) sensor.fault = SensorFault::none;
+  else if (sensor.fault != SensorFault::none && sensor.agreed_since >= 0.0 && time - sensor.agreed_since >= agreed_s) {
+    sensor.fault = SensorFault::none;
+    sensor.leapt = false;
+  }
 
   sensor.trusted = !suspect && sensor.fault == SensorFault::none;
   if (sensor.trusted) sensor.usual += share * difference;

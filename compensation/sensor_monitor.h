@@ -12,7 +12,7 @@
 // Readings after a leap are withheld at once, before the fault has its name, so that they do no
 // harm. sigma is the sensor's stated deviation, at least 0.03 K, plus a tenth of what the expected
 // reading moved, since a model errs most while things change. A sensor comes back once its readings
-// have agreed for half an hour. Limits: a sensor that drifts slowly is taken for model error, and one
+// have agreed for half an hour without a break, and to less than half of a leap: while much changes, that alone would agree with anything. Limits: a sensor that drifts slowly is taken for model error, and one
 // that is off from the start by less than its neighbours differ is not found.
 
 #include <Eigen/Core>
@@ -56,7 +56,7 @@ class SensorMonitor {
     double same_since = 0;
     double readings = 0, repeats = 0;        ///< in runs that have ended: how often readings repeat by chance
     double smallest_step = 0;                ///< of the reading's digits, where it has coarse ones
-    double leapt_at = -1, agreed_since = -1;
+    double leapt_at = -1, leap = 0, agreed_since = -1;   ///< s; K; s
     std::deque<Sample> recent;
   };
   void start(Sensor& sensor, double time, double reading, double expected);

@@ -121,6 +121,21 @@ TEST(SensorMonitor, AReadingThatNoLongerScattersIsStuck) {
   }
 }
 
+// Beside a spindle that starts and stops a tenth of what moves is more than the sensor is off by.
+TEST(SensorMonitor, ASensorThatIsOffStaysNamedWhileMuchMoves) {
+  SensorMonitor monitor(VectorXd::Constant(1, sigma));
+  test::Uniform random(7);
+  double truth = 20.0;
+  for (double t = 0.0; t < 8 * 3600.0; t += 60.0) {
+    truth += ((std::fmod(t, 2400.0) < 1200.0 ? 80.0 : 20.0) - truth) * (1.0 - std::exp(-60.0 / 300.0));
+    const double off = t < 3600.0 ? 0.0 : 2.0;
+    monitor.judge(t, VectorXd::Constant(1, truth + off + sigma * random.normal()), VectorXd::Constant(1, truth));
+    if (t < 3600.0) EXPECT_EQ(monitor.fault(0), SensorFault::none) << t;
+    else if (t > 3720.0) ASSERT_EQ(monitor.fault(0), SensorFault::offset) << t;
+    if (t >= 3600.0) ASSERT_FALSE(monitor.trusted(0)) << t;
+  }
+}
+
 TEST(SensorMonitor, AHealthySensorIsNeverNamedAndASensorComesBack) {
   for (const double step : {1.0, 60.0, 300.0}) {
     const Day day(step);
