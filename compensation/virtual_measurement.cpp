@@ -114,12 +114,15 @@ Eigen::VectorXd sent_values(const core::Table& inputs, const std::string& name) 
 
 }  // namespace
 
+/// Standard deviations that a machine of the type is off by, at the most: what is further off is a fault.
+constexpr double farthest = 2.5;
+
 mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale, Perturb what) {
   Normal normal(seed);
   mesh::Machine result = machine;
   // One draw for each nominal, uncertain or not: a changed uncertainty leaves the others alone.
   const auto perturb_by = [&](core::Uncertain& nominal, double share) {
-    const double factor = 1.0 + share * nominal.std_percent / 100.0 * normal();
+    const double factor = 1.0 + share * nominal.std_percent / 100.0 * std::clamp(normal(), -farthest, farthest);
     nominal.value *= std::max(0.2, factor);
   };
   const double other = what == Perturb::all ? scale : 0.0;

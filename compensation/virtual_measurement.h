@@ -18,7 +18,7 @@ namespace thermotwin::compensation {
 enum class Perturb { all, thermal };
 
 /// Multiplies every Uncertain nominal by 1 + std_percent/100 * N(0,1) (films, powers, contact
-/// conductances; at least 0.2 of nominal). @param scale  factor on all standard deviations
+/// conductances; at least 0.2 of nominal), N cut off at 2.5. @param scale  factor on all standard deviations
 mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0, Perturb what = Perturb::all);
 
 struct VirtualOptions {
