@@ -172,11 +172,12 @@ struct Compensator::Work {
     innovation_count.setZero();
   }
 
-  /// Readings that the chillers see: measured ones where there are, else predicted.
+  /// Readings that the chillers see: measured ones where there are and are trusted, else predicted. A reading that has leapt is taken
+  /// for the fault of its way here; if the chiller follows it, the other sensors see the coolant change.
   void guide_readings(VectorXd& readings) const {
     readings = sensors_state + errors.sensor_correction() + sensor_offset;
     for (Index s = 0; s < readings.size(); ++s) {
-      if (std::isfinite(reading_K[s])) readings[s] = reading_K[s];
+      if (std::isfinite(reading_K[s]) && trusted(s)) readings[s] = reading_K[s];
     }
   }
 

@@ -223,6 +223,8 @@ TEST_F(FailedSensor, CostsAtMostAFifthOfTheReduction) {
         Compensator compensator(model_);
         const double with_fault = 1.0 - std::sqrt(squares(compensator, truth, given, &named) / before);
         EXPECT_GT(with_fault, 0.8 * reduction) << names[f] << " of sensor " << failing;
+        // Nor does one that guides the chiller take the coolant with it.
+        if (names[f] == std::string("offset")) EXPECT_GT(with_fault, 0.95 * reduction) << model_.machine.sensors[static_cast<std::size_t>(failing)].id;
         const std::string expected = model_.machine.sensors[static_cast<std::size_t>(failing)].id + "=" + names[f];
         EXPECT_EQ(named, expected) << "seed " << seed;
         if (failing == 0) std::printf("  %s: %.1f %% removed, %.1f %% with all sensors\n", expected.c_str(), 100 * with_fault, 100 * reduction);
