@@ -90,7 +90,7 @@ std::vector<Slip> slips_in_programs() {
       {"TwoDurations", file, "duration_h = 1.5", "duration_h = 1.5\nduration_s = 5", run, {"phase[1]", "more than one duration", "one of: duration_h"}},
       {"UnknownAxis", file, "id = \"X\"", "id = \"W\"", run, {"phase[1].axis[1].id", "'W'", "X, Y, Z, B, C"}},
       {"MisnamedPhaseKey", file, "cutting_fluid = true", "cuting_fluid = true", run, {"phase[1].cuting_fluid", "nearest is cutting_fluid"}},
-      {"UnknownProgram", "case.toml", "\"warm_up\"]", "\"warmup\"]", run, {"case.toml:4 train", "'warmup'", "ambient, mixed, warm_up"}},
+      {"UnknownProgram", "case.toml", "\"warm_up\"]", "\"warmup\"]", run, {"case.toml:4 train", "'warmup'", "ambient, day_and_night, mixed, warm_up"}},
       {"ProgramTwice", "case.toml", "\"warm_up\"]", "\"ambient\"]", run, {"'ambient'", "twice"}},
       {"HeldOutAndTrained", "case.toml", "holdout = [\"mixed\"]", "holdout = [\"ambient\"]", run, {"case.toml:5 holdout", "'ambient'"}},
       {"NothingHeldOut", "case.toml", "holdout = [\"mixed\"]", "", run, {"case.toml holdout", "missing"}},
