@@ -48,12 +48,12 @@ std::vector<EvaluationPart> parts_of_other(const Measurement& other) {
   return parts;
 }
 
-void judge_machine(const Measurement& measurement, const reduction::ReducedModel* model, Judge& judge) {
+void judge_machine(const Measurement& measurement, const reduction::ReducedModel* model, const std::string& name, Judge& judge) {
   if (model == nullptr) return;
-  judge_reduced_model(measurement, *model, false, judge);
+  judge_reduced_model(measurement, *model, name, false, judge);
   const bool any_sensor = std::any_of(measurement.channels.begin(), measurement.channels.end(),
                                       [](const MeasuredChannel& channel) { return !channel.sensor.empty(); });
-  if (any_sensor) judge_reduced_model(measurement, *model, true, judge);
+  if (any_sensor) judge_reduced_model(measurement, *model, name, true, judge);
 }
 
 double training_hours(const Judge& judge) {
@@ -96,8 +96,10 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
     for (Judge& other : other_judges) other.add(fitted.name(), fitted.predict(other.data()), false);
     result.models.push_back(std::move(fitted));
   }
-  judge_machine(measurement, model, judge);
-  for (std::size_t i = 0; i < others.size(); ++i) judge_machine(others[i], model, other_judges[i]);
+  for (const auto& [name, machine] : {std::pair{"reduced_model", model}, {"extended_model", options.extended}}) {
+    judge_machine(measurement, machine, name, judge);
+    for (std::size_t i = 0; i < others.size(); ++i) judge_machine(others[i], machine, name, other_judges[i]);
+  }
 
   result.predictions = judge.predictions();
   result.rows = std::move(judge.rows);

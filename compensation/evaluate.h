@@ -22,6 +22,8 @@ struct EvaluateOptions {
   std::vector<std::string> train_programs;  ///< instead: these programs of the measurement
   std::vector<std::string> models;          ///< by name; empty: all
   std::vector<std::string> check;           ///< displacement channels that no fit may use
+  /// That of the machine as a diagnosis extended it, beside the nominal one: extended_model, extended_model_sensors.
+  const reduction::ReducedModel* extended = nullptr;
 };
 
 struct EvaluationRow {

@@ -50,6 +50,6 @@ bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Ju
 
 std::vector<Standing> standings(const std::vector<EvaluationRow>& rows);
 
-void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, bool with_sensors, Judge& judge);
+void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name, bool with_sensors, Judge& judge);
 
 }  // namespace thermotwin::compensation

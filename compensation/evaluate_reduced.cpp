@@ -30,7 +30,7 @@ void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChanne
 
 }  // namespace
 
-void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, bool with_sensors, Judge& judge) {
+void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name, bool with_sensors, Judge& judge) {
   require_fits(measurement, model.machine);
   const std::vector<MeasuredChannel>& displacements = judge.data().targets;
   std::vector<mesh::Pose> poses;
@@ -38,14 +38,13 @@ void judge_reduced_model(const Measurement& measurement, const reduction::Reduce
     poses.push_back(mesh::parse_pose(model.machine, channel.pose_text, channel.id));
   }
   std::vector<std::vector<solver::TcpError>> errors = run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &judge.observer : nullptr);
-  const std::string name = with_sensors ? "reduced_model_sensors" : "reduced_model";
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const MeasuredChannel& channel = displacements[k];
     turn_into_frame(errors[k], channel, model.machine, poses[k]);
     const VectorXd predicted = quantity_series(errors[k], channel);
-    judge.add(name, k, predicted, false);
+    judge.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
-  if (!with_sensors) judge.note(fmt::format("reduced_model: nothing fitted; starts uniform at {:.2f} degC", start_temperature(measurement, model.machine)));
+  if (!with_sensors) judge.note(fmt::format("{}: nothing fitted; starts uniform at {:.2f} degC", name, start_temperature(measurement, model.machine)));
 }
 
 VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel) {

@@ -121,7 +121,7 @@ std::string leaderboard_svg(const Evaluation& evaluation) {
   }
   double y = top;
   for (const Standing& standing : evaluation.leaderboard) {
-    const bool twin = standing.model.starts_with("reduced_model"), baseline = standing.model == "static_regression";
+    const bool twin = standing.model.starts_with("reduced_model") || standing.model.starts_with("extended_model"), baseline = standing.model == "static_regression";
     const double value = std::isfinite(standing.reduction_percent) ? std::clamp(standing.reduction_percent, low, 100.0) : 0.0;
     const double from = panel.x(std::min(0.0, value)), to = panel.x(std::max(0.0, value));
     svg += label(left - 8, y + 16, standing.model, "end");

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "compensation/evaluate.h"
 #include "compensation/evaluation_plots.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "reduction/model_file.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"
@@ -56,7 +58,9 @@ void evaluate(const EvaluateOptions& options) {
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
   std::vector<compensation::Measurement> others;
   for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
-  const compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};
+  compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};
+  std::optional<reduction::ReducedModel> extended;
+  if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));
   for (const std::string& name : options.models) compensation::model_spec(name);
 
   compensation::Evaluation evaluation;

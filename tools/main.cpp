@@ -275,6 +275,7 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("--data", evaluate.data, "measurement folder")->required();
   verb->add_option("--also", evaluate.also, "further folders with the same channels, none of which a fit sees: A,B")->delimiter(',');
   verb->add_option("--model", evaluate.model, "model.rom.h5 (absent: made from the case)");
+  verb->add_option("--extended", evaluate.extended, "diagnosis/extended/model.rom.h5, judged beside the nominal model");
   auto* until = verb->add_option("--train-until", evaluate.train_until_h, "hours from the first row that fitted models may see (absent: 24, of a record below 30 h half)")
                     ->check(CLI::PositiveNumber);
   verb->add_option("--train-programs", evaluate.train_programs, "programs of channels.toml that fitted models may see instead: A,B")

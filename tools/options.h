@@ -92,7 +92,7 @@ struct OffsetsOptions : CommonOptions {
   double table_radius_mm = 300;
 };
 struct EvaluateOptions : CommonOptions {
-  std::filesystem::path case_path, data, model, fitted;
+  std::filesystem::path case_path, data, model, extended, fitted;
   std::vector<std::filesystem::path> also;
   double train_until_h = 0;                 ///< 0: a day, of a short record half
   std::vector<std::string> train_programs, models, check;

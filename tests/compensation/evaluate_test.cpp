@@ -194,6 +194,22 @@ TEST(Evaluate, AReducedModelMeetsItsOwnMachineWithAndWithoutSensors) {
   }
 }
 
+TEST(Evaluate, AnExtendedModelIsJudgedBesideTheNominalOne) {
+  const reduction::ReducedModel nominal = test::lumped_model();
+  reduction::ReducedModel right = nominal;
+  right.machine.sources.front().scale.value *= 1.6;
+  const std::vector<std::string> texts{"", "X=200,Z=100,B=45,C=90"};
+  std::vector<mesh::Pose> poses;
+  for (const std::string& text : texts) poses.push_back(mesh::parse_pose(nominal.machine, text, "test"));
+  const Measurement measurement = measured(nominal, test::run_truth(right.machine, right, 60.0, 5, 10 * 3600.0, poses), texts);
+  const Evaluation evaluation = evaluate(measurement, &nominal, {.train_until_s = 5 * 3600.0, .train_programs = {}, .models = {"static_regression"}, .check = {}, .extended = &right});
+  for (const char* channel : {"dz@1", "dz@2"}) {
+    const double as_stated = row_of(evaluation, "reduced_model", channel, "day 0").measures.rms, extended = row_of(evaluation, "extended_model", channel, "day 0").measures.rms;
+    EXPECT_LT(extended, 0.1 * as_stated) << channel;
+    EXPECT_GT(row_of(evaluation, "extended_model_sensors", channel, "day 0").measures.fit, 97.0) << channel;
+  }
+}
+
 TEST(Evaluate, AnEmptyComparisonIsRefused) {
   Measurement measurement;
   measurement.data.columns = {"time_s"};
