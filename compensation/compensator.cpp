@@ -176,6 +176,10 @@ struct Compensator::Work {
   /// for the fault of its way here; if the chiller follows it, the other sensors see the coolant change.
   void guide_readings(VectorXd& readings) const {
     readings = sensors_state + errors.sensor_correction() + sensor_offset;
+    take_trusted(readings);
+  }
+
+  void take_trusted(VectorXd& readings) const {
     for (Index s = 0; s < readings.size(); ++s) {
       if (std::isfinite(reading_K[s]) && trusted(s)) readings[s] = reading_K[s];
     }
@@ -211,9 +215,7 @@ struct Compensator::Work {
     sensors_start = sensors_state;
     predicted_K = sensors_state;
     VectorXd readings = sensors_state + sensor_offset;
-    for (Index s = 0; s < readings.size(); ++s) {
-      if (std::isfinite(reading_K[s])) readings[s] = reading_K[s];
-    }
+    take_trusted(readings);
     const VectorXd outlet = solver::chiller_set_points(model.machine, model.system.layout, readings, operating.guide_K(row));
     chiller.emplace(model.machine, model.system.layout, operating.channels(), outlet);
     operating.coefficients(row, outlet, readings, coefficients);

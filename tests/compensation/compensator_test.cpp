@@ -283,6 +283,23 @@ TEST(Compensator, TheGuideSensorsReadingDrivesTheChiller) {
   EXPECT_GT(guided.predicted_sensors_C()[nose], compensator.predicted_sensors_C()[nose] + 0.5);
 }
 
+TEST(Compensator, AGuideSensorThatIsOffFromTheStartIsNotFollowed) {
+  // All is at 20 degC but the guide's reading, which is absurd: the first set point is not taken from it either.
+  CompensatorOptions options;
+  options.start_from_sensors = false;
+  Compensator compensator(nominal(), options), misled(nominal(), options);
+  const VectorXd row = compensator.channels().defaults();
+  VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 20.0);
+  const int guide = nominal().machine.sensor_index("T_bed"), nose = nominal().machine.sensor_index("T_nose");
+  for (int i = 0; i <= 5; ++i) {
+    readings[guide] = 20.0;
+    compensator.step(60.0 * i, row, readings);
+    readings[guide] = 80.0;
+    misled.step(60.0 * i, row, readings);
+  }
+  EXPECT_NEAR(misled.predicted_sensors_C()[nose], compensator.predicted_sensors_C()[nose], 0.01);
+}
+
 TEST(Compensator, PredictedReadingsMeetTheReadingsOfItsOwnModel) {
   const std::vector<mesh::Pose> poses = some_poses();
   const test::Truth run = test::run_truth(nominal().machine, nominal(), 60.0, 1, 4 * 3600.0, poses);
