@@ -336,11 +336,9 @@ class TransferModel final : public ChannelModel {
       const auto [sub, info] = part(taken);
       for (Index order = 1; order <= highest_order; ++order) {
         try {
-          Structure structure{order, false};
-          if (method_ == TransferMethod::output_error) structure.settled = starts_settled(sub, info, order, radius, data.label);
+          const auto [structure, set] = fit_order(sub, info, order, radius, data.label);
           const double error = held_out_error(sub, info, method_, structure, radius, data.label);
           if (error < least * 0.98) {  // a higher order has to earn its parameters
-            const TransferSet set = Identification(sub, info, sub.target, structure, radius, data.label).run(method_);
             least = error;
             set_ = set;
             chosen_ = taken;
@@ -419,13 +417,14 @@ class TransferModel final : public ChannelModel {
     std::unique_ptr<RowPredictor> predictor_;
   };
 
-  static bool starts_settled(const Grid& grid, const std::vector<InputInfo>& info, Index order, double radius, const std::string& label) {
-    const auto left = [&](bool settled) {
-      Identification fit(grid, info, grid.target, {order, settled}, radius, label);
-      fit.run(TransferMethod::output_error);
-      return fit.left();
-    };
-    return left(true) <= settled_share * settled_share * left(false);
+  std::pair<Structure, TransferSet> fit_order(const Grid& grid, const std::vector<InputInfo>& info, Index order, double radius, const std::string& label) const {
+    Identification free(grid, info, grid.target, {order, false}, radius, label);
+    TransferSet set = free.run(method_);
+    if (method_ != TransferMethod::output_error) return {{order, false}, std::move(set)};
+    Identification settled(grid, info, grid.target, {order, true}, radius, label);
+    TransferSet from_rest = settled.run(method_);
+    const bool rests = settled.left() <= settled_share * settled_share * free.left();
+    return {{order, rests}, std::move(rests ? from_rest : set)};
   }
 
   TransferMethod method_;

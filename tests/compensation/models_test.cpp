@@ -186,6 +186,29 @@ TEST(TransferModels, OutputErrorIsNotMisledByNoiseOnTheOutput) {
   EXPECT_LT(output_error, arx);
 }
 
+TEST(TransferModels, AShortRecordFromRestTellsASlowTimeConstant) {
+  // One step: what follows it could as well be a free motion of the start, of which a prediction knows nothing.
+  for (const std::uint64_t seed : {6U, 7U, 8U}) {
+    Record record{VectorXd(900), MatrixXd(900, 1)};
+    VectorXd truth(900), noisy(900);
+    test::Uniform uniform(seed);
+    double fast = 0.0, slow = 0.0;
+    for (Index i = 0; i < 900; ++i) {
+      record.time[i] = 60.0 * static_cast<double>(i);
+      const double u = i < 3 ? 0.0 : i < 300 ? 10.0 : 4.0;
+      record.temperatures(i, 0) = 20.0 + u;
+      truth[i] = 2.0 * fast + 3.0 * slow;
+      noisy[i] = truth[i] + 1.0 * uniform.normal();
+      fast += (u - fast) * (1.0 - std::exp(-60.0 / 900.0));
+      slow += (u - slow) * (1.0 - std::exp(-60.0 / 5400.0));
+    }
+    const auto model = make_transfer_model(TransferMethod::output_error);
+    fit(*model, record, noisy, 300);
+    const double error = std::sqrt((predict(*model, record) - truth).tail(600).squaredNorm() / 600.0);
+    EXPECT_LT(error, 2.0) << model->explain("um");
+  }
+}
+
 TEST(TransferModels, TheStepResponseSettlesAtTheGain) {
   TransferSet set;
   set.step = 60.0;
