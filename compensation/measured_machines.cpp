@@ -22,9 +22,9 @@ std::string MeasuredMachines::stamp(std::uint64_t seed, const std::string& load_
     mesh_hash_ = solver::hash_of_mesh(mesh);
     nodes_ = mesh.nodes();
   }
-  std::string inputs = fmt::format("{} {} {} {} {} {} {} {} {}", case_.machine.hash, mesh_hash_, options_.size_factor, options_.refine,
+  std::string inputs = fmt::format("{} {} {} {} {} {} {} {} {} {}", case_.machine.hash, mesh_hash_, options_.size_factor, options_.refine,
                                    options_.backward_euler, options_.sensor_noise_K, options_.probe_noise_um, seed,
-                                   options_.what == Perturb::all ? "all" : "thermal");
+                                   options_.what == Perturb::all ? "all" : "thermal", farthest_std);
   for (const mesh::Pose& pose : case_.check_points) inputs += " " + mesh::format_pose(case_.machine, pose);
   return core::content_hash(inputs + load_text) + "\n";
 }

@@ -99,30 +99,14 @@ bool is_sent(const std::string& name, const mesh::Machine& machine, const Eigen:
   return values.array().isFinite().any();
 }
 
-/// Values of a channel. Where the range of an axis is not given the axis stands: a range of its
-/// position, since a blank would mean that the last range goes on.
-Eigen::VectorXd sent_values(const core::Table& inputs, const std::string& name) {
-  const Eigen::VectorXd values = inputs.column(name);
-  const std::size_t word = name.rfind('.') + 1;
-  for (const std::string range : {"low_", "high_"}) {
-    if (name.compare(word, range.size(), range) != 0) continue;
-    const Eigen::VectorXd position = inputs.column(name.substr(0, word) + "position_" + name.substr(word + range.size()));
-    return values.array().isFinite().select(values, position);
-  }
-  return values;
-}
-
 }  // namespace
-
-/// Standard deviations that a machine of the type is off by, at the most: what is further off is a fault.
-constexpr double farthest = 2.5;
 
 mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale, Perturb what) {
   Normal normal(seed);
   mesh::Machine result = machine;
   // One draw for each nominal, uncertain or not: a changed uncertainty leaves the others alone.
   const auto perturb_by = [&](core::Uncertain& nominal, double share) {
-    const double factor = 1.0 + share * nominal.std_percent / 100.0 * std::clamp(normal(), -farthest, farthest);
+    const double factor = 1.0 + share * nominal.std_percent / 100.0 * std::clamp(normal(), -farthest_std, farthest_std);
     nominal.value *= std::max(0.2, factor);
   };
   const double other = what == Perturb::all ? scale : 0.0;
@@ -171,7 +155,7 @@ Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& ma
   const solver::Channels channels(machine);
   for (const std::string& name : channels.names()) {
     if (!is_sent(name, machine, truth.inputs.column(name))) continue;
-    const Eigen::VectorXd values = sent_values(truth.inputs, name);
+    const Eigen::VectorXd values = truth.inputs.column(name);
     // The campaign's row i is the mean since output i - 1; a measurement's row holds until the next.
     Eigen::VectorXd held(times);
     for (Index i = 0; i < times; ++i) held[i] = values[std::min(i + 1, times - 1)];

@@ -17,8 +17,11 @@ namespace thermotwin::compensation {
 /// stated as uncertain, also expansions, capacities and stiffnesses, which no thermometer sees.
 enum class Perturb { all, thermal };
 
+/// Standard deviations that a machine of the type is off by, at the most: what is further off is a fault.
+inline constexpr double farthest_std = 2.5;
+
 /// Multiplies every Uncertain nominal by 1 + std_percent/100 * N(0,1) (films, powers, contact
-/// conductances; at least 0.2 of nominal), N cut off at 2.5. @param scale  factor on all standard deviations
+/// conductances; at least 0.2 of nominal), N within farthest_std. @param scale  factor on all standard deviations
 mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0, Perturb what = Perturb::all);
 
 struct VirtualOptions {
