@@ -275,7 +275,7 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("--data", evaluate.data, "measurement folder")->required();
   verb->add_option("--also", evaluate.also, "further folders with the same channels, none of which a fit sees: A,B")->delimiter(',');
   verb->add_option("--model", evaluate.model, "model.rom.h5 (absent: made from the case)");
-  verb->add_option("--extended", evaluate.extended, "diagnosis/extended/model.rom.h5, judged beside the nominal model");
+  auto* extended = verb->add_option("--extended", evaluate.extended, "diagnosis/extended/model.rom.h5, judged beside the nominal model");
   auto* until = verb->add_option("--train-until", evaluate.train_until_h, "hours from the first row that fitted models may see (absent: 24, of a record below 30 h half)")
                     ->check(CLI::PositiveNumber);
   verb->add_option("--train-programs", evaluate.train_programs, "programs of channels.toml that fitted models may see instead: A,B")
@@ -283,7 +283,7 @@ int parse_and_run(int argc, char** argv) {
       ->excludes(until);
   verb->add_option("--models", evaluate.models, "only these fitted models: static_regression,grey_box,... (absent: all)")->delimiter(',');
   verb->add_option("--check", evaluate.check, "displacement channels that no fit may use, predicted over the workspace: dx@2,dy@2")->delimiter(',');
-  verb->add_option("--fitted", evaluate.fitted, "models.toml of another machine of the type: as it is, and with one factor a channel");
+  verb->add_option("--fitted", evaluate.fitted, "models.toml of another machine of the type: as it is, and with one factor a channel")->excludes(extended);
   verb->add_flag("--cross", evaluate.cross, "fit on each program (or day), judge on all the others");
   verb->add_option("--length-study", evaluate.length_study, "MODEL CHANNEL: how long a measurement the model needs, as box plots")->expected(2);
 

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/diagnose.h"
+
 namespace thermotwin::tools {
 
 struct CommonOptions {
@@ -101,7 +103,8 @@ struct EvaluateOptions : CommonOptions {
 };
 struct DiagnoseOptions : CommonOptions {
   std::filesystem::path case_path, data, model;
-  double displacement_error_percent = 3, temperature_error_percent = 1.5;
+  double displacement_error_percent = diagnosis::DiagnoseOptions{}.displacement_error_percent;
+  double temperature_error_percent = diagnosis::DiagnoseOptions{}.temperature_error_percent;
 };
 struct ValidateOptions : CommonOptions {
   std::filesystem::path case_path, model;
