@@ -19,7 +19,7 @@ using namespace thermotwin;
 
 /// --name value pairs.
 std::map<std::string, std::string> read_options(int argc, char** argv) {
-  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine", "displacement-error", "temperature-error"};
+  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine", "mesh-order", "displacement-error", "temperature-error"};
   std::map<std::string, std::string> options;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = std::string(argv[i]).substr(2);
@@ -28,7 +28,7 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
     throw core::UsageError("hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
-                           "--size F --refine F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
+                           "--size F --mesh-order 1|2 --refine F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
   return options;
 }
 
@@ -45,7 +45,9 @@ int run(int argc, char** argv) {
   const auto options = read_options(argc, argv);
   const auto number = [&](const std::string& name, double otherwise) { return options.count(name) ? std::stod(options.at(name)) : otherwise; };
   const auto seed = static_cast<std::uint64_t>(number("seed", 1000));
-  const solver::Case machine_case = solver::read_case(options.at("case"));
+  solver::Case machine_case = solver::read_case(options.at("case"));
+  machine_case.machine.order = static_cast<int>(number("mesh-order", machine_case.machine.order));
+  if (machine_case.machine.order != 1 && machine_case.machine.order != 2) throw core::UsageError("--mesh-order " + options.at("mesh-order") + ": allowed are 1 and 2");
   const reduction::ReducedModel model = reduction::read_model(options.at("model"));
   const std::filesystem::path out = options.at("out");
   std::filesystem::create_directories(out);
