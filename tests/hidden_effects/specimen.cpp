@@ -9,6 +9,7 @@
 #include "compensation/virtual_measurement.h"
 #include "diagnosis/machine_value.h"
 #include "faulty_readings.h"
+#include "own_footprint.h"
 #include "solver/simulation.h"
 #include "solver/tcp.h"
 #include "solver/thermal_adaptive.h"
@@ -70,25 +71,6 @@ std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine)
   double from = 0.0;
   for (const double to : program.step_ends(refine)) rows.push_back(program.row(from, to)), from = to;
   return rows;
-}
-
-/// Heat of a column after five minutes of conduction: E (E + 300 s K)^-1 s, the same in sum.
-VectorXd spread_heat(const solver::ThermalSystem& thermal, const solver::Coefficients& c, const VectorXd& column) {
-  const double shift = 1.0 / 300.0;
-  solver::Coefficients closed = c;
-  closed.p.setZero();
-  return thermal.capacity * (shift * solver::solve_shifted(thermal, closed, shift, column));
-}
-
-/// Uneven over a surface by 20 % either way, along the machine's longest extent.
-VectorXd unevenness(const solver::FullModel& full, double phase) {
-  VectorXd factor = VectorXd::Ones(full.thermal.size);
-  for (std::size_t b = 0; b < full.mesh.bodies.size(); ++b) {
-    const mesh::TetMesh& body = full.mesh.bodies[b];
-    for (Index n = 0; n < static_cast<Index>(body.points.cols()); ++n)
-      factor[full.mesh.first_node[b] + n] = 1.0 + 0.2 * std::sin(7.0 * body.points.col(n).sum() + phase);
-  }
-  return factor;
 }
 
 /// Steps of a record's row with error control: half as long until the estimate is below the tolerance.
@@ -219,115 +201,66 @@ std::vector<Followable> Specimen::followable(const std::string& load) const {
   return found;
 }
 
-Measurement Specimen::measure(const Draw& draw, double* effective, Recording recording) const {
-  const bool exact = recording == Recording::exact;
-  const std::size_t pose_count = exact ? poses_.size() : measured_poses_;
-  Random random(draw.seed), noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
-  const solver::LoadProgram load = case_.load(draw.load);
-  // A machine of the type: coefficients drawn anew, materials those of the specimen.
-  mesh::Machine machine = compensation::perturbed(case_.machine, draw.seed);
-  machine.materials = full_.mesh.machine.materials;
-  machine.scales = full_.mesh.machine.scales;
-  machine.screws = full_.mesh.machine.screws;
+/// A machine of the type: coefficients drawn anew, materials those of the specimen.
+mesh::Machine Specimen::machine_of(std::uint64_t seed) const {
+  mesh::Machine machine = compensation::perturbed(case_.machine, seed);
+  const mesh::Machine& own = full_.mesh.machine;
+  machine.materials = own.materials;
+  machine.scales = own.scales;
+  machine.screws = own.screws;
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
-    machine.joints[i].stiffness_normal = full_.mesh.machine.joints[i].stiffness_normal;
-    machine.joints[i].stiffness_tangential = full_.mesh.machine.joints[i].stiffness_tangential;
+    machine.joints[i].stiffness_normal = own.joints[i].stiffness_normal;
+    machine.joints[i].stiffness_tangential = own.joints[i].stiffness_tangential;
   }
-  mesh::Machine wrong = machine;
-  std::vector<const Truth*> of_readings;
-  for (const Truth& truth : draw.truths) {
-    if (diagnosis::acts_on_readings(truth.parameter.kind)) {
-      of_readings.push_back(&truth);
-      continue;
-    }
-    if (truth.parameter.missing || diagnosis::needs_parts(truth.parameter.kind)) continue;
-    wrong = diagnosis::with_parameter(wrong, truth.parameter, truth.value);
-  }
-  solver::ThermalSystem thermal = full_.thermal;
-  const solver::OperatingModel right_model(machine, thermal.layout), wrong_model(wrong, thermal.layout);
-  const solver::Channels& channels = right_model.channels();
-  const Index inputs = thermal.inputs.cols(), terms = static_cast<Index>(thermal.terms.size());
+  return machine;
+}
 
-  // Inputs and terms of the effect's own footprint, one for each that changes.
+Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, Random& random, OutsideEffect& outside) const {
+  const solver::LoadProgram load = case_.load(draw.load);
+  mesh::Machine wrong = machine;
+  std::vector<const Truth*> spots;
+  for (const Truth& truth : draw.truths) {
+    if (truth.parameter.missing) spots.push_back(&truth);
+    else if (!diagnosis::needs_parts(truth.parameter.kind) && !diagnosis::acts_on_readings(truth.parameter.kind))
+      wrong = diagnosis::with_parameter(wrong, truth.parameter, truth.value);
+  }
+  const solver::Layout& layout = full_.thermal.layout;
+  const solver::OperatingModel right_model(machine, layout), wrong_model(wrong, layout);
+  const solver::Channels& channels = right_model.channels();
+
   const VectorXd uneven = unevenness(full_, random.uniform(0.0, 6.28));
   const double phase = random.uniform(0.0, 6.28), period = random.uniform(5.0, 11.0) * hour;
   const auto size_at = [&](double time) { return 1.0 + 0.15 * std::sin(2.0 * std::numbers::pi * time / period + phase); };
-  std::vector<Index> own_input(static_cast<std::size_t>(inputs), -1), own_term(static_cast<std::size_t>(terms), -1);
-  MatrixXd heat_columns(thermal.size, 0);
-  const std::vector<double> ends = load.step_ends(options_.refine);
-  const solver::Coefficients typical = right_model.coefficients(load.row(0.0, ends.front()), VectorXd::Zero(static_cast<Index>(machine.coolants.size())));
-  std::vector<std::pair<solver::Coefficients, solver::Coefficients>> both;  // right and wrong, every so often
-  for (std::size_t s = 0; s < ends.size(); s += 3) {
-    const VectorXd row = load.row(s > 0 ? ends[s - 1] : 0.0, ends[s]);
-    const VectorXd inlet = VectorXd::Constant(static_cast<Index>(machine.coolants.size()), 0.1);
-    both.emplace_back(right_model.coefficients(row, inlet), wrong_model.coefficients(row, inlet));
-  }
-  const auto differs_ever = [&](const auto& pick) {
-    return std::any_of(both.begin(), both.end(), [&](const auto& pair) { return pick(pair.first) != pick(pair.second); });
-  };
-  for (Index k = 0; k < inputs; ++k) {
-    const solver::Input& input = thermal.layout.inputs[static_cast<std::size_t>(k)];
-    if (input.kind != solver::InputKind::source) continue;
-    if (!differs_ever([&](const solver::Coefficients& c) { return c.q[k]; })) continue;
-    own_input[static_cast<std::size_t>(k)] = heat_columns.cols();
-    heat_columns.conservativeResize(Eigen::NoChange, heat_columns.cols() + 1);
-    heat_columns.rightCols(1) = spread_heat(thermal, typical, thermal.inputs.col(k));
-  }
-  const solver::SparseMatrix base_inputs = thermal.inputs;
-  std::vector<VectorXd> film_columns;
-  for (Index j = 0; j < terms; ++j) {
-    if (thermal.layout.terms[static_cast<std::size_t>(j)].kind != solver::TermKind::film) continue;
-    if (!differs_ever([&](const solver::Coefficients& c) { return c.p[j]; })) continue;
-    own_term[static_cast<std::size_t>(j)] = static_cast<Index>(thermal.terms.size());
-    solver::SparseMatrix matrix = uneven.asDiagonal() * thermal.terms[static_cast<std::size_t>(j)] * uneven.asDiagonal();
-    const double total = VectorXd::Ones(thermal.size).dot(thermal.terms[static_cast<std::size_t>(j)] * VectorXd::Ones(thermal.size));
-    matrix *= total / VectorXd::Ones(thermal.size).dot(matrix * VectorXd::Ones(thermal.size));
-    thermal.layout.terms.push_back(thermal.layout.terms[static_cast<std::size_t>(j)]);
-    film_columns.push_back(matrix * VectorXd::Ones(thermal.size));
-    thermal.terms.push_back(std::move(matrix));
-  }
-  std::vector<const Truth*> spots;
-  for (const Truth& truth : draw.truths)
-    if (truth.parameter.missing) spots.push_back(&truth);
   const double bend = random.uniform(0.85, 1.15);  // heat follows a power of its input
-  const Index first_spot = inputs + heat_columns.cols() + static_cast<Index>(film_columns.size());
-  MatrixXd added(thermal.size, first_spot - inputs + static_cast<Index>(spots.size()));
-  for (std::size_t i = 0; i < spots.size(); ++i)
-    added.col(first_spot - inputs + static_cast<Index>(i)) =
-        spread_heat(thermal, typical, warm_spot(full_, spots[i]->parameter.missing->body, spots[i]->parameter.missing->centre));
-  added.leftCols(heat_columns.cols()) = heat_columns;
-  for (std::size_t f = 0; f < film_columns.size(); ++f) added.col(heat_columns.cols() + static_cast<Index>(f)) = film_columns[f];
-  thermal.inputs.conservativeResize(thermal.size, inputs + added.cols());
-  for (Index a = 0; a < added.cols(); ++a)
-    for (Index n = 0; n < thermal.size; ++n)
-      if (added(n, a) != 0.0) thermal.inputs.coeffRef(n, inputs + a) = added(n, a);
-  thermal.inputs.makeCompressed();
-  for (Index a = 0; a < added.cols(); ++a) thermal.layout.inputs.push_back({solver::InputKind::source, -1, 0, 0, 0});
-
-  const std::vector<mesh::Pose> poses(poses_.begin(), poses_.begin() + static_cast<std::ptrdiff_t>(pose_count));
+  const std::vector<double> ends = load.step_ends(options_.refine);
+  std::vector<VectorXd> some_rows;
+  for (std::size_t s = 0; s < ends.size(); s += 3) some_rows.push_back(load.row(s > 0 ? ends[s - 1] : 0.0, ends[s]));
+  OwnFootprint footprint(full_, right_model, wrong_model, some_rows, spots, uneven);
   const WrongParts parts = wrong_parts(full_, draw.truths, poses, rows_, uneven);
-  if (parts.capacity.size() > 0) thermal.capacity = solver::SparseMatrix(thermal.capacity + parts.capacity);
+  if (parts.capacity.size() > 0) footprint.add_capacity(parts.capacity);
+  const solver::ThermalSystem& thermal = footprint.system();
 
   Steps stepper(thermal, ends.front());
   VectorXd state = VectorXd::Constant(thermal.size, load.initial_C() - machine.reference_C);
-  const VectorXd offsets = solver::sensor_offsets(machine, full_.thermal.layout);
+  const VectorXd offsets = solver::sensor_offsets(machine, layout);
   const auto readings = [&] { return VectorXd(thermal.sensors * state + offsets); };
-  std::vector<double> times{0.0};
-  times.insert(times.end(), ends.begin(), ends.end());
   const VectorXd first_row = load.row(0.0, ends.front());
-  solver::Chiller right_chiller(machine, full_.thermal.layout, channels, solver::chiller_set_points(machine, full_.thermal.layout, readings(), right_model.guide_K(first_row)));
-  solver::Chiller wrong_chiller(wrong, full_.thermal.layout, channels, solver::chiller_set_points(wrong, full_.thermal.layout, readings(), wrong_model.guide_K(first_row)));
+  solver::Chiller right_chiller(machine, layout, channels, solver::chiller_set_points(machine, layout, readings(), right_model.guide_K(first_row)));
+  solver::Chiller wrong_chiller(wrong, layout, channels, solver::chiller_set_points(wrong, layout, readings(), wrong_model.guide_K(first_row)));
 
-  OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
-  double sizes = 0.0, weights = 0.0;
   const auto steps = static_cast<Index>(ends.size());
   const auto sensors = static_cast<Index>(machine.sensors.size());
-  MatrixXd rows(steps + 1, channels.size()), temperatures(steps + 1, sensors), errors(steps + 1, 3 * static_cast<Index>(pose_count));
+  Run run;
+  run.time.resize(steps + 1);
+  run.time << 0.0, Eigen::Map<const VectorXd>(ends.data(), steps);
+  run.rows.resize(steps + 1, channels.size());
+  run.temperatures.resize(steps + 1, sensors);
+  run.errors.resize(steps + 1, 3 * static_cast<Index>(poses.size()));
   const auto record = [&](Index i) {
-    const double size = size_at(times[static_cast<std::size_t>(i)]);
-    temperatures.row(i) = ((thermal.sensors * state).head(sensors).array() + machine.reference_C).transpose();
-    for (Index s = 0; s < sensors; ++s) temperatures(i, s) += machine.sensors[static_cast<std::size_t>(s)].offset;
-    for (std::size_t p = 0; p < pose_count; ++p) {
+    const double size = size_at(run.time[i]);
+    run.temperatures.row(i) = ((thermal.sensors * state).head(sensors).array() + machine.reference_C).transpose();
+    for (Index s = 0; s < sensors; ++s) run.temperatures(i, s) += machine.sensors[static_cast<std::size_t>(s)].offset;
+    for (std::size_t p = 0; p < poses.size(); ++p) {
       const solver::OutputRows& r = rows_[p];
       VectorXd tool = r.tool * state, axis = r.table_axis * state, own = r.table_own * state;
       if (!parts.rows.empty()) {
@@ -335,88 +268,83 @@ Measurement Specimen::measure(const Draw& draw, double* effective, Recording rec
         axis += size * (parts.rows[p].table_axis * state);
         own += size * (parts.rows[p].table_own * state);
       }
-      const solver::TcpError error = solver::tcp_error(machine, poses_[p], tool, axis, own);
-      errors.row(i).segment(3 * static_cast<Index>(p), 3) = 1e6 * error.error.head<3>().transpose();
+      const solver::TcpError error = solver::tcp_error(machine, poses[p], tool, axis, own);
+      run.errors.row(i).segment(3 * static_cast<Index>(p), 3) = 1e6 * error.error.head<3>().transpose();
     }
   };
   record(0);
+  double sizes = 0.0, weights = 0.0;
   for (Index s = 0; s < steps; ++s) {
-    const double from = times[static_cast<std::size_t>(s)], to = times[static_cast<std::size_t>(s) + 1], step = to - from;
+    const double from = run.time[s], to = run.time[s + 1], step = to - from;
     const VectorXd row = load.row(from, to), read = readings();
-    rows.row(s) = row.transpose();
-    solver::Coefficients c = right_model.coefficients(row, right_chiller.advance(row, read, right_model.guide_K(row), step), read);
+    run.rows.row(s) = row.transpose();
+    const solver::Coefficients right = right_model.coefficients(row, right_chiller.advance(row, read, right_model.guide_K(row), step), read);
     const solver::Coefficients other = wrong_model.coefficients(row, wrong_chiller.advance(row, read, wrong_model.guide_K(row), step), read);
     const double size = size_at(0.5 * (from + to));
-    double weight = step * ((other.q - c.q).cwiseAbs().sum() + (other.p - c.p).cwiseAbs().sum()), seen_size = size;
-    std::vector<double> spot_W;
-    for (const Truth* spot : spots) {
-      const diagnosis::MissingSource& missing = *spot->parameter.missing;
+    double weight = step * ((other.q - right.q).cwiseAbs().sum() + (other.p - right.p).cwiseAbs().sum()), seen_size = size;
+    VectorXd spot_W(static_cast<Index>(spots.size()));
+    for (std::size_t i = 0; i < spots.size(); ++i) {
+      const diagnosis::MissingSource& missing = *spots[i]->parameter.missing;
       const double value = row[channels.index(missing.follows)], share = std::isfinite(value) ? std::abs(value) / missing.at : 0.0;
-      spot_W.push_back(spot->value * size * std::pow(share, bend));
-      if (spot == &draw.truths.front()) weight = step * share, seen_size = share > 0.0 ? size * std::pow(share, bend) / share : 1.0;
+      spot_W[static_cast<Index>(i)] = spots[i]->value * size * std::pow(share, bend);
+      if (spots[i] == &draw.truths.front()) weight = step * share, seen_size = share > 0.0 ? size * std::pow(share, bend) / share : 1.0;
     }
     if (!draw.truths.empty() && diagnosis::needs_parts(draw.truths.front().parameter.kind))
       weight = step, seen_size = draw.truths.front().parameter.kind == "heat_capacity" ? 1.0 : size;
     sizes += weight * seen_size;
     weights += weight;
-    VectorXd p = VectorXd::Zero(static_cast<Index>(thermal.terms.size())), q = VectorXd::Zero(thermal.inputs.cols());
-    p.head(terms) = c.p;
-    q.head(inputs) = c.q;
-    for (Index j = 0; j < terms; ++j)
-      p[own_term[static_cast<std::size_t>(j)] >= 0 ? own_term[static_cast<std::size_t>(j)] : j] += size * (other.p[j] - c.p[j]);
-    for (Index k = 0; k < inputs; ++k) {
-      const double change = size * (other.q[k] - c.q[k]);
-      const solver::Input& input = thermal.layout.inputs[static_cast<std::size_t>(k)];
-      Index at = k;
-      if (own_input[static_cast<std::size_t>(k)] >= 0) at = inputs + own_input[static_cast<std::size_t>(k)];
-      else if (input.kind == solver::InputKind::film_ambient && own_term[static_cast<std::size_t>(input.term)] >= 0)
-        at = inputs + heat_columns.cols() + own_term[static_cast<std::size_t>(input.term)] - terms;
-      q[at] += change;
-    }
-    for (std::size_t i = 0; i < spots.size(); ++i) q[first_spot + static_cast<Index>(i)] = spot_W[i];
-    c.p = p;
-    c.q = q;
-    c.occupancy.conservativeResize(c.p.size());
-    c.occupancy.tail(c.p.size() - terms).setOnes();
+    solver::Coefficients c = footprint.coefficients(right, other, size, spot_W);
     outside.act(c, row, from, step);
     stepper.advance(state, c, step);
     record(s + 1);
   }
-  rows.row(steps) = rows.row(steps - 1);
-  if (effective && !draw.truths.empty()) {
-    const Truth& truth = draw.truths.front();
-    *effective = truth.value;
-    if (truth.parameter.missing) {
-      *effective = weights > 0.0 ? truth.value * sizes / weights : 0.0;
-    } else if (weights > 0.0 && !diagnosis::acts_on_readings(truth.parameter.kind)) {
-      mesh::Machine nominal = case_.machine, own = machine;
-      const double before = *diagnosis::machine_values(nominal, truth.parameter).front().value, here = *diagnosis::machine_values(own, truth.parameter).front().value;
-      const double changed = truth.parameter.nominal + (truth.value - truth.parameter.nominal) * sizes / weights;
-      *effective = truth.parameter.ratio ? changed * here / before : changed + (here - before) / diagnosis::machine_values(own, truth.parameter).front().per_unit;
-    }
-  }
+  run.rows.row(steps) = run.rows.row(steps - 1);
+  if (weights > 0.0) run.mean_size = sizes / weights;
+  return run;
+}
 
-  const VectorXd time = Eigen::Map<VectorXd>(times.data(), static_cast<Index>(times.size()));
+/// What the first effect amounts to against the nominal machine, where its size in the mean over the record was so much.
+double Specimen::effective_value(const Truth& truth, const mesh::Machine& machine, const std::optional<double>& mean_size) const {
+  if (truth.parameter.missing) return truth.value * mean_size.value_or(0.0);
+  if (!mean_size || diagnosis::acts_on_readings(truth.parameter.kind)) return truth.value;
+  mesh::Machine nominal = case_.machine, own = machine;
+  const auto before = diagnosis::machine_values(nominal, truth.parameter).front(), here = diagnosis::machine_values(own, truth.parameter).front();
+  const double changed = truth.parameter.nominal + (truth.value - truth.parameter.nominal) * *mean_size;
+  return truth.parameter.ratio ? changed * *here.value / *before.value : changed + (*here.value - *before.value) / here.per_unit;
+}
+
+Measurement Specimen::measure(const Draw& draw, double* effective, Recording recording) const {
+  const bool exact = recording == Recording::exact;
+  const std::vector<mesh::Pose> poses(poses_.begin(), exact ? poses_.end() : poses_.begin() + static_cast<std::ptrdiff_t>(measured_poses_));
+  Random random(draw.seed), noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
+  const mesh::Machine machine = machine_of(draw.seed);
+  OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
+  const Run run = this->run(draw, machine, poses, random, outside);
+  if (effective && !draw.truths.empty()) *effective = effective_value(draw.truths.front(), machine, run.mean_size);
+
+  const VectorXd& time = run.time;
+  const solver::Channels channels(machine);
   VectorXd air = VectorXd::Constant(time.size(), machine.reference_C);
-  if (const int index = channels.index("air.T_C"); index >= 0) air = rows.col(index);
-  Measurement m = described(draw.load, pose_count);
+  if (const int index = channels.index("air.T_C"); index >= 0) air = run.rows.col(index);
+  Measurement m = described(draw.load, poses.size());
   m.data.values.resize(time.size(), static_cast<Index>(m.data.columns.size()));
   m.data.values.col(0) = time;
   Index pose_column = 0;
   for (const MeasuredChannel& channel : m.channels) {
     auto column = m.data.values.col(channel.column);
     if (!channel.input.empty()) {
-      column = rows.col(channels.index(channel.input));
+      column = run.rows.col(channels.index(channel.input));
       if (!exact && channel.kind == ChannelKind::temperature)
         for (double& value : column) value += options_.noise_K * noise.normal();
       continue;
     }
     const bool is_sensor = !channel.sensor.empty();
-    VectorXd values = is_sensor ? VectorXd(temperatures.col(machine.sensor_index(channel.sensor))) : VectorXd(errors.col(pose_column++));
-    for (const Truth* truth : of_readings) {
-      const std::string& where = truth->parameter.where;
+    VectorXd values = is_sensor ? VectorXd(run.temperatures.col(machine.sensor_index(channel.sensor))) : VectorXd(run.errors.col(pose_column++));
+    for (const Truth& truth : draw.truths) {
+      if (!diagnosis::acts_on_readings(truth.parameter.kind)) continue;
+      const std::string& where = truth.parameter.where;
       if (where == channel.id || (where == "temperature" && is_sensor) || (where == "displacement" && !is_sensor))
-        values = spoilt_reading(truth->parameter.kind, truth->value, time, air, std::move(values));
+        values = spoilt_reading(truth.parameter.kind, truth.value, time, air, std::move(values));
     }
     if (is_sensor) values = outside.reading(channel.sensor, time, std::move(values));
     column = values;

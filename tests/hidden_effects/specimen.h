@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -66,6 +67,8 @@ struct SpecimenOptions {
   std::filesystem::path cache;
 };
 
+class OutsideEffect;
+
 class Specimen {
  public:
   Specimen(const solver::Case& machine_case, const SpecimenOptions& options);
@@ -86,6 +89,15 @@ class Specimen {
   Eigen::Index nodes() const { return full_.mesh.nodes(); }
 
  private:
+  /// What is true of a machine under a load, at every end of a row.
+  struct Run {
+    Eigen::VectorXd time;                          ///< (n) s
+    Eigen::MatrixXd rows, temperatures, errors;    ///< (n x channels), (n x sensors) degC, (n x 3 poses) um
+    std::optional<double> mean_size;               ///< of the first effect, weighted by what it changes; none: it never acts
+  };
+  Run run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, Random& random, OutsideEffect& outside) const;
+  mesh::Machine machine_of(std::uint64_t seed) const;
+  double effective_value(const Truth& truth, const mesh::Machine& machine, const std::optional<double>& mean_size) const;
   /// Channels and their columns; values follow.
   compensation::Measurement described(const std::string& load, std::size_t poses) const;
 
