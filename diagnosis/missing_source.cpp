@@ -32,6 +32,9 @@ constexpr std::size_t most_inputs = 10, kept_inputs = 3;
 constexpr double unseen = 3e-4;         ///< of the combination of patches that outputs see best
 constexpr Index most_combinations = 60;
 constexpr Index place_directions_kept = 3;
+/// A patch says that the source is within its box, and one heated spot differs from a patch by as much as the patches beside it do: of the
+/// squared radius; of the boxes alone four in five hold the source, set with that.
+constexpr double patch_resolution = 3.0;
 constexpr double shifts[] = {1e-7, 1.0 / 86400.0, 1.0 / 10800.0, 1.0 / 1200.0};  ///< 1/s
 
 struct Followed {
@@ -198,13 +201,14 @@ void place(const VectorXd& posterior, const std::vector<reduction::Patch>& patch
     bodies.back().second += posterior[k];
   }
   source.body = std::max_element(bodies.begin(), bodies.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
-  double sum = 0.0, area = 0.0;
+  double sum = 0.0, extent = 0.0;
   source.centre.setZero();
   for (Index k = 0; k < posterior.size(); ++k) {
     const reduction::Patch& patch = patches[static_cast<std::size_t>(k)];
     if (patch.surface.body != source.body) continue;
     source.centre += posterior[k] * patch.centre;
-    area += posterior[k] * patch.area;
+    const mesh::Rule& box = patch.surface.any_of.front();
+    extent += posterior[k] * 0.25 * (*box.box_max - *box.box_min).squaredNorm();
     sum += posterior[k];
   }
   source.centre /= sum;
@@ -218,7 +222,7 @@ void place(const VectorXd& posterior, const std::vector<reduction::Patch>& patch
     radius = distance;
     if (inside >= 0.95) break;
   }
-  source.region95 = std::sqrt(radius * radius + area / sum / std::numbers::pi);  // a patch says no more than that it is on it
+  source.region95 = std::sqrt(radius * radius + patch_resolution * extent / sum);
 }
 
 /// A source on a patch is somewhere on it: its weight over the patches around, by distance in units of its own radius.
