@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "baselines.h"
+#include "core/error.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/problem.h"
 #include "diagnosis/response.h"
@@ -67,6 +68,7 @@ Truth drawn_truth(const Specimen& specimen, const std::string& load, const std::
   std::vector<Parameter> places;
   for (const Parameter& p : all)
     if (p.kind == kind) places.push_back(p);
+  if (places.empty()) throw core::UsageError(fmt::format("kind {}: the machine has no place for it under the load {}", kind, load));
   Truth truth;
   truth.parameter = places[random.index(places.size())];
   truth.value = drawn_value(truth.parameter, random);

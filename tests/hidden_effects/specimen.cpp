@@ -73,13 +73,13 @@ std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine)
   return rows;
 }
 
-/// Steps of a record's row with error control: half as long until the estimate is below the tolerance.
+/// Steps of a record's row with error control: shorter by halves until the estimate, which falls with their cube, is below the tolerance.
 class Steps {
  public:
   Steps(const solver::ThermalSystem& system, double longest) : integrator_(system), size_(longest) {}
 
   void advance(VectorXd& state, const solver::Coefficients& c, double span) {
-    constexpr double tolerance_K = 0.01, shortest_s = 1.0;
+    constexpr double tolerance_K = 0.03, shortest_s = 1.0;
     const std::array<VectorXd, 3> heat{c.q, c.q, c.q};
     solver::AdaptiveIntegrator::Step step;
     for (double left = span; left > 1e-9 * span;) {
@@ -88,7 +88,8 @@ class Steps {
       if (integrator_.is_nonlinear()) integrator_.linearise(state, state, c);
       integrator_.attempt(state, c.p, heat, size, true, step);
       if (step.error_K > tolerance_K && size > shortest_s) {
-        size_ = 0.5 * size;
+        const double halvings = std::clamp(std::ceil(std::log2(step.error_K / tolerance_K) / 3.0), 1.0, 4.0);
+        size_ = std::max(size * std::exp2(-halvings), shortest_s);
         continue;
       }
       state = step.end;
