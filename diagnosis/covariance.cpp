@@ -13,7 +13,7 @@ using Eigen::Index;
 
 Eigen::MatrixXd ChannelCovariance::matrix() const {
   const Index n = time.size();
-  Eigen::MatrixXd cov = shape * shape.transpose();
+  Eigen::MatrixXd cov = shapes * shapes.transpose();
   cov.diagonal() += noise_variance;
   for (const OrnsteinUhlenbeck& term : wander) {
     if (term.std <= 0.0) continue;
@@ -28,13 +28,13 @@ Eigen::MatrixXd ChannelCovariance::matrix() const {
 }
 
 Eigen::VectorXd ChannelCovariance::variance() const {
-  Eigen::VectorXd diagonal = noise_variance + shape.cwiseAbs2();
+  Eigen::VectorXd diagonal = noise_variance + shapes.rowwise().squaredNorm();
   for (const OrnsteinUhlenbeck& term : wander) diagonal.array() += term.std * term.std;
   return diagonal;
 }
 
 ChannelCovariance ChannelCovariance::head(Index n) const {
-  return {time.head(n), noise_variance.head(n), shape.head(n), wander};
+  return {time.head(n), noise_variance.head(n), shapes.topRows(n), wander};
 }
 
 Whitener::Whitener(const std::vector<ChannelCovariance>& channels) : offsets_{0}, factors_(channels.size()) {

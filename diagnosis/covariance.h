@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // What is expected to differ between a measured channel and the model for reasons that are no cause:
-//   cov(t, t') = noise(t) [t = t'] + shape(t) shape(t') + sum_i s_i^2 exp(-|t - t'| / tau_i).
-// Noise is independent between intervals; shape is one unknown factor of the channel's own response
-// (mesh, material data); the Ornstein-Uhlenbeck terms are errors that wander (discretisation in
+//   cov(t, t') = noise(t) [t = t'] + sum_j shape_j(t) shape_j(t') + sum_i s_i^2 exp(-|t - t'| / tau_i).
+// Noise is independent between intervals; each shape has one unknown factor: of the channel's own response
+// (mesh, material data), of the other directions at its pose (mesh); the Ornstein-Uhlenbeck terms are errors that wander (discretisation in
 // time and space, what a lumped film leaves out). Channels are independent of each other here:
 // what joins them is in the parameters, see evidence.h.
 
@@ -21,7 +21,7 @@ struct OrnsteinUhlenbeck {
 struct ChannelCovariance {
   Eigen::VectorXd time;            ///< (n) s, rising
   Eigen::VectorXd noise_variance;  ///< (n) > 0
-  Eigen::VectorXd shape;           ///< (n) standard deviation times sign, fully correlated
+  Eigen::MatrixXd shapes;          ///< (n x any) standard deviation times sign, each fully correlated
   std::vector<OrnsteinUhlenbeck> wander;
 
   Eigen::MatrixXd matrix() const;    ///< (n x n)

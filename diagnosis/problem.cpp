@@ -75,9 +75,34 @@ MaterialSpread material_spread(const mesh::Machine& machine) {
   return spread;
 }
 
+bool moves_beside(const ObservedChannel& a, const ObservedChannel& b) {
+  return &a != &b && !a.is_temperature() && !b.is_temperature() && a.channel.unit == b.channel.unit && a.channel.pose_text == b.channel.pose_text;
+}
+
+/// What the other directions at a displacement's pose move, at its times: of the whole motion a mesh turns a little into each. (n x others)
+Eigen::MatrixXd moves_beside(const Problem& problem, std::size_t of) {
+  const std::vector<ObservedChannel>& channels = problem.observations.channels;
+  const ObservedChannel& channel = channels[of];
+  Eigen::MatrixXd moves(channel.size(), 0);
+  for (std::size_t k = 0; k < channels.size(); ++k) {
+    const ObservedChannel& other = channels[k];
+    if (!moves_beside(channel, other) || other.size() == 0) continue;
+    const auto predicted = problem.predicted.segment(problem.first_row(k), other.size());
+    const double at_start = other.channel.zero == compensation::Zero::first ? 0.0 : predicted[0];
+    moves.conservativeResize(Eigen::NoChange, moves.cols() + 1);
+    Index next = 0;  // the mean of the same interval, or the one after where that has none
+    for (Index i = 0; i < channel.size(); ++i) {
+      while (next + 1 < other.size() && other.interval[static_cast<std::size_t>(next)] < channel.interval[static_cast<std::size_t>(i)]) ++next;
+      moves(i, moves.cols() - 1) = predicted[next] - at_start;
+    }
+  }
+  return moves;
+}
+
 /// Where a model does not know its parts, the stated spread of expansion and heat capacity is not a
 /// parameter but part of the model error: a factor of displacements, a wandering error of transients.
-ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
+/// @param beside  (n x others) what the other directions at the pose move
+ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted, const Eigen::MatrixXd& beside,
                                      double start_C, const MaterialSpread& spread, const DiagnoseOptions& options,
                                      double& amplitude) {
   const double model_error = 0.01 * (channel.is_temperature() ? options.temperature_error_percent : options.displacement_error_percent);
@@ -94,7 +119,8 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
       channel.value.head(channel.fitted).array() - (from_first ? 0.0 : channel.value[0]);
   amplitude = std::max({root_mean_square(moved), root_mean_square(measured_moved), 3.0 * floor.slow});
   const double factor = channel.is_temperature() ? model_error : std::hypot(model_error, spread.expansion);
-  cov.shape = factor * moved;
+  cov.shapes.resize(channel.size(), 1 + beside.cols());
+  cov.shapes << factor * moved, model_error * beside;
   const double slow = std::hypot(model_error, 0.5 * spread.heat) * amplitude;
   cov.wander = {{std::hypot(slow, floor.slow), slow_hours * hour},
                 {std::hypot(0.5 * slow, floor.fast), fast_hours * hour}};
@@ -197,7 +223,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   for (std::size_t k = 0; k < obs.channels.size(); ++k) {
     const ObservedChannel& channel = obs.channels[k];
     const Index first = problem.first_row(k);
-    problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
+    problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()), moves_beside(problem, k),
                                                     obs.start_C, spread, options,
                                                     problem.amplitude[static_cast<Index>(k)]));
     problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();

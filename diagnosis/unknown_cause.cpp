@@ -18,6 +18,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double memories_s[] = {1800.0, 3.0 * 3600.0};
+constexpr double inflations[] = {5.0, 20.0};  ///< of what the model is said to be off by, in proportion to its response
 
 /// What one channel adds to the normal equations.
 struct Block {
@@ -67,7 +68,8 @@ double log_mean(const std::vector<double>& logs) {
 UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns, const VectorXd& prior_std, const VectorXd& residual,
                                  const VectorXd& seen, const std::vector<double>& levels) {
   const auto& observed = problem.observations.channels;
-  const std::size_t channels = observed.size(), sizes = levels.size() * std::size(memories_s), wide = sizes + 1;
+  const std::size_t channels = observed.size(), wandering = levels.size() * std::size(memories_s);
+  const std::size_t sizes = wandering + std::size(inflations), wide = sizes + 1;
   const std::vector<ChannelCovariance> covariance = problem.fitted_covariance();
   double rows = 0.0;
   for (const ObservedChannel& channel : observed) rows += static_cast<double>(channel.fitted);
@@ -81,7 +83,8 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns
     blocks[k * wide] = block(covariance[k], own, r);
     for (std::size_t s = 0; s < sizes; ++s) {
       ChannelCovariance other = covariance[k];
-      other.wander.push_back({levels[s / std::size(memories_s)] * seen[static_cast<Index>(k)], memories_s[s % std::size(memories_s)]});
+      if (s < wandering) other.wander.push_back({levels[s / std::size(memories_s)] * seen[static_cast<Index>(k)], memories_s[s % std::size(memories_s)]});
+      else other.shapes *= inflations[s - wandering];
       blocks[k * wide + s + 1] = block(other, own, r);
     }
   });

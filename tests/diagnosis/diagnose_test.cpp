@@ -208,6 +208,42 @@ TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("one channel alone: T4_reading") != std::string::npos; }));
 }
 
+/// Each column plus a share of another one.
+compensation::Measurement mixed(compensation::Measurement m, const std::string& into, const std::string& from, double share) {
+  const auto column = [&](const std::string& id) {
+    return std::find_if(m.channels.begin(), m.channels.end(), [&](const auto& c) { return c.id == id; })->column;
+  };
+  const Eigen::VectorXd added = share * (m.data.values.col(column(from)).array() - (from.starts_with("T") ? 20.0 : 0.0));
+  m.data.values.col(column(into)) += added;
+  return m;
+}
+
+TEST(Diagnose, a_mesh_that_turns_the_motion_a_little_is_no_discrepancy) {
+  // dz moves several times as far as dx: what a mesh is off by is a share of the whole motion, not of dx alone.
+  int alarms = 0, seen = 0;
+  for (const std::uint64_t seed : {301U, 302U, 303U, 304U}) {
+    const compensation::Measurement clean = lumped::measure({}, {.seed = seed});
+    for (const double sign : {-1.0, 1.0}) {
+      const Diagnosis little = run(mixed(mixed(clean, "dx_low", "dz_low", 0.1 * sign), "dx_high", "dz_high", 0.1 * sign));
+      if (little.verdict != "no_discrepancy") ++alarms, std::cout << listed(little);
+    }
+    seen += run(mixed(mixed(clean, "dx_low", "dz_low", 0.3), "dx_high", "dz_high", 0.3)).verdict != "no_discrepancy";
+  }
+  EXPECT_EQ(alarms, 0);
+  EXPECT_GE(seen, 3);
+}
+
+TEST(Diagnose, the_stated_error_of_temperatures_is_what_they_may_be_off_by) {
+  const compensation::Measurement off = mixed(lumped::measure({}, {.seed = 311}), "T5_reading", "T5_reading", 0.25);
+  const auto verdict = [&](double percent) {
+    diagnosis::DiagnoseOptions how;
+    how.temperature_error_percent = percent;
+    return diagnosis::diagnose(coarse_model(), off, how).verdict;
+  };
+  EXPECT_EQ(verdict(40.0), "no_discrepancy");
+  EXPECT_NE(verdict(1.0), "no_discrepancy");
+}
+
 TEST(Diagnose, held_out_time_is_never_fitted) {
   const auto truth = find("source_power", "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
@@ -323,6 +359,7 @@ TEST(Diagnose, bad_options_are_refused) {
   const compensation::Measurement m = lumped::measure({}, {.hours = 3});
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.heldout_share = 1.0}), core::InputError);
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.displacement_error_percent = 0}), core::InputError);
+  EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.temperature_error_percent = 0}), core::InputError);
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.interval_s = -1}), core::InputError);
 }
 

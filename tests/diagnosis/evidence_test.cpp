@@ -31,7 +31,7 @@ std::vector<ChannelCovariance> some_channels(std::mt19937_64& random) {
     c.time = VectorXd::LinSpaced(n, 0, 600.0 * static_cast<double>(n - 1));
     c.time[n - 1] += 500;  // irregular
     c.noise_variance = random_matrix(n, 1, random).cwiseAbs2().array() + 0.05;
-    c.shape = 0.3 * random_matrix(n, 1, random);
+    c.shapes = 0.3 * random_matrix(n, 2, random);
     c.wander = {{0.4, 2000.0}, {0.2, 300.0}};
     channels.push_back(c);
   }
@@ -47,7 +47,7 @@ MatrixXd dense(const std::vector<ChannelCovariance>& channels) {
     const Index m = c.time.size();
     for (Index i = 0; i < m; ++i)
       for (Index j = 0; j < m; ++j) {
-        double v = c.shape[i] * c.shape[j] + (i == j ? c.noise_variance[i] : 0.0);
+        double v = c.shapes.row(i).dot(c.shapes.row(j)) + (i == j ? c.noise_variance[i] : 0.0);
         for (const auto& w : c.wander)
           v += w.std * w.std * std::exp(-std::abs(c.time[i] - c.time[j]) / w.time_constant);
         all(at + i, at + j) = v;
@@ -145,7 +145,7 @@ TEST(Covariance, refuses_what_is_not_positive_definite) {
   ChannelCovariance c;
   c.time = VectorXd::LinSpaced(3, 0, 2);
   c.noise_variance = VectorXd::Constant(3, -1.0);
-  c.shape = VectorXd::Zero(3);
+  c.shapes.setZero(3, 0);
   EXPECT_THROW(diagnosis::Whitener({c}), core::SolverError);
 }
 
