@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "diagnosis/judgement.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+/// A machine is called wrong only where it is as good as sure: with a tenth left, one of a hundred right ones was called wrong.
+constexpr double none_left = 0.03;
+constexpr double strong = 10.0;         ///< ln Bayes factor against none
+constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
+
+/// Two digits of the standard deviation are what an estimate is worth.
+double rounded(double value, double std) {
+  if (!(std > 0.0) || !std::isfinite(value)) return value;
+  const double unit = std::pow(10.0, std::floor(std::log10(std)) - 1.0);
+  return std::stod(fmt::format("{:.9g}", std::round(value / unit) * unit));
+}
+
+RankedCause ranked(const Problem& problem, const SearchResult& found, int parameter) {
+  RankedCause cause;
+  cause.parameter = problem.parameters[static_cast<std::size_t>(parameter)];
+  cause.probability = found.marginal[parameter];
+  const Hypothesis& single = *found.single(parameter);
+  cause.log_evidence = single.log_evidence;
+  // The estimate is that of the best model that holds the cause.
+  for (const Hypothesis& h : found.hypotheses) {
+    const auto at = std::find(h.members.begin(), h.members.end(), parameter);
+    if (at == h.members.end()) continue;
+    const auto k = static_cast<Index>(at - h.members.begin());
+    cause.std = h.std[k];
+    cause.value = rounded(h.value[k], cause.std);
+    break;
+  }
+  const VectorXd predicted =
+      single.refined ? single.predicted
+                     : VectorXd(problem.predicted + problem.columns.col(parameter) *
+                                                        (single.value[0] - problem.nominal[parameter]));
+  cause.heldout_explained_percent = heldout_explained_percent(problem, predicted);
+  return cause;
+}
+
+RankedCause no_parameter(const std::string& kind, double probability, double log_evidence) {
+  RankedCause cause;
+  cause.parameter.kind = kind;
+  cause.parameter.name.clear();
+  cause.parameter.unit.clear();
+  cause.probability = probability;
+  cause.log_evidence = log_evidence;
+  return cause;
+}
+
+bool outside_nominal(const RankedCause& cause) {
+  return std::abs(cause.value - cause.parameter.nominal) > within_nominal * cause.parameter.nominal_std;
+}
+
+}  // namespace
+
+void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
+  std::set<int> hidden(found.invisible.begin(), found.invisible.end());
+  for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
+    if (!hidden.count(i)) out.ranking.push_back(ranked(problem, found, i));
+  std::vector<RankedCause> causes = out.ranking;
+  out.ranking.push_back(no_parameter("none", found.probability_none, 0.0));
+  out.ranking.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
+  const auto by_probability = [](const RankedCause& a, const RankedCause& b) {
+    return a.probability > b.probability;
+  };
+  std::stable_sort(out.ranking.begin(), out.ranking.end(), by_probability);
+  std::stable_sort(causes.begin(), causes.end(), by_probability);
+
+  const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
+  if (found.probability_none > none_left || (no_cause_left && found.probability_unknown < 0.5)) {
+    out.verdict = "no_discrepancy";
+    return;
+  }
+  if (found.probability_unknown >= 0.5 || causes.empty()) {
+    out.verdict = "unexplained";
+    // A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is wrong
+    // with one reading can as well be a part of something unknown in it: it has to say more than that alone.
+    if (found.probability_leftover < 0.5 || causes.empty() || causes.front().probability < sure || !outside_nominal(causes.front()) ||
+        found.log_evidence_beside < (acts_on_readings(causes.front().parameter.kind) ? std::max(strong, found.log_evidence_unknown) : strong))
+      return;
+    out.verdict = "ambiguous";
+    for (const RankedCause& cause : causes)
+      if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
+    out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
+    return;
+  }
+  double second_needed = 0.0;
+  for (const Hypothesis& h : found.hypotheses)
+    if (h.members.size() == 2) second_needed += h.probability;
+  for (const RankedCause& cause : causes)
+    if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
+  const bool complete = out.causes.size() >= 2 || (out.causes.size() == 1 && second_needed < sure);
+  if (complete) {
+    out.verdict = "explained";
+    return;
+  }
+  out.verdict = "ambiguous";
+  double all = 0.0, sum = 0.0;
+  for (const RankedCause& cause : causes) all += cause.probability;
+  for (const RankedCause& cause : causes) {
+    if (cause.probability >= sure) {
+      all -= cause.probability;  // named already; the set is about the other one
+      continue;
+    }
+    if (!out.ambiguous_set.empty() && (sum >= 0.95 * all || cause.probability < 0.01)) break;
+    sum += cause.probability;
+    out.ambiguous_set.push_back(cause);
+  }
+}
+
+bool only_unknown_shares(const Diagnosis& d) { return d.verdict == "ambiguous" && d.ambiguous_set.size() == 1 && d.ambiguous_set.front().parameter.name.empty(); }
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// From the probabilities of a search to a verdict: which causes are named, which share, and when nothing is wrong.
+
+#include "diagnosis/diagnose.h"
+#include "diagnosis/model_search.h"
+#include "diagnosis/problem.h"
+
+namespace thermotwin::diagnosis {
+
+inline constexpr double sure = 0.9;  ///< marginal probability that names a cause
+
+/// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
+void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
+
+/// What is named is sure, but it is not all.
+bool only_unknown_shares(const Diagnosis& diagnosis);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/words.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "core/text.h"
+#include "diagnosis/verdict.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+std::string in_words(const RankedCause& cause) {
+  const Parameter& p = cause.parameter;
+  const std::string unit = p.unit == "1" ? "" : " " + p.unit;
+  const std::string more = p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95) : "";
+  return fmt::format("{} of {} ({} {:.4g} +- {:.2g}{}{})", p.kind, p.where, p.name, cause.value, cause.std, unit, more);
+}
+
+std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t most) {
+  std::string words;
+  for (std::size_t i = 0; i < std::min(most, causes.size()); ++i)
+    words += (i > 0 ? "; " : "") + in_words(causes[i]) +
+             fmt::format(", probability {:.2f}", causes[i].probability);
+  if (causes.size() > most) words += fmt::format("; and {} more", causes.size() - most);
+  return words;
+}
+
+/// Of the reduced model as the record begins, s.
+double slowest_time_constant(const reduction::ReducedModel& model, const Observations& obs) {
+  const solver::OperatingModel operating(model.machine, model.system.layout);
+  const VectorXd p = operating.coefficients(obs.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(model.machine.coolants.size()))).p;
+  Eigen::MatrixXd a = model.system.conduction;
+  for (Index j = 0; j < p.size(); ++j)
+    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+  a = 0.5 * (a + a.transpose()).eval();
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(a, model.system.capacity, Eigen::EigenvaluesOnly);
+  return 1.0 / std::max(eigen.eigenvalues()[0], 1e-12);
+}
+
+}  // namespace
+
+std::string sentence_of(const Diagnosis& d) {
+  const std::string gain = d.heldout_rms_before_um > 0
+                               ? fmt::format(
+                                     " On held-out time the displacements' RMS goes from {:.2f} to {:.2f} um "
+                                     "({:.0f} %, 95 % interval {:.0f} to {:.0f}).",
+                                     d.heldout_rms_before_um, d.heldout_rms_after_um, d.reduction_percent,
+                                     d.ci95_low_percent, d.ci95_high_percent)
+                               : "";
+  if (d.verdict == "no_discrepancy")
+    return "No discrepancy: measurement and model differ by no more than nominal uncertainty, mesh and noise "
+           "explain.";
+  if (d.verdict == "unexplained")
+    return "Unexplained: measurement and model differ, but none of the known causes describes how.";
+  if (only_unknown_shares(d))
+    return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.", list_in_words(d.causes, 2),
+                       d.ambiguous_set.front().probability);
+  if (d.verdict == "ambiguous")
+    return (d.causes.empty() ? "Ambiguous: several causes explain the difference: "
+                             : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
+           list_in_words(d.ambiguous_set, 4) + ".";
+  return "Explained by " + list_in_words(d.causes, 3) + "." + gain +
+         (d.extended_machine_text.empty() ? " The gain is not certain, so no extension is recommended." : "");
+}
+
+void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,
+               Diagnosis& d) {
+  const Observations& obs = problem.observations;
+  if (const double slowest = slowest_time_constant(model, obs); obs.end - obs.start < slowest)
+    d.notes.push_back(fmt::format("The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h: what acts that slowly "
+                                  "is hardly seen, and the start counts for all of it.",
+                                  (obs.end - obs.start) / 3600.0, slowest / 3600.0));
+  if (!obs.left_out.empty())
+    d.notes.push_back("Left out, with fewer than four values in the part that is fitted: " + core::join(obs.left_out) + ".");
+  d.notes.push_back(fmt::format(
+      "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the rest only judged.",
+      obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / 3600.0));
+  d.notes.push_back(
+      fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
+                  obs.start_C, problem.prior_std[static_cast<Index>(problem.parameters.size())]));
+  d.notes.push_back(
+      fmt::format("Mesh and discretisation: {:.3g} % of each displacement's own response, {:.3g} % of each temperature's. Chi-square without a "
+                  "cause: {:.0f} for {} values.",
+                  options.displacement_error_percent, options.temperature_error_percent, found.chi_square_none, found.fitted));
+  if ((d.verdict == "unexplained" || only_unknown_shares(d)) && found.unknown_channel >= 0)
+    d.notes.push_back("What no kind describes shows best in one channel alone: " +
+                      obs.channels[static_cast<std::size_t>(found.unknown_channel)].channel.id + ".");
+  if (!found.invisible.empty()) {
+    std::vector<std::string> names;
+    for (const int i : found.invisible)
+      names.push_back(problem.parameters[static_cast<std::size_t>(i)].kind + " of " +
+                      problem.parameters[static_cast<std::size_t>(i)].where);
+    d.notes.push_back("Not visible in this measurement, so not judged: " + core::join(names) + ".");
+  }
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// A diagnosis in words: the verdict in a sentence, and what a reader has to know beside it.
+
+#include <string>
+
+#include "diagnosis/diagnose.h"
+#include "diagnosis/model_search.h"
+#include "diagnosis/problem.h"
+
+namespace thermotwin::diagnosis {
+
+std::string sentence_of(const Diagnosis& diagnosis);
+
+/// How long a record it is, what was left out, how the start was taken, what is not visible.
+void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,
+               Diagnosis& out);
+
+}  // namespace thermotwin::diagnosis
