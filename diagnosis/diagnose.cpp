@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "diagnosis/evidence.h"
 #include "diagnosis/judgement.h"
 #include "diagnosis/missing_source.h"
 #include "diagnosis/model_search.h"
@@ -28,6 +29,8 @@ namespace {
 constexpr double none_gone = 0.003, none_likely = 0.5;  ///< below the one and above the other, more of the record is not asked
 constexpr double perhaps = 0.2;          ///< a cause beside those named that is worth more of the record
 constexpr double still_heldout = 0.5;    ///< of what is held out, where the rest is fitted to decide
+constexpr double clear = 200.0;         ///< ln Bayes factor against none that no second look changes
+constexpr double most_moved = 3.0, least_moved = 0.1;  ///< stated deviations of other parameters in a second look
 constexpr double within_expected = 1.5;  ///< RMS of a residual over what is expected of it
 
 void require_valid(const DiagnoseOptions& options) {
@@ -98,6 +101,30 @@ struct Look {
   Diagnosis decided;
 };
 
+/// What the best hypothesis makes of all other parameters, as far as it is within three stated deviations; not of readings, which
+/// are far from linear. (parameters that stand in machine.toml) less nominal
+VectorXd other_parameters(const Problem& problem, const SearchResult& found) {
+  const Hypothesis& best = found.hypotheses.front();
+  const White white(problem);
+  LinearForm form = best.members.empty() || !best.refined ? nominal_form(problem, white) : form_about(problem, white, best);
+  for (const int i : form.members) form.prior_std[i] = problem.parameters[static_cast<std::size_t>(i)].cause_std;
+  const VectorXd mean = LinearEvidence(form.columns, form.residual, form.prior_std).mean();
+  VectorXd around = VectorXd::Zero(problem.around.size());
+  for (Index i = 0; i < around.size(); ++i) {
+    const Parameter& p = problem.parameters[static_cast<std::size_t>(i)];
+    if (acts_on_readings(p.kind) || std::find(form.members.begin(), form.members.end(), static_cast<int>(i)) != form.members.end()) continue;
+    const double std = problem.prior_std[i], shift = std::clamp(mean[i], -most_moved * std, most_moved * std);
+    if (std::abs(shift) > least_moved * std) around[i] = std::clamp(p.nominal + shift, p.low + (p.ratio ? 0.02 : 0.0), p.high) - p.nominal;
+  }
+  return around;
+}
+
+/// A verdict that is not clear may rest on what several parameters, each within its uncertainty, do together.
+bool deserves_second_look(const Look& look) {
+  const SearchResult& found = look.found;
+  return found.probability_none < none_likely && found.hypotheses.front().log_evidence < clear;
+}
+
 Look look_at(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const DiagnoseOptions& options) {
   const mesh::Machine& machine = model.machine;
   Look look;
@@ -108,6 +135,14 @@ Look look_at(const reduction::ReducedModel& model, const compensation::Measureme
   add_missing_sources(look.problem, *look.response, model, measurement);
   look.found = search(look.problem, *look.response, machine);
   decide(look.problem, look.found, look.decided);
+  if (!deserves_second_look(look)) return look;
+  const VectorXd nominal_prediction = look.problem.predicted, around = other_parameters(look.problem, look.found);
+  look.problem = make_problem(machine, measurement, *look.observations, *look.response, options, around);
+  add_missing_sources(look.problem, *look.response, model, measurement);
+  look.found = search(look.problem, *look.response, machine);
+  look.decided = {};
+  decide(look.problem, look.found, look.decided);
+  look.problem.predicted = nominal_prediction;
   return look;
 }
 

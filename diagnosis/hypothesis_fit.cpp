@@ -134,12 +134,19 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
     }
     return value;
   };
+  const mesh::Machine base = problem.machine_around(machine, h.members);
+  const VectorXd moved = problem.moved_around(h.members);
+  const auto linearised = [&](const VectorXd& values) {
+    Response::Linear linear = response.linearise(base, parameters, values, false, {}, true);
+    linear.predicted -= moved;
+    return linear;
+  };
   VectorXd at = inside(h.value);
   MatrixXd columns = white.columns;
   // Clocks and time constants are far from linear.
   const bool reads = std::any_of(parameters.begin(), parameters.end(), [](const Parameter& p) { return acts_on_readings(p.kind); });
   for (int iteration = 0; iteration < (reads ? 3 : 1) * iterations; ++iteration) {
-    const Response::Linear linear = response.linearise(machine, parameters, at, false, {}, true);
+    const Response::Linear linear = linearised(at);
     const MatrixXd sensitivity = white.of(problem, linear.sensitivity);
     for (Index k = 0; k < count; ++k)
       columns.col(h.members[static_cast<std::size_t>(k)]) = sensitivity.col(k);
@@ -163,7 +170,7 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
     at = next;
     if (settled) break;
   }
-  const Response::Linear there = response.linearise(machine, parameters, h.value, false, {}, true);
+  const Response::Linear there = linearised(h.value);
   h.predicted = there.predicted;
   h.sensitivity = there.sensitivity;
   h.spread = there.spread;

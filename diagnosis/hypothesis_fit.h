@@ -17,7 +17,7 @@ struct Hypothesis {
   Eigen::VectorXd value, std;      ///< (members) estimates
   bool refined = false;
   double chi_square = 0;           ///< of the fitted part, if refined
-  Eigen::VectorXd predicted;       ///< (observations) of the machine at the estimate, if refined
+  Eigen::VectorXd predicted;       ///< (observations) at the estimate, all else at nominal on the linear form, if refined
   Eigen::MatrixXd sensitivity;     ///< (observations x members) there
   Eigen::MatrixXd spread;          ///< (observations x members) there, see Response::Linear
 };

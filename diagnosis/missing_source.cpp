@@ -293,7 +293,8 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   MatrixXd both(model.patches.inputs.rows(), 2 * model.patches.inputs.cols());
   both << model.patches.inputs, response.spread_heat() * model.patches.inputs;
   const Combinations heat = combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
-  const MatrixXd responses = response.to_heat(machine, heat.loads, series), weights = between(heat.weights);
+  const mesh::Machine base = problem.machine_around(machine, {});
+  const MatrixXd responses = response.to_heat(base, heat.loads, series), weights = between(heat.weights);
   const Seen seen(problem, responses);
   const MatrixXd every = SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()), evidence = over_shares(every);
 
@@ -326,7 +327,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
     const VectorXd posterior = (every.col(j).array() - total).exp() / static_cast<double>(shares);
     freedom.push_back(responses.middleCols(j * m, m) * place_directions(seen, weights, j, blurred(posterior, patches), weights.col(k)));
   }
-  const MatrixXd columns = response.linearise(machine, found, VectorXd::Zero(static_cast<Index>(found.size())), false).sensitivity;
+  const MatrixXd columns = response.linearise(base, found, VectorXd::Zero(static_cast<Index>(found.size())), false).sensitivity;
   for (std::size_t i = 0; i < found.size(); ++i) {
     problem.place_freedom[static_cast<int>(problem.parameters.size())] = std::move(freedom[i]);
     add_column(problem, found[i], columns.col(static_cast<Index>(i)));

@@ -171,8 +171,26 @@ std::vector<ChannelCovariance> Problem::fitted_covariance() const {
   return result;
 }
 
+mesh::Machine Problem::machine_around(const mesh::Machine& machine, const std::vector<int>& but) const {
+  std::vector<Parameter> moved;
+  std::vector<double> values;
+  for (Index i = 0; i < around.size(); ++i) {
+    if (around[i] == 0.0 || std::find(but.begin(), but.end(), static_cast<int>(i)) != but.end()) continue;
+    moved.push_back(parameters[static_cast<std::size_t>(i)]);
+    values.push_back(nominal[i] + around[i]);
+  }
+  return with_parameters(machine, moved, Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Index>(values.size())));
+}
+
+Eigen::VectorXd Problem::moved_around(const std::vector<int>& but) const {
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(measured.size());
+  for (Index i = 0; i < around.size(); ++i)
+    if (around[i] != 0.0 && std::find(but.begin(), but.end(), static_cast<int>(i)) == but.end()) moved += around[i] * columns.col(i);
+  return moved;
+}
+
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options) {
+                     Observations observations, const Response& response, const DiagnoseOptions& options, const Eigen::VectorXd& around) {
   Problem problem;
   problem.observations = std::move(observations);
   const Observations& obs = problem.observations;
@@ -187,10 +205,11 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   for (Index i = 0; i < count; ++i)
     problem.nominal[i] = problem.parameters[static_cast<std::size_t>(i)].nominal;
 
+  problem.around = around.size() > 0 ? around : Eigen::VectorXd::Zero(count);
   const std::vector<Disturbance> wander = surroundings(machine, measurement, obs);
-  Response::Linear linear = response.linearise(machine, problem.parameters, problem.nominal, true, wander);
+  Response::Linear linear = response.linearise(machine, problem.parameters, problem.nominal + problem.around, true, wander);
   problem.measured = obs.stacked();
-  problem.predicted = std::move(linear.predicted);
+  problem.predicted = linear.predicted - linear.sensitivity * problem.around;
 
   std::vector<std::size_t> zeroed;  // displacements: the zero itself was read with noise
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
@@ -214,7 +233,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
     problem.prior_std[column] = std::max(channel.channel.uncertainty, floor_of(channel).noise);
   }
 
-  problem.columns.rightCols(late) = late_change_columns(machine, measurement, obs, response, options, problem.predicted);
+  problem.columns.rightCols(late) = late_change_columns(problem.machine_around(machine, {}), measurement, obs, response, options, linear.predicted);
   problem.prior_std.tail(late).setConstant(1.0 / std::sqrt(3.0));  // anywhere in the gap alike
 
   const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);

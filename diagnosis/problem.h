@@ -18,7 +18,10 @@ struct Problem {
   Observations observations;
   std::vector<Parameter> parameters;     ///< candidates; the first columns
   Eigen::VectorXd nominal;               ///< (parameters)
-  Eigen::VectorXd measured, predicted;   ///< (observations)
+  /// (first parameters) Where they are linearised, less nominal. Few deviations of the stated uncertainty already change how fast
+  /// and how far another parameter acts.
+  Eigen::VectorXd around;
+  Eigen::VectorXd measured, predicted;   ///< (observations) with all parameters at nominal, on the linear form
   Eigen::MatrixXd columns;               ///< (observations x (parameters + start + surroundings + zeros + late changes))
   Eigen::VectorXd prior_std;             ///< (columns) nominal
   /// Of parameters whose place is not known for sure: what their column may be off by, (observations x few), per unit; one
@@ -32,9 +35,13 @@ struct Problem {
   Eigen::MatrixXd fitted(const Eigen::MatrixXd& stacked) const;
   std::vector<ChannelCovariance> fitted_covariance() const;
   Eigen::Index first_row(std::size_t channel) const;
+  /// A machine with all parameters but these where the problem is linearised, and what that moves. (observations)
+  mesh::Machine machine_around(const mesh::Machine& machine, const std::vector<int>& but) const;
+  Eigen::VectorXd moved_around(const std::vector<int>& but) const;
 };
 
+/// @param around  (parameters) see Problem; empty: linearised at nominal
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options);
+                     Observations observations, const Response& response, const DiagnoseOptions& options, const Eigen::VectorXd& around = {});
 
 }  // namespace thermotwin::diagnosis

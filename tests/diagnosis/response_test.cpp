@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/thread_pool.h"
+#include "diagnosis/hypothesis_fit.h"
 #include "diagnosis/problem.h"
 #include "lumped_machine.h"
 
@@ -220,6 +221,37 @@ TEST(Response, disturbed_surroundings_equal_changed_inputs) {
     EXPECT_LT((linear.disturbed.col(0) - difference).norm(), 1e-6 * difference.norm())
         << "ambient " << ambient;
   }
+}
+
+TEST(Problem, a_linear_form_elsewhere_is_exact_there) {
+  const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
+  const compensation::Measurement measured = lumped::measure({}, {.hours = 8, .seed = 3});
+  const Observations obs = observe(measured);
+  const diagnosis::Response response(model, obs);
+  const diagnosis::Problem nominal = diagnosis::make_problem(model.machine, measured, obs, response, {});
+  const auto index = [&](const std::string& kind, const std::string& where) {
+    for (std::size_t i = 0; i < nominal.parameters.size(); ++i)
+      if (nominal.parameters[i].kind == kind && nominal.parameters[i].where == where) return static_cast<int>(i);
+    throw std::logic_error("no " + kind + " of " + where);
+  };
+  const int motor = index("source_power", "motor"), film = index("film_coefficient", "column.film");
+  VectorXd around = VectorXd::Zero(nominal.nominal.size());
+  around[motor] = 0.2;
+  around[film] = -0.3;
+  const diagnosis::Problem there = diagnosis::make_problem(model.machine, measured, obs, response, {}, around);
+  const mesh::Machine changed = there.machine_around(model.machine, {});
+  const VectorXd exact = response.predict(changed);
+  const double moved = (exact - nominal.predicted).norm();
+  EXPECT_LT((there.predicted + there.moved_around({}) - exact).norm(), 1e-9 * exact.norm());
+  EXPECT_GT((nominal.predicted + nominal.columns.leftCols(around.size()) * around - exact).norm(), 0.002 * moved) << "it is not linear";
+  // A hypothesis is fitted with all others where they are, and told with these at nominal.
+  diagnosis::Hypothesis hypothesis;
+  hypothesis.members = {motor};
+  hypothesis.value = VectorXd::Constant(1, 1.2);
+  const diagnosis::White white(there);
+  diagnosis::refine(hypothesis, there, response, model.machine, white, 0.0, 3, 1.0);
+  const mesh::Machine fitted = diagnosis::with_parameters(there.machine_around(model.machine, {motor}), {there.parameters[static_cast<std::size_t>(motor)]}, hypothesis.value);
+  EXPECT_LT((hypothesis.predicted + there.moved_around({motor}) - response.predict(fitted)).norm(), 1e-9 * exact.norm());
 }
 
 TEST(Response, is_bitwise_the_same_for_any_threads) {
