@@ -61,11 +61,11 @@ RankedCause no_parameter(const std::string& kind, double probability, double log
   return cause;
 }
 
+}  // namespace
+
 bool outside_nominal(const RankedCause& cause) {
   return std::abs(cause.value - cause.parameter.nominal) > within_nominal * cause.parameter.nominal_std;
 }
-
-}  // namespace
 
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   std::set<int> hidden(found.invisible.begin(), found.invisible.end());
@@ -81,8 +81,16 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   std::stable_sort(causes.begin(), causes.end(), by_probability);
 
   const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
-  if (found.probability_none > none_left || (no_cause_left && found.probability_unknown < 0.5)) {
+  // Sure and strong, though no further off than stated: its uncertainty alone would have been enough for none, so it is more than that.
+  const bool more_than_stated = !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
+  if (found.probability_none > none_left || (no_cause_left && found.probability_unknown < 0.5 && !more_than_stated)) {
     out.verdict = "no_discrepancy";
+    return;
+  }
+  if (no_cause_left && found.probability_unknown < 0.5) {
+    out.verdict = "ambiguous";
+    out.causes.push_back(causes.front());
+    out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
     return;
   }
   if (found.probability_unknown >= 0.5 || causes.empty()) {

@@ -13,6 +13,9 @@ inline constexpr double sure = 0.9;  ///< marginal probability that names a caus
 /// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 
+/// Whether an estimate is further from nominal than three stated standard deviations.
+bool outside_nominal(const RankedCause& cause);
+
 /// What is named is sure, but it is not all.
 bool only_unknown_shares(const Diagnosis& diagnosis);
 

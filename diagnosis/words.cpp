@@ -59,6 +59,10 @@ std::string sentence_of(const Diagnosis& d) {
            "explain.";
   if (d.verdict == "unexplained")
     return "Unexplained: measurement and model differ, but none of the known causes describes how.";
+  if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front()))
+    return fmt::format("Ambiguous: {} is within what is stated of it, but its size and its course explain what the stated uncertainty does not; or something "
+                       "that no kind describes acts there.",
+                       in_words(d.causes.front()));
   if (only_unknown_shares(d))
     return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.", list_in_words(d.causes, 2),
                        d.ambiguous_set.front().probability);
