@@ -120,8 +120,7 @@ VectorXd other_parameters(const Problem& problem, const SearchResult& found) {
 }
 
 /// A verdict that is not clear may rest on what several parameters, each within its uncertainty, do together.
-bool deserves_second_look(const Look& look) {
-  const SearchResult& found = look.found;
+bool deserves_second_look(const SearchResult& found) {
   return found.probability_none < none_likely && found.hypotheses.front().log_evidence < clear;
 }
 
@@ -131,18 +130,16 @@ Look look_at(const reduction::ReducedModel& model, const compensation::Measureme
   look.observations = std::make_unique<const Observations>(
       observe(measurement, machine, solver::Channels(machine), {.interval_s = options.interval_s, .heldout_share = options.heldout_share}));
   look.response = std::make_unique<const Response>(model, *look.observations);
-  look.problem = make_problem(machine, measurement, *look.observations, *look.response, options);
-  add_missing_sources(look.problem, *look.response, model, measurement);
-  look.found = search(look.problem, *look.response, machine);
+  const auto search_about = [&](const VectorXd& around) {
+    look.problem = make_problem(machine, measurement, *look.observations, *look.response, options, around);
+    add_missing_sources(look.problem, *look.response, model, measurement);
+    look.found = search(look.problem, *look.response, machine);
+  };
+  search_about({});
+  const VectorXd nominal_prediction = look.problem.predicted;
+  if (deserves_second_look(look.found)) search_about(other_parameters(look.problem, look.found));
   decide(look.problem, look.found, look.decided);
-  if (!deserves_second_look(look)) return look;
-  const VectorXd nominal_prediction = look.problem.predicted, around = other_parameters(look.problem, look.found);
-  look.problem = make_problem(machine, measurement, *look.observations, *look.response, options, around);
-  add_missing_sources(look.problem, *look.response, model, measurement);
-  look.found = search(look.problem, *look.response, machine);
-  look.decided = {};
-  decide(look.problem, look.found, look.decided);
-  look.problem.predicted = nominal_prediction;
+  look.problem.predicted = nominal_prediction;  // what is judged is the machine as stated
   return look;
 }
 

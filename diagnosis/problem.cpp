@@ -75,7 +75,7 @@ MaterialSpread material_spread(const mesh::Machine& machine) {
   return spread;
 }
 
-bool moves_beside(const ObservedChannel& a, const ObservedChannel& b) {
+bool same_pose(const ObservedChannel& a, const ObservedChannel& b) {
   return &a != &b && !a.is_temperature() && !b.is_temperature() && a.channel.unit == b.channel.unit && a.channel.pose_text == b.channel.pose_text;
 }
 
@@ -86,7 +86,7 @@ Eigen::MatrixXd moves_beside(const Problem& problem, std::size_t of) {
   Eigen::MatrixXd moves(channel.size(), 0);
   for (std::size_t k = 0; k < channels.size(); ++k) {
     const ObservedChannel& other = channels[k];
-    if (!moves_beside(channel, other) || other.size() == 0) continue;
+    if (!same_pose(channel, other) || other.size() == 0) continue;
     const auto predicted = problem.predicted.segment(problem.first_row(k), other.size());
     const double at_start = other.channel.zero == compensation::Zero::first ? 0.0 : predicted[0];
     moves.conservativeResize(Eigen::NoChange, moves.cols() + 1);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "diagnosis/judgement.h"
@@ -90,6 +91,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   if (no_cause_left && found.probability_unknown < 0.5) {
     out.verdict = "ambiguous";
     out.causes.push_back(causes.front());
+    for (auto cause = std::next(causes.begin()); cause != causes.end(); ++cause)
+      if (cause->probability >= sure && outside_nominal(*cause)) out.causes.push_back(*cause);
     out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
     return;
   }

@@ -14,6 +14,8 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/thread_pool.h"
+#include "diagnosis/verdict.h"
+#include "diagnosis/words.h"
 #include "lumped_machine.h"
 #include "reduction/model_file.h"
 
@@ -206,6 +208,47 @@ TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open
   EXPECT_NE(d.sentence.find("something beside it that no kind describes"), std::string::npos) << d.sentence;
   EXPECT_TRUE(d.extended_machine_text.empty());
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("one channel alone: T4_reading") != std::string::npos; }));
+}
+
+/// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
+Diagnosis decided(double value, double probability, double log_evidence, double second_value = 1.0, double second_probability = 0.0) {
+  diagnosis::Problem problem;
+  diagnosis::SearchResult found;
+  found.hypotheses.resize(3);
+  for (const int i : {0, 1}) {
+    diagnosis::Parameter p = i == 0 ? find("source_power", "motor") : find("film_coefficient", "column.film");
+    p.nominal_std = 0.1;
+    problem.parameters.push_back(p);
+    diagnosis::Hypothesis& h = found.hypotheses[static_cast<std::size_t>(i) + 1];
+    h.members = {i};
+    h.value = Eigen::VectorXd::Constant(1, i == 0 ? value : second_value);
+    h.std = Eigen::VectorXd::Constant(1, 0.02);
+    h.log_evidence = log_evidence;
+  }
+  problem.nominal = Eigen::VectorXd::Ones(2);
+  problem.columns.resize(0, 2);
+  found.marginal = Eigen::Vector2d(probability, second_probability);
+  found.probability_none = 1e-4;
+  Diagnosis d;
+  diagnosis::decide(problem, found, d);
+  d.sentence = diagnosis::sentence_of(d);
+  return d;
+}
+
+TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_strong) {
+  const Diagnosis strong = decided(1.2, 0.98, 30.0);
+  EXPECT_EQ(strong.verdict, "ambiguous");
+  ASSERT_EQ(strong.causes.size(), 1U);
+  ASSERT_EQ(strong.ambiguous_set.size(), 1U);
+  EXPECT_EQ(strong.ambiguous_set[0].parameter.kind, "unknown");
+  EXPECT_NE(strong.sentence.find("is within what is stated of it"), std::string::npos) << strong.sentence;
+  EXPECT_EQ(decided(1.2, 0.98, 5.0).verdict, "no_discrepancy");
+  EXPECT_EQ(decided(1.2, 0.85, 30.0).verdict, "no_discrepancy");
+  EXPECT_EQ(decided(1.5, 0.98, 30.0).verdict, "explained");
+  // A second one that is sure and further off than stated is not lost behind it.
+  const Diagnosis two = decided(1.2, 0.99, 30.0, 1.6, 0.95);
+  EXPECT_EQ(two.verdict, "ambiguous");
+  EXPECT_EQ(two.causes.size(), 2U);
 }
 
 /// Each column plus a share of another one.
