@@ -75,7 +75,7 @@ struct DiagnoseOptions {
   /// what every body bends.
   double displacement_error_percent = 3, temperature_error_percent = 1.5;
   double interval_s = 600;        ///< residuals are averaged over such intervals
-  std::vector<solver::LoadProgram> programs;  ///< that may be run next, where causes share
+  std::vector<solver::LoadProgram> programs{};  ///< that may be run next, where causes share
 };
 
 Diagnosis diagnose(const reduction::ReducedModel& model,

@@ -108,7 +108,7 @@ constexpr std::size_t most_late_changes = 8;
 
 /// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap; through a
 /// pause longer than an interval and a few rows the row before it holds, as it says.
-Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const solver::Channels& channels, Index early_row, Observations& out) {
+Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const solver::Channels& channels, const ObserveOptions& options, Observations& out) {
   const Index n = time.size();
   std::vector<double> sorted(static_cast<std::size_t>(n - 1));
   for (Index i = 0; i + 1 < n; ++i) sorted[static_cast<std::size_t>(i)] = time[i + 1] - time[i];
@@ -133,7 +133,8 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
       if (const double difference = std::abs(rows(i + 1, c) - rows(i, c)) / largest; std::isfinite(difference)) change = std::max(change, difference);
     if (change < changed_share) continue;
     const double half = 0.5 * (gap - usual);
-    result[i + 1] = i + 1 == early_row ? time[i] + usual : time[i + 1] - half;
+    const double away = i + 1 != options.moved_row ? 0.0 : options.moved_early ? -half : half;
+    result[i + 1] = time[i + 1] - half + away;
     found.push_back({change * gap, {i + 1, half}});
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -278,7 +279,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
         place, fmt::format("a record of {:.0f} s", duration),
         fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
   const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
-  make_steps(input_times(time, rows, channels, options.early_row, out), rows, std::min(options.longest_step_s, out.interval / 2.0), averageable(channels), out);
+  make_steps(input_times(time, rows, channels, options, out), rows, std::min(options.longest_step_s, out.interval / 2.0), averageable(channels), out);
   find_start(measurement, machine, rows.row(0).transpose(), channels, out);
   for (const MeasuredChannel& channel : measurement.channels) {
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();

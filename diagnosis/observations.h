@@ -59,7 +59,8 @@ struct ObserveOptions {
   double heldout_share = 0.3;
   double longest_step_s = 300;
   Eigen::Index most_intervals = 600;     ///< longer records get longer intervals
-  Eigen::Index early_row = -1;           ///< of the late changes, this one as early as it may have been
+  Eigen::Index moved_row = -1;           ///< the late change that leads to this row comes as early or as late as it may have been
+  bool moved_early = true;
 };
 
 /// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a sample from

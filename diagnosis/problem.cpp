@@ -130,15 +130,17 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   return cov;
 }
 
-/// What the prediction changes where a change of the inputs that fell into a gap came at its beginning instead of half way.
-/// (observations x late changes)
+/// What the prediction changes where a change of the inputs that fell into a gap came at its beginning, or at its end, instead
+/// of half way: what warms within the gap does not answer to the two alike. (observations x 2 late changes)
 Eigen::MatrixXd late_change_columns(const mesh::Machine& machine, const compensation::Measurement& measurement, const Observations& obs,
                                     const Response& response, const DiagnoseOptions& options, const Eigen::VectorXd& predicted) {
-  Eigen::MatrixXd columns(obs.size(), static_cast<Index>(obs.late_changes.size()));
-  core::parallel_for(0, obs.late_changes.size(), [&](std::size_t i) {
-    const Observations early = observe(measurement, machine, solver::Channels(machine),
-                                       {.interval_s = options.interval_s, .heldout_share = options.heldout_share, .early_row = obs.late_changes[i].row});
-    columns.col(static_cast<Index>(i)) = Response(response.model(), early).predict(machine) - predicted;
+  const std::size_t count = 2 * obs.late_changes.size();
+  Eigen::MatrixXd columns(obs.size(), static_cast<Index>(count));
+  core::parallel_for(0, count, [&](std::size_t i) {
+    const Observations moved = observe(measurement, machine, solver::Channels(machine),
+                                       {.interval_s = options.interval_s, .heldout_share = options.heldout_share,
+                                        .moved_row = obs.late_changes[i / 2].row, .moved_early = i % 2 == 0});
+    columns.col(static_cast<Index>(i)) = Response(response.model(), moved).predict(machine) - predicted;
   });
   return columns;
 }
@@ -215,7 +217,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
     if (!obs.channels[k].is_temperature()) zeroed.push_back(k);
   const auto air = static_cast<Index>(wander.size());
-  const auto late = static_cast<Index>(obs.late_changes.size());
+  const auto late = 2 * static_cast<Index>(obs.late_changes.size());
   problem.columns.setZero(obs.size(), count + 1 + air + static_cast<Index>(zeroed.size()) + late);
   problem.prior_std.resize(problem.columns.cols());
   problem.columns.leftCols(count) = linear.sensitivity;
@@ -234,7 +236,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   }
 
   problem.columns.rightCols(late) = late_change_columns(problem.machine_around(machine, {}), measurement, obs, response, options, linear.predicted);
-  problem.prior_std.tail(late).setConstant(1.0 / std::sqrt(3.0));  // anywhere in the gap alike
+  problem.prior_std.tail(late).setConstant(1.0 / std::sqrt(6.0));  // anywhere in the gap alike: the two together, of opposite sign, 1 / sqrt 3
 
   const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
   problem.amplitude.resize(static_cast<Index>(obs.channels.size()));

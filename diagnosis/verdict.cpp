@@ -17,8 +17,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// A machine is called wrong only where it is as good as sure: with a tenth left, one of a hundred right ones was called wrong.
-constexpr double none_left = 0.03;
+constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may be named
 constexpr double strong = 10.0;         ///< ln Bayes factor against none
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
 

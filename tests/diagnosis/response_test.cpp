@@ -335,7 +335,7 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   EXPECT_NEAR(obs.late_changes[0].uncertain_s, 30.0, 1e-9);
   EXPECT_NEAR(holed.data.values(obs.late_changes[0].row, 0), 3 * 3600 + 60, 1e-9);
   EXPECT_LT((obs.points.array() - (3 * 3600 + 30)).abs().minCoeff(), 1e-6);
-  const Observations early = diagnosis::observe(holed, machine, solver::Channels(machine), {.early_row = obs.late_changes[0].row});
+  const Observations early = diagnosis::observe(holed, machine, solver::Channels(machine), {.moved_row = obs.late_changes[0].row});
   EXPECT_LT((early.points.array() - 3 * 3600).abs().minCoeff(), 1e-6);
   // A pause is no lost row: what was logged before it holds until the next.
   std::vector<double> pause;
@@ -347,14 +347,19 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   const Observations slow = observe(without_rows(lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0}), {3 * 3600, 3 * 3600 + 300}));
   ASSERT_EQ(slow.late_changes.size(), 1U);
   EXPECT_NEAR(slow.late_changes[0].uncertain_s, 300.0, 1e-9);
-  // What may have been is among the nuisances: with it, the truth is within reach.
+  // What may have been is among the nuisances: with them, the truth is within reach, whichever end of the gap it was.
   const reduction::ReducedModel model = lumped::model(machine, 9);
   const Response response(model, obs);
   const diagnosis::Problem problem = diagnosis::make_problem(machine, holed, obs, response, {});
-  const VectorXd truth = Response(model, early).predict(machine) - problem.predicted;
-  EXPECT_GT(truth.cwiseAbs().maxCoeff(), 0.05);
-  EXPECT_LT((problem.columns.rightCols(1) - truth).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_NEAR(problem.prior_std.tail(1)[0], 0.577, 1e-3);
+  const Observations late = diagnosis::observe(holed, machine, solver::Channels(machine), {.moved_row = obs.late_changes[0].row, .moved_early = false});
+  EXPECT_LT((late.points.array() - (3 * 3600 + 60)).abs().minCoeff(), 1e-6);
+  const Observations* ends[] = {&early, &late};
+  for (Index i = 0; i < 2; ++i) {
+    const VectorXd truth = Response(model, *ends[i]).predict(machine) - problem.predicted;
+    EXPECT_GT(truth.cwiseAbs().maxCoeff(), 0.05);
+    EXPECT_LT((problem.columns.rightCols(2).col(i) - truth).cwiseAbs().maxCoeff(), 1e-9);
+  }
+  EXPECT_NEAR(problem.prior_std.tail(2).norm(), 0.577, 1e-3);
 }
 
 TEST(Observations, steps_follow_the_operation) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <iostream>
 #include <map>
@@ -19,7 +20,7 @@ using namespace thermotwin;
 
 /// --name value pairs.
 std::map<std::string, std::string> read_options(int argc, char** argv) {
-  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine", "mesh-order", "displacement-error", "temperature-error"};
+  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine", "mesh-order", "tolerance", "displacement-error", "temperature-error"};
   std::map<std::string, std::string> options;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = std::string(argv[i]).substr(2);
@@ -28,7 +29,7 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
     throw core::UsageError("hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
-                           "--size F --mesh-order 1|2 --refine F --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
+                           "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
   return options;
 }
 
@@ -43,7 +44,14 @@ std::vector<std::string> parts_of(const std::string& list) {
 
 int run(int argc, char** argv) {
   const auto options = read_options(argc, argv);
-  const auto number = [&](const std::string& name, double otherwise) { return options.count(name) ? std::stod(options.at(name)) : otherwise; };
+  const auto number = [&](const std::string& name, double otherwise) {
+    if (!options.count(name)) return otherwise;
+    const std::string& text = options.at(name);
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value >= 0.0)) throw core::UsageError("--" + name + " " + text + ": a number, not negative");
+    return value;
+  };
   const auto seed = static_cast<std::uint64_t>(number("seed", 1000));
   solver::Case machine_case = solver::read_case(options.at("case"));
   machine_case.machine.order = static_cast<int>(number("mesh-order", machine_case.machine.order));
@@ -67,6 +75,7 @@ int run(int argc, char** argv) {
   hidden::SpecimenOptions made;
   made.size_factor = number("size", 0.7);
   made.refine = number("refine", made.refine);
+  made.tolerance_K = number("tolerance", made.tolerance_K);
   made.seed = seed;
   if (options.count("cache")) made.cache = options.at("cache");
   const hidden::Specimen specimen(machine_case, made);

@@ -76,10 +76,10 @@ std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine)
 /// Steps of a record's row with error control: shorter by halves until the estimate, which falls with their cube, is below the tolerance.
 class Steps {
  public:
-  Steps(const solver::ThermalSystem& system, double longest) : integrator_(system), size_(longest) {}
+  Steps(const solver::ThermalSystem& system, double longest, double tolerance_K) : integrator_(system), size_(longest), tolerance_K_(tolerance_K) {}
 
   void advance(VectorXd& state, const solver::Coefficients& c, double span) {
-    constexpr double tolerance_K = 0.03, shortest_s = 1.0;
+    constexpr double shortest_s = 1.0;
     const std::array<VectorXd, 3> heat{c.q, c.q, c.q};
     solver::AdaptiveIntegrator::Step step;
     for (double left = span; left > 1e-9 * span;) {
@@ -87,20 +87,20 @@ class Steps {
       const double parts = std::exp2(std::ceil(std::log2(span / std::min(size_, span)) - 1e-9)), size = std::min(span / parts, left);
       if (integrator_.is_nonlinear()) integrator_.linearise(state, state, c);
       integrator_.attempt(state, c.p, heat, size, true, step);
-      if (step.error_K > tolerance_K && size > shortest_s) {
-        const double halvings = std::clamp(std::ceil(std::log2(step.error_K / tolerance_K) / 3.0), 1.0, 4.0);
+      if (step.error_K > tolerance_K_ && size > shortest_s) {
+        const double halvings = std::clamp(std::ceil(std::log2(step.error_K / tolerance_K_) / 3.0), 1.0, 4.0);
         size_ = std::max(size * std::exp2(-halvings), shortest_s);
         continue;
       }
       state = step.end;
       left -= size;
-      if (step.error_K < tolerance_K / 10.0) size_ = 2.0 * size;
+      if (step.error_K < tolerance_K_ / 10.0) size_ = 2.0 * size;
     }
   }
 
  private:
   solver::AdaptiveIntegrator integrator_;
-  double size_;
+  double size_, tolerance_K_;
 };
 
 }  // namespace
@@ -241,7 +241,7 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
   if (parts.capacity.size() > 0) footprint.add_capacity(parts.capacity);
   const solver::ThermalSystem& thermal = footprint.system();
 
-  Steps stepper(thermal, ends.front());
+  Steps stepper(thermal, ends.front(), options_.tolerance_K);
   VectorXd state = VectorXd::Constant(thermal.size, load.initial_C() - machine.reference_C);
   const VectorXd offsets = solver::sensor_offsets(machine, layout);
   const auto readings = [&] { return VectorXd(thermal.sensors * state + offsets); };
