@@ -99,6 +99,7 @@ struct Look {
   Problem problem;
   SearchResult found;
   Diagnosis decided;
+  double heldout_chi_square = 0;  ///< under what is named; 0: nothing is
 };
 
 /// What the best hypothesis makes of all other parameters, as far as it is within three stated deviations; not of readings, which
@@ -139,6 +140,10 @@ Look look_at(const reduction::ReducedModel& model, const compensation::Measureme
   const VectorXd nominal_prediction = look.problem.predicted;
   if (deserves_second_look(look.found)) search_about(other_parameters(look.problem, look.found));
   decide(look.problem, look.found, look.decided);
+  if (Hypothesis named = shown(look.problem, look.found, look.decided); !look.decided.causes.empty() && !named.members.empty()) {
+    linearise(named, look.problem, *look.response, machine);
+    look.heldout_chi_square = heldout_chi_square(look.problem, named);
+  }
   look.problem.predicted = nominal_prediction;  // what is judged is the machine as stated
   return look;
 }
@@ -193,7 +198,7 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
                                         : response.predict(with_parameters(machine, members, best.value));
   best.refined = true;
   judge(problem, best, d);
-  if (const std::string objection = heldout_objection(d); !objection.empty()) {
+  if (const std::string objection = heldout_objection(d, look.heldout_chi_square); !objection.empty()) {
     // What was named on the fitted part does not hold: neither is it taken away from what is seen.
     const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.rms_before <= within_expected * r.explained_std; });
     d.verdict = expected ? "no_discrepancy" : "unexplained";
@@ -213,6 +218,8 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   if (longer)
     d.notes.push_back(fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later was held out.",
                                   (open_until - problem.observations.start) / 3600.0, (problem.observations.split - problem.observations.start) / 3600.0));
+  if (look.heldout_chi_square > 0.0 && !d.causes.empty())
+    d.notes.push_back(fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} a value (1 or less: as expected).", look.heldout_chi_square));
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);

@@ -86,8 +86,8 @@ double normal_mass(double mean, double std, double low, double high) {
 
 }  // namespace
 
-White::White(const Problem& problem)
-    : whitener(problem.fitted_covariance()), columns(of(problem, problem.columns)), residual(of(problem, problem.measured - problem.predicted)) {}
+White::White(const Problem& problem, bool whole_record)
+    : whole(whole_record), whitener(whole_record ? problem.covariance : problem.fitted_covariance()), columns(of(problem, problem.columns)), residual(of(problem, problem.measured - problem.predicted)) {}
 
 LinearForm nominal_form(const Problem& problem, const White& white) {
   return {white.columns, white.residual, problem.prior_std, {}, {}, VectorXd::Zero(problem.measured.size())};
@@ -170,11 +170,26 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
     at = next;
     if (settled) break;
   }
-  const Response::Linear there = linearised(h.value);
-  h.predicted = there.predicted;
-  h.sensitivity = there.sensitivity;
-  h.spread = there.spread;
+  linearise(h, problem, response, machine);
+}
+
+void linearise(Hypothesis& h, const Problem& problem, const Response& response, const mesh::Machine& machine) {
+  std::vector<Parameter> parameters;
+  for (const int i : h.members) parameters.push_back(problem.parameters[static_cast<std::size_t>(i)]);
+  Response::Linear there = response.linearise(problem.machine_around(machine, h.members), parameters, h.value, false, {}, true);
+  h.predicted = there.predicted - problem.moved_around(h.members);
+  h.sensitivity = std::move(there.sensitivity);
+  h.spread = std::move(there.spread);
   h.refined = true;
+}
+
+double heldout_chi_square(const Problem& problem, const Hypothesis& h) {
+  const auto chi_square = [&](const White& white) {
+    LinearForm form = form_about(problem, white, h);
+    for (const int i : h.members) form.prior_std[i] = problem.parameters[static_cast<std::size_t>(i)].cause_std;
+    return LinearEvidence(form.columns, form.residual, form.prior_std).chi_square();
+  };
+  return (chi_square(White(problem, true)) - chi_square(White(problem))) / static_cast<double>(problem.measured.size() - problem.fitted(problem.measured).size());
 }
 
 double evidence_beside_unknown(const Problem& problem, const Hypothesis& h) {

@@ -22,14 +22,15 @@ struct Hypothesis {
   Eigen::MatrixXd spread;          ///< (observations x members) there, see Response::Linear
 };
 
-/// The fitted part, decorrelated, about the nominal machine.
+/// The fitted part, or all of the record, decorrelated, about the nominal machine.
 struct White {
+  bool whole;
   Whitener whitener;
-  Eigen::MatrixXd columns;    ///< (fitted x columns of the problem)
-  Eigen::VectorXd residual;   ///< (fitted)
+  Eigen::MatrixXd columns;    ///< (rows x columns of the problem)
+  Eigen::VectorXd residual;   ///< (rows)
 
-  explicit White(const Problem& problem);
-  Eigen::MatrixXd of(const Problem& problem, const Eigen::MatrixXd& stacked) const { return whitener.whiten(problem.fitted(stacked)); }
+  explicit White(const Problem& problem, bool whole_record = false);
+  Eigen::MatrixXd of(const Problem& problem, const Eigen::MatrixXd& stacked) const { return whitener.whiten(whole ? stacked : problem.fitted(stacked)); }
 };
 
 /// What the fitted part is linear in about an estimate, white: as if all parameters were nominal and only the
@@ -54,6 +55,13 @@ double log_within_bounds(const Parameter& parameter, double value, double std);
 /// @param log_nominal  evidence of no cause   @param evidence_share  of SearchOptions
 void refine(Hypothesis& h, const Problem& problem, const Response& response, const mesh::Machine& machine, const White& white,
             double log_nominal, int iterations, double evidence_share);
+
+/// Linearises at the hypothesis' own estimate: its prediction, sensitivity and spread.
+void linearise(Hypothesis& h, const Problem& problem, const Response& response, const mesh::Machine& machine);
+
+/// Chi-square of a mean of the held-out part as a hypothesis foretells it, all else as the fitted part leaves it, uncertain as
+/// it then is: about 1 where the hypothesis is right. @param h  linearised at its estimate
+double heldout_chi_square(const Problem& problem, const Hypothesis& h);
 
 /// Log evidence, with the whitening's determinant, of a refined hypothesis beside something unknown, which wanders by a share of
 /// what was seen without it.

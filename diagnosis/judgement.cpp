@@ -18,6 +18,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double bootstrap_block_s = 2.0 * 3600.0;
+constexpr double not_foretold = 1.5;  ///< chi-square of a mean that was held out
 constexpr double much_worse = 1.5;  ///< RMS after over before: a wrong cause, not one that wanders
 
 /// Held-out sums of squares per interval of the channels that a rule picks.
@@ -125,9 +126,11 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
   fill_series(problem, best, out);
 }
 
-std::string heldout_objection(const Diagnosis& d) {
+std::string heldout_objection(const Diagnosis& d, double chi_square) {
   if (d.causes.empty()) return "";
   if (d.ci95_high_percent >= 0.0 || d.heldout_rms_after_um < much_worse * d.heldout_rms_before_um) return "";
+  // A right cause makes things worse too where something else, within its uncertainty, had cancelled it: what comes is then as expected.
+  if (chi_square < not_foretold) return "";
   std::vector<std::string> names;
   for (const RankedCause& cause : d.causes) names.push_back(cause.parameter.kind + " of " + cause.parameter.where);
   return fmt::format("{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not named.", core::join(names),

@@ -71,7 +71,10 @@ std::string sentence_of(const Diagnosis& d) {
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
            list_in_words(d.ambiguous_set, 4) + ".";
   return "Explained by " + list_in_words(d.causes, 3) + "." + gain +
-         (d.extended_machine_text.empty() ? " The gain is not certain, so no extension is recommended." : "");
+         (!d.extended_machine_text.empty() ? ""
+          : d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0
+              ? " Alone it makes them worse: what else is off, within its uncertainty, had cancelled it. No extension is recommended."
+              : " The gain is not certain, so no extension is recommended.");
 }
 
 void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,

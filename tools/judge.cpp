@@ -22,12 +22,11 @@ void diagnose(const DiagnoseOptions& options) {
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
   const auto folder = options.out / "diagnosis";
   diagnosis::DiagnoseOptions how;
-  how.displacement_error_percent = options.displacement_error_percent;
-  how.temperature_error_percent = options.temperature_error_percent;
+  how.displacement_error_percent = options.displacement_error_percent.value_or(how.displacement_error_percent);
+  how.temperature_error_percent = options.temperature_error_percent.value_or(how.temperature_error_percent);
   diagnosis::Diagnosis result;
   if (options.case_path.empty() && options.model.empty()) {
-    const diagnosis::DiagnoseOptions as_stated;
-    if (how.displacement_error_percent != as_stated.displacement_error_percent || how.temperature_error_percent != as_stated.temperature_error_percent)
+    if (options.displacement_error_percent || options.temperature_error_percent)
       throw core::UsageError("--displacement-error and --temperature-error are of a mesh: a case or --model is needed");
     result = diagnosis::diagnose_data(measurement, {});
     diagnosis::write_diagnosis(folder, result);

@@ -2,6 +2,7 @@
 // The command line: parses, sets threads and quiet, calls the verb, maps errors to exit status.
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
@@ -294,13 +295,13 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("CASE", diagnose.case_path, "case folder (absent, and no --model: data without a machine, against a grey box of its first day)");
   verb->add_option("--data", diagnose.data, "measurement folder")->required();
   verb->add_option("--model", diagnose.model, "model.rom.h5 (absent: made from the case)");
-  const auto add_error = [&](const std::string& name, double& percent, const std::string& of) {
+  const auto add_error = [&](const std::string& name, std::optional<double>& percent, double otherwise, const std::string& of) {
     verb->add_option(name, percent, "percent of each " + of + "'s own response by which mesh and time steps may be off; where a study of the mesh shows less, more is seen")
         ->check(CLI::Range(0.1, 50.0))
-        ->capture_default_str();
+        ->default_str(fmt::format("{}", otherwise));
   };
-  add_error("--displacement-error", diagnose.displacement_error_percent, "displacement");
-  add_error("--temperature-error", diagnose.temperature_error_percent, "temperature");
+  add_error("--displacement-error", diagnose.displacement_error_percent, diagnosis::DiagnoseOptions{}.displacement_error_percent, "displacement");
+  add_error("--temperature-error", diagnose.temperature_error_percent, diagnosis::DiagnoseOptions{}.temperature_error_percent, "temperature");
 
   tools::ValidateOptions validate;
   verb = add_verb(app, "validate", "online validation on machines measured virtually: finer mesh, other time "

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -103,8 +104,8 @@ struct EvaluateOptions : CommonOptions {
 };
 struct DiagnoseOptions : CommonOptions {
   std::filesystem::path case_path, data, model;
-  double displacement_error_percent = diagnosis::DiagnoseOptions{}.displacement_error_percent;
-  double temperature_error_percent = diagnosis::DiagnoseOptions{}.temperature_error_percent;
+  std::optional<double> displacement_error_percent;  ///< absent: of diagnosis::DiagnoseOptions
+  std::optional<double> temperature_error_percent;
 };
 struct ValidateOptions : CommonOptions {
   std::filesystem::path case_path, model;

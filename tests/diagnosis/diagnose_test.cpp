@@ -14,6 +14,8 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/thread_pool.h"
+#include "diagnosis/hypothesis_fit.h"
+#include "diagnosis/judgement.h"
 #include "diagnosis/verdict.h"
 #include "diagnosis/words.h"
 #include "lumped_machine.h"
@@ -349,6 +351,35 @@ compensation::Measurement contradicted(compensation::Measurement m, const compen
       for (const auto& channel : m.channels)
         if (!channel.quantity.empty()) m.data.values(i, channel.column) = heldout.data.values(i, channel.column);
   return m;
+}
+
+TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_what_comes_is_as_foretold) {
+  Diagnosis d;
+  d.causes.emplace_back();
+  d.heldout_rms_before_um = 1.0, d.heldout_rms_after_um = 2.0, d.ci95_low_percent = -120, d.ci95_high_percent = -80;
+  EXPECT_EQ(diagnosis::heldout_objection(d, 0.4), "");
+  EXPECT_NE(diagnosis::heldout_objection(d, 3.0), "");
+  d.ci95_high_percent = 10;
+  EXPECT_EQ(diagnosis::heldout_objection(d, 3.0), "");
+
+  // What a hypothesis foretells of held-out time, where it is the truth and where the truth becomes another.
+  const auto truth = find("source_power", "motor");
+  const auto foretold = [&](const compensation::Measurement& m) {
+    const mesh::Machine machine = lumped::machine();
+    const reduction::ReducedModel model = lumped::model(machine, 9);
+    const diagnosis::Observations seen = diagnosis::observe(m, machine, solver::Channels(machine), {});
+    const diagnosis::Response response(model, seen);
+    const diagnosis::Problem problem = diagnosis::make_problem(machine, m, seen, response, {});
+    diagnosis::Hypothesis h;
+    for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
+      if (problem.parameters[static_cast<std::size_t>(i)].kind == truth.kind && problem.parameters[static_cast<std::size_t>(i)].where == truth.where) h.members = {i};
+    h.value = Eigen::VectorXd::Constant(1, 1.6);
+    diagnosis::linearise(h, problem, response, machine);
+    return diagnosis::heldout_chi_square(problem, h);
+  };
+  const compensation::Measurement right = lumped::measure({{truth, 1.6}}, {.seed = 61});
+  EXPECT_LT(foretold(right), 1.3);
+  EXPECT_GT(foretold(contradicted(right, lumped::measure({{truth, 0.4}}, {.seed = 61}))), 3.0);
 }
 
 TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
