@@ -78,6 +78,8 @@ void add_sources(const Machine& machine, const Measurement& measurement, std::ve
     const bool by_law = source.drive.empty() || !measures(measurement, source.drive + ".power_W");
     const bool by_speed = !source.losses.empty() || std::any_of(source.laws.begin(), source.laws.end(), [](const auto& law) { return is_speed(law.input); });
     if (by_law && by_speed) found.push_back(candidate("source_speed_law", source.id, exponent_std, 0.7));
+    // What is on with the machine and no more is one and the same for both.
+    if (source.drive.empty() && source.losses.empty() && !source.laws.empty() && std::all_of(source.laws.begin(), source.laws.end(), [](const auto& law) { return law.input == "machine.on"; })) continue;
     const double scale = largest_power(source);
     found.push_back(candidate("standstill_power", source.id, std::max(0.5, 0.01 * scale), std::max(40.0, 0.4 * scale)));
     found.back().low = -std::max(0.0, standing_power(source));

@@ -99,7 +99,7 @@ struct Look {
   Problem problem;
   SearchResult found;
   Diagnosis decided;
-  double heldout_chi_square = 0;  ///< under what is named; 0: nothing is
+  Strain strain;                  ///< of what is named
 };
 
 /// What the best hypothesis makes of all other parameters, as far as it is within three stated deviations; not of readings, which
@@ -142,7 +142,8 @@ Look look_at(const reduction::ReducedModel& model, const compensation::Measureme
   decide(look.problem, look.found, look.decided);
   if (Hypothesis named = shown(look.problem, look.found, look.decided); !look.decided.causes.empty() && !named.members.empty()) {
     linearise(named, look.problem, *look.response, machine);
-    look.heldout_chi_square = heldout_chi_square(look.problem, named);
+    look.strain = strain_of(look.problem, named);
+    leave_open(look.problem, look.found, look.strain, look.decided);
   }
   look.problem.predicted = nominal_prediction;  // what is judged is the machine as stated
   return look;
@@ -155,7 +156,7 @@ bool is_open(const Look& look) {
   const bool one_more = std::any_of(d.ranking.begin(), d.ranking.end(), [](const RankedCause& cause) {
     return !cause.parameter.name.empty() && cause.probability > perhaps && cause.probability < sure;
   });
-  return (none > none_gone && none < none_likely) || (d.verdict == "ambiguous" && !only_unknown_shares(d)) || (d.verdict == "explained" && one_more);
+  return (none > none_gone && none < none_likely) || (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d)) || (d.verdict == "explained" && one_more);
 }
 
 /// Whether with this share there would be more to fit, and enough left to judge a gain: means of gauges, where there are any.
@@ -198,11 +199,11 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
                                         : response.predict(with_parameters(machine, members, best.value));
   best.refined = true;
   judge(problem, best, d);
-  if (const std::string objection = heldout_objection(d, look.heldout_chi_square); !objection.empty()) {
+  if (const std::string objection = heldout_objection(d, look.strain.heldout_chi_square); !objection.empty()) {
     // What was named on the fitted part does not hold: neither is it taken away from what is seen.
     const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.rms_before <= within_expected * r.explained_std; });
-    d.verdict = expected ? "no_discrepancy" : "unexplained";
-    d.notes.push_back(objection);
+    d.verdict = expected && found.hypotheses.front().log_evidence < strong ? "no_discrepancy" : "unexplained";
+    d.warnings.push_back(objection);
     d.causes.clear();
     d.ambiguous_set.clear();
     d.residuals.clear();
@@ -213,13 +214,15 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   }
   if (d.verdict == "explained" && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
-  if (d.verdict == "ambiguous" && !only_unknown_shares(d)) d.next = next_measurement(problem, model, options.programs, d);
+  if (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d)) d.next = next_measurement(problem, model, options.programs, d);
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer)
     d.notes.push_back(fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later was held out.",
                                   (open_until - problem.observations.start) / 3600.0, (problem.observations.split - problem.observations.start) / 3600.0));
-  if (look.heldout_chi_square > 0.0 && !d.causes.empty())
-    d.notes.push_back(fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} a value (1 or less: as expected).", look.heldout_chi_square));
+  if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0)
+    d.notes.push_back(fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} a value (1 or less: as expected).", look.strain.heldout_chi_square));
+  for (std::string& warning : warnings_of(machine, measurement, problem)) d.warnings.push_back(std::move(warning));
+  d.notes.insert(d.notes.begin(), d.warnings.begin(), d.warnings.end());
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);

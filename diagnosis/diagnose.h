@@ -59,9 +59,11 @@ struct Diagnosis {
   double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
   std::string sentence;                      ///< the verdict in words
+  std::string strained;                      ///< what the named causes alone would ask for that is never expected; empty: nothing
   NextMeasurement next;
   std::string measurement;                   ///< name of its folder
   double heldout_from_s = 0;                 ///< what comes later was judged, never fitted
+  std::vector<std::string> warnings;         ///< what the reader has to know first: inputs that nobody recorded, an uneven start, ...
   std::vector<std::string> notes;            ///< what was left out and why, start temperature, ...
   /// Interval means: time_s, <channel>, <channel>_before, <channel>_after (measured minus predicted)
   /// and <channel>_std, what nominal uncertainty, mesh and noise explain.

@@ -183,13 +183,26 @@ void linearise(Hypothesis& h, const Problem& problem, const Response& response, 
   h.refined = true;
 }
 
-double heldout_chi_square(const Problem& problem, const Hypothesis& h) {
-  const auto chi_square = [&](const White& white) {
-    LinearForm form = form_about(problem, white, h);
+Strain strain_of(const Problem& problem, const Hypothesis& h) {
+  const auto evidence = [&](const White& white, LinearForm& form) {
+    form = form_about(problem, white, h);
     for (const int i : h.members) form.prior_std[i] = problem.parameters[static_cast<std::size_t>(i)].cause_std;
-    return LinearEvidence(form.columns, form.residual, form.prior_std).chi_square();
+    return LinearEvidence(form.columns, form.residual, form.prior_std);
   };
-  return (chi_square(White(problem, true)) - chi_square(White(problem))) / static_cast<double>(problem.measured.size() - problem.fitted(problem.measured).size());
+  LinearForm form;
+  const double fitted = evidence(White(problem), form).chi_square();
+  const LinearEvidence whole = evidence(White(problem, true), form);
+  Strain strain;
+  const Index heldout = problem.measured.size() - problem.fitted(problem.measured).size();
+  strain.heldout_chi_square = (whole.chi_square() - fitted) / static_cast<double>(std::max<Index>(heldout, 1));
+  const VectorXd off = whole.mean().cwiseQuotient(form.prior_std).cwiseAbs();
+  strain.freedom = off.tail(off.size() - problem.columns.cols()).maxCoeff();
+  for (Index i = 0; i < problem.around.size(); ++i)
+    if (std::find(h.members.begin(), h.members.end(), static_cast<int>(i)) == h.members.end() && off[i] > strain.other) {
+      strain.other = off[i];
+      strain.which = static_cast<int>(i);
+    }
+  return strain;
 }
 
 double evidence_beside_unknown(const Problem& problem, const Hypothesis& h) {

@@ -59,9 +59,17 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
 /// Linearises at the hypothesis' own estimate: its prediction, sensitivity and spread.
 void linearise(Hypothesis& h, const Problem& problem, const Response& response, const mesh::Machine& machine);
 
-/// Chi-square of a mean of the held-out part as a hypothesis foretells it, all else as the fitted part leaves it, uncertain as
-/// it then is: about 1 where the hypothesis is right. @param h  linearised at its estimate
-double heldout_chi_square(const Problem& problem, const Hypothesis& h);
+/// What a hypothesis asks for beyond itself where it has to describe all of the record.
+struct Strain {
+  /// Of a mean of the held-out part as foretold, all else as the fitted part leaves it, uncertain as it then is: about 1 where
+  /// the hypothesis is right, less where errors are smaller than allowed for.
+  double heldout_chi_square = 0;
+  double freedom = 0;     ///< most of what its own size wanders or its heat spreads, expected standard deviations
+  double other = 0;       ///< most that another parameter is off, stated standard deviations
+  int which = -1;         ///< that parameter
+};
+/// @param h  linearised at its estimate
+Strain strain_of(const Problem& problem, const Hypothesis& h);
 
 /// Log evidence, with the whitening's determinant, of a refined hypothesis beside something unknown, which wanders by a share of
 /// what was seen without it.

@@ -80,15 +80,65 @@ Eigen::RowVectorXd mean_row(const std::vector<Span>& parts, std::size_t first, s
   return mean;
 }
 
-/// Parts that are short, since an axis is logged where it happens to be, go into one step.
-void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
-                const std::vector<bool>& average, Observations& out) {
+constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
+constexpr double pause_intervals = 4.5;    ///< and those of a pause: more than a few rows are not missing by chance
+constexpr double long_interval = 0.2;      ///< of the means': shorter ones say well enough when something changed
+constexpr double changed_share = 0.05;     ///< of the largest value
+constexpr double switched_rows = 0.1;      ///< what changes in more rows is no switch
+constexpr std::size_t most_may_hold = 24;
+
+/// A speed, power or state, and its largest value in the record.
+struct Watched { Index channel; double largest; };
+
+/// Largest change of one of them from row to row, as a share of its largest value.
+double change_between(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b, const std::vector<Watched>& watched) {
+  double change = 0.0;
+  for (const Watched& w : watched)
+    if (const double difference = std::abs(b[w.channel] - a[w.channel]) / w.largest; std::isfinite(difference)) change = std::max(change, difference);
+  return change;
+}
+
+std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const solver::Channels& channels) {
+  std::vector<Watched> watched;
+  for (std::size_t c = 0; c < channels.names().size(); ++c) {
+    const std::string& name = channels.names()[c];
+    if (name.ends_with(".T_C") || name.ends_with("_mm") || name.ends_with("_deg")) continue;  // wander, or are elsewhere in every row
+    double largest = 0.0;
+    for (const double value : rows.col(static_cast<Index>(c)))
+      if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+    if (largest > 0.0) watched.push_back({static_cast<Index>(c), largest});
+  }
+  return watched;
+}
+
+/// Those that change now and then, and not with every row; powers are averaged.
+std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average) {
+  std::vector<Watched> switched;
+  for (const Watched& w : watched) {
+    Index changes = 0;
+    for (Index i = 0; i + 1 < rows.rows(); ++i) changes += change_between(rows.row(i), rows.row(i + 1), {w}) >= changed_share;
+    if (!average[static_cast<std::size_t>(w.channel)] && static_cast<double>(changes) <= switched_rows * static_cast<double>(rows.rows())) switched.push_back(w);
+  }
+  return switched;
+}
+
+double usual_interval(const Eigen::VectorXd& time) {
+  Eigen::VectorXd gaps = time.tail(time.size() - 1) - time.head(time.size() - 1);
+  const Index middle = (gaps.size() - 1) / 2;
+  std::nth_element(gaps.data(), gaps.data() + middle, gaps.data() + gaps.size());
+  return gaps[middle];
+}
+
+/// Parts that are short, since an axis is logged where it happens to be, go into one step; what is switched now and then ends it:
+/// heat is not in proportion to a pump that runs for a part of the time.
+void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest, const std::vector<bool>& average,
+                const std::vector<Watched>& switched, Observations& out) {
   const std::vector<Span> all = equal_parts(time, rows, longest, average);
   std::vector<double> points = {time[0]};
   std::vector<Eigen::RowVectorXd> means;
   for (std::size_t i = 0; i < all.size();) {
     std::size_t last = i + 1;
-    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9)) ++last;
+    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9) && change_between(all[last - 1].row, all[last].row, switched) < changed_share) ++last;
     const double span = all[last - 1].end - all[i].begin;
     for (std::size_t k = i; k < last && last - i > 1; ++k)
       out.mixed[static_cast<Index>(means.size())].push_back({(all[k].end - all[k].begin) / span, all[k].row.transpose()});
@@ -101,45 +151,34 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
   for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = means[static_cast<std::size_t>(i)];
 }
 
-constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
-constexpr double pause_intervals = 4.5;    ///< and those of a pause: more than a few rows are not missing by chance
-constexpr double changed_share = 0.05;     ///< of the largest value
-constexpr std::size_t most_late_changes = 8;
-
-/// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap; through a
-/// pause longer than an interval and a few rows the row before it holds, as it says.
-Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const solver::Channels& channels, const ObserveOptions& options, Observations& out) {
+/// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap, half way for
+/// the model; else as the row says, or up to an interval before. Through a pause longer than an interval and a few rows the row
+/// before it holds, as it says.
+Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average, Observations& out) {
   const Index n = time.size();
-  std::vector<double> sorted(static_cast<std::size_t>(n - 1));
-  for (Index i = 0; i + 1 < n; ++i) sorted[static_cast<std::size_t>(i)] = time[i + 1] - time[i];
-  std::nth_element(sorted.begin(), sorted.begin() + (n - 1) / 2, sorted.end());
-  const double usual = sorted[static_cast<std::size_t>((n - 1) / 2)];
-  std::vector<std::pair<Index, double>> watched;  // channels and their largest value
-  for (std::size_t c = 0; c < channels.names().size(); ++c) {
-    const std::string& name = channels.names()[c];
-    if (name.ends_with(".T_C") || name.ends_with("_mm") || name.ends_with("_deg")) continue;  // wander, or are elsewhere in every row
-    double largest = 0.0;
-    for (Index i = 0; i < n; ++i)
-      if (const double value = rows(i, static_cast<Index>(c)); std::isfinite(value)) largest = std::max(largest, std::abs(value));
-    if (largest > 0.0) watched.emplace_back(static_cast<Index>(c), largest);
-  }
+  const double usual = usual_interval(time);
   Eigen::VectorXd result = time;
-  std::vector<std::pair<double, Observations::LateChange>> found;
+  std::vector<std::pair<double, Observations::MayHold>> found;
   for (Index i = 0; i + 1 < n; ++i) {
-    const double gap = time[i + 1] - time[i];
-    if (gap <= gap_intervals * usual || gap > std::max(out.interval, pause_intervals * usual)) continue;
-    double change = 0.0;
-    for (const auto& [c, largest] : watched)
-      if (const double difference = std::abs(rows(i + 1, c) - rows(i, c)) / largest; std::isfinite(difference)) change = std::max(change, difference);
-    if (change < changed_share) continue;
-    const double half = 0.5 * (gap - usual);
-    const double away = i + 1 != options.moved_row ? 0.0 : options.moved_early ? -half : half;
-    result[i + 1] = time[i + 1] - half + away;
-    found.push_back({change * gap, {i + 1, half}});
+    const double gap = time[i + 1] - time[i], change = change_between(rows.row(i), rows.row(i + 1), watched);
+    if (change < changed_share || gap > std::max(out.interval, pause_intervals * usual)) continue;
+    // What wanders is what it was; where an axis swings changes with its feed.
+    Eigen::VectorXd after = rows.row(i + 1).transpose(), before = rows.row(i).transpose();
+    for (Index c = 0; c < after.size(); ++c)
+      if (average[static_cast<std::size_t>(c)] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; })) std::swap(after[c], before[c]);
+    if (gap <= gap_intervals * usual) {
+      if (gap >= long_interval * out.interval) found.push_back({change * gap, {time[i], time[i + 1], after, 1.0 / std::sqrt(3.0)}});
+      continue;
+    }
+    // Anywhere in the gap alike: the two together, of opposite sign, 1 / sqrt 3.
+    const double half = 0.5 * (gap - usual), middle = time[i + 1] - half;
+    result[i + 1] = middle;
+    found.push_back({change * gap, {middle - half, middle, after, 1.0 / std::sqrt(6.0)}});
+    found.push_back({change * gap, {middle, middle + half, before, 1.0 / std::sqrt(6.0)}});
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (const auto& [size, change] : found)
-    if (out.late_changes.size() < most_late_changes) out.late_changes.push_back(change);
+  for (auto& [size, may] : found)
+    if (out.may_hold.size() < most_may_hold) out.may_hold.push_back(std::move(may));
   return result;
 }
 
@@ -279,7 +318,9 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
         place, fmt::format("a record of {:.0f} s", duration),
         fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
   const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
-  make_steps(input_times(time, rows, channels, options, out), rows, std::min(options.longest_step_s, out.interval / 2.0), averageable(channels), out);
+  const std::vector<bool> average = averageable(channels);
+  const std::vector<Watched> watched = watched_channels(rows, channels);
+  make_steps(input_times(time, rows, watched, average, out), rows, std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average), out);
   find_start(measurement, machine, rows.row(0).transpose(), channels, out);
   for (const MeasuredChannel& channel : measurement.channels) {
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();

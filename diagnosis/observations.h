@@ -43,10 +43,10 @@ struct Observations {
   struct Part { double share; Eigen::VectorXd row; };
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
-  /// Changes of a speed, power or state that fell into a gap of the record, the largest first: half way for the model,
-  /// uncertain by half the gap's excess over the usual interval. Which row of the record each leads to, and that time, s.
-  struct LateChange { Eigen::Index row; double uncertain_s; };
-  std::vector<LateChange> late_changes;
+  /// Inputs that may have held for a while instead of those that the model's steps have: a log says when it saw a speed, power
+  /// or state changed, not when that changed. The prior standard deviation is of the share of the while. The largest first.
+  struct MayHold { double from, to; Eigen::VectorXd row; double std; };
+  std::vector<MayHold> may_hold;
   std::vector<std::string> left_out;     ///< channels with too few values to be fitted
   double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
 
@@ -59,8 +59,6 @@ struct ObserveOptions {
   double heldout_share = 0.3;
   double longest_step_s = 300;
   Eigen::Index most_intervals = 600;     ///< longer records get longer intervals
-  Eigen::Index moved_row = -1;           ///< the late change that leads to this row comes as early or as late as it may have been
-  bool moved_early = true;
 };
 
 /// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a sample from

@@ -130,21 +130,6 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   return cov;
 }
 
-/// What the prediction changes where a change of the inputs that fell into a gap came at its beginning, or at its end, instead
-/// of half way: what warms within the gap does not answer to the two alike. (observations x 2 late changes)
-Eigen::MatrixXd late_change_columns(const mesh::Machine& machine, const compensation::Measurement& measurement, const Observations& obs,
-                                    const Response& response, const DiagnoseOptions& options, const Eigen::VectorXd& predicted) {
-  const std::size_t count = 2 * obs.late_changes.size();
-  Eigen::MatrixXd columns(obs.size(), static_cast<Index>(count));
-  core::parallel_for(0, count, [&](std::size_t i) {
-    const Observations moved = observe(measurement, machine, solver::Channels(machine),
-                                       {.interval_s = options.interval_s, .heldout_share = options.heldout_share,
-                                        .moved_row = obs.late_changes[i / 2].row, .moved_early = i % 2 == 0});
-    columns.col(static_cast<Index>(i)) = Response(response.model(), moved).predict(machine) - predicted;
-  });
-  return columns;
-}
-
 }  // namespace
 
 Index Problem::first_row(std::size_t channel) const {
@@ -217,26 +202,26 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
     if (!obs.channels[k].is_temperature()) zeroed.push_back(k);
   const auto air = static_cast<Index>(wander.size());
-  const auto late = 2 * static_cast<Index>(obs.late_changes.size());
-  problem.columns.setZero(obs.size(), count + 1 + air + static_cast<Index>(zeroed.size()) + late);
+  const Index starts = linear.start.cols(), held = linear.held.cols();
+  problem.columns.setZero(obs.size(), count + starts + air + static_cast<Index>(zeroed.size()) + held);
   problem.prior_std.resize(problem.columns.cols());
   problem.columns.leftCols(count) = linear.sensitivity;
   for (Index i = 0; i < count; ++i)
     problem.prior_std[i] = problem.parameters[static_cast<std::size_t>(i)].nominal_std;
-  problem.columns.col(count) = linear.start;
-  problem.prior_std[count] = std::hypot(start_std_K, obs.start_spread_K);
-  problem.columns.middleCols(count + 1, air) = linear.disturbed;
+  problem.columns.middleCols(count, starts) = linear.start;
+  problem.prior_std.segment(count, starts).setConstant(std::hypot(start_std_K, obs.start_spread_K));
+  problem.columns.middleCols(count + starts, air) = linear.disturbed;
   for (Index k = 0; k < air; ++k)
-    problem.prior_std[count + 1 + k] = wander[static_cast<std::size_t>(k)].std_K;
+    problem.prior_std[count + starts + k] = wander[static_cast<std::size_t>(k)].std_K;
   for (std::size_t z = 0; z < zeroed.size(); ++z) {
     const ObservedChannel& channel = obs.channels[zeroed[z]];
-    const Index column = count + 1 + air + static_cast<Index>(z);
+    const Index column = count + starts + air + static_cast<Index>(z);
     problem.columns.col(column).segment(problem.first_row(zeroed[z]), channel.size()).setOnes();
     problem.prior_std[column] = std::max(channel.channel.uncertainty, floor_of(channel).noise);
   }
 
-  problem.columns.rightCols(late) = late_change_columns(problem.machine_around(machine, {}), measurement, obs, response, options, linear.predicted);
-  problem.prior_std.tail(late).setConstant(1.0 / std::sqrt(6.0));  // anywhere in the gap alike: the two together, of opposite sign, 1 / sqrt 3
+  problem.columns.rightCols(held) = linear.held;
+  for (Index k = 0; k < held; ++k) problem.prior_std[problem.prior_std.size() - held + k] = obs.may_hold[static_cast<std::size_t>(k)].std;
 
   const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
   problem.amplitude.resize(static_cast<Index>(obs.channels.size()));

@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t columns_in_block = 32;  ///< fixed, so that results do not depend on threads
 constexpr std::size_t kept_factors = 6;       ///< programs alternate between a few states
+constexpr double negligible_share = 1e-9;     ///< of a step
 constexpr int most_changes = 100;             ///< of a sum of matrices, until rounding is taken out
 constexpr double share = (1.0 - solver::sdirk_gamma) / solver::sdirk_gamma;
 
@@ -54,18 +55,25 @@ struct Drive {
   }
   /// Of a step: the mean of those of its parts.
   /// @param sensors_K (sensors) temperatures at the sensors, without their offsets  @param ambient, by_K  moved by so much
-  void update(const Observations& obs, Index step, const VectorXd& sensors_K, int ambient = 0, double by_K = 0.0) {
-    const double duration = obs.points[step + 1] - obs.points[step];
+  /// @param held  null, or inputs that hold for a while instead
+  void update(const Observations& obs, Index step, const VectorXd& sensors_K, int ambient = 0, double by_K = 0.0, const Observations::MayHold* held = nullptr) {
+    const double begin = obs.points[step], end = obs.points[step + 1], duration = end - begin;
     const VectorXd readings = sensors_K + sensor_offsets;
+    const double share_held = held ? std::clamp((std::min(end, held->to) - std::max(begin, held->from)) / duration, 0.0, 1.0) : 0.0;
     const auto mixed = obs.mixed.find(step);
-    if (mixed == obs.mixed.end()) return coefficients(obs.rows.row(step).transpose(), readings, ambient, by_K, duration, c);
+    if (mixed == obs.mixed.end() && share_held < negligible_share) return coefficients(obs.rows.row(step).transpose(), readings, ambient, by_K, duration, c);
     c.p.setZero(static_cast<Index>(model.layout().terms.size()));
     c.q.setZero(static_cast<Index>(model.layout().inputs.size()));
-    for (const Observations::Part& held : mixed->second) {
-      coefficients(held.row, readings, ambient, by_K, held.share * duration, part);
-      c.p += held.share * part.p;
-      c.q += held.share * part.q;
-    }
+    const auto add = [&](const VectorXd& row, double of) {
+      if (of < negligible_share) return;
+      coefficients(row, readings, ambient, by_K, of * duration, part);
+      c.p += of * part.p;
+      c.q += of * part.q;
+    };
+    if (mixed == obs.mixed.end()) add(obs.rows.row(step).transpose(), 1.0 - share_held);
+    else
+      for (const Observations::Part& part_held : mixed->second) add(part_held.row, (1.0 - share_held) * part_held.share);
+    if (held) add(held->row, share_held);
   }
   /// Of sources that the reduced model's own layout does not have.
   void add_heat(VectorXd& heat, double factor) const {
@@ -193,6 +201,7 @@ class Tangents {
     for (std::size_t v = 0; v < count_; ++v) {
       drives_.push_back(std::make_unique<Drive>(run.nominal.model, variant(v).machine));
       state_.col(static_cast<Index>(v)) = run.system.one_kelvin * variant(v).start_K;
+      if (variant(v).start.size() > 0) state_.col(static_cast<Index>(v)) += variant(v).start;
     }
   }
 
@@ -226,7 +235,7 @@ class Tangents {
       Drive& drive = *drives_[v];
       const auto& disturbance = variant(v).disturbance;
       const double by_K = disturbance ? height(*disturbance, 0.5 * (obs.points[s] + obs.points[s + 1])) : 0.0;
-      drive.update(obs, s, run_.sensors + sensors.col(static_cast<Index>(v)), disturbance ? disturbance->ambient : 0, by_K);
+      drive.update(obs, s, run_.sensors + sensors.col(static_cast<Index>(v)), disturbance ? disturbance->ambient : 0, by_K, variant(v).held);
       heat.setZero();
       for (Index k = 0; k < run_.system.inputs.cols(); ++k)
         if (const double change = drive.c.q[k] - q[k]; change != 0.0) heat += change * run_.system.inputs.col(k);

@@ -26,6 +26,8 @@ struct Variant {
   double start_K = 0;                    ///< added to the uniform start
   double step = 1;                       ///< of the parameter, divides the result
   std::optional<Disturbance> disturbance{};
+  Eigen::VectorXd start{};               ///< (r) added to the start; empty: nothing
+  const Observations::MayHold* held = nullptr;  ///< inputs that hold instead
   Eigen::MatrixXd row_change{}, capacity_change{};
   const Eigen::MatrixXd* heat_map = nullptr;  ///< (r x r) where the change of heat enters instead; null: where it does
 };

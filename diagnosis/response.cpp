@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/response.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cassert>
@@ -20,6 +21,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double spread_s = 600.0;   ///< 18 cm in steel
+constexpr double least_start_s = 1800.0;
+constexpr Index most_start_modes = 16;
 
 /// What a displacement channel shows of the 19 rows of reduction::side_rows at its pose. The zero is
 /// the observation's affair.
@@ -175,7 +178,7 @@ VectorXd Response::read(const mesh::Machine& machine, const MatrixXd& states) co
 VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at_points(machine)); }
 
 Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
-                                     const VectorXd& values, bool with_start,
+                                     const VectorXd& values, bool with_record,
                                      const std::vector<Disturbance>& disturbances, bool with_spread) const {
   const auto count = parameters.size();
   assert(static_cast<std::size_t>(values.size()) == count);
@@ -202,10 +205,14 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
     variants.push_back({with_parameters(base, parameters, moved), 0.0, step, std::nullopt});
     place.push_back(at);
   }
-  const auto total = static_cast<Index>(count + disturbances.size() + (with_start ? 1 : 0));
-  for (Index i = static_cast<Index>(count); i < total; ++i) place.push_back(i);
   for (const Disturbance& disturbance : disturbances) variants.push_back({machine, 0.0, 1.0, disturbance});
-  if (with_start) variants.push_back({machine, 1.0, 1.0, std::nullopt});
+  const MatrixXd modes = with_record ? start_modes(machine) : MatrixXd();
+  const Index starts = with_record ? 1 + modes.cols() : 0, held = with_record ? static_cast<Index>(observations_.may_hold.size()) : 0;
+  if (with_record) variants.push_back({machine, 1.0, 1.0, std::nullopt});
+  for (Index i = 0; i + 1 < starts; ++i) variants.push_back({.machine = machine, .start = modes.col(i)});
+  for (Index i = 0; i < held; ++i) variants.push_back({.machine = machine, .held = &observations_.may_hold[static_cast<std::size_t>(i)]});
+  const auto total = static_cast<Index>(count + disturbances.size()) + starts + held;
+  for (Index i = static_cast<Index>(count); i < total; ++i) place.push_back(i);
   MatrixXd elsewhere;  // less where it was
   if (with_spread) {
     elsewhere = spread_heat();
@@ -232,9 +239,24 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   result.predicted = stack(here);
   result.sensitivity = columns.leftCols(static_cast<Index>(count));
   result.disturbed = columns.middleCols(static_cast<Index>(count), static_cast<Index>(disturbances.size()));
-  if (with_start) result.start = columns.col(total - 1);
+  result.start = columns.middleCols(total - held - starts, starts);
+  result.held = columns.middleCols(total - held, held);
   if (with_spread) result.spread = columns.rightCols(static_cast<Index>(count));
   return result;
+}
+
+MatrixXd Response::start_modes(const mesh::Machine& machine) const {
+  const reduction::ReducedSystem& system = model_.system;
+  if (observations_.start_spread_K < even_start_K) return MatrixXd(system.order(), 0);
+  const solver::OperatingModel operating(machine, system.layout);
+  const VectorXd p = operating.coefficients(observations_.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(machine.coolants.size()))).p;
+  MatrixXd a = system.conduction;
+  for (Index j = 0; j < p.size(); ++j)
+    if (p[j] != 0.0) a += p[j] * system.terms[static_cast<std::size_t>(j)];
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (a + a.transpose()), system.capacity);
+  Index count = 0;
+  while (count < std::min(most_start_modes, system.order()) && eigen.eigenvalues()[count] * least_start_s < 1.0) ++count;
+  return std::sqrt(system.one_kelvin.dot(system.capacity * system.one_kelvin)) * eigen.eigenvectors().leftCols(count);
 }
 
 MatrixXd Response::spread_heat() const {

@@ -25,6 +25,8 @@ namespace thermotwin::diagnosis {
 mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
                               const Eigen::VectorXd& values);
 
+inline constexpr double even_start_K = 0.3;  ///< first readings that differ by less begin from one temperature
+
 class Response {
  public:
   /// Both must outlive it.
@@ -38,7 +40,9 @@ class Response {
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
     Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
-    Eigen::VectorXd start;        ///< (observations) per K of the uniform start, if asked for
+    /// (observations x 1 + modes) per K of the uniform start, then of slow modes of the machine, see start_modes(), if asked for
+    Eigen::MatrixXd start;
+    Eigen::MatrixXd held;         ///< (observations x may_hold) where those inputs hold all of their while, if asked for
     Eigen::MatrixXd disturbed;    ///< (observations x disturbances) per K of their peaks
     /// (observations x parameters) what each parameter's heat changes when it enters spread, see spread_heat(),
     /// instead of where the machine says, per unit; zero for what adds no heat. Empty if not asked for.
@@ -47,12 +51,16 @@ class Response {
 
   /// @param base        machine that the parameters change
   /// @param parameters, values  where it is linearised: each parameter at its value
+  /// @param with_record  what the record leaves open too: the start, and when its inputs changed
   Linear linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
-                   const Eigen::VectorXd& values, bool with_start,
+                   const Eigen::VectorXd& values, bool with_record,
                    const std::vector<Disturbance>& disturbances = {}, bool with_spread = false) const;
   /// Heat in the reduced coordinates to the same heat after a while of conduction within its body,
   /// E (E + t K0)^-1: where a bearing's or a motor's heat enters is known to some centimetres. (r x r)
   Eigen::MatrixXd spread_heat() const;
+  /// What a machine may be warmed by when a record begins: modes of the first row with time constants of half an hour and more,
+  /// the slowest first, each of 1 K in the mean of squares over the heat capacity. (r x modes); none where the first readings agree
+  Eigen::MatrixXd start_modes(const mesh::Machine& machine) const;
   Eigen::VectorXd predict(const mesh::Machine& machine) const;
   /// What each load in W makes of the observations that follows each series (steps x series), the loads
   /// of the first series first: (observations x (loads x series)). @param loads (r x loads)

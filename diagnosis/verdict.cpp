@@ -18,7 +18,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may be named
-constexpr double strong = 10.0;         ///< ln Bayes factor against none
+/// Sizes that wander by 15 %, and others at 2.5 stated deviations, asked for 1.7 and 3.1 at most; laws of another kind for 2.4 to 6 and 4 to 4.4.
+constexpr double most_freedom = 2.5, most_other = 3.5;
+constexpr double certain = 2.0;         ///< of its own standard deviations that a size has to be off
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
 
 /// Two digits of the standard deviation are what an estimate is worth.
@@ -64,7 +66,8 @@ RankedCause no_parameter(const std::string& kind, double probability, double log
 }  // namespace
 
 bool outside_nominal(const RankedCause& cause) {
-  return std::abs(cause.value - cause.parameter.nominal) > within_nominal * cause.parameter.nominal_std;
+  const double off = std::abs(cause.value - cause.parameter.nominal);
+  return off > within_nominal * cause.parameter.nominal_std && off > certain * cause.std;
 }
 
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
@@ -130,6 +133,23 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     sum += cause.probability;
     out.ambiguous_set.push_back(cause);
   }
+}
+
+void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out) {
+  if (out.verdict != "explained") return;
+  if (strain.freedom > most_freedom)
+    out.strained = fmt::format("its size would have to wander, or its heat to spread, {:.1f} times as far as expected", strain.freedom);
+  else if (strain.other > most_other) {
+    const Parameter& other = problem.parameters[static_cast<std::size_t>(strain.which)];
+    out.strained = fmt::format("{} of {} would have to be {:.1f} stated standard deviations off beside it", other.kind, other.where, strain.other);
+  }
+  if (out.strained.empty()) return;
+  out.verdict = "ambiguous";
+  // What two are strained to explain may be the stronger one and no second.
+  std::stable_sort(out.causes.begin(), out.causes.end(), [](const RankedCause& a, const RankedCause& b) { return a.log_evidence > b.log_evidence; });
+  out.ambiguous_set.assign(std::next(out.causes.begin()), out.causes.end());
+  out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
+  out.causes.resize(1);
 }
 
 bool only_unknown_shares(const Diagnosis& d) { return d.verdict == "ambiguous" && d.ambiguous_set.size() == 1 && d.ambiguous_set.front().parameter.name.empty(); }

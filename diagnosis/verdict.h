@@ -8,12 +8,17 @@
 
 namespace thermotwin::diagnosis {
 
+inline constexpr double strong = 10.0;  ///< ln Bayes factor against none
 inline constexpr double sure = 0.9;  ///< marginal probability that names a cause
 
 /// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 
-/// Whether an estimate is further from nominal than three stated standard deviations.
+/// What is explained stays ambiguous, with something unknown beside it, where all of the record strains the explanation: a size that
+/// wanders, or another parameter that is off, by more than is ever expected.
+void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out);
+
+/// Whether an estimate is further from nominal than three stated standard deviations, and than two of its own.
 bool outside_nominal(const RankedCause& cause);
 
 /// What is named is sure, but it is not all.

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "core/text.h"
+#include "diagnosis/response.h"
 #include "diagnosis/verdict.h"
 
 namespace thermotwin::diagnosis {
@@ -15,6 +16,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
+
+constexpr double long_between_rows_s = 180.0;
 
 std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
@@ -60,9 +63,15 @@ std::string sentence_of(const Diagnosis& d) {
   if (d.verdict == "unexplained")
     return "Unexplained: measurement and model differ, but none of the known causes describes how.";
   if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front()))
-    return fmt::format("Ambiguous: {} is within what is stated of it, but its size and its course explain what the stated uncertainty does not; or something "
+    return fmt::format("Ambiguous: {} is no further off than is stated of it or than its size is uncertain, but its size and its course explain what the stated uncertainty does not; or something "
                        "that no kind describes acts there.",
                        in_words(d.causes.front()));
+  if (!d.strained.empty()) {
+    std::vector<RankedCause> beside = d.ambiguous_set;
+    std::erase_if(beside, [](const RankedCause& cause) { return cause.parameter.name.empty(); });
+    return fmt::format("Ambiguous: {}{}; but {}: it has another law, or something that no kind describes acts beside it.", list_in_words(d.causes, 1),
+                       beside.empty() ? "" : ", perhaps with " + list_in_words(beside, 2), d.strained);
+  }
   if (only_unknown_shares(d))
     return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.", list_in_words(d.causes, 2),
                        d.ambiguous_set.front().probability);
@@ -75,6 +84,39 @@ std::string sentence_of(const Diagnosis& d) {
           : d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0
               ? " Alone it makes them worse: what else is off, within its uncertainty, had cancelled it. No extension is recommended."
               : " The gain is not certain, so no extension is recommended.");
+}
+
+std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement, const Problem& problem) {
+  const Observations& obs = problem.observations;
+  const solver::Channels channels(machine);
+  std::vector<std::string> warnings, taken, partial, constant;
+  for (const std::string& name : channels.names()) {
+    const double otherwise = channels.defaults()[channels.index(name)];
+    const bool recorded = std::any_of(measurement.channels.begin(), measurement.channels.end(), [&](const auto& c) { return c.input == name; });
+    // Surroundings are parameters of their own; without fluid on a film its state is nothing.
+    const bool counts = !name.ends_with("T_C") && !name.ends_with("gradient_K_m") && name != "machine.on" &&
+                        (name != "cutting_fluid.on" || std::any_of(machine.films.begin(), machine.films.end(), [&](const mesh::FilmSpec& film) { return film.state == name; }));
+    if (!recorded && counts && std::isfinite(otherwise)) taken.push_back(fmt::format("{} {:.4g}", name, otherwise));
+  }
+  if (!taken.empty()) warnings.push_back("Not recorded, so taken to be all the time: " + core::join(taken) + ".");
+  for (const ObservedChannel& observed : obs.channels) {
+    const std::string& pose = observed.channel.pose_text;
+    for (const mesh::Axis& axis : machine.axes)
+      if (!pose.empty() && !axis.endless && pose.find(axis.id + "=") == std::string::npos) partial.push_back(observed.channel.id + " leaves out " + axis.id);
+    const Eigen::VectorXd& value = observed.value;
+    if (value.size() >= 8 && value.maxCoeff() - value.minCoeff() < 1e-9 && problem.amplitude.maxCoeff() > 0.0) constant.push_back(observed.channel.id);
+  }
+  if (!partial.empty()) warnings.push_back("Poses are taken at the home position where a channel names no other: " + core::join(partial) + ".");
+  if (!constant.empty()) warnings.push_back("The same value in all of the record, as of a reading that is stuck: " + core::join(constant) + ".");
+  if (obs.start_spread_K >= even_start_K)
+    warnings.push_back(fmt::format("The first readings differ by {:.2g} K: the machine had not come to rest before the record. What it was warmed by is taken into account as far as "
+                                   "{} sensors and the slow modes tell; a record from rest says more.", obs.start_spread_K, machine.sensors.size()));
+  double longest = 0.0;
+  for (const Observations::MayHold& may : obs.may_hold) longest = std::max(longest, may.to - may.from);
+  if (longest >= long_between_rows_s)
+    warnings.push_back(fmt::format("Speeds, powers or states changed somewhere between rows up to {:.0f} s apart: what heats fast may look wrong there. Rows at each change, or "
+                                   "every minute, say when.", longest));
+  return warnings;
 }
 
 void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,

@@ -43,6 +43,7 @@ void diagnose(const DiagnoseOptions& options) {
     }
   }
   std::string text = result.sentence + "\n";
+  for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
   for (std::size_t i = 0; i < result.ranking.size() && i < 5; ++i)
     text += fmt::format("  {:5.1f} %  {} {}\n", 100 * result.ranking[i].probability,
                         result.ranking[i].parameter.kind, result.ranking[i].parameter.where);

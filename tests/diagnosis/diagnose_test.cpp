@@ -243,7 +243,7 @@ TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_s
   ASSERT_EQ(strong.causes.size(), 1U);
   ASSERT_EQ(strong.ambiguous_set.size(), 1U);
   EXPECT_EQ(strong.ambiguous_set[0].parameter.kind, "unknown");
-  EXPECT_NE(strong.sentence.find("is within what is stated of it"), std::string::npos) << strong.sentence;
+  EXPECT_NE(strong.sentence.find("is no further off than is stated of it"), std::string::npos) << strong.sentence;
   EXPECT_EQ(decided(1.2, 0.98, 5.0).verdict, "no_discrepancy");
   EXPECT_EQ(decided(1.2, 0.85, 30.0).verdict, "no_discrepancy");
   EXPECT_EQ(decided(1.5, 0.98, 30.0).verdict, "explained");
@@ -375,11 +375,54 @@ TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_w
       if (problem.parameters[static_cast<std::size_t>(i)].kind == truth.kind && problem.parameters[static_cast<std::size_t>(i)].where == truth.where) h.members = {i};
     h.value = Eigen::VectorXd::Constant(1, 1.6);
     diagnosis::linearise(h, problem, response, machine);
-    return diagnosis::heldout_chi_square(problem, h);
+    return diagnosis::strain_of(problem, h);
   };
   const compensation::Measurement right = lumped::measure({{truth, 1.6}}, {.seed = 61});
-  EXPECT_LT(foretold(right), 1.3);
-  EXPECT_GT(foretold(contradicted(right, lumped::measure({{truth, 0.4}}, {.seed = 61}))), 3.0);
+  EXPECT_LT(foretold(right).heldout_chi_square, 1.3);
+  EXPECT_LT(foretold(right).freedom, 2.0);
+  const diagnosis::Strain wrong = foretold(contradicted(right, lumped::measure({{truth, 0.4}}, {.seed = 61})));
+  EXPECT_GT(wrong.heldout_chi_square, 3.0);
+  EXPECT_GT(wrong.freedom, 2.5);
+}
+
+TEST(Verdict, what_strains_an_explanation_leaves_it_open) {
+  diagnosis::Problem problem;
+  problem.parameters = {find("source_power", "motor"), find("contact_conductance", "foot")};
+  const auto left_open = [&](double freedom, double other) {
+    Diagnosis d;
+    d.verdict = "explained";
+    d.causes.emplace_back();
+    d.causes.front().parameter = problem.parameters[0];
+    d.causes.front().value = 1.5, d.causes.front().std = 0.05, d.causes.front().probability = 1;
+    diagnosis::leave_open(problem, {}, {.freedom = freedom, .other = other, .which = 1}, d);
+    EXPECT_EQ(d.verdict == "ambiguous", !d.strained.empty());
+    EXPECT_EQ(d.verdict == "ambiguous", diagnosis::only_unknown_shares(d));
+    if (d.verdict == "ambiguous") EXPECT_NE(diagnosis::sentence_of(d).find(d.strained), std::string::npos);
+    return d.strained;
+  };
+  EXPECT_EQ(left_open(1.7, 3.1), "");
+  EXPECT_NE(left_open(4.0, 1.0).find("4.0 times"), std::string::npos);
+  EXPECT_NE(left_open(1.0, 4.2).find("contact_conductance of foot"), std::string::npos);
+}
+
+TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
+  compensation::Measurement m = lumped::measure({}, {.seed = 5});
+  const auto says = [](const Diagnosis& d, const std::string& words) {
+    return std::any_of(d.warnings.begin(), d.warnings.end(), [&](const std::string& w) { return w.find(words) != std::string::npos; });
+  };
+  const Diagnosis whole = run(m);
+  EXPECT_FALSE(says(whole, "spindle.speed_rpm"));
+  EXPECT_FALSE(says(whole, "stuck"));
+  EXPECT_FALSE(says(whole, "home position"));
+  std::erase_if(m.channels, [](const auto& c) { return c.input == "spindle.speed_rpm"; });
+  for (auto& channel : m.channels) {
+    if (channel.sensor == "T1") m.data.values.col(channel.column).setConstant(21.3);
+    if (!channel.pose_text.empty()) channel.pose_text = channel.pose_text.substr(0, channel.pose_text.rfind(','));
+  }
+  const Diagnosis d = run(m);
+  EXPECT_TRUE(says(d, "spindle.speed_rpm 0"));
+  EXPECT_TRUE(says(d, "stuck: T1"));
+  EXPECT_EQ(d.notes.front(), d.warnings.front());
 }
 
 TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
