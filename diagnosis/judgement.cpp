@@ -144,10 +144,10 @@ bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagn
       std::any_of(problem.observations.channels.begin(), problem.observations.channels.end(), is_gauge);
   if (!sensors_only && gauged) return diagnosis.ci95_low_percent > 0.0;
   const Squares squares = heldout_squares(problem, best.predicted, [&](const ObservedChannel& channel) {
-    if (!channel.is_temperature()) return false;
-    return !sensors_only ||
-           std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(),
-                       [&](const RankedCause& c) { return c.parameter.where == channel.channel.id; });
+    if (!sensors_only) return channel.is_temperature();
+    return std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(), [&](const RankedCause& c) {
+      return c.parameter.where == channel.channel.id || c.parameter.where == (channel.is_temperature() ? "temperature" : "displacement");
+    });
   });
   return squares.count > 0 && interval_of(problem, squares).low > 0.0;
 }

@@ -19,7 +19,7 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 std::string heldout_objection(const Diagnosis& diagnosis, double chi_square);
 
 /// Whether the 95 % interval of the gain lies above zero: of the displacements; where the causes
-/// are sensors (or no displacement was measured), of the temperatures that they read.
+/// are readings, of the channels that they are of; where no displacement was measured, of the temperatures.
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis);
 
 }  // namespace thermotwin::diagnosis

@@ -46,6 +46,15 @@ mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Param
   return machine;
 }
 
+MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine, const Observations& observations) {
+  const solver::OperatingModel operating(machine, model.system.layout);
+  const VectorXd p = operating.coefficients(observations.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(machine.coolants.size()))).p;
+  MatrixXd a = model.system.conduction;
+  for (Index j = 0; j < p.size(); ++j)
+    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+  return 0.5 * (a + a.transpose());
+}
+
 MatrixXd Response::rows_of(const Rows& all, const PartChanges& changes) const {
   MatrixXd rows = all.base;
   const auto add = [&](const std::vector<MatrixXd>& parts, const VectorXd& amounts) {
@@ -248,12 +257,7 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
 MatrixXd Response::start_modes(const mesh::Machine& machine) const {
   const reduction::ReducedSystem& system = model_.system;
   if (observations_.start_spread_K < even_start_K) return MatrixXd(system.order(), 0);
-  const solver::OperatingModel operating(machine, system.layout);
-  const VectorXd p = operating.coefficients(observations_.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(machine.coolants.size()))).p;
-  MatrixXd a = system.conduction;
-  for (Index j = 0; j < p.size(); ++j)
-    if (p[j] != 0.0) a += p[j] * system.terms[static_cast<std::size_t>(j)];
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (a + a.transpose()), system.capacity);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(conduction_at_start(model_, machine, observations_), system.capacity);
   Index count = 0;
   while (count < std::min(most_start_modes, system.order()) && eigen.eigenvalues()[count] * least_start_s < 1.0) ++count;
   return std::sqrt(system.one_kelvin.dot(system.capacity * system.one_kelvin)) * eigen.eigenvectors().leftCols(count);

@@ -27,6 +27,9 @@ mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Param
 
 inline constexpr double even_start_K = 0.3;  ///< first readings that differ by less begin from one temperature
 
+/// K0 + sum p K of a machine as a record begins. (r x r), symmetric
+Eigen::MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine, const Observations& observations);
+
 class Response {
  public:
   /// Both must outlive it.

@@ -37,13 +37,7 @@ std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t mo
 
 /// Of the reduced model as the record begins, s.
 double slowest_time_constant(const reduction::ReducedModel& model, const Observations& obs) {
-  const solver::OperatingModel operating(model.machine, model.system.layout);
-  const VectorXd p = operating.coefficients(obs.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(model.machine.coolants.size()))).p;
-  Eigen::MatrixXd a = model.system.conduction;
-  for (Index j = 0; j < p.size(); ++j)
-    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
-  a = 0.5 * (a + a.transpose()).eval();
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(a, model.system.capacity, Eigen::EigenvaluesOnly);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(conduction_at_start(model, model.machine, obs), model.system.capacity, Eigen::EigenvaluesOnly);
   return 1.0 / std::max(eigen.eigenvalues()[0], 1e-12);
 }
 

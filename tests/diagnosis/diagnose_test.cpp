@@ -147,6 +147,13 @@ TEST(Diagnose, a_sensor_is_told_from_physics) {
   EXPECT_FALSE(d.extended_machine_text.empty());
 }
 
+TEST(Diagnose, a_probe_that_drifts_gets_a_reading_where_its_own_gain_is_certain) {
+  const auto truth = find("probe_drift", "dz_low");
+  const Diagnosis d = run(lumped::measure({{truth, 0.8}}, {.seed = 31, .spread = 0.7}));
+  ASSERT_EQ(d.verdict, "explained") << listed(d);
+  EXPECT_NE(d.extended_machine_text.find("[[reading]]"), std::string::npos);
+}
+
 TEST(Diagnose, two_causes_are_both_named) {
   const auto a = find("source_power", "motor"), b = find("sensor_offset", "T2_reading");
   const Diagnosis d = run(lumped::measure({{a, 1.7}, {b, 0.8}}, {.seed = 41, .spread = 0.5}));
