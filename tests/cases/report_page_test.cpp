@@ -22,8 +22,9 @@ std::string browser() {
 
 struct Page { std::string document, log; };
 
-Page opened(const std::filesystem::path& file, const std::string& hash) {
-  const std::filesystem::path out = file.parent_path() / "page.html", log = file.parent_path() / "page.log", home = file.parent_path() / "browser";
+/// @param folder  for the browser's own files: other tests copy the run's while it writes
+Page opened(const std::filesystem::path& file, const std::string& hash, const std::filesystem::path& folder) {
+  const std::filesystem::path out = folder / "page.html", log = folder / "page.log", home = folder / "browser";
   const std::string command = browser() + " --headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-component-update --disable-sync --enable-logging=stderr --user-data-dir='" + home.string() +
                               "' --virtual-time-budget=5000 --dump-dom 'file://" + std::filesystem::absolute(file).string() + hash + "' >'" + out.string() +
                               "' 2>'" + log.string() + "'";
@@ -46,7 +47,8 @@ TEST(ReportPage, DrawsTheMachineAndTurnsIt) {
   EXPECT_EQ(text.find("src="), std::string::npos);
   EXPECT_NE(text.find("source_power of spindle.bearings</span>"), std::string::npos);
   if (browser().empty()) GTEST_SKIP() << "no chromium";
-  const Page still = opened(report, ""), turned = opened(report, "#turn");
+  const cases::Toy own;
+  const Page still = opened(report, "", own.path()), turned = opened(report, "#turn", own.path());
   EXPECT_EQ(attribute(still.document, "data-drawn"), "1");
   EXPECT_EQ(attribute(turned.document, "data-drawn"), "2");
   EXPECT_NE(attribute(still.document, "data-angle"), attribute(turned.document, "data-angle"));
