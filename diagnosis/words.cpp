@@ -87,8 +87,8 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   for (const std::string& name : channels.names()) {
     const double otherwise = channels.defaults()[channels.index(name)];
     const bool recorded = std::any_of(measurement.channels.begin(), measurement.channels.end(), [&](const auto& c) { return c.input == name; });
-    // Surroundings are parameters of their own; without fluid on a film its state is nothing.
-    const bool counts = !name.ends_with("T_C") && !name.ends_with("gradient_K_m") && name != "machine.on" &&
+    // Surroundings but the air are parameters of their own that hardly change; without fluid on a film its state is nothing.
+    const bool counts = (!name.ends_with("T_C") || name == "air.T_C") && !name.ends_with("gradient_K_m") && name != "machine.on" &&
                         (name != "cutting_fluid.on" || std::any_of(machine.films.begin(), machine.films.end(), [&](const mesh::FilmSpec& film) { return film.state == name; }));
     if (!recorded && counts && std::isfinite(otherwise)) taken.push_back(fmt::format("{} {:.4g}", name, otherwise));
   }
