@@ -222,7 +222,6 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0)
     d.notes.push_back(fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} a value (1 or less: as expected).", look.strain.heldout_chi_square));
   for (std::string& warning : warnings_of(machine, measurement, problem)) d.warnings.push_back(std::move(warning));
-  d.notes.insert(d.notes.begin(), d.warnings.begin(), d.warnings.end());
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));
   d.sentence = sentence_of(d);

@@ -84,6 +84,15 @@ double normal_mass(double mean, double std, double low, double high) {
   return below(high) - below(low);
 }
 
+/// With members at values, all others where the problem is linearised but told at nominal.
+Response::Linear linear_at(const Problem& problem, const Response& response, const mesh::Machine& machine, const std::vector<int>& members, const VectorXd& values) {
+  std::vector<Parameter> parameters;
+  for (const int i : members) parameters.push_back(problem.parameters[static_cast<std::size_t>(i)]);
+  Response::Linear linear = response.linearise(problem.machine_around(machine, members), parameters, values, false, {}, true);
+  linear.predicted -= problem.moved_around(members);
+  return linear;
+}
+
 }  // namespace
 
 White::White(const Problem& problem, bool whole_record)
@@ -134,19 +143,12 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
     }
     return value;
   };
-  const mesh::Machine base = problem.machine_around(machine, h.members);
-  const VectorXd moved = problem.moved_around(h.members);
-  const auto linearised = [&](const VectorXd& values) {
-    Response::Linear linear = response.linearise(base, parameters, values, false, {}, true);
-    linear.predicted -= moved;
-    return linear;
-  };
   VectorXd at = inside(h.value);
   MatrixXd columns = white.columns;
   // Clocks and time constants are far from linear.
   const bool reads = std::any_of(parameters.begin(), parameters.end(), [](const Parameter& p) { return acts_on_readings(p.kind); });
   for (int iteration = 0; iteration < (reads ? 3 : 1) * iterations; ++iteration) {
-    const Response::Linear linear = linearised(at);
+    const Response::Linear linear = linear_at(problem, response, machine, h.members, at);
     const MatrixXd sensitivity = white.of(problem, linear.sensitivity);
     for (Index k = 0; k < count; ++k)
       columns.col(h.members[static_cast<std::size_t>(k)]) = sensitivity.col(k);
@@ -174,10 +176,8 @@ void refine(Hypothesis& h, const Problem& problem, const Response& response, con
 }
 
 void linearise(Hypothesis& h, const Problem& problem, const Response& response, const mesh::Machine& machine) {
-  std::vector<Parameter> parameters;
-  for (const int i : h.members) parameters.push_back(problem.parameters[static_cast<std::size_t>(i)]);
-  Response::Linear there = response.linearise(problem.machine_around(machine, h.members), parameters, h.value, false, {}, true);
-  h.predicted = there.predicted - problem.moved_around(h.members);
+  Response::Linear there = linear_at(problem, response, machine, h.members, h.value);
+  h.predicted = std::move(there.predicted);
   h.sensitivity = std::move(there.sensitivity);
   h.spread = std::move(there.spread);
   h.refined = true;

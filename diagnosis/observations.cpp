@@ -115,8 +115,9 @@ std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const solver:
 std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average) {
   std::vector<Watched> switched;
   for (const Watched& w : watched) {
+    const auto values = rows.col(w.channel);
     Index changes = 0;
-    for (Index i = 0; i + 1 < rows.rows(); ++i) changes += change_between(rows.row(i), rows.row(i + 1), {w}) >= changed_share;
+    for (Index i = 0; i + 1 < values.size(); ++i) changes += std::abs(values[i + 1] - values[i]) >= changed_share * w.largest;  // not of NaN
     if (!average[static_cast<std::size_t>(w.channel)] && static_cast<double>(changes) <= switched_rows * static_cast<double>(rows.rows())) switched.push_back(w);
   }
   return switched;
@@ -160,14 +161,17 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   Eigen::VectorXd result = time;
   std::vector<std::pair<double, Observations::MayHold>> found;
   for (Index i = 0; i + 1 < n; ++i) {
-    const double gap = time[i + 1] - time[i], change = change_between(rows.row(i), rows.row(i + 1), watched);
-    if (change < changed_share || gap > std::max(out.interval, pause_intervals * usual)) continue;
+    const double gap = time[i + 1] - time[i];
+    const bool of_a_row = gap <= gap_intervals * usual;
+    if (gap > std::max(out.interval, pause_intervals * usual) || (of_a_row && gap < long_interval * out.interval)) continue;
+    const double change = change_between(rows.row(i), rows.row(i + 1), watched);
+    if (change < changed_share) continue;
     // What wanders is what it was; where an axis swings changes with its feed.
     Eigen::VectorXd after = rows.row(i + 1).transpose(), before = rows.row(i).transpose();
     for (Index c = 0; c < after.size(); ++c)
       if (average[static_cast<std::size_t>(c)] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; })) std::swap(after[c], before[c]);
-    if (gap <= gap_intervals * usual) {
-      if (gap >= long_interval * out.interval) found.push_back({change * gap, {time[i], time[i + 1], after, 1.0 / std::sqrt(3.0)}});
+    if (of_a_row) {
+      found.push_back({change * gap, {time[i], time[i + 1], after, 1.0 / std::sqrt(3.0)}});
       continue;
     }
     // Anywhere in the gap alike: the two together, of opposite sign, 1 / sqrt 3.

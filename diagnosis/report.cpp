@@ -26,7 +26,7 @@ const char* const style = R"(
 main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:22px; margin:0 } h2 { font-size:17px; margin:36px 0 10px }
 .sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px }
 .verdict { border-left:5px solid var(--soft) } .verdict.explained { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained { border-left-color:var(--warn) }
-.verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px }
+.verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
 .tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(190px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
 .scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:var(--after) }
@@ -89,8 +89,10 @@ std::string headline(const Diagnosis& d, const mesh::Machine& machine) {
           core::xml_text(d.measurement.empty() ? "without a name" : d.measurement) + "</p>\n";
   std::string name = d.verdict;
   std::replace(name.begin(), name.end(), '_', ' ');
+  std::string warnings;
+  for (const std::string& warning : d.warnings) warnings += "<p class=\"warning\">" + typeset(warning) + "</p>";
   page += "<section class=\"card verdict " + core::xml_text(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
-          typeset(d.sentence) + "</p></section>\n";
+          typeset(d.sentence) + "</p>" + warnings + "</section>\n";
   const bool gauged = std::any_of(d.residuals.begin(), d.residuals.end(),
                                   [](const ChannelResidual& r) { return r.unit == "um"; });
   page += "<div class=\"tiles\">\n";

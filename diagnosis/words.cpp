@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cctype>
 
 #include "core/text.h"
 #include "diagnosis/response.h"
@@ -94,11 +95,12 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   }
   if (!taken.empty()) warnings.push_back("Not recorded, so taken to be all the time: " + core::join(taken) + ".");
   for (const ObservedChannel& observed : obs.channels) {
-    const std::string& pose = observed.channel.pose_text;
+    std::string pose = "," + observed.channel.pose_text;
+    std::erase_if(pose, [](unsigned char c) { return std::isspace(c); });
     for (const mesh::Axis& axis : machine.axes)
-      if (!pose.empty() && !axis.endless && pose.find(axis.id + "=") == std::string::npos) partial.push_back(observed.channel.id + " leaves out " + axis.id);
+      if (pose.size() > 1 && !axis.endless && pose.find("," + axis.id + "=") == std::string::npos) partial.push_back(observed.channel.id + " leaves out " + axis.id);
     const Eigen::VectorXd& value = observed.value;
-    if (value.size() >= 8 && value.maxCoeff() - value.minCoeff() < 1e-9 && problem.amplitude.maxCoeff() > 0.0) constant.push_back(observed.channel.id);
+    if (value.size() >= 8 && value.maxCoeff() - value.minCoeff() < 1e-9) constant.push_back(observed.channel.id);
   }
   if (!partial.empty()) warnings.push_back("Poses are taken at the home position where a channel names no other: " + core::join(partial) + ".");
   if (!constant.empty()) warnings.push_back("The same value in all of the record, as of a reading that is stuck: " + core::join(constant) + ".");

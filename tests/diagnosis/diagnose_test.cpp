@@ -16,6 +16,7 @@
 #include "core/thread_pool.h"
 #include "diagnosis/hypothesis_fit.h"
 #include "diagnosis/judgement.h"
+#include "diagnosis/report.h"
 #include "diagnosis/verdict.h"
 #include "diagnosis/words.h"
 #include "lumped_machine.h"
@@ -430,7 +431,8 @@ TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
   EXPECT_TRUE(says(d, "spindle.speed_rpm 0"));
   EXPECT_TRUE(says(d, "air.T_C 20"));
   EXPECT_TRUE(says(d, "stuck: T1"));
-  EXPECT_EQ(d.notes.front(), d.warnings.front());
+  const std::string page = diagnosis::report_html(d, lumped::machine(), {});
+  EXPECT_LT(page.find("stuck: T1"), page.find("<h2>")) << "beside the verdict, before all else";
 }
 
 TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
@@ -439,7 +441,7 @@ TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
   EXPECT_EQ(d.verdict, "unexplained") << listed(d);
   EXPECT_TRUE(d.causes.empty() && d.extended_machine_text.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
-  EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("held-out time") != std::string::npos && note.find("not named") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(d.warnings.begin(), d.warnings.end(), [](const std::string& note) { return note.find("held-out time") != std::string::npos && note.find("not named") != std::string::npos; }));
 }
 
 TEST(Diagnose, nor_is_it_named_beside_something_unknown) {
