@@ -435,6 +435,22 @@ TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
   EXPECT_LT(page.find("stuck: T1"), page.find("<h2>")) << "beside the verdict, before all else";
 }
 
+TEST(Diagnose, a_pose_that_leaves_an_axis_out_is_said) {
+  mesh::Machine machine = lumped::machine();
+  machine.axes.push_back(machine.axes.front());
+  machine.axes.back().id = "Y";
+  const compensation::Measurement m = lumped::measure({}, {.hours = 6});
+  diagnosis::Problem problem;
+  problem.observations = diagnosis::observe(m, lumped::machine(), solver::Channels(lumped::machine()), {});
+  const auto said = [&] {
+    const std::vector<std::string> warnings = diagnosis::warnings_of(machine, m, problem);
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) { return w.find("dz_low leaves out Y") != std::string::npos; });
+  };
+  EXPECT_TRUE(said());
+  for (diagnosis::ObservedChannel& observed : problem.observations.channels) observed.channel.pose_text = " Z = 100 , Y = 5";
+  EXPECT_FALSE(said());
+}
+
 TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
   const auto truth = find("source_power", "motor");
   const Diagnosis d = run(contradicted(lumped::measure({{truth, 1.6}}, {.seed = 61}), lumped::measure({{truth, 0.4}}, {.seed = 61})));
