@@ -6,6 +6,7 @@
 #include <set>
 
 #include "diagnosis/hypothesis.h"
+#include "diagnosis/observations.h"
 
 namespace thermotwin::diagnosis {
 
@@ -24,7 +25,7 @@ constexpr double least_offset_std = 0.1;    ///< K, air beside the structure aga
 constexpr double exponent_std = 0.03;       ///< of laws of speeds
 constexpr double load_std_W_m2 = 1.0;       ///< lamps and warm neighbours that nobody draws
 constexpr double gradient_std_K_m = 0.1;
-constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0, clock_std_s = 5.0;
+constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0, clock_std_s = 5.0, step_share = 0.2;
 constexpr double detached_std = 0.01;
 
 /// Uncertain by nominal_std where the machine is right, by cause_std where it is wrong.
@@ -154,19 +155,25 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
       found.push_back(ratio("contact_stiffness", joint.id, joint.stiffness_normal, least_stiffness_std, 0.8));
 }
 
+/// Where an axis swings; blank while it stands.
+bool is_range(const std::string& input) { return input.find(".low_") != std::string::npos || input.find(".high_") != std::string::npos; }
+
 /// Mean time between the values of the sparsest input that switches, s. A missing value repeats the
-/// last one, so what follows it seems early by half of that.
+/// last one, so what follows it seems early by half of that. Of rows far apart each change has a time of its own
+/// (Observations::may_hold): what counts is by how much values are further apart than these, and steps as long as rows.
 double input_spacing(const Measurement& measurement) {
   if (measurement.data.rows() < 2) return 0.0;
   const Eigen::VectorXd time = measurement.time();
+  const double duration = time[time.size() - 1] - time[0];
   double sparsest = 0.0;
   for (const MeasuredChannel& channel : measurement.channels) {
-    if (channel.input.empty() || channel.kind == ChannelKind::temperature) continue;
+    if (channel.input.empty() || channel.kind == ChannelKind::temperature || is_range(channel.input)) continue;
     const double values = static_cast<double>(measurement.values(channel).array().isFinite().count());
-    // A channel that is given once and stands, or an axis' range now and then, is no clock.
-    if (values >= 0.3 * static_cast<double>(time.size())) sparsest = std::max(sparsest, (time[time.size() - 1] - time[0]) / values);
+    // A channel that is given once and stands is no clock.
+    if (values >= 0.3 * static_cast<double>(time.size())) sparsest = std::max(sparsest, duration / values);
   }
-  return sparsest;
+  const double row = duration / static_cast<double>(time.size());
+  return row > long_row_s ? std::max(0.0, sparsest - row) + step_share * row : sparsest;
 }
 
 void add_readings(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {

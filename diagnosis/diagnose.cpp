@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "core/error.h"
 #include "diagnosis/evidence.h"
 #include "diagnosis/judgement.h"
+#include "diagnosis/late_changes.h"
 #include "diagnosis/missing_source.h"
 #include "diagnosis/model_search.h"
 #include "diagnosis/next_measurement.h"
@@ -94,9 +94,7 @@ namespace {
 
 /// A measurement fitted up to a time: the problem, what the search found in it, and what is decided from that.
 struct Look {
-  std::unique_ptr<const Observations> observations;  ///< the response refers to it for its whole life
-  std::unique_ptr<const Response> response;
-  Problem problem;
+  Seen seen;
   SearchResult found;
   Diagnosis decided;
   Strain strain;                  ///< of what is named
@@ -127,25 +125,26 @@ bool deserves_second_look(const SearchResult& found) {
 
 Look look_at(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const DiagnoseOptions& options) {
   const mesh::Machine& machine = model.machine;
-  Look look;
-  look.observations = std::make_unique<const Observations>(
-      observe(measurement, machine, solver::Channels(machine), {.interval_s = options.interval_s, .heldout_share = options.heldout_share}));
-  look.response = std::make_unique<const Response>(model, *look.observations);
-  const auto search_about = [&](const VectorXd& around) {
-    look.problem = make_problem(machine, measurement, *look.observations, *look.response, options, around);
-    add_missing_sources(look.problem, *look.response, model, measurement);
-    look.found = search(look.problem, *look.response, machine);
+  Look look{.seen = see(model, measurement, options), .found = {}, .decided = {}, .strain = {}};
+  Problem& problem = look.seen.problem;
+  const Response& response = *look.seen.response;
+  const VectorXd nominal_prediction = problem.predicted;
+  const auto search_it = [&] {
+    add_missing_sources(problem, response, model, measurement);
+    look.found = search(problem, response, machine);
   };
-  search_about({});
-  const VectorXd nominal_prediction = look.problem.predicted;
-  if (deserves_second_look(look.found)) search_about(other_parameters(look.problem, look.found));
-  decide(look.problem, look.found, look.decided);
-  if (Hypothesis named = shown(look.problem, look.found, look.decided); !look.decided.causes.empty() && !named.members.empty()) {
-    linearise(named, look.problem, *look.response, machine);
-    look.strain = strain_of(look.problem, named);
-    leave_open(look.problem, look.found, look.strain, look.decided);
+  search_it();
+  if (deserves_second_look(look.found)) {
+    problem = make_problem(machine, measurement, *look.seen.observations, response, options, other_parameters(problem, look.found));
+    search_it();
   }
-  look.problem.predicted = nominal_prediction;  // what is judged is the machine as stated
+  decide(problem, look.found, look.decided);
+  if (Hypothesis named = shown(problem, look.found, look.decided); !look.decided.causes.empty() && !named.members.empty()) {
+    linearise(named, problem, response, machine);
+    look.strain = strain_of(problem, named);
+    leave_open(problem, look.found, look.strain, look.decided);
+  }
+  problem.predicted = nominal_prediction;  // what is judged is the machine as stated
   return look;
 }
 
@@ -177,14 +176,14 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   const mesh::Machine& machine = model.machine;
   compensation::require_fits(measurement, machine);
   Look look = look_at(model, measurement, options);
-  const double open_until = look.observations->split;
+  const double open_until = look.seen.observations->split;
   DiagnoseOptions more = options;
   more.heldout_share = still_heldout * options.heldout_share;
-  const bool longer = is_open(look) && leaves_enough(*look.observations, more.heldout_share);
+  const bool longer = is_open(look) && leaves_enough(*look.seen.observations, more.heldout_share);
   // Nothing was judged yet: what the search sees now is not held out any more, the rest is.
   if (longer) look = look_at(model, measurement, more);
-  const Response& response = *look.response;
-  const Problem& problem = look.problem;
+  const Response& response = *look.seen.response;
+  const Problem& problem = look.seen.problem;
   const SearchResult& found = look.found;
 
   Diagnosis d = std::move(look.decided);

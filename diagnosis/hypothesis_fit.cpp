@@ -18,7 +18,8 @@ using Eigen::VectorXd;
 namespace {
 
 /// In what a cause is never quite as its hypothesis says: its size wanders (its effect times hat functions of
-/// time, the same for all channels), heat enters spread, and where its place is not known, elsewhere.
+/// time, the same for all channels), heat enters spread, a sensor lags by two elements in a row instead of one, and where
+/// its place is not known, elsewhere.
 struct Freedom {
   MatrixXd columns;   ///< (observations x freedoms)
   VectorXd std;
@@ -27,7 +28,7 @@ constexpr double wandering_share = 0.12;  ///< of a cause's size
 constexpr double wandering_knot_s = 3.0 * 3600.0;
 constexpr int most_wandering_knots = 12;
 constexpr double spread_share = 0.5;      ///< of its heat enters spread, either way
-
+constexpr double delay_of_two = 0.5;      ///< two equal elements are about one of 0.7 of both and a delay of 0.3; with spread_share, a quarter
 /// @param sensitivity, spread  (observations x members)   @param size  (members) estimate less nominal value
 Freedom freedom(const Problem& problem, const std::vector<int>& members, const MatrixXd& sensitivity, const MatrixXd& spread, const VectorXd& size) {
   const Observations& obs = problem.observations;
@@ -84,11 +85,33 @@ double normal_mass(double mean, double std, double low, double high) {
   return below(high) - below(low);
 }
 
-/// With members at values, all others where the problem is linearised but told at nominal.
+/// The clock of a channel that lags; -1: not among the parameters.
+int clock_of(const Problem& problem, int lag) {
+  const Parameter& p = problem.parameters[static_cast<std::size_t>(lag)];
+  for (std::size_t i = 0; p.kind == "sensor_lag" && i < problem.parameters.size(); ++i)
+    if (problem.parameters[i].kind == "clock_shift" && problem.parameters[i].where == p.where) return static_cast<int>(i);
+  return -1;
+}
+
+/// With members at values, all others where the problem is linearised but told at nominal. A lag's spread is a delay instead of a part of it.
 Response::Linear linear_at(const Problem& problem, const Response& response, const mesh::Machine& machine, const std::vector<int>& members, const VectorXd& values) {
+  std::vector<int> all = members;
+  std::vector<Index> delayed;
+  for (std::size_t k = 0; k < members.size(); ++k)
+    if (const int clock = clock_of(problem, members[k]); clock >= 0 && std::find(members.begin(), members.end(), clock) == members.end()) {
+      all.push_back(clock);
+      delayed.push_back(static_cast<Index>(k));
+    }
   std::vector<Parameter> parameters;
-  for (const int i : members) parameters.push_back(problem.parameters[static_cast<std::size_t>(i)]);
-  Response::Linear linear = response.linearise(problem.machine_around(machine, members), parameters, values, false, {}, true);
+  for (const int i : all) parameters.push_back(problem.parameters[static_cast<std::size_t>(i)]);
+  const auto count = static_cast<Index>(members.size()), clocks = static_cast<Index>(delayed.size());
+  Response::Linear linear = response.linearise(problem.machine_around(machine, members), parameters, joined(values, VectorXd::Zero(clocks)), false, {}, true);
+  for (Index k = 0; k < clocks; ++k) {
+    const Index lag = delayed[static_cast<std::size_t>(k)];
+    linear.spread.col(lag) = delay_of_two * (linear.sensitivity.col(count + k) - linear.sensitivity.col(lag));
+  }
+  linear.sensitivity.conservativeResize(Eigen::NoChange, count);
+  linear.spread.conservativeResize(Eigen::NoChange, count);
   linear.predicted -= problem.moved_around(members);
   return linear;
 }

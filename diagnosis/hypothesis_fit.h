@@ -19,7 +19,7 @@ struct Hypothesis {
   double chi_square = 0;           ///< of the fitted part, if refined
   Eigen::VectorXd predicted;       ///< (observations) at the estimate, all else at nominal on the linear form, if refined
   Eigen::MatrixXd sensitivity;     ///< (observations x members) there
-  Eigen::MatrixXd spread;          ///< (observations x members) there, see Response::Linear
+  Eigen::MatrixXd spread;          ///< (observations x members) there, see Response::Linear; of a lag what a delay in its stead does
 };
 
 /// The fitted part, or all of the record, decorrelated, about the nominal machine.

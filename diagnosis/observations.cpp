@@ -82,10 +82,10 @@ Eigen::RowVectorXd mean_row(const std::vector<Span>& parts, std::size_t first, s
 
 constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
 constexpr double pause_intervals = 4.5;    ///< and those of a pause: more than a few rows are not missing by chance
-constexpr double long_interval = 0.2;      ///< of the means': shorter ones say well enough when something changed
 constexpr double changed_share = 0.05;     ///< of the largest value
 constexpr double switched_rows = 0.1;      ///< what changes in more rows is no switch
-constexpr std::size_t most_may_hold = 24;
+constexpr double least_part = 0.02;        ///< of a while, which a row keeps
+constexpr std::size_t most_uncertain_changes = 24;
 
 /// A speed, power or state, and its largest value in the record.
 struct Watched { Index channel; double largest; };
@@ -153,36 +153,37 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
 }
 
 /// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap, half way for
-/// the model; else as the row says, or up to an interval before. Through a pause longer than an interval and a few rows the row
-/// before it holds, as it says.
-Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average, Observations& out) {
+/// the model; else as the row says, or up to an interval before; or when it is known to have come. Through a pause longer than an
+/// interval and a few rows the row before it holds, as it says.
+Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average,
+                            const std::map<double, double>& changes, Observations& out) {
   const Index n = time.size();
   const double usual = usual_interval(time);
   Eigen::VectorXd result = time;
-  std::vector<std::pair<double, Observations::MayHold>> found;
+  std::vector<std::pair<double, std::vector<Observations::MayHold>>> found;
   for (Index i = 0; i + 1 < n; ++i) {
-    const double gap = time[i + 1] - time[i];
+    const double shown = time[i + 1], gap = shown - time[i];
     const bool of_a_row = gap <= gap_intervals * usual;
-    if (gap > std::max(out.interval, pause_intervals * usual) || (of_a_row && gap < long_interval * out.interval)) continue;
+    if (gap > std::max(out.interval, pause_intervals * usual) || (of_a_row && gap <= long_row_s)) continue;
     const double change = change_between(rows.row(i), rows.row(i + 1), watched);
     if (change < changed_share) continue;
     // What wanders is what it was; where an axis swings changes with its feed.
     Eigen::VectorXd after = rows.row(i + 1).transpose(), before = rows.row(i).transpose();
     for (Index c = 0; c < after.size(); ++c)
       if (average[static_cast<std::size_t>(c)] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; })) std::swap(after[c], before[c]);
-    if (of_a_row) {
-      found.push_back({change * gap, {time[i], time[i + 1], after, 1.0 / std::sqrt(3.0)}});
-      continue;
-    }
-    // Anywhere in the gap alike: the two together, of opposite sign, 1 / sqrt 3.
-    const double half = 0.5 * (gap - usual), middle = time[i + 1] - half;
-    result[i + 1] = middle;
-    found.push_back({change * gap, {middle - half, middle, after, 1.0 / std::sqrt(6.0)}});
-    found.push_back({change * gap, {middle, middle + half, before, 1.0 / std::sqrt(6.0)}});
+    const double first = of_a_row ? time[i] : shown - (gap - usual), nearest = first + least_part * (shown - first);
+    const auto known = changes.find(shown);
+    const double came = known != changes.end() ? std::clamp(known->second, nearest, shown) : of_a_row ? shown : 0.5 * (first + shown);
+    result[i + 1] = came;
+    // Anywhere alike: where it may be earlier and later, the two together, of opposite sign, 1 / sqrt 3.
+    const double std = 1.0 / std::sqrt(came < shown ? 6.0 : 3.0);
+    std::vector<Observations::MayHold> whiles = {{first, came, after, std, shown, true}};
+    if (came < shown) whiles.push_back({came, shown, before, std, shown, false});
+    found.emplace_back(change * gap, std::move(whiles));
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (auto& [size, may] : found)
-    if (out.may_hold.size() < most_may_hold) out.may_hold.push_back(std::move(may));
+  if (found.size() > most_uncertain_changes) found.resize(most_uncertain_changes);
+  for (auto& [size, whiles] : found) std::move(whiles.begin(), whiles.end(), std::back_inserter(out.may_hold));
   return result;
 }
 
@@ -324,7 +325,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
   const std::vector<bool> average = averageable(channels);
   const std::vector<Watched> watched = watched_channels(rows, channels);
-  make_steps(input_times(time, rows, watched, average, out), rows, std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average), out);
+  make_steps(input_times(time, rows, watched, average, options.changes, out), rows, std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average), out);
   find_start(measurement, machine, rows.row(0).transpose(), channels, out);
   for (const MeasuredChannel& channel : measurement.channels) {
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();

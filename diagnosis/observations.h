@@ -16,6 +16,8 @@
 
 namespace thermotwin::diagnosis {
 
+inline constexpr double long_row_s = 120;  ///< rows closer together say well enough when something changed
+
 struct ObservedChannel {
   compensation::MeasuredChannel channel;
   std::vector<Eigen::Index> interval;  ///< (n) which interval each mean belongs to, rising
@@ -45,7 +47,13 @@ struct Observations {
   std::map<Eigen::Index, std::vector<Part>> mixed;
   /// Inputs that may have held for a while instead of those that the model's steps have: a log says when it saw a speed, power
   /// or state changed, not when that changed. The prior standard deviation is of the share of the while. The largest first.
-  struct MayHold { double from, to; Eigen::VectorXd row; double std; };
+  struct MayHold {
+    double from, to;
+    Eigen::VectorXd row;
+    double std;
+    double shown;   ///< s, time of the row that shows the change; the while ends (an earlier change) or begins when it is taken to come
+    bool earlier;
+  };
   std::vector<MayHold> may_hold;
   std::vector<std::string> left_out;     ///< channels with too few values to be fitted
   double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
@@ -59,6 +67,8 @@ struct ObserveOptions {
   double heldout_share = 0.3;
   double longest_step_s = 300;
   Eigen::Index most_intervals = 600;     ///< longer records get longer intervals
+  /// s; when that came which the rows of these times show first, if not as the log says.
+  std::map<double, double> changes = {};
 };
 
 /// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a sample from

@@ -182,6 +182,23 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
   EXPECT_TRUE(d.extended_machine_text.empty());
 }
 
+TEST(Diagnose, a_lag_of_two_elements_is_one_lag) {
+  const auto lag = find("sensor_lag", "T5_reading");
+  compensation::Measurement m = lumped::measure({}, {.seed = 45, .spread = 0.5, .noise_K = 0});
+  for (int element = 0; element < 2; ++element) lumped::spoil(m, lag, 1500.0);
+  std::mt19937 random(46);
+  std::normal_distribution<double> noise(0.0, 0.05);
+  for (const auto& channel : m.channels)
+    if (channel.kind == compensation::ChannelKind::temperature)
+      for (double& value : m.data.values.col(channel.column)) value += noise(random);
+  const Diagnosis d = run(m);
+  SCOPED_TRACE(listed(d));
+  ASSERT_EQ(d.verdict, "explained");
+  ASSERT_EQ(d.causes.size(), 1U);
+  EXPECT_EQ(d.causes[0].parameter.kind, "sensor_lag");
+  EXPECT_NEAR(d.causes[0].value, 3000, 2.5 * d.causes[0].std) << "of both";
+}
+
 TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
   // Neither shows on the tangent at nominal, and of the two the lag only beside the clocks.
   const auto clocks = find("clock_shift", "temperature"), lag = find("sensor_lag", "T5_reading");
@@ -405,7 +422,7 @@ TEST(Verdict, what_strains_an_explanation_leaves_it_open) {
     diagnosis::leave_open(problem, {}, {.freedom = freedom, .other = other, .which = 1}, d);
     EXPECT_EQ(d.verdict == "ambiguous", !d.strained.empty());
     EXPECT_EQ(d.verdict == "ambiguous", diagnosis::only_unknown_shares(d));
-    if (d.verdict == "ambiguous") EXPECT_NE(diagnosis::sentence_of(d).find(d.strained), std::string::npos);
+    if (d.verdict == "ambiguous") { EXPECT_NE(diagnosis::sentence_of(d).find(d.strained), std::string::npos); }
     return d.strained;
   };
   EXPECT_EQ(left_open(1.7, 3.1), "");

@@ -153,6 +153,32 @@ TEST(Hypothesis, stated_uncertainty_is_the_nominal_prior) {
   EXPECT_DOUBLE_EQ(lumped::find("sensor_offset", "T3_reading").nominal_std, 0.05);
 }
 
+TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
+  const auto clock_std = [](const compensation::Measurement& m) {
+    for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m))
+      if (p.kind == "clock_shift" && p.where == "temperature") return p.nominal_std;
+    return -1.0;
+  };
+  EXPECT_NEAR(clock_std(lumped::measure({}, {.hours = 8, .sample_s = 60})), 30, 0.5) << "half a row";
+  compensation::Measurement slow = lumped::measure({}, {.hours = 8, .sample_s = 300});
+  EXPECT_NEAR(clock_std(slow), 30, 0.5) << "each change has its own time";
+  const auto channel = [&](const std::string& input) { return *std::find_if(slow.channels.begin(), slow.channels.end(), [&](const auto& c) { return c.input == input; }); };
+  const auto blank = [&](Eigen::Index column, Eigen::Index every) {
+    for (Eigen::Index i = 0; i < slow.data.rows(); i += every) slow.data.values(i, column) = std::nan("");
+  };
+  // Where an axis swings is blank while it stands.
+  compensation::MeasuredChannel range = channel("axis.Z.position_mm");
+  range.id = range.input = "axis.Z.low_mm";
+  range.column = static_cast<int>(slow.data.values.cols());
+  slow.data.values.conservativeResize(Eigen::NoChange, range.column + 1);
+  slow.data.values.col(range.column).setConstant(50);
+  slow.channels.push_back(range);
+  blank(range.column, 2);
+  EXPECT_NEAR(clock_std(slow), 30, 0.5);
+  blank(channel("spindle.speed_rpm").column, 3);
+  EXPECT_NEAR(clock_std(slow), 105, 1.5) << "values 450 s apart in rows of 300 s";
+}
+
 TEST(Hypothesis, a_measured_inlet_leaves_no_control_sensor_to_doubt) {
   compensation::Measurement m = lumped::measure({}, {.hours = 0.1});
   compensation::MeasuredChannel inlet = m.channels.back();

@@ -366,9 +366,33 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   const Observations rows = observe(slow);
   ASSERT_FALSE(rows.may_hold.empty());
   for (const Observations::MayHold& may : rows.may_hold) {
+    EXPECT_TRUE(may.earlier);
     EXPECT_NEAR(may.to - may.from, 300.0, 1e-9);
     EXPECT_NEAR(may.std, 1 / std::sqrt(3.0), 1e-9);
   }
+}
+
+TEST(Observations, a_change_comes_when_it_is_said_to) {
+  const compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0});
+  const mesh::Machine machine = lumped::machine();
+  const double shown = 3 * 3600, came = shown - 210;
+  const auto with = [&](double when) { return diagnosis::observe(m, machine, solver::Channels(machine), {.changes = {{shown, when}}}); };
+  const Observations obs = with(came);
+  EXPECT_LT((obs.points.array() - came).abs().minCoeff(), 1e-6);
+  std::vector<Observations::MayHold> whiles;
+  for (const Observations::MayHold& may : obs.may_hold)
+    if (may.shown == shown) whiles.push_back(may);
+  ASSERT_EQ(whiles.size(), 2U);
+  EXPECT_TRUE(whiles[0].earlier && !whiles[1].earlier);
+  EXPECT_NEAR(whiles[0].from, shown - 300, 1e-9);
+  EXPECT_NEAR(whiles[0].to, came, 1e-9);
+  EXPECT_NEAR(whiles[1].from, came, 1e-9);
+  EXPECT_NEAR(whiles[1].to, shown, 1e-9);
+  EXPECT_EQ(observe(m).may_hold.size() + 1, obs.may_hold.size()) << "the other changes are as the log says";
+  // Not before the row before, nor after it is seen.
+  for (const Observations::MayHold& may : with(0).may_hold)
+    if (may.shown == shown) { EXPECT_NEAR(may.earlier ? may.to : may.from, shown - 294, 1e-6); }
+  EXPECT_EQ(with(1e9).may_hold.size(), observe(m).may_hold.size());
 }
 
 TEST(Response, inputs_that_hold_earlier_are_what_an_earlier_change_does) {

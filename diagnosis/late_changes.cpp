@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/late_changes.h"
+
+#include <cmath>
+#include <map>
+
+#include "diagnosis/evidence.h"
+#include "diagnosis/hypothesis_fit.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+
+namespace {
+
+constexpr double least_share = 0.2, least_sure = 2.0;  ///< of a while, and its standard deviations, by which a change is moved
+constexpr double least_gain = 5.0;                     ///< ln of the evidence of no cause that it has to bring
+constexpr double in_time_s = 1.0;
+constexpr int most_rounds = 4;
+
+/// The changes that are told to have come elsewhere than where they are taken to, by the time of the row that shows them.
+std::map<double, double> moved_changes(const Problem& problem, const LinearEvidence& none) {
+  const std::vector<Observations::MayHold>& whiles = problem.observations.may_hold;
+  std::map<double, double> moved;
+  for (std::size_t k = 0; k < whiles.size(); ++k) {
+    const Observations::MayHold& held = whiles[k];
+    const Index column = problem.columns.cols() - static_cast<Index>(whiles.size() - k);
+    const double share = none.mean()[column], by = share * (held.to - held.from);
+    if (share > least_share && share > least_sure * std::sqrt(none.covariance()(column, column))) moved[held.shown] = held.earlier ? held.to - by : held.from + by;
+  }
+  return moved;
+}
+
+/// No cause, clocks and sensors taken to be in time: a log that is late at all changes and clocks that are fast look alike.
+LinearEvidence none_in_time(const Problem& problem, const White& white) {
+  Eigen::VectorXd prior_std = problem.prior_std;
+  for (std::size_t i = 0; i < problem.parameters.size(); ++i)
+    if (const std::string& kind = problem.parameters[i].kind; kind == "clock_shift" || kind == "sensor_lag") prior_std[static_cast<Index>(i)] = in_time_s;
+  return {white.columns, white.residual, prior_std};
+}
+
+}  // namespace
+
+Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const DiagnoseOptions& options) {
+  const mesh::Machine& machine = model.machine;
+  const solver::Channels channels(machine);
+  Seen best;
+  std::map<double, double> changes;
+  double reached = 0.0;
+  for (int round = 0; round < most_rounds; ++round) {
+    Seen now;
+    now.observations = std::make_unique<const Observations>(
+        observe(measurement, machine, channels, {.interval_s = options.interval_s, .heldout_share = options.heldout_share, .changes = changes}));
+    now.response = std::make_unique<const Response>(model, *now.observations);
+    now.problem = make_problem(machine, measurement, *now.observations, *now.response, options);
+    if (now.observations->may_hold.empty()) return now;
+    const White white(now.problem);
+    const LinearEvidence none = none_in_time(now.problem, white);
+    const double log_evidence = none.log_evidence() - 0.5 * white.whitener.log_determinant();
+    if (round > 0 && log_evidence < reached + least_gain) break;
+    reached = log_evidence;
+    best = std::move(now);
+    const std::map<double, double> moved = moved_changes(best.problem, none);
+    if (moved.empty()) break;
+    for (const auto& [shown, came] : moved) changes[shown] = came;
+  }
+  return best;
+}
+
+}  // namespace thermotwin::diagnosis
