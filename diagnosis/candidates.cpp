@@ -6,7 +6,6 @@
 #include <set>
 
 #include "diagnosis/hypothesis.h"
-#include "diagnosis/observations.h"
 
 namespace thermotwin::diagnosis {
 
@@ -156,12 +155,14 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
 }
 
 /// Where an axis swings; blank while it stands.
-bool is_range(const std::string& input) { return input.find(".low_") != std::string::npos || input.find(".high_") != std::string::npos; }
+bool is_range(const std::string& input) {
+  return input.starts_with("axis.") && (input.find(".low_") != std::string::npos || input.find(".high_") != std::string::npos);
+}
 
 /// Mean time between the values of the sparsest input that switches, s. A missing value repeats the
-/// last one, so what follows it seems early by half of that. Of rows far apart each change has a time of its own
-/// (Observations::may_hold): what counts is by how much values are further apart than these, and steps as long as rows.
-double input_spacing(const Measurement& measurement) {
+/// last one, so what follows it seems early by half of that. Where each change has a time of its own (Observations::told_row_s), what
+/// counts is by how much values are further apart than rows, and steps as long as these.
+double input_spacing(const Measurement& measurement, double told_row_s) {
   if (measurement.data.rows() < 2) return 0.0;
   const Eigen::VectorXd time = measurement.time();
   const double duration = time[time.size() - 1] - time[0];
@@ -172,14 +173,13 @@ double input_spacing(const Measurement& measurement) {
     // A channel that is given once and stands is no clock.
     if (values >= 0.3 * static_cast<double>(time.size())) sparsest = std::max(sparsest, duration / values);
   }
-  const double row = duration / static_cast<double>(time.size());
-  return row > long_row_s ? std::max(0.0, sparsest - row) + step_share * row : sparsest;
+  return told_row_s > 0.0 ? std::max(0.0, sparsest - duration / static_cast<double>(time.size())) + step_share * told_row_s : sparsest;
 }
 
-void add_readings(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
+void add_readings(const Machine& machine, const Measurement& measurement, double told_row_s, std::vector<Parameter>& found) {
   std::set<std::string> seen;  // a sensor that two channels read is offered once
   int temperatures = 0, displacements = 0;
-  const double spacing = input_spacing(measurement), clock_std = std::max(clock_std_s, 0.5 * spacing), lag_std = std::max(lag_std_s, 0.5 * spacing);
+  const double spacing = input_spacing(measurement, told_row_s), clock_std = std::max(clock_std_s, 0.5 * spacing), lag_std = std::max(lag_std_s, 0.5 * spacing);
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind == ChannelKind::displacement) {
       ++displacements;
@@ -205,7 +205,7 @@ void add_readings(const Machine& machine, const Measurement& measurement, std::v
 
 }  // namespace
 
-std::vector<Parameter> candidate_parameters(const Machine& machine, const Measurement& measurement, bool with_parts) {
+std::vector<Parameter> candidate_parameters(const Machine& machine, const Measurement& measurement, bool with_parts, double told_row_s) {
   std::vector<Parameter> found;
   add_sources(machine, measurement, found);
   add_films(machine, found);
@@ -215,7 +215,7 @@ std::vector<Parameter> candidate_parameters(const Machine& machine, const Measur
   add_ambients(machine, measurement, found);
   add_coolants(machine, measurement, found);
   if (with_parts) add_parts(machine, found);
-  add_readings(machine, measurement, found);
+  add_readings(machine, measurement, told_row_s, found);
   return found;
 }
 

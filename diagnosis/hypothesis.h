@@ -59,10 +59,10 @@ bool needs_parts(const std::string& kind);
 Parameter make_parameter(const std::string& kind, const std::string& where);
 
 /// Every parameter of every kind that machine and measurement offer.
-/// @param with_parts  those that need the matrices of single parts, too
+/// @param with_parts  those that need the matrices of single parts, too   @param told_row_s  as Observations::told_row_s
 std::vector<Parameter> candidate_parameters(const mesh::Machine& machine,
                                             const compensation::Measurement& measurement,
-                                            bool with_parts = false);
+                                            bool with_parts = false, double told_row_s = 0.0);
 
 /// The machine with the parameter at the value. A sensor's offset is that of the sensor that the
 /// channel reads. The text of the machine is left as it was. @throws InputError: no such item

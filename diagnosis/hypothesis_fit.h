@@ -64,7 +64,7 @@ struct Strain {
   /// Of a mean of the held-out part as foretold, all else as the fitted part leaves it, uncertain as it then is: about 1 where
   /// the hypothesis is right, less where errors are smaller than allowed for.
   double heldout_chi_square = 0;
-  double freedom = 0;     ///< most of what its own size wanders or its heat spreads, expected standard deviations
+  double freedom = 0;     ///< most of what its own size wanders, its heat spreads or its lag delays, expected standard deviations
   double other = 0;       ///< most that another parameter is off, stated standard deviations
   int which = -1;         ///< that parameter
 };

@@ -13,20 +13,31 @@ using Eigen::Index;
 
 namespace {
 
-constexpr double least_share = 0.2, least_sure = 2.0;  ///< of a while, and its standard deviations, by which a change is moved
-constexpr double least_gain = 5.0;                     ///< ln of the evidence of no cause that it has to bring
+constexpr double least_share = 0.2, least_sure = 2.0;  ///< of a while, and standard deviations, by which a change is moved
+constexpr double least_gain = 5.0;                     ///< ln of the likelihood of no cause that it has to bring
 constexpr double in_time_s = 1.0;
 constexpr int most_rounds = 4;
 
 /// The changes that are told to have come elsewhere than where they are taken to, by the time of the row that shows them.
 std::map<double, double> moved_changes(const Problem& problem, const LinearEvidence& none) {
+  struct Told { double came = 0.0, earlier_s = 0.0, later_s = 0.0; Eigen::VectorXd weights; };
   const std::vector<Observations::MayHold>& whiles = problem.observations.may_hold;
-  std::map<double, double> moved;
+  const Index first = problem.columns.cols() - static_cast<Index>(whiles.size());
+  std::map<double, Told> changes;
   for (std::size_t k = 0; k < whiles.size(); ++k) {
     const Observations::MayHold& held = whiles[k];
-    const Index column = problem.columns.cols() - static_cast<Index>(whiles.size() - k);
-    const double share = none.mean()[column], by = share * (held.to - held.from);
-    if (share > least_share && share > least_sure * std::sqrt(none.covariance()(column, column))) moved[held.shown] = held.earlier ? held.to - by : held.from + by;
+    const double length = held.to - held.from, sign = held.earlier ? -1.0 : 1.0;
+    Told& told = changes[held.shown];
+    told.came = held.earlier ? held.to : held.from;
+    (held.earlier ? told.earlier_s : told.later_s) = length;
+    if (told.weights.size() == 0) told.weights.setZero(none.mean().size());
+    told.weights[first + static_cast<Index>(k)] = sign * length;
+  }
+  std::map<double, double> moved;
+  for (const auto& [shown, told] : changes) {
+    const double by = told.weights.dot(none.mean()), std = std::sqrt(told.weights.dot(none.covariance() * told.weights));
+    const double room = by < 0.0 ? told.earlier_s : told.later_s;
+    if (room > 0.0 && std::abs(by) > least_share * room && std::abs(by) > least_sure * std) moved[shown] = told.came + by;
   }
   return moved;
 }
@@ -56,9 +67,10 @@ Seen see(const reduction::ReducedModel& model, const compensation::Measurement& 
     if (now.observations->may_hold.empty()) return now;
     const White white(now.problem);
     const LinearEvidence none = none_in_time(now.problem, white);
-    const double log_evidence = none.log_evidence() - 0.5 * white.whitener.log_determinant();
-    if (round > 0 && log_evidence < reached + least_gain) break;
-    reached = log_evidence;
+    // Of the data alone: what is told is not more likely for having been told before.
+    const double log_likelihood = -0.5 * ((white.residual - white.columns * none.mean()).squaredNorm() + white.whitener.log_determinant());
+    if (round > 0 && log_likelihood < reached + least_gain) break;
+    reached = log_likelihood;
     best = std::move(now);
     const std::map<double, double> moved = moved_changes(best.problem, none);
     if (moved.empty()) break;

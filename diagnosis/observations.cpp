@@ -84,6 +84,7 @@ constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
 constexpr double pause_intervals = 4.5;    ///< and those of a pause: more than a few rows are not missing by chance
 constexpr double changed_share = 0.05;     ///< of the largest value
 constexpr double switched_rows = 0.1;      ///< what changes in more rows is no switch
+constexpr double short_gap = 0.5;          ///< of a long row: a row so soon after another says when, too
 constexpr double least_part = 0.02;        ///< of a while, which a row keeps
 constexpr std::size_t most_uncertain_changes = 24;
 
@@ -102,7 +103,7 @@ std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const solver:
   std::vector<Watched> watched;
   for (std::size_t c = 0; c < channels.names().size(); ++c) {
     const std::string& name = channels.names()[c];
-    if (name.ends_with(".T_C") || name.ends_with("_mm") || name.ends_with("_deg")) continue;  // wander, or are elsewhere in every row
+    if (name.ends_with("T_C") || name.ends_with("_mm") || name.ends_with("_deg")) continue;  // wander, or are elsewhere in every row
     double largest = 0.0;
     for (const double value : rows.col(static_cast<Index>(c)))
       if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
@@ -135,11 +136,13 @@ double usual_interval(const Eigen::VectorXd& time) {
 void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest, const std::vector<bool>& average,
                 const std::vector<Watched>& switched, Observations& out) {
   const std::vector<Span> all = equal_parts(time, rows, longest, average);
+  const auto may_change = [&](double at) { return std::any_of(out.may_hold.begin(), out.may_hold.end(), [at](const auto& may) { return std::abs((may.earlier ? may.to : may.from) - at) < 1e-6; }); };
   std::vector<double> points = {time[0]};
   std::vector<Eigen::RowVectorXd> means;
   for (std::size_t i = 0; i < all.size();) {
     std::size_t last = i + 1;
-    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9) && change_between(all[last - 1].row, all[last].row, switched) < changed_share) ++last;
+    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9) && change_between(all[last - 1].row, all[last].row, switched) < changed_share &&
+           !may_change(all[last].begin)) ++last;
     const double span = all[last - 1].end - all[i].begin;
     for (std::size_t k = i; k < last && last - i > 1; ++k)
       out.mixed[static_cast<Index>(means.size())].push_back({(all[k].end - all[k].begin) / span, all[k].row.transpose()});
@@ -161,10 +164,10 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   const double usual = usual_interval(time);
   Eigen::VectorXd result = time;
   std::vector<std::pair<double, std::vector<Observations::MayHold>>> found;
-  for (Index i = 0; i + 1 < n; ++i) {
+  for (Index i = 0; i + 2 < n; ++i) {  // what the last row says holds for nothing
     const double shown = time[i + 1], gap = shown - time[i];
     const bool of_a_row = gap <= gap_intervals * usual;
-    if (gap > std::max(out.interval, pause_intervals * usual) || (of_a_row && gap <= long_row_s)) continue;
+    if (gap > std::max(out.interval, pause_intervals * usual) || (of_a_row && (usual <= long_row_s || gap <= short_gap * long_row_s))) continue;
     const double change = change_between(rows.row(i), rows.row(i + 1), watched);
     if (change < changed_share) continue;
     // What wanders is what it was; where an axis swings changes with its feed.
@@ -175,13 +178,14 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
     const auto known = changes.find(shown);
     const double came = known != changes.end() ? std::clamp(known->second, nearest, shown) : of_a_row ? shown : 0.5 * (first + shown);
     result[i + 1] = came;
-    // Anywhere alike: where it may be earlier and later, the two together, of opposite sign, 1 / sqrt 3.
-    const double std = 1.0 / std::sqrt(came < shown ? 6.0 : 3.0);
+    // Anywhere alike: the mean square of how far it is off, shared by two tangents of opposite sign.
+    const double a = came - first, b = shown - came, std = std::sqrt((a * a * a + b * b * b) / (3.0 * (a + b) * (a * a + b * b)));
     std::vector<Observations::MayHold> whiles = {{first, came, after, std, shown, true}};
     if (came < shown) whiles.push_back({came, shown, before, std, shown, false});
     found.emplace_back(change * gap, std::move(whiles));
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  if (usual > long_row_s && found.size() <= most_uncertain_changes) out.told_row_s = usual;
   if (found.size() > most_uncertain_changes) found.resize(most_uncertain_changes);
   for (auto& [size, whiles] : found) std::move(whiles.begin(), whiles.end(), std::back_inserter(out.may_hold));
   return result;

@@ -46,15 +46,17 @@ struct Observations {
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
   /// Inputs that may have held for a while instead of those that the model's steps have: a log says when it saw a speed, power
-  /// or state changed, not when that changed. The prior standard deviation is of the share of the while. The largest first.
+  /// or state changed, not when that changed. The largest changes first.
   struct MayHold {
     double from, to;
     Eigen::VectorXd row;
-    double std;
-    double shown;   ///< s, time of the row that shows the change; the while ends (an earlier change) or begins when it is taken to come
-    bool earlier;
+    double std;     ///< prior, of the share of the while: the change comes anywhere alike from the first while's start to the row that shows it
+    double shown;   ///< s, time of that row
+    bool earlier;   ///< the while ends when the change is taken to come, else it begins then
   };
   std::vector<MayHold> may_hold;
+  /// Usual time between rows, where it is long and each change between them is in may_hold; else 0.
+  double told_row_s = 0;
   std::vector<std::string> left_out;     ///< channels with too few values to be fitted
   double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
 

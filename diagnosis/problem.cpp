@@ -181,7 +181,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   Problem problem;
   problem.observations = std::move(observations);
   const Observations& obs = problem.observations;
-  problem.parameters = candidate_parameters(machine, measurement, response.has_parts());
+  problem.parameters = candidate_parameters(machine, measurement, response.has_parts(), obs.told_row_s);
   // A channel without data shows nothing.
   std::erase_if(problem.parameters, [&](const Parameter& p) {
     return acts_on_readings(p.kind) && p.where != "temperature" && p.where != "displacement" &&

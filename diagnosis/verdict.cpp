@@ -138,7 +138,7 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
 void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out) {
   if (out.verdict != "explained") return;
   if (strain.freedom > most_freedom)
-    out.strained = fmt::format("its size would have to wander, or its heat to spread, {:.1f} times as far as expected", strain.freedom);
+    out.strained = fmt::format("its size would have to wander, its heat to spread or its lag to delay {:.1f} times as far as expected", strain.freedom);
   else if (strain.other > most_other) {
     const Parameter& other = problem.parameters[static_cast<std::size_t>(strain.which)];
     out.strained = fmt::format("{} of {} would have to be {:.1f} stated standard deviations off beside it", other.kind, other.where, strain.other);

@@ -108,10 +108,10 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
     warnings.push_back(fmt::format("The first readings differ by {:.2g} K: the machine had not come to rest before the record. What it was warmed by is taken into account as far as "
                                    "{} sensors and the slow modes tell; a record from rest says more.", obs.start_spread_K, machine.sensors.size()));
   double longest = 0.0;
-  for (const Observations::MayHold& may : obs.may_hold) longest = std::max(longest, may.earlier ? may.shown - may.from : 0.0);
+  for (const Observations::MayHold& may : obs.may_hold) longest = std::max(longest, may.shown - may.from);
   if (longest >= long_between_rows_s)
-    warnings.push_back(fmt::format("Speeds, powers or states changed somewhere between rows up to {:.0f} s apart: what heats fast may look wrong there. Rows at each change, or "
-                                   "every minute, say when.", longest));
+    warnings.push_back(fmt::format("Speeds, powers or states changed somewhere between rows up to {:.0f} s apart: when, is found from what heats fast, as far as that tells. Rows at each "
+                                   "change, or every minute, say it.", longest));
   return warnings;
 }
 

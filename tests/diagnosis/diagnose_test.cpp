@@ -188,15 +188,18 @@ TEST(Diagnose, a_lag_of_two_elements_is_one_lag) {
   for (int element = 0; element < 2; ++element) lumped::spoil(m, lag, 1500.0);
   std::mt19937 random(46);
   std::normal_distribution<double> noise(0.0, 0.05);
-  for (const auto& channel : m.channels)
-    if (channel.kind == compensation::ChannelKind::temperature)
-      for (double& value : m.data.values.col(channel.column)) value += noise(random);
+  for (auto& channel : m.channels) {
+    if (channel.kind != compensation::ChannelKind::temperature) continue;
+    channel.uncertainty = 0.05;
+    for (double& value : m.data.values.col(channel.column)) value += noise(random);
+  }
   const Diagnosis d = run(m);
   SCOPED_TRACE(listed(d));
   ASSERT_EQ(d.verdict, "explained");
   ASSERT_EQ(d.causes.size(), 1U);
   EXPECT_EQ(d.causes[0].parameter.kind, "sensor_lag");
   EXPECT_NEAR(d.causes[0].value, 3000, 2.5 * d.causes[0].std) << "of both";
+  EXPECT_LT(d.causes[0].std, 300);
 }
 
 TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {

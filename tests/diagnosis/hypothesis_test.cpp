@@ -154,14 +154,15 @@ TEST(Hypothesis, stated_uncertainty_is_the_nominal_prior) {
 }
 
 TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
-  const auto clock_std = [](const compensation::Measurement& m) {
-    for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m))
+  const auto clock_std = [](const compensation::Measurement& m, double told_row_s) {
+    for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m, false, told_row_s))
       if (p.kind == "clock_shift" && p.where == "temperature") return p.nominal_std;
     return -1.0;
   };
-  EXPECT_NEAR(clock_std(lumped::measure({}, {.hours = 8, .sample_s = 60})), 30, 0.5) << "half a row";
+  EXPECT_NEAR(clock_std(lumped::measure({}, {.hours = 8, .sample_s = 60}), 0), 30, 0.5) << "half a row";
   compensation::Measurement slow = lumped::measure({}, {.hours = 8, .sample_s = 300});
-  EXPECT_NEAR(clock_std(slow), 30, 0.5) << "each change has its own time";
+  EXPECT_NEAR(clock_std(slow, 0), 150, 2);
+  EXPECT_NEAR(clock_std(slow, 300), 30, 0.5) << "each change has its own time";
   const auto channel = [&](const std::string& input) { return *std::find_if(slow.channels.begin(), slow.channels.end(), [&](const auto& c) { return c.input == input; }); };
   const auto blank = [&](Eigen::Index column, Eigen::Index every) {
     for (Eigen::Index i = 0; i < slow.data.rows(); i += every) slow.data.values(i, column) = std::nan("");
@@ -174,9 +175,9 @@ TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
   slow.data.values.col(range.column).setConstant(50);
   slow.channels.push_back(range);
   blank(range.column, 2);
-  EXPECT_NEAR(clock_std(slow), 30, 0.5);
+  EXPECT_NEAR(clock_std(slow, 300), 30, 0.5);
   blank(channel("spindle.speed_rpm").column, 3);
-  EXPECT_NEAR(clock_std(slow), 105, 1.5) << "values 450 s apart in rows of 300 s";
+  EXPECT_NEAR(clock_std(slow, 300), 105, 2) << "values 450 s apart in rows of 300 s";
 }
 
 TEST(Hypothesis, a_measured_inlet_leaves_no_control_sensor_to_doubt) {

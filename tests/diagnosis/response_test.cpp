@@ -388,11 +388,53 @@ TEST(Observations, a_change_comes_when_it_is_said_to) {
   EXPECT_NEAR(whiles[0].to, came, 1e-9);
   EXPECT_NEAR(whiles[1].from, came, 1e-9);
   EXPECT_NEAR(whiles[1].to, shown, 1e-9);
+  EXPECT_EQ(obs.told_row_s, 300);
+  // Anywhere alike from 90 s before it to 210 s after it: what the two together are off, in the mean square.
+  const double a = 90, b = 210, squares = whiles[0].std * whiles[0].std * a * a + whiles[1].std * whiles[1].std * b * b;
+  EXPECT_NEAR(squares, (a * a * a + b * b * b) / (3 * (a + b)), 1e-6 * squares);
   EXPECT_EQ(observe(m).may_hold.size() + 1, obs.may_hold.size()) << "the other changes are as the log says";
   // Not before the row before, nor after it is seen.
+  int seen = 0;
   for (const Observations::MayHold& may : with(0).may_hold)
-    if (may.shown == shown) { EXPECT_NEAR(may.earlier ? may.to : may.from, shown - 294, 1e-6); }
+    if (may.shown == shown) {
+      EXPECT_NEAR(may.earlier ? may.to : may.from, shown - 294, 1e-6);
+      ++seen;
+    }
+  EXPECT_EQ(seen, 2);
   EXPECT_EQ(with(1e9).may_hold.size(), observe(m).may_hold.size());
+}
+
+TEST(Observations, what_the_last_row_says_holds_for_nothing) {
+  // Speeds change at 6 h, which is the last row, behind one that is lost: all of the record has its step.
+  const compensation::Measurement m = without_rows(lumped::measure({}, {.hours = 6, .sample_s = 300}), {6 * 3600 - 300});
+  const Observations obs = observe(m);
+  EXPECT_EQ(obs.points[obs.points.size() - 1], obs.end);
+  for (const auto& channel : obs.channels) {
+    VectorXd sums = VectorXd::Zero(channel.size());
+    for (const auto& weight : channel.weights) sums[weight.row] += weight.value;
+    EXPECT_NEAR(sums.maxCoeff(), channel.is_temperature() ? 1.0 : 0.0, 1e-9) << channel.channel.id;
+  }
+}
+
+TEST(Observations, more_changes_than_have_times_leave_the_clocks_in_doubt) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 300});
+  const auto rpm = std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
+  EXPECT_EQ(observe(m).told_row_s, 300);
+  for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, rpm->column) = i / 4 % 2 ? 6000 : 0;
+  const Observations obs = observe(m);
+  EXPECT_EQ(obs.may_hold.size(), 24U);
+  EXPECT_EQ(obs.told_row_s, 0);
+  EXPECT_EQ(observe(lumped::measure({}, {.hours = 12, .sample_s = 60})).told_row_s, 0) << "rows that say when";
+}
+
+TEST(Observations, what_may_have_changed_elsewhere_ends_a_step) {
+  // Steps of two rows of 150 s, a speed that changes with each: too often to be a switch.
+  compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 150});
+  const auto rpm = std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
+  for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, rpm->column) = i % 2 ? 6000 : 0;
+  const Observations obs = observe(m);
+  ASSERT_EQ(obs.may_hold.size(), 24U);
+  for (const Observations::MayHold& may : obs.may_hold) EXPECT_LT((obs.points.array() - may.to).abs().minCoeff(), 1e-6) << may.to;
 }
 
 TEST(Response, inputs_that_hold_earlier_are_what_an_earlier_change_does) {
