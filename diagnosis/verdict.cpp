@@ -77,11 +77,12 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   std::vector<RankedCause> causes = out.ranking;
   out.ranking.push_back(no_parameter("none", found.probability_none, 0.0));
   out.ranking.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
-  const auto by_probability = [](const RankedCause& a, const RankedCause& b) {
-    return a.probability > b.probability;
+  // Of two that are sure the stronger one leads: the other may be no more than an uncertain value seen better beside it.
+  const auto leads = [](const RankedCause& a, const RankedCause& b) {
+    return a.probability >= sure && b.probability >= sure ? a.log_evidence > b.log_evidence : a.probability > b.probability;
   };
-  std::stable_sort(out.ranking.begin(), out.ranking.end(), by_probability);
-  std::stable_sort(causes.begin(), causes.end(), by_probability);
+  std::stable_sort(out.ranking.begin(), out.ranking.end(), leads);
+  std::stable_sort(causes.begin(), causes.end(), leads);
 
   const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
   // Sure and strong, though no further off than stated: its uncertainty alone would have been enough for none, so it is more than that.
@@ -114,10 +115,14 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   double second_needed = 0.0;
   for (const Hypothesis& h : found.hypotheses)
     if (h.members.size() == 2) second_needed += h.probability;
-  for (const RankedCause& cause : causes)
-    if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
-  const bool complete = out.causes.size() >= 2 || (out.causes.size() == 1 && second_needed < sure);
-  if (complete) {
+  std::size_t found_sure = 0;
+  for (const RankedCause& cause : causes) {
+    if (cause.probability < sure) break;
+    ++found_sure;
+    if (outside_nominal(cause)) out.causes.push_back(cause);
+  }
+  const bool complete = found_sure >= 2 || (found_sure == 1 && second_needed < sure);
+  if (complete && !out.causes.empty()) {
     out.verdict = "explained";
     return;
   }

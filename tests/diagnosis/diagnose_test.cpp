@@ -240,24 +240,34 @@ TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("one channel alone: T4_reading") != std::string::npos; }));
 }
 
+/// A second parameter in what is decided, and the probability that both are needed.
+struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0; };
+
 /// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
-Diagnosis decided(double value, double probability, double log_evidence, double second_value = 1.0, double second_probability = 0.0) {
+Diagnosis decided(double value, double probability, double log_evidence, const Second& second = {}) {
   diagnosis::Problem problem;
   diagnosis::SearchResult found;
-  found.hypotheses.resize(3);
+  found.hypotheses.resize(4);
   for (const int i : {0, 1}) {
     diagnosis::Parameter p = i == 0 ? find("source_power", "motor") : find("film_coefficient", "column.film");
     p.nominal_std = 0.1;
     problem.parameters.push_back(p);
     diagnosis::Hypothesis& h = found.hypotheses[static_cast<std::size_t>(i) + 1];
     h.members = {i};
-    h.value = Eigen::VectorXd::Constant(1, i == 0 ? value : second_value);
+    h.value = Eigen::VectorXd::Constant(1, i == 0 ? value : second.value);
     h.std = Eigen::VectorXd::Constant(1, 0.02);
-    h.log_evidence = log_evidence;
+    h.log_evidence = i == 0 ? log_evidence : second.log_evidence;
   }
+  diagnosis::Hypothesis& both = found.hypotheses.back();
+  both.members = {0, 1};
+  both.value.resize(2);
+  both.value << value, second.value;
+  both.std = Eigen::VectorXd::Constant(2, 0.02);
+  both.probability = second.pair;
   problem.nominal = Eigen::VectorXd::Ones(2);
   problem.columns.resize(0, 2);
-  found.marginal = Eigen::Vector2d(probability, second_probability);
+  found.marginal.resize(2);
+  found.marginal << probability, second.probability;
   found.probability_none = 1e-4;
   Diagnosis d;
   diagnosis::decide(problem, found, d);
@@ -276,9 +286,18 @@ TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_s
   EXPECT_EQ(decided(1.2, 0.85, 30.0).verdict, "no_discrepancy");
   EXPECT_EQ(decided(1.5, 0.98, 30.0).verdict, "explained");
   // A second one that is sure and further off than stated is not lost behind it.
-  const Diagnosis two = decided(1.2, 0.99, 30.0, 1.6, 0.95);
+  const Diagnosis two = decided(1.2, 0.99, 30.0, {.value = 1.6, .probability = 0.95});
   EXPECT_EQ(two.verdict, "ambiguous");
   EXPECT_EQ(two.causes.size(), 2U);
+}
+
+TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
+  // An uncertain value that is seen better beside a large cause does not make that cause no discrepancy.
+  const Diagnosis d = decided(1.6, 0.95, 300.0, {.value = 1.2, .probability = 0.99, .log_evidence = 3.0, .pair = 0.99});
+  EXPECT_EQ(d.verdict, "explained");
+  ASSERT_EQ(d.causes.size(), 1U);
+  EXPECT_EQ(d.causes[0].parameter.where, "motor");
+  EXPECT_EQ(d.ranking.front().parameter.where, "motor");
 }
 
 /// Each column plus a share of another one.
