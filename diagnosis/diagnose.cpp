@@ -86,7 +86,8 @@ std::string extend(const mesh::Machine& machine, const std::vector<RankedCause>&
 
 std::vector<Parameter> marked_causes(const Diagnosis& diagnosis) {
   std::vector<Parameter> marked;
-  for (const RankedCause& cause : diagnosis.causes.empty() ? diagnosis.ambiguous_set : diagnosis.causes) marked.push_back(cause.parameter);
+  for (const RankedCause& cause : diagnosis.causes.empty() ? diagnosis.ambiguous_set : diagnosis.causes)
+    if (!cause.parameter.name.empty()) marked.push_back(cause.parameter);
   return marked;
 }
 

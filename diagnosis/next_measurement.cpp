@@ -78,7 +78,8 @@ Observations planned(const solver::LoadProgram& program) {
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model, const std::vector<solver::LoadProgram>& programs,
                                  const Diagnosis& diagnosis) {
   NextMeasurement next;
-  const auto& set = diagnosis.ambiguous_set;
+  std::vector<RankedCause> set = diagnosis.ambiguous_set;
+  std::erase_if(set, [](const RankedCause& cause) { return cause.parameter.name.empty(); });  // what something unknown does elsewhere nobody knows
   if (set.size() < 2) return next;
   const mesh::Machine& machine = model.machine;
   const std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);

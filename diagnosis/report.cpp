@@ -188,8 +188,8 @@ std::string sets(const Diagnosis& d) {
   if (!d.ambiguous_set.empty()) {
     page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
     for (const RankedCause& cause : d.ambiguous_set)
-      page += "<li>" + core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " +
-              estimate(cause) + ", probability " + probability(cause.probability) + "</li>";
+      page += "<li>" + (cause.parameter.name.empty() ? "something that no kind describes" : core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " + estimate(cause)) +
+              ", probability " + probability(cause.probability) + "</li>";
     page += "</ul>";
     if (!d.next.channel.empty())
       page += "<p>To decide, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +

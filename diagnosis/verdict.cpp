@@ -22,6 +22,8 @@ constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may b
 constexpr double most_freedom = 2.5, most_other = 3.5;
 constexpr double certain = 2.0;         ///< of its own standard deviations that a size has to be off
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
+constexpr double may_be = 0.1;          ///< probability of a cause that keeps something unknown from being the verdict
+constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
 
 /// Two digits of the standard deviation are what an estimate is worth.
 double rounded(double value, double std) {
@@ -63,6 +65,31 @@ RankedCause no_parameter(const std::string& kind, double probability, double log
   return cause;
 }
 
+/// A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is wrong
+/// with one reading can as well be a part of something unknown in it: it has to say more than that alone.
+bool named_beside_unknown(const RankedCause& cause, const SearchResult& found) {
+  const double needed = acts_on_readings(cause.parameter.kind) ? std::max(strong, found.log_evidence_unknown) : strong;
+  return found.probability_leftover >= 0.5 && cause.probability >= sure && found.log_evidence_beside >= needed;
+}
+
+/// Those that share what the named ones leave, something unknown among them.
+/// @param causes  in order of probability
+std::vector<RankedCause> sharing(const std::vector<RankedCause>& causes, const SearchResult& found) {
+  std::vector<RankedCause> left, set;
+  for (const RankedCause& cause : causes)
+    if (cause.probability < sure) left.push_back(cause);
+  const RankedCause unknown = no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown);
+  left.insert(std::find_if(left.begin(), left.end(), [&](const RankedCause& cause) { return cause.probability < unknown.probability; }), unknown);
+  double all = 0.0, sum = 0.0;
+  for (const RankedCause& cause : left) all += cause.probability;
+  for (const RankedCause& cause : left) {
+    if (!set.empty() && (sum >= set_holds * all || cause.probability < least_in_set)) break;
+    sum += cause.probability;
+    set.push_back(cause);
+  }
+  return set;
+}
+
 }  // namespace
 
 bool outside_nominal(const RankedCause& cause) {
@@ -101,15 +128,16 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   }
   if (found.probability_unknown >= 0.5 || causes.empty()) {
     out.verdict = "unexplained";
-    // A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is wrong
-    // with one reading can as well be a part of something unknown in it: it has to say more than that alone.
-    if (found.probability_leftover < 0.5 || causes.empty() || causes.front().probability < sure || !outside_nominal(causes.front()) ||
-        found.log_evidence_beside < (acts_on_readings(causes.front().parameter.kind) ? std::max(strong, found.log_evidence_unknown) : strong))
-      return;
-    out.verdict = "ambiguous";
-    for (const RankedCause& cause : causes)
-      if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
-    out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
+    if (causes.empty() || !outside_nominal(causes.front())) return;
+    if (named_beside_unknown(causes.front(), found)) {
+      out.verdict = "ambiguous";
+      for (const RankedCause& cause : causes)
+        if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
+      out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
+    } else if (found.probability_unknown < sure && causes.front().probability >= may_be && causes.front().probability < sure) {
+      out.verdict = "ambiguous";
+      out.ambiguous_set = sharing(causes, found);
+    }
     return;
   }
   double second_needed = 0.0;
@@ -127,17 +155,7 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     return;
   }
   out.verdict = "ambiguous";
-  double all = 0.0, sum = 0.0;
-  for (const RankedCause& cause : causes) all += cause.probability;
-  for (const RankedCause& cause : causes) {
-    if (cause.probability >= sure) {
-      all -= cause.probability;  // named already; the set is about the other one
-      continue;
-    }
-    if (!out.ambiguous_set.empty() && (sum >= 0.95 * all || cause.probability < 0.01)) break;
-    sum += cause.probability;
-    out.ambiguous_set.push_back(cause);
-  }
+  out.ambiguous_set = sharing(causes, found);
 }
 
 void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out) {

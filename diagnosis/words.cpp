@@ -22,6 +22,7 @@ constexpr double long_between_rows_s = 180.0;
 
 std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
+  if (p.name.empty()) return "something that no kind describes";
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
   const std::string more = p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95) : "";
   return fmt::format("{} of {} ({} {:.4g} +- {:.2g}{}{})", p.kind, p.where, p.name, cause.value, cause.std, unit, more);

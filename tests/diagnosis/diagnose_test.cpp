@@ -240,8 +240,8 @@ TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("one channel alone: T4_reading") != std::string::npos; }));
 }
 
-/// A second parameter in what is decided, and the probability that both are needed.
-struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0; };
+/// A second parameter in what is decided, and the probabilities that both are needed and that something is unknown.
+struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0; };
 
 /// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
 Diagnosis decided(double value, double probability, double log_evidence, const Second& second = {}) {
@@ -269,6 +269,7 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   found.marginal.resize(2);
   found.marginal << probability, second.probability;
   found.probability_none = 1e-4;
+  found.probability_unknown = second.unknown;
   Diagnosis d;
   diagnosis::decide(problem, found, d);
   d.sentence = diagnosis::sentence_of(d);
@@ -298,6 +299,25 @@ TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
   ASSERT_EQ(d.causes.size(), 1U);
   EXPECT_EQ(d.causes[0].parameter.where, "motor");
   EXPECT_EQ(d.ranking.front().parameter.where, "motor");
+}
+
+TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
+  const Diagnosis d = decided(1.6, 0.39, 95.0, {.unknown = 0.61});
+  EXPECT_EQ(d.verdict, "ambiguous");
+  EXPECT_TRUE(d.causes.empty());
+  ASSERT_EQ(d.ambiguous_set.size(), 2U);
+  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
+  EXPECT_EQ(d.ambiguous_set[1].parameter.where, "motor");
+  EXPECT_NE(d.sentence.find("something that no kind describes, probability 0.61; source_power of motor"), std::string::npos) << d.sentence;
+  ASSERT_EQ(diagnosis::marked_causes(d).size(), 1U);
+  EXPECT_EQ(decided(1.6, 0.05, 95.0, {.unknown = 0.95}).verdict, "unexplained");
+  EXPECT_EQ(decided(1.6, 0.05, 95.0, {.unknown = 0.85}).verdict, "unexplained");
+  EXPECT_EQ(decided(1.2, 0.39, 95.0, {.unknown = 0.61}).verdict, "unexplained");
+  // Less probable than a cause, it is in the set too.
+  const Diagnosis cause = decided(1.6, 0.6, 95.0, {.unknown = 0.4});
+  EXPECT_EQ(cause.verdict, "ambiguous");
+  ASSERT_EQ(cause.ambiguous_set.size(), 2U);
+  EXPECT_EQ(cause.ambiguous_set[1].parameter.kind, "unknown");
 }
 
 /// Each column plus a share of another one.
