@@ -22,7 +22,6 @@ constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may b
 constexpr double most_freedom = 2.5, most_other = 3.5;
 constexpr double certain = 2.0;         ///< of its own standard deviations that a size has to be off
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
-constexpr double may_be = 0.1;          ///< probability of a cause that keeps something unknown from being the verdict
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
 
 /// Two digits of the standard deviation are what an estimate is worth.
@@ -134,7 +133,7 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
       for (const RankedCause& cause : causes)
         if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
       out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
-    } else if (found.probability_unknown < sure && causes.front().probability >= may_be && causes.front().probability < sure) {
+    } else if (found.probability_unknown < set_holds && causes.front().probability >= 1.0 - set_holds && causes.front().probability < sure) {
       out.verdict = "ambiguous";
       out.ambiguous_set = sharing(causes, found);
     }

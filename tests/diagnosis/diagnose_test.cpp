@@ -310,8 +310,9 @@ TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
   EXPECT_EQ(d.ambiguous_set[1].parameter.where, "motor");
   EXPECT_NE(d.sentence.find("something that no kind describes, probability 0.61; source_power of motor"), std::string::npos) << d.sentence;
   ASSERT_EQ(diagnosis::marked_causes(d).size(), 1U);
-  EXPECT_EQ(decided(1.6, 0.05, 95.0, {.unknown = 0.95}).verdict, "unexplained");
-  EXPECT_EQ(decided(1.6, 0.05, 95.0, {.unknown = 0.85}).verdict, "unexplained");
+  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.94}).verdict, "ambiguous");
+  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.96}).verdict, "unexplained");
+  EXPECT_EQ(decided(1.6, 0.04, 95.0, {.unknown = 0.85}).verdict, "unexplained");
   EXPECT_EQ(decided(1.2, 0.39, 95.0, {.unknown = 0.61}).verdict, "unexplained");
   // Less probable than a cause, it is in the set too.
   const Diagnosis cause = decided(1.6, 0.6, 95.0, {.unknown = 0.4});
