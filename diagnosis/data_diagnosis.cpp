@@ -14,6 +14,7 @@
 #include "diagnosis/evidence.h"
 #include "diagnosis/grey_box.h"
 #include "diagnosis/statistics.h"
+#include "diagnosis/words.h"
 
 namespace thermotwin::diagnosis {
 
@@ -265,10 +266,11 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
       const VectorXd after = record.targets.col(t) - leading.predicted;
       const Interval gain = last_interval(judged.before, after, last, record.interval);
       const bool holds = gain.low > 0.0;
-      d.notes.push_back(fmt::format("{}: {} (probability {:.2f}) changes the last part's RMS from {:.2f} to {:.2f} ({:.0f} %, 95 % interval {:.0f} to {:.0f}): {}.",
+      d.notes.push_back(fmt::format("{}: {} (probability {:.2f}) changes the last part's RMS from {:.2f} to {:.2f} ({} %, 95 % interval {} to {}): {}.",
                                     channel.id, leading.kind, judged.probability[best], root_mean_square(judged.before(last)),
                                     root_mean_square(after(last)),
-                                    reduction_percent(root_mean_square(judged.before(last)), root_mean_square(after(last))), gain.low, gain.high,
+                                    percent_text(reduction_percent(root_mean_square(judged.before(last)), root_mean_square(after(last)))),
+                                    percent_text(gain.low), percent_text(gain.high),
                                     holds ? "it holds" : "it does not hold there"));
       d.notes.push_back(what_is_known(record, judged, channel.id, later) + ".");
       if (judged.probability[best] >= sure && holds) {

@@ -117,8 +117,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   consider(problem.observations, "the same load as " + diagnosis.measurement, true);
   for (const solver::LoadProgram& program : programs) consider(planned(program), program.name(), false);
   if (best >= tells_apart) return next;
-  next.why = fmt::format("no load program, sensor or pose of the machine tells {} from {} (the largest difference is {:.1f} of its uncertainty)",
-                         set[0].parameter.where, set[1].parameter.where, best);
+  next.why = fmt::format("no load program, sensor or pose of the machine tells {} {} from {} {} (the largest difference is {:.1f} of its uncertainty)",
+                         set[0].parameter.kind, set[0].parameter.where, set[1].parameter.kind, set[1].parameter.where, best);
   next.load.clear();
   next.channel.clear();
   return next;

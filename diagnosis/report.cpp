@@ -10,6 +10,7 @@
 
 #include "core/svg.h"
 #include "diagnosis/svg_plot.h"
+#include "diagnosis/words.h"
 
 namespace thermotwin::diagnosis {
 
@@ -36,7 +37,7 @@ svg { width:100%; height:auto; display:block } svg text { font-size:11px; fill:v
 pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } pre .minus { color:var(--before) } pre .plus { color:var(--good) } ul { margin:0; padding-left:20px } li { margin:3px 0 }
 )";
 
-std::string percent(double value) { return fmt::format("{:.1f}&#8239;%", value); }
+std::string percent(double value) { return percent_text(value, 1) + "&#8239;%"; }
 
 /// Probabilities near 0 and 1 keep their meaning.
 std::string probability(double p) {

@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 
 #include "core/text.h"
 #include "diagnosis/response.h"
@@ -45,13 +46,18 @@ double slowest_time_constant(const reduction::ReducedModel& model, const Observa
 
 }  // namespace
 
+std::string percent_text(double percent, int decimals) {
+  const double unit = std::pow(10.0, -decimals);
+  return fmt::format("{:.{}f}", std::round(percent / unit) * unit + 0.0, decimals);
+}
+
 std::string sentence_of(const Diagnosis& d) {
   const std::string gain = d.heldout_rms_before_um > 0
                                ? fmt::format(
                                      " On held-out time the displacements' RMS goes from {:.2f} to {:.2f} um "
-                                     "({:.0f} %, 95 % interval {:.0f} to {:.0f}).",
-                                     d.heldout_rms_before_um, d.heldout_rms_after_um, d.reduction_percent,
-                                     d.ci95_low_percent, d.ci95_high_percent)
+                                     "({} %, 95 % interval {} to {}).",
+                                     d.heldout_rms_before_um, d.heldout_rms_after_um, percent_text(d.reduction_percent),
+                                     percent_text(d.ci95_low_percent), percent_text(d.ci95_high_percent))
                                : "";
   if (d.verdict == "no_discrepancy")
     return "No discrepancy: measurement and model differ by no more than nominal uncertainty, mesh and noise "

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/grey_box.h"
+#include "diagnosis/words.h"
 #include "reduction/model_file.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
@@ -47,9 +48,9 @@ void diagnose(const DiagnoseOptions& options) {
   for (std::size_t i = 0; i < result.ranking.size() && i < 5; ++i)
     text += fmt::format("  {:5.1f} %  {} {}\n", 100 * result.ranking[i].probability,
                         result.ranking[i].parameter.kind, result.ranking[i].parameter.where);
-  text += fmt::format("TCP residual on held-out time: {:.2f} um before, {:.2f} um after ({:.0f} %, 95 % interval {:.0f} to {:.0f} %)\n",
-                      result.heldout_rms_before_um, result.heldout_rms_after_um, result.reduction_percent,
-                      result.ci95_low_percent, result.ci95_high_percent);
+  text += fmt::format("TCP residual on held-out time: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
+                      result.heldout_rms_before_um, result.heldout_rms_after_um, diagnosis::percent_text(result.reduction_percent),
+                      diagnosis::percent_text(result.ci95_low_percent), diagnosis::percent_text(result.ci95_high_percent));
   text += fmt::format("report: {}\n", (folder / "report.html").string());
   print_summary(options, text, diagnosis::diagnosis_json(result));
 }

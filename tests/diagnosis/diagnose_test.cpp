@@ -321,6 +321,13 @@ TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
   EXPECT_EQ(cause.ambiguous_set[1].parameter.kind, "unknown");
 }
 
+TEST(Words, a_change_of_nothing_has_no_minus) {
+  EXPECT_EQ(diagnosis::percent_text(-0.03), "0");
+  EXPECT_EQ(diagnosis::percent_text(-0.04, 1), "0.0");
+  EXPECT_EQ(diagnosis::percent_text(-0.06, 1), "-0.1");
+  EXPECT_EQ(diagnosis::percent_text(12.6), "13");
+}
+
 /// Each column plus a share of another one.
 compensation::Measurement mixed(compensation::Measurement m, const std::string& into, const std::string& from, double share) {
   const auto column = [&](const std::string& id) {
