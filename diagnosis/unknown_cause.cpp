@@ -106,7 +106,9 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns
   std::vector<double> of_scope(scopes.size());
   core::parallel_for(0, scopes.size(), [&](std::size_t i) {
     std::vector<double> logs;
-    for (std::size_t s = 0; s < sizes; ++s) {
+    // In one temperature, what goes with the model's response is a loose sensor in steady air: that has a name.
+    const bool reading = scopes[i].size() == 1 && observed[scopes[i].front()].is_temperature();
+    for (std::size_t s = 0; s < (reading ? wandering : sizes); ++s) {
       Block sum = nominal;
       for (const std::size_t k : scopes[i]) add(sum, blocks[k * wide], -1.0), add(sum, blocks[k * wide + s + 1]);
       logs.push_back(log_evidence(sum, rows));

@@ -111,6 +111,16 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
     if (!done) require_done(options.max_iterations);
     ++statistics.solves;
   }
+
+  /// As solve, after one with the same matrix: a factor that has just been seen to solve it at once
+  /// needs no second look. What is left of the right-hand side is then not known.
+  void solve_again(double scale, double tolerance, bool want_capacity, Statistics& statistics) {
+    if (!factors_are_exact() || loads[0].iterations != 1) return solve(scale, tolerance, statistics);
+    solve_once();
+    if (want_capacity) op.multiply_capacity(increment, capacity_increment);
+    ++statistics.iterations;
+    ++statistics.solves;
+  }
 };
 
 AdaptiveIntegrator::AdaptiveIntegrator(const ThermalSystem& system, const AdaptiveOptions& options)
@@ -155,7 +165,7 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   result.end = start + bdf2_lead * work.increment.col(0);
   right = f_end - kx - bdf2_lead * conducted;
   work.residual = right;
-  work.solve(scale, work.options.tolerance, statistics_);
+  work.solve_again(scale, work.options.tolerance, true, statistics_);
   result.end += work.increment.col(0);
   constexpr double outer = 0.5 * bdf2_lead * c;  // E (T1 - T0) = h (outer (r0 + rc) + d r1), r = S q - K T
   result.mean = outer * (start + result.stage) + d * result.end;
@@ -163,7 +173,7 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   const VectorXd slope_end = shift * work.capacity_increment.col(0);
 
   work.residual = error_0 * slope_start + error_c * slope_stage + error_h * slope_end;
-  work.solve(scale, estimate_tolerance, statistics_);
+  work.solve_again(scale, estimate_tolerance, false, statistics_);
   result.error_K = work.increment.col(0).cwiseAbs().maxCoeff();
 }
 

@@ -182,6 +182,22 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
   EXPECT_TRUE(d.extended_machine_text.empty());
 }
 
+TEST(Diagnose, a_loose_sensor_in_steady_air_is_not_something_unknown) {
+  // Where the air stays as it is, its reading is in proportion to the model's response.
+  for (const double share : {0.3, 0.6})
+    for (const char* sensor : {"T4_reading", "T5_reading"}) {
+      const auto loose = find("sensor_detached", sensor);
+      const Diagnosis d = run(lumped::measure({{loose, share}}, {.seed = 47, .spread = 0.5, .air_swing = 0}));
+      SCOPED_TRACE(listed(d));
+      EXPECT_EQ(d.verdict, "explained") << share;
+      ASSERT_FALSE(d.causes.empty());
+      EXPECT_EQ(d.causes[0].parameter.kind, "sensor_detached");
+      EXPECT_EQ(d.causes[0].parameter.where, sensor);
+      EXPECT_NEAR(d.causes[0].value, share, 2.5 * d.causes[0].std);
+      EXPECT_LT(d.causes[0].std, 0.06);
+    }
+}
+
 TEST(Diagnose, a_lag_of_two_elements_is_one_lag) {
   const auto lag = find("sensor_lag", "T5_reading");
   compensation::Measurement m = lumped::measure({}, {.seed = 45, .spread = 0.5, .noise_K = 0});

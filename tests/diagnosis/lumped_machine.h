@@ -334,10 +334,11 @@ struct MeasureOptions {
   double spread = 0;  ///< of the stated standard deviations: perturbed nominal values
   double noise_K = 0.05, noise_um = 0.3;
   bool measure_air = true;
+  double air_swing = 1;  ///< of its course over the day; 0: steady
 };
 
 /// Inputs over time: what a shift does to the three rods.
-inline void set_inputs(double hour, const solver::Channels& channels, Eigen::VectorXd& row) {
+inline void set_inputs(double hour, const solver::Channels& channels, Eigen::VectorXd& row, double air_swing = 1) {
   const auto set = [&](const char* name, double value) { row[channels.index(name)] = value; };
   const double rpm[] = {0, 6000, 6000, 0, 9000, 3000, 0, 11000, 4000, 0, 8000, 0};
   const double feed[] = {0, 0, 15000, 15000, 0, 0, 20000, 0, 12000, 0, 0, 18000};
@@ -345,7 +346,7 @@ inline void set_inputs(double hour, const solver::Channels& channels, Eigen::Vec
   set("spindle.speed_rpm", rpm[part]);
   set("axis.Z.feed_mm_min", feed[part]);
   set("axis.Z.position_mm", part % 4 == 1 ? 320 : 100);
-  set("air.T_C", 20.5 + 1.8 * std::sin(2 * std::numbers::pi * hour / 24.0) + 0.4 * std::sin(hour));
+  set("air.T_C", 20.5 + air_swing * (1.8 * std::sin(2 * std::numbers::pi * hour / 24.0) + 0.4 * std::sin(hour)));
 }
 
 /// What a faulty sensor, probe or clock makes of its column, in the plainest words.
@@ -460,13 +461,13 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
   const auto samples = static_cast<Index>(options.hours * 3600 / options.sample_s) + 1;
   out.data.values.resize(samples, static_cast<Index>(out.data.columns.size()));
   Eigen::VectorXd row = channels.defaults();
-  set_inputs(0, channels, row);
+  set_inputs(0, channels, row, options.air_swing);
   const Eigen::VectorXd guide0 = operating.guide_K(row).array() + air_offset;
   solver::Chiller chiller(m, operating.layout(), channels, solver::chiller_set_points(m, operating.layout(), readings(), guide0));
   Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Index>(poses.size()));
   for (Index s = 0; s < samples; ++s) {
     const double time = static_cast<double>(s) * options.sample_s;
-    set_inputs(time / 3600.0, channels, row);
+    set_inputs(time / 3600.0, channels, row, options.air_swing);
     auto values = out.data.values.row(s);
     values[0] = time;
     const Eigen::VectorXd read = readings();
@@ -493,7 +494,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
     for (int k = 0; k < parts; ++k) {
       const double step = options.sample_s / parts;
       Eigen::VectorXd real = row;
-      set_inputs((time + (k + 0.5) * step) / 3600.0, channels, real);
+      set_inputs((time + (k + 0.5) * step) / 3600.0, channels, real, options.air_swing);
       real[channels.index("air.T_C")] += air_offset;
       const Eigen::VectorXd inlet = chiller.advance(real, readings(), operating.guide_K(real), step);
       stepper.advance(state, operating.coefficients(real, inlet), step);
