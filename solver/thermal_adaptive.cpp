@@ -115,7 +115,9 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
   /// As solve, after one with the same matrix: a factor that has just been seen to solve it at once
   /// needs no second look. What is left of the right-hand side is then not known.
   void solve_again(double scale, double tolerance, bool want_capacity, Statistics& statistics) {
-    if (!factors_are_exact() || loads[0].iterations != 1) return solve(scale, tolerance, statistics);
+    const Load& load = loads[0];
+    if (load.iterations != 1 || !exact(load.p) || !load.local.empty() || !factors[load.factor]->solver.factor().is_direct())
+      return solve(scale, tolerance, statistics);
     solve_once();
     if (want_capacity) op.multiply_capacity(increment, capacity_increment);
     ++statistics.iterations;

@@ -95,10 +95,18 @@ MatrixXd Seen::of_spots(const VectorXd& white) const {
   return Eigen::Map<const MatrixXd>(log.data(), static_cast<Index>(patches_.size()), static_cast<Index>(inputs_.size()));
 }
 
+VectorXd Seen::secant(const Truth& truth) const {
+  const double from = truth.parameter.nominal;
+  const VectorXd there = response_->predict(diagnosis::with_parameter(model_.machine, truth.parameter, truth.value)),
+                 nominal = response_->predict(diagnosis::with_parameter(model_.machine, truth.parameter, from));
+  return whitener_->whiten(problem_.fitted((there - nominal) / (truth.value - from)));
+}
+
 Factors Seen::factors(const Truth& truth) const {
   Factors result;
   const auto& parameters = problem_.parameters;
   int own_column = -1;
+  MatrixXd columns = columns_;
   VectorXd signal;
   if (truth.parameter.missing) {
     if (inputs_.empty()) return result;
@@ -110,9 +118,10 @@ Factors Seen::factors(const Truth& truth) const {
     for (std::size_t i = 0; i < parameters.size(); ++i)
       if (same_cause(parameters[i], truth.parameter)) own_column = static_cast<int>(i);
     if (own_column < 0) return result;
-    signal = columns_.col(own_column) * (truth.value - truth.parameter.nominal);
+    columns.col(own_column) = secant(truth);
+    signal = columns.col(own_column) * (truth.value - truth.parameter.nominal);
   }
-  const diagnosis::LinearEvidence evidence(columns_, signal, problem_.prior_std);
+  const diagnosis::LinearEvidence evidence(columns, signal, problem_.prior_std);
   double own = 0.0, rival = 0.0;
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const double width[] = {parameters[i].cause_std};
@@ -158,8 +167,11 @@ Factors Seen::factors_beside(const Truth& truth, const Truth& other) const {
   Factors result;
   const int own = column_of(truth), beside = column_of(other);
   if (own < 0 || beside < 0 || own == beside) return result;
-  const VectorXd signal = columns_.col(own) * (truth.value - truth.parameter.nominal) + columns_.col(beside) * (other.value - other.parameter.nominal);
-  const diagnosis::LinearEvidence evidence(columns_, signal, problem_.prior_std);
+  MatrixXd columns = columns_;
+  columns.col(own) = secant(truth);
+  columns.col(beside) = secant(other);
+  const VectorXd signal = columns.col(own) * (truth.value - truth.parameter.nominal) + columns.col(beside) * (other.value - other.parameter.nominal);
+  const diagnosis::LinearEvidence evidence(columns, signal, problem_.prior_std);
   const auto std_of = [&](int i) { return parameters[static_cast<std::size_t>(i)].cause_std; };
   const auto pair = [&](int i) {
     const int which[] = {beside, i};

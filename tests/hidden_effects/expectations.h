@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a truth is expected to show in a record, on the linearisation at nominal and with all nuisances:
-// the Bayes factors by which it can be told from no cause and from the best rival. A missing source is one
-// hypothesis spread over all places and inputs; what lies within 10 cm and follows the same input is the truth.
+// What a truth is expected to show in a record, linearised and with all nuisances: the Bayes factors by
+// which it can be told from no cause and from the best rival. The truth's own column is the secant from
+// nominal to its value (a film twice as good does not carry off twice as much), all others are tangents at
+// nominal. A missing source is one hypothesis spread over all places and inputs; what lies within 10 cm and
+// follows the same input is the truth.
 
 #include <map>
 #include <memory>
@@ -44,6 +46,8 @@ class Seen {
   const diagnosis::Response& response() const { return *response_; }
 
  private:
+  /// What a truth changes per unit, from nominal to its value, white.
+  Eigen::VectorXd secant(const Truth& truth) const;
   /// Log evidence of heat on patches (rows) with every input (columns) for a white signal.
   Eigen::MatrixXd of_spots(const Eigen::VectorXd& white) const;
 
