@@ -135,6 +135,18 @@ TEST(HiddenEffects, ACauseIsHarderToTellBesideOneLikeIt) {
   EXPECT_EQ(seen.factors_beside(offset, offset).against_none, 0.0);
 }
 
+TEST(HiddenEffects, WhatIsExpectedOfATruthIsWhatItDoes) {
+  // A power that is off by twice as much shows twice as much, a film that is halved about as much as one that is doubled.
+  hidden::Draw clean;
+  clean.load = "mixed";
+  const hidden::Seen seen(bench().model, bench().specimen.measure(clean), {});
+  const auto ratio = [&](const hidden::Truth& half, const hidden::Truth& whole) {
+    return seen.factors(whole).against_none / seen.factors(half).against_none;
+  };
+  EXPECT_GT(ratio(truth("source_power", "spindle.bearings", 2.0), truth("source_power", "spindle.bearings", 3.0)), 3.9);
+  EXPECT_LT(ratio(truth("film_coefficient", "structure", 0.5), truth("film_coefficient", "structure", 2.0)), 2.0);
+}
+
 TEST(HiddenEffects, ASpotWarmsItsPlaceByOneWatt) {
   hidden::Random random(3);
   const hidden::Specimen& specimen = bench().specimen;
