@@ -21,7 +21,6 @@ constexpr double sqrt2 = 1.4142135623730951;
 constexpr double error_0 = (sqrt2 - 1.0) / (3.0 * d), error_c = -1.0 / (3.0 * d), error_h = 2.0 / 3.0;
 constexpr int factor_price = 16;       // a factorisation costs about as much as this many iterations
 constexpr std::size_t most_factors = 24;
-constexpr double same_step = 1e-11;
 constexpr double estimate_tolerance = 1e-3;  // of an error that is compared with a tolerance
 
 }  // namespace
@@ -35,11 +34,9 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
   std::vector<Debt> debts;
   long clock = 0;
 
-  bool fits(const Factor& factor, double at) const { return std::abs(factor.shift / at - 1.0) <= same_step; }
-
   Debt& debt_of(const VectorXd& p) {
     for (Debt& debt : debts)
-      if (std::abs(debt.shift / shift - 1.0) <= same_step && debt.p == p) return debt;
+      if (std::abs(debt.shift / shift - 1.0) <= same_shift && debt.p == p) return debt;
     // Old debts of steps that never came again are forgotten.
     if (debts.size() >= 4 * most_factors) debts.erase(debts.begin());
     debts.push_back({p, shift, 0});
@@ -115,9 +112,7 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
   /// As solve, after one with the same matrix: a factor that has just been seen to solve it at once
   /// needs no second look. What is left of the right-hand side is then not known.
   void solve_again(double scale, double tolerance, bool want_capacity, Statistics& statistics) {
-    const Load& load = loads[0];
-    if (load.iterations != 1 || !exact(load.p) || !load.local.empty() || !factors[load.factor]->solver.factor().is_direct())
-      return solve(scale, tolerance, statistics);
+    if (loads[0].iterations != 1 || !factors_are_exact()) return solve(scale, tolerance, statistics);
     solve_once();
     if (want_capacity) op.multiply_capacity(increment, capacity_increment);
     ++statistics.iterations;
@@ -133,7 +128,7 @@ AdaptiveIntegrator::~AdaptiveIntegrator() = default;
 void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const std::array<VectorXd, 3>& q, double step_s,
                                  bool on_ladder, Step& result) {
   Work& work = *work_;
-  const bool shift_changed = !(std::abs(d * step_s * work.shift - 1.0) <= same_step);
+  const bool shift_changed = !(std::abs(d * step_s * work.shift - 1.0) <= Work::same_shift);
   if (shift_changed) work.shift = 1.0 / (d * step_s);
   const double shift = work.shift;
   const bool p_changed = work.set_coefficients(0, p);

@@ -239,7 +239,7 @@ bool ThermalIteration::iterate(int limit, bool want_capacity) {
 bool ThermalIteration::factors_are_exact() const {
   return std::all_of(loads.begin(), loads.end(), [&](const Load& load) {
     const Factor& factor = *factors[load.factor];
-    return factor.solver.factor().is_direct() && factor.shift == shift && factor.p == load.p && load.local.empty();
+    return factor.solver.factor().is_direct() && fits(factor, shift) && factor.p == load.p && load.local.empty();
   });
 }
 

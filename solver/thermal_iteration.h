@@ -7,6 +7,7 @@
 // solve, a product with the matrix and two passes over the vectors. Inner tool of the integrators,
 // which decide what factors are worth making.
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -38,6 +39,8 @@ class ThermalIteration {
     LocalTerms::Change local;            ///< of the next step; empty: none
   };
 
+  static constexpr double same_shift = 1e-11;  ///< relative; steps between times that are not round
+
   ThermalOperator op;
   std::vector<Load> loads;
   std::vector<std::unique_ptr<Factor>> factors;
@@ -66,6 +69,8 @@ class ThermalIteration {
   /// Iterates all loads. @return false if a load needs more than limit iterations
   /// @param want_capacity  else capacity_increment holds nothing of use
   bool iterate(int limit, bool want_capacity = true);
+  /// Whether a factor was made for this shift, but for rounding.
+  static bool fits(const Factor& factor, double at_shift) { return std::abs(factor.shift / at_shift - 1.0) <= same_shift; }
   /// Whether every load's factor is that of its own matrix, and solves with it are direct.
   bool factors_are_exact() const;
   /// d = A^-1 times the right-hand sides by such factors; what is left of these is not looked at.

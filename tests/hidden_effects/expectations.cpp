@@ -96,10 +96,8 @@ MatrixXd Seen::of_spots(const VectorXd& white) const {
 }
 
 VectorXd Seen::secant(const Truth& truth) const {
-  const double from = truth.parameter.nominal;
-  const VectorXd there = response_->predict(diagnosis::with_parameter(model_.machine, truth.parameter, truth.value)),
-                 nominal = response_->predict(diagnosis::with_parameter(model_.machine, truth.parameter, from));
-  return whitener_->whiten(problem_.fitted((there - nominal) / (truth.value - from)));
+  const VectorXd there = response_->predict(diagnosis::with_parameter(model_.machine, truth.parameter, truth.value));
+  return whitener_->whiten(problem_.fitted((there - problem_.predicted) / (truth.value - truth.parameter.nominal)));
 }
 
 Factors Seen::factors(const Truth& truth) const {
@@ -117,7 +115,7 @@ Factors Seen::factors(const Truth& truth) const {
   } else {
     for (std::size_t i = 0; i < parameters.size(); ++i)
       if (same_cause(parameters[i], truth.parameter)) own_column = static_cast<int>(i);
-    if (own_column < 0) return result;
+    if (own_column < 0 || truth.value == truth.parameter.nominal) return result;
     columns.col(own_column) = secant(truth);
     signal = columns.col(own_column) * (truth.value - truth.parameter.nominal);
   }
@@ -166,7 +164,7 @@ Factors Seen::factors_beside(const Truth& truth, const Truth& other) const {
   };
   Factors result;
   const int own = column_of(truth), beside = column_of(other);
-  if (own < 0 || beside < 0 || own == beside) return result;
+  if (own < 0 || beside < 0 || own == beside || truth.value == truth.parameter.nominal || other.value == other.parameter.nominal) return result;
   MatrixXd columns = columns_;
   columns.col(own) = secant(truth);
   columns.col(beside) = secant(other);
