@@ -2,71 +2,25 @@
 #include "diagnosis/diagnose.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 
 #include "core/error.h"
-#include "core/file.h"
 #include "core/thread_pool.h"
+#include "diagnosed_rods.h"
 #include "diagnosis/hypothesis_fit.h"
 #include "diagnosis/judgement.h"
 #include "diagnosis/report.h"
-#include "diagnosis/verdict.h"
 #include "diagnosis/words.h"
-#include "lumped_machine.h"
-#include "reduction/model_file.h"
 
 namespace {
 
 using namespace thermotwin;
 using diagnosis::Diagnosis;
-using lumped::find;
-
-const reduction::ReducedModel& coarse_model() {
-  static const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
-  return model;
-}
-
-Diagnosis run(const compensation::Measurement& measurement) {
-  diagnosis::DiagnoseOptions how;
-  how.temperature_error_percent = 3;  // 27 nodes
-  return diagnosis::diagnose(coarse_model(), measurement, how);
-}
-
-std::string listed(const Diagnosis& d) {
-  std::string text = d.verdict + ": " + d.sentence + "\n";
-  for (std::size_t i = 0; i < std::min<std::size_t>(6, d.ranking.size()); ++i) {
-    const auto& r = d.ranking[i];
-    text += "  " + r.parameter.kind + " " + r.parameter.where + " p " + std::to_string(r.probability) +
-            " log " + std::to_string(r.log_evidence) + " value " + std::to_string(r.value) + " +- " +
-            std::to_string(r.std) + "\n";
-  }
-  return text;
-}
-
-/// The truth is named, or among those that share.
-void expect_found(const Diagnosis& d, const diagnosis::Parameter& truth, double value, double tolerance) {
-  SCOPED_TRACE(listed(d));
-  ASSERT_TRUE(d.verdict == "explained" || d.verdict == "ambiguous");
-  const auto& set = d.verdict == "explained" ? d.causes : d.ambiguous_set;
-  const auto at = std::find_if(set.begin(), set.end(), [&](const diagnosis::RankedCause& c) {
-    return c.parameter.kind == truth.kind && c.parameter.where == truth.where;
-  });
-  ASSERT_NE(at, set.end());
-  if (d.verdict == "explained") {
-    EXPECT_EQ(d.causes.size(), 1u);
-    EXPECT_EQ(d.ranking.front().parameter.where, truth.where);
-    EXPECT_NEAR(at->value, value, tolerance);
-    // The fault comes on top of a perturbed nominal value, which no diagnosis can take apart.
-    EXPECT_NEAR(at->value, value, 4 * std::hypot(at->std, value * truth.nominal_std));
-  }
-}
+using lumped::coarse_model, lumped::expect_found, lumped::find, lumped::listed, lumped::run;
 
 TEST(Diagnose, a_clean_machine_has_no_discrepancy) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
@@ -256,94 +210,6 @@ TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("one channel alone: T4_reading") != std::string::npos; }));
 }
 
-/// A second parameter in what is decided, and the probabilities that both are needed and that something is unknown.
-struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0; };
-
-/// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
-Diagnosis decided(double value, double probability, double log_evidence, const Second& second = {}) {
-  diagnosis::Problem problem;
-  diagnosis::SearchResult found;
-  found.hypotheses.resize(4);
-  for (const int i : {0, 1}) {
-    diagnosis::Parameter p = i == 0 ? find("source_power", "motor") : find("film_coefficient", "column.film");
-    p.nominal_std = 0.1;
-    problem.parameters.push_back(p);
-    diagnosis::Hypothesis& h = found.hypotheses[static_cast<std::size_t>(i) + 1];
-    h.members = {i};
-    h.value = Eigen::VectorXd::Constant(1, i == 0 ? value : second.value);
-    h.std = Eigen::VectorXd::Constant(1, 0.02);
-    h.log_evidence = i == 0 ? log_evidence : second.log_evidence;
-  }
-  diagnosis::Hypothesis& both = found.hypotheses.back();
-  both.members = {0, 1};
-  both.value.resize(2);
-  both.value << value, second.value;
-  both.std = Eigen::VectorXd::Constant(2, 0.02);
-  both.probability = second.pair;
-  problem.nominal = Eigen::VectorXd::Ones(2);
-  problem.columns.resize(0, 2);
-  found.marginal.resize(2);
-  found.marginal << probability, second.probability;
-  found.probability_none = 1e-4;
-  found.probability_unknown = second.unknown;
-  Diagnosis d;
-  diagnosis::decide(problem, found, d);
-  d.sentence = diagnosis::sentence_of(d);
-  return d;
-}
-
-TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_strong) {
-  const Diagnosis strong = decided(1.2, 0.98, 30.0);
-  EXPECT_EQ(strong.verdict, "ambiguous");
-  ASSERT_EQ(strong.causes.size(), 1U);
-  ASSERT_EQ(strong.ambiguous_set.size(), 1U);
-  EXPECT_EQ(strong.ambiguous_set[0].parameter.kind, "unknown");
-  EXPECT_NE(strong.sentence.find("is no further off than is stated of it"), std::string::npos) << strong.sentence;
-  EXPECT_EQ(decided(1.2, 0.98, 5.0).verdict, "no_discrepancy");
-  EXPECT_EQ(decided(1.2, 0.85, 30.0).verdict, "no_discrepancy");
-  EXPECT_EQ(decided(1.5, 0.98, 30.0).verdict, "explained");
-  // A second one that is sure and further off than stated is not lost behind it.
-  const Diagnosis two = decided(1.2, 0.99, 30.0, {.value = 1.6, .probability = 0.95});
-  EXPECT_EQ(two.verdict, "ambiguous");
-  EXPECT_EQ(two.causes.size(), 2U);
-}
-
-TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
-  // An uncertain value that is seen better beside a large cause does not make that cause no discrepancy.
-  const Diagnosis d = decided(1.6, 0.95, 300.0, {.value = 1.2, .probability = 0.99, .log_evidence = 3.0, .pair = 0.99});
-  EXPECT_EQ(d.verdict, "explained");
-  ASSERT_EQ(d.causes.size(), 1U);
-  EXPECT_EQ(d.causes[0].parameter.where, "motor");
-  EXPECT_EQ(d.ranking.front().parameter.where, "motor");
-}
-
-TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
-  const Diagnosis d = decided(1.6, 0.39, 95.0, {.unknown = 0.61});
-  EXPECT_EQ(d.verdict, "ambiguous");
-  EXPECT_TRUE(d.causes.empty());
-  ASSERT_EQ(d.ambiguous_set.size(), 2U);
-  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
-  EXPECT_EQ(d.ambiguous_set[1].parameter.where, "motor");
-  EXPECT_NE(d.sentence.find("something that no kind describes, probability 0.61; source_power of motor"), std::string::npos) << d.sentence;
-  ASSERT_EQ(diagnosis::marked_causes(d).size(), 1U);
-  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.94}).verdict, "ambiguous");
-  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.96}).verdict, "unexplained");
-  EXPECT_EQ(decided(1.6, 0.04, 95.0, {.unknown = 0.85}).verdict, "unexplained");
-  EXPECT_EQ(decided(1.2, 0.39, 95.0, {.unknown = 0.61}).verdict, "unexplained");
-  // Less probable than a cause, it is in the set too.
-  const Diagnosis cause = decided(1.6, 0.6, 95.0, {.unknown = 0.4});
-  EXPECT_EQ(cause.verdict, "ambiguous");
-  ASSERT_EQ(cause.ambiguous_set.size(), 2U);
-  EXPECT_EQ(cause.ambiguous_set[1].parameter.kind, "unknown");
-}
-
-TEST(Words, a_change_of_nothing_has_no_minus) {
-  EXPECT_EQ(diagnosis::percent_text(-0.03), "0");
-  EXPECT_EQ(diagnosis::percent_text(-0.04, 1), "0.0");
-  EXPECT_EQ(diagnosis::percent_text(-0.06, 1), "-0.1");
-  EXPECT_EQ(diagnosis::percent_text(12.6), "13");
-}
-
 /// Each column plus a share of another one.
 compensation::Measurement mixed(compensation::Measurement m, const std::string& into, const std::string& from, double share) {
   const auto column = [&](const std::string& id) {
@@ -474,26 +340,6 @@ TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_w
   const diagnosis::Strain wrong = foretold(contradicted(right, lumped::measure({{truth, 0.4}}, {.seed = 61})));
   EXPECT_GT(wrong.heldout_chi_square, 3.0);
   EXPECT_GT(wrong.freedom, 2.5);
-}
-
-TEST(Verdict, what_strains_an_explanation_leaves_it_open) {
-  diagnosis::Problem problem;
-  problem.parameters = {find("source_power", "motor"), find("contact_conductance", "foot")};
-  const auto left_open = [&](double freedom, double other) {
-    Diagnosis d;
-    d.verdict = "explained";
-    d.causes.emplace_back();
-    d.causes.front().parameter = problem.parameters[0];
-    d.causes.front().value = 1.5, d.causes.front().std = 0.05, d.causes.front().probability = 1;
-    diagnosis::leave_open(problem, {}, {.freedom = freedom, .other = other, .which = 1}, d);
-    EXPECT_EQ(d.verdict == "ambiguous", !d.strained.empty());
-    EXPECT_EQ(d.verdict == "ambiguous", diagnosis::only_unknown_shares(d));
-    if (d.verdict == "ambiguous") { EXPECT_NE(diagnosis::sentence_of(d).find(d.strained), std::string::npos); }
-    return d.strained;
-  };
-  EXPECT_EQ(left_open(1.7, 3.1), "");
-  EXPECT_NE(left_open(4.0, 1.0).find("4.0 times"), std::string::npos);
-  EXPECT_NE(left_open(1.0, 4.2).find("contact_conductance of foot"), std::string::npos);
 }
 
 TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
@@ -638,88 +484,6 @@ TEST(Diagnose, residuals_say_when_and_what_they_follow) {
   EXPECT_GT(own->correlation, 0.8);
   EXPECT_GT(own->peak, 0.0);
   EXPECT_GT(own->memory_s, 600.0);
-}
-
-class Folder {
- public:
-  Folder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("thermotwin_diagnosis_" + std::to_string(::getpid()))) {}
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
-  const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 71}));
-  const auto json = nlohmann::json::parse(diagnosis::diagnosis_json(d));
-  const auto keys = [](const nlohmann::json& object) {
-    std::set<std::string> result;
-    for (const auto& item : object.items()) result.insert(item.key());
-    return result;
-  };
-  EXPECT_EQ(keys(json), (std::set<std::string>{"verdict", "causes", "ranking", "ambiguous_set", "residual",
-                                               "gain", "next_measurement", "extended_machine"}));
-  ASSERT_EQ(json["causes"].size(), 1u);
-  EXPECT_EQ(keys(json["causes"][0]), (std::set<std::string>{"kind", "where", "probability", "parameters"}));
-  EXPECT_EQ(json["causes"][0]["kind"], "source_power");
-  EXPECT_EQ(json["causes"][0]["where"], "motor");
-  EXPECT_EQ(keys(json["causes"][0]["parameters"]["factor"]), (std::set<std::string>{"value", "std", "unit"}));
-  EXPECT_EQ(keys(json["ranking"][0]),
-            (std::set<std::string>{"kind", "where", "probability", "log_evidence"}));
-  ASSERT_EQ(json["residual"]["per_channel"].size(), 10u);
-  EXPECT_EQ(keys(json["residual"]["per_channel"][0]),
-            (std::set<std::string>{"id", "rms_before", "rms_after", "unit", "p_value_white"}));
-  EXPECT_EQ(keys(json["gain"]), (std::set<std::string>{"heldout_rms_before_um", "heldout_rms_after_um",
-                                                       "reduction_percent", "ci95_percent"}));
-  EXPECT_EQ(json["gain"]["ci95_percent"].size(), 2u);
-  EXPECT_EQ(keys(json["next_measurement"]), (std::set<std::string>{"load", "channel", "why"}));
-  EXPECT_EQ(json["extended_machine"], "extended/machine.toml");
-}
-
-TEST(DiagnoseFiles, all_files_are_written_and_agree) {
-  const Folder out;
-  const Diagnosis d = run(lumped::measure({{find("film_coefficient", "column.film"), 2.4}}, {.seed = 72}));
-  ASSERT_EQ(d.verdict, "explained") << listed(d);
-  diagnosis::write_diagnosis(out.path(), d, coarse_model());
-  EXPECT_EQ(core::read_file(out.path() / "diagnosis.json"), diagnosis::diagnosis_json(d));
-  const mesh::Machine extended =
-      mesh::parse_machine(core::read_file(out.path() / "extended/machine.toml"), "machine.toml");
-  EXPECT_NEAR(extended.films[1].coefficient.value, 9 * d.causes[0].value, 1e-6);
-  const reduction::ReducedModel model = reduction::read_model(out.path() / "extended/model.rom.h5");
-  EXPECT_EQ(model.machine.films[1].coefficient.value, extended.films[1].coefficient.value);
-  EXPECT_EQ(model.system.conduction, coarse_model().system.conduction);
-  const core::Table series = core::read_csv(out.path() / "residuals.csv");
-  EXPECT_EQ(series.columns.front(), "time_s");
-  const std::string html = core::read_file(out.path() / "report.html");
-  EXPECT_LT(html.size(), 1000000u);
-  EXPECT_EQ(html.find("http"), std::string::npos);
-  EXPECT_EQ(html.find("<script"), std::string::npos);
-  for (const auto& r : d.residuals) {
-    EXPECT_TRUE(series.find(r.id + "_before") && series.find(r.id + "_after"));
-    EXPECT_NE(html.find("residual of " + r.id), std::string::npos) << r.id;
-    EXPECT_NE(html.find("<tr><td>" + r.id + "</td>"), std::string::npos) << r.id;
-  }
-  EXPECT_NE(html.find("column.film"), std::string::npos);
-
-  // A later diagnosis without a finding leaves no extension behind.
-  diagnosis::write_diagnosis(out.path(), run(lumped::measure({}, {.seed = 73})), coarse_model());
-  EXPECT_FALSE(std::filesystem::exists(out.path() / "extended"));
-}
-
-TEST(DiagnoseFiles, an_extended_model_is_clean_on_the_next_measurement) {
-  const auto truth = find("source_power", "motor");
-  const Diagnosis d = run(lumped::measure({{truth, 1.6}}, {.seed = 74}));
-  ASSERT_FALSE(d.extended_machine_text.empty()) << listed(d);
-  reduction::ReducedModel extended = coarse_model();
-  extended.machine = mesh::parse_machine(d.extended_machine_text, extended.machine.path);
-  const Diagnosis next = diagnosis::diagnose(extended, lumped::measure({{truth, 1.6}}, {.seed = 75}), {});
-  EXPECT_EQ(next.verdict, "no_discrepancy") << listed(next);
 }
 
 }  // namespace
