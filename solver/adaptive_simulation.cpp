@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/progress.h"
 #include "solver/simulation.h"
+#include "solver/thermal_adaptive.h"
 
 namespace thermotwin::solver {
 

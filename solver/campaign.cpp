@@ -13,6 +13,7 @@
 #include "solver/campaign_recorder.h"
 #include "solver/radiation_check.h"
 #include "solver/tcp.h"
+#include "solver/thermal_adaptive.h"
 
 namespace thermotwin::solver {
 namespace {

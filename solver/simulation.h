@@ -14,10 +14,11 @@
 #include "solver/heat_balance.h"
 #include "solver/load_program.h"
 #include "solver/operating_model.h"
-#include "solver/thermal_adaptive.h"
 #include "solver/thermal_system.h"
 
 namespace thermotwin::solver {
+
+class AdaptiveIntegrator;
 
 struct SimulationOptions {
   double refine = 1.0;        ///< factor of the longest time step

@@ -126,7 +126,7 @@ AdaptiveIntegrator::AdaptiveIntegrator(const ThermalSystem& system, const Adapti
 AdaptiveIntegrator::~AdaptiveIntegrator() = default;
 
 void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const std::array<VectorXd, 3>& q, double step_s,
-                                 bool on_ladder, Step& result) {
+                                 bool on_ladder, Step& result, bool want_error) {
   Work& work = *work_;
   const bool shift_changed = !(std::abs(d * step_s * work.shift - 1.0) <= Work::same_shift);
   if (shift_changed) work.shift = 1.0 / (d * step_s);
@@ -162,11 +162,13 @@ void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const
   result.end = start + bdf2_lead * work.increment.col(0);
   right = f_end - kx - bdf2_lead * conducted;
   work.residual = right;
-  work.solve_again(scale, work.options.tolerance, true, statistics_);
+  work.solve_again(scale, work.options.tolerance, want_error, statistics_);
   result.end += work.increment.col(0);
   constexpr double outer = 0.5 * bdf2_lead * c;  // E (T1 - T0) = h (outer (r0 + rc) + d r1), r = S q - K T
   result.mean = outer * (start + result.stage) + d * result.end;
   result.q_mean = outer * (q[0] + q[1]) + d * q[2];
+  result.error_K = 0.0;
+  if (!want_error) return;
   const VectorXd slope_end = shift * work.capacity_increment.col(0);
 
   work.residual = error_0 * slope_start + error_c * slope_stage + error_h * slope_end;

@@ -31,15 +31,17 @@ class AdaptiveIntegrator {
 
   struct Step {
     Eigen::VectorXd stage, end;  ///< temperatures at c h and h
-    double error_K = 0;          ///< estimated error of the step, largest at any node
+    double error_K = 0;          ///< estimated error of the step, largest at any node; 0 where not wanted
     Eigen::VectorXd mean, q_mean;  ///< of the step's stages, as its heat flows have them, see HeatBalance
   };
   /// Tries a step from start; nothing is kept but factors.
   /// @param p  (terms), constant over the step   @param q  (inputs) at 0, c h and h
   /// @param on_ladder  a step size that will come again: worth a factor at once
+  /// @param want_error  else the estimate, one of a step's three solves, is left out
   /// @throws SolverError if the iteration does not converge
   void attempt(const Eigen::VectorXd& start, const Eigen::VectorXd& p,
-               const std::array<Eigen::VectorXd, 3>& q, double step_s, bool on_ladder, Step& result);
+               const std::array<Eigen::VectorXd, 3>& q, double step_s, bool on_ladder, Step& result,
+               bool want_error = true);
 
   bool is_nonlinear() const { return system_.local != nullptr; }
   /// As ThermalStepper::linearise.

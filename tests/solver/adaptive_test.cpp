@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "solver/simulation.h"
+#include "solver/thermal_adaptive.h"
 #include "tests/solver/small_machine.h"
 
 namespace thermotwin::solver {
@@ -85,6 +86,25 @@ TEST(AdaptiveIntegrator, SecondOrderAndAnEstimateOfThirdOrder) {
   const double fine = (run(160) - exact).norm();
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.1);
   EXPECT_NEAR(std::log2(coarse_estimate / estimate), 3.0, 0.3);
+}
+
+TEST(AdaptiveIntegrator, WithoutTheEstimateAStepIsTheSameForTwoSolvesOfThree) {
+  const Rig s;
+  Eigen::VectorXd row = s.model.channels().defaults();
+  row[s.model.channels().index("spindle.speed_rpm")] = 6000;
+  const Coefficients c = s.model.coefficients(row, Eigen::VectorXd::Constant(1, -1.0));
+  AdaptiveIntegrator integrator(s.system);
+  AdaptiveIntegrator::Step with, without;
+  const Eigen::VectorXd start = Eigen::VectorXd::Zero(s.system.size);
+  integrator.attempt(start, c.p, {c.q, c.q, c.q}, 60.0, true, with);
+  EXPECT_EQ(integrator.statistics().solves, 3);
+  without.error_K = 1e9;
+  integrator.attempt(start, c.p, {c.q, c.q, c.q}, 60.0, true, without, false);
+  EXPECT_EQ(integrator.statistics().solves, 5);
+  EXPECT_GT(with.error_K, 0.0);
+  EXPECT_EQ(without.error_K, 0.0);
+  EXPECT_EQ(with.stage, without.stage);
+  EXPECT_EQ(with.end, without.end);
 }
 
 TEST(AdaptiveIntegrator, TheErrorFollowsTheTolerance) {

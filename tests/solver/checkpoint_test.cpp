@@ -11,6 +11,7 @@
 #include "core/file.h"
 #include "core/progress.h"
 #include "solver/campaign.h"
+#include "solver/thermal_adaptive.h"
 #include "tests/solver/box_machine.h"
 #include "tests/solver/small_machine.h"
 

@@ -16,6 +16,7 @@
 #include "solver/memory_plan.h"
 #include "solver/simulation.h"
 #include "solver/sparse_factor.h"
+#include "solver/thermal_adaptive.h"
 #include "solver/thermal_direct.h"
 #include "tests/solver/box_machine.h"
 #include "tests/solver/small_machine.h"

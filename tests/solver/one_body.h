@@ -3,6 +3,7 @@
 // Runs of a small machine with load programs as text, for tests of the physics in time.
 
 #include "solver/simulation.h"
+#include "solver/thermal_adaptive.h"
 #include "tests/solver/box_mesh.h"
 
 namespace thermotwin::test {
