@@ -147,6 +147,29 @@ TEST(HiddenEffects, WhatIsExpectedOfATruthIsWhatItDoes) {
   EXPECT_LT(ratio(truth("film_coefficient", "swivel", 3.0), truth("film_coefficient", "swivel", 5.0)), 3.0);
 }
 
+TEST(HiddenEffects, RecordsAreAsGoodAsTheirToleranceSays) {
+  // Temperatures in K and displacements in um, which are of one size here.
+  const auto recorded = [](double tolerance_K) {
+    hidden::SpecimenOptions options = Bench::other_mesh();
+    options.tolerance_K = tolerance_K;
+    const hidden::Specimen specimen(bench().machine_case, options);
+    hidden::Draw draw;
+    draw.load = "mixed";
+    draw.seed = 61;
+    draw.truths = {truth("source_power", "spindle.bearings", 2.0)};
+    return specimen.measure(draw, nullptr, hidden::Recording::exact).data.values;
+  };
+  const Eigen::MatrixXd exact = recorded(1e-5);
+  double last = 1e300;
+  for (const double tolerance_K : {1e-1, 1e-2}) {
+    const double error = (recorded(tolerance_K) - exact).cwiseAbs().maxCoeff();
+    EXPECT_LT(error, tolerance_K) << tolerance_K;
+    EXPECT_LT(error, 0.5 * last) << tolerance_K;
+    last = error;
+  }
+  EXPECT_GT(last, 0.0);
+}
+
 TEST(HiddenEffects, ASpotWarmsItsPlaceByOneWatt) {
   hidden::Random random(3);
   const hidden::Specimen& specimen = bench().specimen;
