@@ -93,6 +93,8 @@ std::vector<RankedCause> sharing(const std::vector<RankedCause>& causes, const S
 
 bool outside_nominal(const RankedCause& cause) {
   const double off = std::abs(cause.value - cause.parameter.nominal);
+  // Nothing is stated of a source that is not there, and how large it is depends on where: only that it is seen counts.
+  if (cause.parameter.missing && cause.log_evidence >= strong) return true;
   return off > within_nominal * cause.parameter.nominal_std && off > certain * cause.std;
 }
 

@@ -14,7 +14,7 @@ using diagnosis::Diagnosis;
 using lumped::find;
 
 /// A second parameter in what is decided, and the probabilities that both are needed and that something is unknown.
-struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0; };
+struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0; bool missing = false; };
 
 /// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
 Diagnosis decided(double value, double probability, double log_evidence, const Second& second = {}) {
@@ -24,6 +24,10 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   for (const int i : {0, 1}) {
     diagnosis::Parameter p = i == 0 ? find("source_power", "motor") : find("film_coefficient", "column.film");
     p.nominal_std = 0.1;
+    if (second.missing) {
+      p = diagnosis::make_parameter("source_missing", i == 0 ? "here" : "there");
+      p.missing = std::make_shared<diagnosis::MissingSource>();
+    }
     problem.parameters.push_back(p);
     diagnosis::Hypothesis& h = found.hypotheses[static_cast<std::size_t>(i) + 1];
     h.members = {i};
@@ -63,6 +67,15 @@ TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_s
   const Diagnosis two = decided(1.2, 0.99, 30.0, {.value = 1.6, .probability = 0.95});
   EXPECT_EQ(two.verdict, "ambiguous");
   EXPECT_EQ(two.causes.size(), 2U);
+}
+
+TEST(Verdict, a_source_that_is_seen_is_there_however_unsure_its_size) {
+  // 0.03 +- 0.02 W, as the place leaves it open: two inputs share it, none is left.
+  const Diagnosis d = decided(0.03, 0.58, 35.4, {.value = 0.03, .probability = 0.42, .log_evidence = 35.1, .missing = true});
+  EXPECT_EQ(d.verdict, "ambiguous");
+  ASSERT_EQ(d.ambiguous_set.size(), 2U);
+  EXPECT_EQ(d.ambiguous_set[0].parameter.where, "here");
+  EXPECT_EQ(decided(0.03, 0.58, 5.4, {.value = 0.03, .probability = 0.42, .log_evidence = 5.1, .missing = true}).verdict, "no_discrepancy");
 }
 
 TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
