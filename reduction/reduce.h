@@ -35,7 +35,7 @@ struct ReduceOptions {
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
   bool order_by_observer = false;  ///< the smallest order tried that errs by less than an observer's noise instead
   bool parts = true;               ///< the model has its parts and patches, for diagnosis
-  int patches = 800;               ///< of the skin of all bodies, at most
+  int patches = 2000;              ///< of the skin of all bodies, at most
 };
 
 struct ReduceSummary {

@@ -29,6 +29,12 @@ double log_sum(const std::vector<double>& logs) {
   return top + std::log(sum);
 }
 
+/// Of heat of some power against none. @param square, product  of the response to 1 W, with itself and with the signal
+double log_evidence_of_heat(double square, double product) {
+  const double width = 1.0 + std::max(0.0, square) * spot_W * spot_W, mean = product * spot_W / width;
+  return -0.5 * std::log(width) + 0.5 * mean * product * spot_W + std::log(std::max(1e-12, std::erfc(-mean * std::sqrt(0.5 * width))));
+}
+
 }  // namespace
 
 double distance(const Parameter& a, const Parameter& b) { return (a.missing->centre - b.missing->centre).norm(); }
@@ -83,15 +89,13 @@ Seen::Seen(const reduction::ReducedModel& model, const compensation::Measurement
   spots_taken_ = taken_.matrixL().solve(nuisances_.transpose() * spots_);
 }
 
+VectorXd Seen::taken(const VectorXd& white) const { return taken_.matrixL().solve(nuisances_.transpose() * white); }
+
 MatrixXd Seen::of_spots(const VectorXd& white) const {
-  const VectorXd taken = taken_.matrixL().solve(nuisances_.transpose() * white);
-  const VectorXd square = (spots_.colwise().squaredNorm() - spots_taken_.colwise().squaredNorm()).transpose() * (spot_W * spot_W);
-  const VectorXd product = (spots_.transpose() * white - spots_taken_.transpose() * taken) * spot_W;
+  const VectorXd square = (spots_.colwise().squaredNorm() - spots_taken_.colwise().squaredNorm()).transpose();
+  const VectorXd product = spots_.transpose() * white - spots_taken_.transpose() * taken(white);
   VectorXd log(square.size());
-  for (Index i = 0; i < log.size(); ++i) {
-    const double width = 1.0 + std::max(0.0, square[i]), mean = product[i] / width;
-    log[i] = -0.5 * std::log(width) + 0.5 * mean * product[i] + std::log(std::max(1e-12, std::erfc(-mean * std::sqrt(0.5 * width))));
-  }
+  for (Index i = 0; i < log.size(); ++i) log[i] = log_evidence_of_heat(square[i], product[i]);
   return Eigen::Map<const MatrixXd>(log.data(), static_cast<Index>(patches_.size()), static_cast<Index>(inputs_.size()));
 }
 
@@ -139,6 +143,11 @@ Factors Seen::factors(const Truth& truth) const {
       near = std::max(near, nearest);
     }
     std::vector<double> here, elsewhere;
+    if (truth.parameter.missing && truth.value != 0.0) {
+      // Its own patch, which need not be among those at hand.
+      const VectorXd one = signal / truth.value, one_taken = taken(one);
+      here.push_back(log_evidence_of_heat(one.squaredNorm() - one_taken.squaredNorm(), one.dot(signal) - one_taken.dot(taken(signal))));
+    }
     for (Index j = 0; j < spots.cols(); ++j)
       for (Index k = 0; k < spots.rows(); ++k) {
         const bool at_truth = truth.parameter.missing && inputs_[static_cast<std::size_t>(j)].channel == truth.parameter.missing->follows &&

@@ -48,6 +48,8 @@ class Seen {
  private:
   /// What a truth changes per unit, from nominal to its value, white.
   Eigen::VectorXd secant(const Truth& truth) const;
+  /// What nuisances take of a white signal: inner products are less by those of it.
+  Eigen::VectorXd taken(const Eigen::VectorXd& white) const;
   /// Log evidence of heat on patches (rows) with every input (columns) for a white signal.
   Eigen::MatrixXd of_spots(const Eigen::VectorXd& white) const;
 
