@@ -92,9 +92,9 @@ std::vector<RankedCause> sharing(const std::vector<RankedCause>& causes, const S
 }  // namespace
 
 bool outside_nominal(const RankedCause& cause) {
-  const double off = std::abs(cause.value - cause.parameter.nominal);
-  // Nothing is stated of a source that is not there, and how large it is depends on where: only that it is seen counts.
+  // No source that machine.toml does not have is stated, and how large one is depends on where: that it is seen counts.
   if (cause.parameter.missing && cause.log_evidence >= strong) return true;
+  const double off = std::abs(cause.value - cause.parameter.nominal);
   return off > within_nominal * cause.parameter.nominal_std && off > certain * cause.std;
 }
 

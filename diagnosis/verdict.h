@@ -18,7 +18,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 /// wanders, or another parameter that is off, by more than is ever expected.
 void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out);
 
-/// Whether an estimate is further from nominal than three stated standard deviations, and than two of its own.
+/// Whether an estimate is further from nominal than three stated standard deviations, and than two of its own; of a
+/// missing source also whether its evidence is strong.
 bool outside_nominal(const RankedCause& cause);
 
 /// What is named is sure, but it is not all.

@@ -19,7 +19,6 @@ namespace {
 
 constexpr int factor_price = 16;             // a factorisation costs about as much as this many iterations
 constexpr std::size_t most_factors = 24;
-constexpr double same_step = 1e-11;          // relative: differences of times carry rounding errors
 
 }  // namespace
 
@@ -130,7 +129,7 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
     throw core::SolverError(fmt::format("thermal step: {} x {} states, {} sets of coefficients, step {} s", state.rows(),
                                         loads, c.size(), step_s));
   const double gamma = options_.backward_euler ? 1.0 : sdirk_gamma;
-  const bool shift_changed = std::abs(gamma * step_s * work.shift - 1.0) > same_step;
+  const bool shift_changed = std::abs(gamma * step_s * work.shift - 1.0) > Work::same_shift;
   if (shift_changed) work.shift = 1.0 / (gamma * step_s);
   const double shift = work.shift;
   work.loads.resize(static_cast<std::size_t>(loads));

@@ -78,6 +78,16 @@ TEST(Verdict, a_source_that_is_seen_is_there_however_unsure_its_size) {
   EXPECT_EQ(decided(0.03, 0.58, 5.4, {.value = 0.03, .probability = 0.42, .log_evidence = 5.1, .missing = true}).verdict, "no_discrepancy");
 }
 
+TEST(Verdict, a_source_of_unsure_size_that_is_sure_itself_is_named) {
+  const Diagnosis alone = decided(0.03, 0.98, 35.4, {.value = 0.0, .log_evidence = 0.0, .missing = true});
+  EXPECT_EQ(alone.verdict, "explained");
+  ASSERT_EQ(alone.causes.size(), 1U);
+  EXPECT_EQ(alone.causes[0].parameter.where, "here");
+  const Diagnosis beside = decided(0.03, 0.39, 35.4, {.value = 0.0, .log_evidence = 0.0, .unknown = 0.61, .missing = true});
+  EXPECT_EQ(beside.verdict, "ambiguous");
+  EXPECT_EQ(beside.ambiguous_set.size(), 2U);
+}
+
 TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
   // An uncertain value that is seen better beside a large cause does not make that cause no discrepancy.
   const Diagnosis d = decided(1.6, 0.95, 300.0, {.value = 1.2, .probability = 0.99, .log_evidence = 3.0, .pair = 0.99});

@@ -69,12 +69,12 @@ Seen::Seen(const reduction::ReducedModel& model, const compensation::Measurement
   nuisances_ = columns_ * problem_.prior_std.asDiagonal();
   if (model.patches.items.empty()) inputs_.clear();
   if (inputs_.empty()) return;
-  MatrixXd series(observations_->rows.rows(), static_cast<Index>(inputs_.size()));
-  for (Index j = 0; j < series.cols(); ++j) {
+  series_.resize(observations_->rows.rows(), static_cast<Index>(inputs_.size()));
+  for (Index j = 0; j < series_.cols(); ++j) {
     const int channel = channels.index(inputs_[static_cast<std::size_t>(j)].channel);
-    for (Index s = 0; s < series.rows(); ++s) {
+    for (Index s = 0; s < series_.rows(); ++s) {
       const double value = channel < 0 ? 1.0 : observations_->rows(s, channel);
-      series(s, j) = std::isfinite(value) ? std::abs(value) / inputs_[static_cast<std::size_t>(j)].most : 0.0;
+      series_(s, j) = std::isfinite(value) ? std::abs(value) / inputs_[static_cast<std::size_t>(j)].most : 0.0;
     }
   }
   // In no order: neighbours are numbered alike, and a stride may step over all of a place.
@@ -82,7 +82,7 @@ Seen::Seen(const reduction::ReducedModel& model, const compensation::Measurement
   std::iota(patches_.begin(), patches_.end(), Index{0});
   std::shuffle(patches_.begin(), patches_.end(), std::mt19937_64(1));
   patches_.resize(std::min<std::size_t>(patches_.size(), most_patches));
-  spots_ = whitener_->whiten(problem_.fitted(response_->to_heat(model.machine, model.patches.inputs(Eigen::all, patches_), series)));
+  spots_ = whitener_->whiten(problem_.fitted(response_->to_heat(model.machine, model.patches.inputs(Eigen::all, patches_), series_)));
   MatrixXd precision = MatrixXd::Identity(nuisances_.cols(), nuisances_.cols());
   precision.noalias() += nuisances_.transpose() * nuisances_;
   taken_.compute(precision);
@@ -102,6 +102,30 @@ MatrixXd Seen::of_spots(const VectorXd& white) const {
 VectorXd Seen::secant(const Truth& truth) const {
   const VectorXd there = response_->predict(diagnosis::with_parameter(model_.machine, truth.parameter, truth.value));
   return whitener_->whiten(problem_.fitted((there - problem_.predicted) / (truth.value - truth.parameter.nominal)));
+}
+
+double Seen::apart(Index patch, const Truth& truth) const {
+  return (model_.patches.items[static_cast<std::size_t>(patch)].centre - truth.parameter.missing->centre).norm();
+}
+
+double Seen::at_its_place(const Truth& truth, const VectorXd& white) const {
+  const auto count = static_cast<Index>(model_.patches.items.size());
+  std::vector<Index> here;
+  Index nearest = 0;
+  for (Index k = 0; k < count; ++k) {
+    if (apart(k, truth) <= same_place_m) here.push_back(k);
+    if (apart(k, truth) < apart(nearest, truth)) nearest = k;
+  }
+  if (here.empty()) here.push_back(nearest);
+  const auto input = std::find_if(inputs_.begin(), inputs_.end(), [&](const Followable& f) { return f.channel == truth.parameter.missing->follows; });
+  if (input == inputs_.end()) return -1e300;
+  const MatrixXd one_W = whitener_->whiten(problem_.fitted(response_->to_heat(model_.machine, model_.patches.inputs(Eigen::all, here), series_.col(input - inputs_.begin()))));
+  std::vector<double> logs;
+  for (Index k = 0; k < one_W.cols(); ++k) {
+    const VectorXd column = one_W.col(k), column_taken = taken(column);
+    logs.push_back(log_evidence_of_heat(column.squaredNorm() - column_taken.squaredNorm(), column.dot(white) - column_taken.dot(taken(white))));
+  }
+  return log_sum(logs) - std::log(static_cast<double>(count) * static_cast<double>(inputs_.size()));
 }
 
 Factors Seen::factors(const Truth& truth) const {
@@ -134,28 +158,13 @@ Factors Seen::factors(const Truth& truth) const {
   }
   if (!inputs_.empty()) {
     const MatrixXd spots = of_spots(signal);
-    const auto apart = [&](Index k) { return (model_.patches.items[static_cast<std::size_t>(patches_[static_cast<std::size_t>(k)])].centre - truth.parameter.missing->centre).norm(); };
-    // The nearest of those at hand stands for the place where none is that near.
-    double near = same_place_m;
-    if (truth.parameter.missing) {
-      double nearest = apart(0);
-      for (Index k = 1; k < spots.rows(); ++k) nearest = std::min(nearest, apart(k));
-      near = std::max(near, nearest);
-    }
-    std::vector<double> here, elsewhere;
-    if (truth.parameter.missing && truth.value != 0.0) {
-      // Its own patch, which need not be among those at hand.
-      const VectorXd one = signal / truth.value, one_taken = taken(one);
-      here.push_back(log_evidence_of_heat(one.squaredNorm() - one_taken.squaredNorm(), one.dot(signal) - one_taken.dot(taken(signal))));
-    }
-    for (Index j = 0; j < spots.cols(); ++j)
-      for (Index k = 0; k < spots.rows(); ++k) {
-        const bool at_truth = truth.parameter.missing && inputs_[static_cast<std::size_t>(j)].channel == truth.parameter.missing->follows &&
-                              apart(k) <= near;
-        (at_truth ? here : elsewhere).push_back(spots(k, j));
-      }
     const double all = std::log(static_cast<double>(spots.size()));
-    if (truth.parameter.missing) own = std::max(log_sum(here) - all, -50.0);
+    std::vector<double> elsewhere;
+    for (Index j = 0; j < spots.cols(); ++j)
+      for (Index k = 0; k < spots.rows(); ++k)
+        if (!truth.parameter.missing || inputs_[static_cast<std::size_t>(j)].channel != truth.parameter.missing->follows || apart(patches_[static_cast<std::size_t>(k)], truth) > same_place_m)
+          elsewhere.push_back(spots(k, j));
+    if (truth.parameter.missing) own = std::max(at_its_place(truth, signal), -50.0);
     if (const double log = log_sum(elsewhere) - all; log > rival) rival = log, result.rival = "source_missing elsewhere";
   }
   result.against_none = 2.0 * own;

@@ -53,8 +53,14 @@ class Seen {
   /// Log evidence of heat on patches (rows) with every input (columns) for a white signal.
   Eigen::MatrixXd of_spots(const Eigen::VectorXd& white) const;
 
+  /// From a patch's middle to a missing source, m.
+  double apart(Eigen::Index patch, const Truth& truth) const;
+  /// Log evidence of heat at a missing source's place (all patches within same_place_m, else the nearest) with its own input.
+  double at_its_place(const Truth& truth, const Eigen::VectorXd& white) const;
+
   const reduction::ReducedModel& model_;
   std::vector<Followable> inputs_;
+  Eigen::MatrixXd series_;                       ///< (steps x inputs) of their largest value
   std::unique_ptr<diagnosis::Observations> observations_;
   std::unique_ptr<diagnosis::Response> response_;
   diagnosis::Problem problem_;

@@ -75,7 +75,7 @@ std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine)
 }
 
 /// Steps of a record's row with error control: shorter by halves until the estimate, which falls with their cube, is below the tolerance.
-/// Where it was far below and nothing drives the machine otherwise since, only every fourth step takes one.
+/// Where it was far below and no coefficient or input has changed by 5 % since, only every fourth step takes one.
 class Steps {
  public:
   Steps(const solver::ThermalSystem& system, double longest, double tolerance_K)
@@ -113,7 +113,7 @@ class Steps {
   struct Estimate { solver::Coefficients c; double size, error_K; int steps; };
 
   bool known_good(const solver::Coefficients& c, double size) const {
-    const auto alike = [](const VectorXd& now, const VectorXd& then) { return (now - then).lpNorm<1>() <= 0.02 * then.lpNorm<1>(); };
+    const auto alike = [](const VectorXd& now, const VectorXd& then) { return ((now - then).array().abs() <= 0.05 * now.array().abs().max(then.array().abs())).all(); };
     return seen_ && seen_->steps < 3 && seen_->error_K < 0.25 * tolerance_K_ && size <= seen_->size * (1.0 + 1e-9) && alike(c.p, seen_->c.p) && alike(c.q, seen_->c.q);
   }
 
