@@ -30,6 +30,7 @@ struct Narrow {
   static constexpr auto rcond = cholmod_rcond;
   static constexpr auto free_factor = cholmod_free_factor;
   static constexpr auto copy_factor = cholmod_copy_factor;
+  static constexpr auto change_factor = cholmod_change_factor;
 };
 struct Wide {
   using Index = SuiteSparse_long;
@@ -41,6 +42,7 @@ struct Wide {
   static constexpr auto rcond = cholmod_l_rcond;
   static constexpr auto free_factor = cholmod_l_free_factor;
   static constexpr auto copy_factor = cholmod_l_copy_factor;
+  static constexpr auto change_factor = cholmod_l_change_factor;
 };
 
 /// CHOLMOD's settings and workspace; each call that may run beside others has its own.
@@ -204,6 +206,10 @@ class FactorOf final : public Factor {
   bool wide() const override { return std::is_same_v<Api, Wide>; }
   double memory_bytes() const override { return bytes_of(*factor_); }
   const double* values() const override { return static_cast<const double*>(factor_->x); }
+  void drop_values() override {
+    if (!Api::change_factor(CHOLMOD_PATTERN, true, true, true, true, factor_, &common_.data))
+      throw SolverError(fmt::format("sparse factor: the values of {:.3g} entries cannot be dropped", nonzeros));
+  }
   SupernodalPattern pattern() const override { return pattern_of<typename Api::Index>(*factor_); }
   std::vector<int> permutation() const override {
     const auto* first = static_cast<const typename Api::Index*>(factor_->Perm);

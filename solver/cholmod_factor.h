@@ -25,6 +25,8 @@ class Factor {
   virtual double memory_bytes() const = 0;
   /// Column-major by supernodes, as SupernodalPattern says.
   virtual const double* values() const = 0;
+  /// Frees them; the analysis is kept for the next factorise().
+  virtual void drop_values() = 0;
   virtual SupernodalPattern pattern() const = 0;
   /// Place of each row of the factor in the matrix.
   virtual std::vector<int> permutation() const = 0;

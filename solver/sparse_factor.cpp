@@ -55,6 +55,7 @@ struct SparseFactor::Impl {
   Eigen::Index size = 0, nonzeros = 0;
   std::shared_ptr<const SupernodalSweeps> sweeps;       // shared by clones, as their permutation
   std::shared_ptr<const std::vector<int>> permutation;
+  std::vector<float> single_values;  ///< instead of the factor's own
   mutable SpaceStore spaces;
 
   void factorise(const Matrix& spd) {
@@ -65,6 +66,15 @@ struct SparseFactor::Impl {
       sweeps = std::make_shared<const SupernodalSweeps>(factor->pattern());
       permutation = std::make_shared<const std::vector<int>>(factor->permutation());
     }
+    if (options.single_precision) {
+      const double* values = factor->values();
+      single_values.assign(values, values + sweeps->values());
+      factor->drop_values();
+    }
+  }
+
+  Eigen::Index most_columns() const {
+    return std::clamp(options.columns_at_once, 1, options.single_precision ? SupernodalSweeps::few_columns : SupernodalSweeps::most_columns);
   }
 
   /// Right-hand sides in one pass through the factor; entry (i, k) of b and x at i * row + k * column.
@@ -91,7 +101,10 @@ struct SparseFactor::Impl {
       for (; k < std::min(end, columns); ++k) to[k] = b[i * of_b.row + k * of_b.column];
       for (; k < end; ++k) to[k] = 0.0;
     });
-    sweeps->solve(factor->values(), y, width, backward_only);
+    if (options.single_precision)
+      sweeps->solve(single_values.data(), y, width);
+    else
+      sweeps->solve(factor->values(), y, width, backward_only);
     over_parts(columns, [&](const double* from, Eigen::Index i, Eigen::Index k, Eigen::Index end) {
       for (; k < end; ++k) x[i * of_x.row + k * of_x.column] = from[k];
     });
@@ -135,6 +148,7 @@ SparseFactor SparseFactor::clone() const {
   copy->factor = impl_->factor->copy();
   copy->sweeps = impl_->sweeps;
   copy->permutation = impl_->permutation;
+  copy->single_values = impl_->single_values;
   return SparseFactor(std::move(copy));
 }
 
@@ -152,7 +166,7 @@ void SparseFactor::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sid
   if (columns == 0) return;
   if (right_hand_sides.rows() != impl_->size)
     throw SolverError(fmt::format("sparse factor: a right-hand side of {} rows for {} unknowns", right_hand_sides.rows(), impl_->size));
-  const Eigen::Index most = std::clamp(impl_->options.columns_at_once, 1, SupernodalSweeps::most_columns), blocks = (columns + most - 1) / most;
+  const Eigen::Index most = impl_->most_columns(), blocks = (columns + most - 1) / most;
   core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
     const Eigen::Index first = columns * static_cast<Eigen::Index>(i) / blocks, last = columns * (static_cast<Eigen::Index>(i) + 1) / blocks;
     impl_->sweep(right_hand_sides.col(first).data(), {1, right_hand_sides.outerStride()}, solution.col(first).data(), {1, solution.outerStride()},
@@ -163,8 +177,9 @@ void SparseFactor::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sid
 Eigen::MatrixXd SparseFactor::half_solve(const Eigen::MatrixXd& b) const {
   if (b.rows() != impl_->size)
     throw SolverError(fmt::format("sparse factor: a block of {} rows for {} unknowns", b.rows(), impl_->size));
+  if (impl_->options.single_precision) throw SolverError("sparse factor: half a solve needs values in double precision");
   Eigen::MatrixXd result(b.rows(), b.cols());
-  const Eigen::Index most = std::clamp(impl_->options.columns_at_once, 1, SupernodalSweeps::most_columns), blocks = (b.cols() + most - 1) / most;
+  const Eigen::Index most = impl_->most_columns(), blocks = (b.cols() + most - 1) / most;
   core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
     const Eigen::Index first = static_cast<Eigen::Index>(i) * most, count = std::min(most, b.cols() - first);
     impl_->sweep(b.col(first).data(), {1, b.outerStride()}, result.col(first).data(), {1, result.outerStride()}, count, true);
@@ -185,7 +200,9 @@ void SparseFactor::solve_side_by_side(const Eigen::Ref<const SideBySide>& right_
 }
 
 Eigen::Index SparseFactor::size() const { return impl_->size; }
-double SparseFactor::memory_bytes() const { return impl_->factor->memory_bytes(); }
+double SparseFactor::memory_bytes() const {
+  return impl_->factor->memory_bytes() - 4.0 * static_cast<double>(impl_->single_values.size());
+}
 bool SparseFactor::wide() const { return impl_->factor->wide(); }
 double SparseFactor::flops() const { return impl_->factor->flops; }
 double SparseFactor::nonzeros() const { return impl_->factor->nonzeros; }

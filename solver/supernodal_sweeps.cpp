@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/supernodal_sweeps.h"
 
+#ifdef __AVX__
+#include <immintrin.h>
+#endif
+
 #include <algorithm>
 #include <numeric>
 
@@ -19,6 +23,16 @@ constexpr Int split_above = 1 << 17;  // values of a supernode that several thre
 
 struct NoTurn {};
 
+typedef float FourSingle __attribute__((vector_size(16), aligned(4), may_alias));
+Four four(const double* from) { return *reinterpret_cast<const Four*>(from); }
+Four four(const float* from) {
+#ifdef __AVX__
+  return _mm256_cvtps_pd(_mm_loadu_ps(from));  // what compilers make of the other line goes through memory
+#else
+  return __builtin_convertvector(*reinterpret_cast<const FourSingle*>(from), Four);
+#endif
+}
+
 /// 4 N right-hand sides. Panels of columns are as wide as the registers hold their sums.
 template <int N>
 struct Wide {
@@ -29,8 +43,8 @@ struct Wide {
   static Four* at(double* y, Int row) { return reinterpret_cast<Four*>(y + row * width); }
   static const Four* at(const double* y, Int row) { return reinterpret_cast<const Four*>(y + row * width); }
 
-  template <int P>
-  static void subtract_panel(const double* l, Int stride, Int rows, const double* y, double* out) {
+  template <int P, class Value>
+  static void subtract_panel(const Value* l, Int stride, Int rows, const double* y, double* out) {
     Four from[P][N];
     for (int j = 0; j < P; ++j)
       for (int k = 0; k < N; ++k) from[j][k] = at(y, j)[k];
@@ -39,31 +53,33 @@ struct Wide {
       Four sum[N];
       for (int k = 0; k < N; ++k) sum[k] = to[k];
       for (int j = 0; j < P; ++j)
-        for (int k = 0; k < N; ++k) sum[k] -= l[j * stride + i] * from[j][k];
+        for (int k = 0; k < N; ++k) sum[k] -= double{l[j * stride + i]} * from[j][k];
       for (int k = 0; k < N; ++k) to[k] = sum[k];
     }
   }
-  template <int P>
-  static void subtract_transposed_panel(const double* l, Int stride, Int rows, const double* x, double* out) {
+  template <int P, class Value>
+  static void subtract_transposed_panel(const Value* l, Int stride, Int rows, const double* x, double* out) {
     Four sum[P][N] = {};
     for (Int i = 0; i < rows; ++i) {
       const Four* from = at(x, i);
       for (int j = 0; j < P; ++j)
-        for (int k = 0; k < N; ++k) sum[j][k] += l[j * stride + i] * from[k];
+        for (int k = 0; k < N; ++k) sum[j][k] += double{l[j * stride + i]} * from[k];
     }
     for (int j = 0; j < P; ++j)
       for (int k = 0; k < N; ++k) at(out, j)[k] -= sum[j][k];
   }
 
   /// out (rows x width) -= L (rows x columns) y (columns x width)
-  static void subtract(const double* l, Int stride, Int rows, Int columns, const double* y, double* out) {
+  template <class Value>
+  static void subtract(const Value* l, Int stride, Int rows, Int columns, const double* y, double* out) {
     Int j = 0;
     for (; j + panel <= columns; j += panel) subtract_panel<panel>(l + j * stride, stride, rows, y + j * width, out);
     for (; j + 2 <= columns; j += 2) subtract_panel<2>(l + j * stride, stride, rows, y + j * width, out);
     if (j < columns) subtract_panel<1>(l + j * stride, stride, rows, y + j * width, out);
   }
   /// out (columns x width) -= L^T x (rows x width)
-  static void subtract_transposed(const double* l, Int stride, Int rows, Int columns, const double* x, double* out) {
+  template <class Value>
+  static void subtract_transposed(const Value* l, Int stride, Int rows, Int columns, const double* x, double* out) {
     Int j = 0;
     for (; j + panel <= columns; j += panel) subtract_transposed_panel<panel>(l + j * stride, stride, rows, x, out + j * width);
     for (; j + 2 <= columns; j += 2) subtract_transposed_panel<2>(l + j * stride, stride, rows, x, out + j * width);
@@ -76,10 +92,11 @@ struct Single {
   static constexpr Int columns_at_once = 16;
   using Turn = NoTurn;
 
-  static void subtract(const double* l, Int stride, Int rows, Int columns, const double* y, double* out) {
+  template <class Value>
+  static void subtract(const Value* l, Int stride, Int rows, Int columns, const double* y, double* __restrict out) {
     Int j = 0;
     for (; j + 4 <= columns; j += 4) {
-      const double *l0 = l + j * stride, *l1 = l0 + stride, *l2 = l1 + stride, *l3 = l2 + stride;
+      const Value *l0 = l + j * stride, *l1 = l0 + stride, *l2 = l1 + stride, *l3 = l2 + stride;
       const double y0 = y[j], y1 = y[j + 1], y2 = y[j + 2], y3 = y[j + 3];
       for (Int i = 0; i < rows; ++i) out[i] -= l0[i] * y0 + l1[i] * y1 + l2[i] * y2 + l3[i] * y3;
     }
@@ -87,18 +104,25 @@ struct Single {
       for (Int i = 0; i < rows; ++i) out[i] -= l[j * stride + i] * y[j];
   }
 
-  static double dot(const double* a, const double* b, Int count) {
-    Four sum[2] = {};
+  /// Sums of P columns at a time: as many are on their way at once.
+  template <int P, class Value>
+  static void subtract_dots(const Value* l, Int stride, Int rows, const double* x, double* out) {
+    Four sum[P] = {};
     Int i = 0;
-    for (; i + 8 <= count; i += 8)
-      for (int k = 0; k < 2; ++k) sum[k] += *reinterpret_cast<const Four*>(a + i + 4 * k) * *reinterpret_cast<const Four*>(b + i + 4 * k);
-    sum[0] += sum[1];
-    double total = (sum[0][0] + sum[0][1]) + (sum[0][2] + sum[0][3]);
-    for (; i < count; ++i) total += a[i] * b[i];
-    return total;
+    for (; i + 4 <= rows; i += 4) {
+      const Four at = four(x + i);
+      for (int j = 0; j < P; ++j) sum[j] += four(l + j * stride + i) * at;
+    }
+    double rest[P] = {};
+    for (; i < rows; ++i)
+      for (int j = 0; j < P; ++j) rest[j] += l[j * stride + i] * x[i];
+    for (int j = 0; j < P; ++j) out[j] -= (sum[j][0] + sum[j][1]) + (sum[j][2] + sum[j][3]) + rest[j];
   }
-  static void subtract_transposed(const double* l, Int stride, Int rows, Int columns, const double* x, double* out) {
-    for (Int j = 0; j < columns; ++j) out[j] -= dot(l + j * stride, x, rows);
+  template <class Value>
+  static void subtract_transposed(const Value* l, Int stride, Int rows, Int columns, const double* x, double* out) {
+    Int j = 0;
+    for (; j + 4 <= columns; j += 4) subtract_dots<4>(l + j * stride, stride, rows, x, out + j);
+    for (; j < columns; ++j) subtract_dots<1>(l + j * stride, stride, rows, x, out + j);
   }
 };
 
@@ -117,13 +141,13 @@ struct Many {
 };
 
 /// In place: L y for the lower triangle L, a panel of columns at a time.
-template <class Kernel>
-void solve_triangle(Kernel, const double* l, Int stride, Int columns, double* y) {
+template <class Kernel, class Value>
+void solve_triangle(Kernel, const Value* l, Int stride, Int columns, double* y) {
   constexpr Int w = Kernel::width;
   for (Int first = 0; first < columns; first += Kernel::panel) {
     const Int last = std::min<Int>(columns, first + Kernel::panel);
     for (Int j = first; j < last; ++j) {
-      const double* column = l + j * stride;
+      const Value* column = l + j * stride;
       const double scale = 1.0 / column[j];
       for (Int k = 0; k < w; ++k) y[j * w + k] *= scale;
       for (Int i = j + 1; i < last; ++i)
@@ -133,14 +157,14 @@ void solve_triangle(Kernel, const double* l, Int stride, Int columns, double* y)
   }
 }
 
-template <class Kernel>
-void solve_triangle_transposed(Kernel, const double* l, Int stride, Int columns, double* y) {
+template <class Kernel, class Value>
+void solve_triangle_transposed(Kernel, const Value* l, Int stride, Int columns, double* y) {
   constexpr Int w = Kernel::width;
   for (Int first = (columns - 1) / Kernel::panel * Kernel::panel; first >= 0; first -= Kernel::panel) {
     const Int last = std::min<Int>(columns, first + Kernel::panel);
     Kernel::subtract_transposed(l + first * stride + last, stride, columns - last, last - first, y + last * w, y + first * w);
     for (Int j = last - 1; j >= first; --j) {
-      const double* column = l + j * stride;
+      const Value* column = l + j * stride;
       for (Int i = j + 1; i < last; ++i)
         for (Int k = 0; k < w; ++k) y[j * w + k] -= column[i] * y[i * w + k];
       const double scale = 1.0 / column[j];
@@ -221,12 +245,12 @@ void SupernodalSweeps::plan() {
   std::reverse(subtrees_.begin(), subtrees_.end());
 }
 
-template <class Kernel>
-void SupernodalSweeps::forward(Kernel kernel, Int s, const double* values, double* y, bool split) const {
+template <class Kernel, class Value>
+void SupernodalSweeps::forward(Kernel kernel, Int s, const Value* values, double* y, bool split) const {
   const Int w = kernel.width;
   const auto at = static_cast<std::size_t>(s);
   const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
-  const double* l = values + pattern_.value_begin[at];
+  const Value* l = values + pattern_.value_begin[at];
   double* own = y + pattern_.column[at] * w;
   {
     [[maybe_unused]] const typename Kernel::Turn turn;
@@ -245,12 +269,12 @@ void SupernodalSweeps::forward(Kernel kernel, Int s, const double* values, doubl
   });
 }
 
-template <class Kernel>
-void SupernodalSweeps::backward(Kernel kernel, Int s, const double* values, double* y, bool split) const {
+template <class Kernel, class Value>
+void SupernodalSweeps::backward(Kernel kernel, Int s, const Value* values, double* y, bool split) const {
   const Int w = kernel.width;
   const auto at = static_cast<std::size_t>(s);
   const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
-  const double* l = values + pattern_.value_begin[at];
+  const Value* l = values + pattern_.value_begin[at];
   double* own = y + pattern_.column[at] * w;
   const int* row = pattern_.row.data() + pattern_.row_begin[at] + columns;
   const bool shared = split && stride * columns > split_above;
@@ -268,8 +292,8 @@ void SupernodalSweeps::backward(Kernel kernel, Int s, const double* values, doub
   solve_triangle_transposed(kernel, l, stride, columns, own);
 }
 
-template <class Kernel>
-void SupernodalSweeps::run(Kernel kernel, const double* values, double* y, bool backward_only) const {
+template <class Kernel, class Value>
+void SupernodalSweeps::run(Kernel kernel, const Value* values, double* y, bool backward_only) const {
   const Int w = kernel.width;
   if (!backward_only) {
     std::fill_n(y + size() * w, (work_rows_ - size()) * w, 0.0);
@@ -299,6 +323,13 @@ void SupernodalSweeps::solve(const double* values, double* y, int width, bool ba
   if (width == 8) return run(Wide<2>{}, values, y, backward_only);
   if (width == 12) return run(Wide<3>{}, values, y, backward_only);
   run(Many{width}, values, y, backward_only);
+}
+
+void SupernodalSweeps::solve(const float* values, double* y, int width) const {
+  if (width == 1) return run(Single{}, values, y, false);
+  if (width == 4) return run(Wide<1>{}, values, y, false);
+  if (width == 8) return run(Wide<2>{}, values, y, false);
+  run(Wide<3>{}, values, y, false);
 }
 
 double SupernodalSweeps::memory_bytes() const {

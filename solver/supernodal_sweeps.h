@@ -29,6 +29,7 @@ class SupernodalSweeps {
   explicit SupernodalSweeps(SupernodalPattern pattern);
 
   std::int64_t size() const { return pattern_.column.back(); }
+  std::int64_t values() const { return pattern_.value_begin.back(); }
   /// Columns that a block of so many right-hand sides (at most most_columns) is padded to.
   static int width_for(std::int64_t columns) { return columns <= 1 ? 1 : static_cast<int>((columns + 3) / 4 * 4); }
   /// Rows of the working block: size() and the subtrees' places.
@@ -38,17 +39,19 @@ class SupernodalSweeps {
   /// beyond size() is overwritten   @param width  by width_for
   /// @param backward_only  L^T y = b instead
   void solve(const double* values, double* y, int width, bool backward_only = false) const;
+  /// Values rounded to single precision, half of what passes through memory; sums are double. @param width  at most few_columns
+  void solve(const float* values, double* y, int width) const;
   double memory_bytes() const;
 
  private:
   struct Subtree { std::int64_t first, last, extra_begin, root; };  ///< supernodes [first, last]
 
-  template <class Kernel>
-  void run(Kernel kernel, const double* values, double* y, bool backward_only) const;
-  template <class Kernel>
-  void forward(Kernel kernel, std::int64_t s, const double* values, double* y, bool split) const;
-  template <class Kernel>
-  void backward(Kernel kernel, std::int64_t s, const double* values, double* y, bool split) const;
+  template <class Kernel, class Value>
+  void run(Kernel kernel, const Value* values, double* y, bool backward_only) const;
+  template <class Kernel, class Value>
+  void forward(Kernel kernel, std::int64_t s, const Value* values, double* y, bool split) const;
+  template <class Kernel, class Value>
+  void backward(Kernel kernel, std::int64_t s, const Value* values, double* y, bool split) const;
   void plan();
 
   SupernodalPattern pattern_;

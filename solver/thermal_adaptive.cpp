@@ -26,7 +26,10 @@ constexpr double estimate_tolerance = 1e-3;  // of an error that is compared wit
 }  // namespace
 
 struct AdaptiveIntegrator::Work : ThermalIteration {
-  Work(const ThermalSystem& system, const AdaptiveOptions& o) : ThermalIteration(system), options(o) { loads.resize(1); }
+  Work(const ThermalSystem& system, const AdaptiveOptions& o) : ThermalIteration(system), options(o) {
+    loads.resize(1);
+    single_precision = o.single_precision;
+  }
 
   AdaptiveOptions options;
   /// Iterations that a factor for these coefficients and this step would have saved so far.

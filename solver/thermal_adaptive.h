@@ -21,6 +21,7 @@ struct AdaptiveOptions {
   double tolerance = 1e-9;      ///< residual relative to the right-hand side
   int max_iterations = 60;
   double factor_memory = 1e9;   ///< bytes that factors beyond the first may take
+  bool single_precision = false;  ///< of the values of factors (SparseFactorOptions); for tolerances above 1e-6
 };
 
 class AdaptiveIntegrator {

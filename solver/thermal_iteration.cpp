@@ -61,7 +61,7 @@ bool ThermalIteration::set_coefficients(std::size_t l, const VectorXd& p) {
 void ThermalIteration::factorise(Factor& factor, const VectorXd& p, double at_shift) const {
   factor.p = p;
   factor.shift = at_shift;
-  factor.solver.factorise(op, p, at_shift);
+  factor.solver.factorise(op, p, at_shift, single_precision);
 }
 
 std::unique_ptr<ThermalIteration::Factor> ThermalIteration::new_factor() const {

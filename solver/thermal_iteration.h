@@ -45,6 +45,7 @@ class ThermalIteration {
   std::vector<Load> loads;
   std::vector<std::unique_ptr<Factor>> factors;
   double shift = 0;                      ///< of the matrices now
+  bool single_precision = false;         ///< of the values of factors, see SparseFactorOptions
   /// (size x loads): right-hand sides, then what is left of them; d; E d
   SideBySide residual, increment, capacity_increment;
 

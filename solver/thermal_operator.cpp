@@ -209,7 +209,7 @@ SparseMatrix ThermalOperator::coupling(const VectorXd& p) const {
   return block;
 }
 
-void BlockSolver::factorise(const ThermalOperator& op, const VectorXd& p, double shift) {
+void BlockSolver::factorise(const ThermalOperator& op, const VectorXd& p, double shift, bool single_precision) {
   nodes_ = op.nodes();
   op.body_block(p, shift, block_);
   if (factor_) {
@@ -218,6 +218,7 @@ void BlockSolver::factorise(const ThermalOperator& op, const VectorXd& p, double
     SpdOptions options;
     options.kind = op.system().solver;
     options.factor.columns_at_once = few_columns;
+    options.factor.single_precision = single_precision;
     options.multigrid.tolerance = body_tolerance;
     factor_.emplace(block_, options);
   }

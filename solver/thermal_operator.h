@@ -65,7 +65,8 @@ class ThermalOperator {
 /// same walls: exact for those coefficients, a good preconditioner for others.
 class BlockSolver {
  public:
-  void factorise(const ThermalOperator& op, const Eigen::VectorXd& p, double shift);
+  /// @param single_precision  of the values of a direct factor, the same each time: see SparseFactorOptions
+  void factorise(const ThermalOperator& op, const Eigen::VectorXd& p, double shift, bool single_precision = false);
   /// Takes over the analysis of another solver of the same operator, to be factorised anew.
   void adopt(const BlockSolver& other) { factor_.emplace(other.factor_->copy_for_new_values()); }
 

@@ -220,8 +220,9 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
                  best = heldout_square(seen.problem(), seen.response().predict(right));
     if (before > 1.05 * best) line.gain = (before - after) / (before - best);
   }
-  if (beside.unseen) {
-    const Seen program(model, *beside.unseen, {}, beside.how);
+  if (beside.unseen && line.identifiable()) {
+    const compensation::Measurement unseen = beside.unseen();
+    const Seen program(model, unseen, {}, beside.how);
     const auto fill = [&](const mesh::Machine& corrected, double& heldout, double& at_poses, double& elsewhere) {
       const VectorXd predicted = program.response().predict(corrected);
       heldout = displacement_rms(seen, seen.response().predict(corrected), true, {});
@@ -231,7 +232,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     fill(machine, line.heldout_before, line.program_before, line.poses_before);
     fill(found, line.heldout_after, line.program_after, line.poses_after);
     fill(right, line.heldout_truth, line.program_truth, line.poses_truth);
-    const std::vector<Corrected> others = baselines(seen, measurement, program, *beside.unseen, machine);
+    const std::vector<Corrected> others = baselines(seen, measurement, program, unseen, machine);
     line.refit_heldout = others[0].heldout_um, line.refit_program = others[0].program_um;
     line.refit_right = others[0].kind == line.kind && others[0].where == line.where;
     line.process_heldout = others[1].heldout_um, line.process_program = others[1].program_um;

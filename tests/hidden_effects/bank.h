@@ -3,6 +3,7 @@
 // Sets of a bank: what is hidden is drawn from a seed, measured on a specimen, diagnosed on the reduced
 // model, and kept as one line. The diagnosis gets the model and the measurement and nothing else.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,7 +62,8 @@ std::vector<std::string> offered_kinds(const Specimen& specimen, const std::stri
 /// What a set comes with beside the measurement that the diagnosis gets; null where it stays unknown.
 struct Beside {
   const compensation::Measurement* clean = nullptr;   ///< the same machine without an outside effect
-  const compensation::Measurement* unseen = nullptr;  ///< the same machine under another program, exact
+  /// Measures the same machine under another program, exact; asked of identifiable singles alone.
+  std::function<compensation::Measurement()> unseen;
   std::size_t measured_poses = 0;                     ///< of the unseen program's: those that the record has too
   std::vector<Followable> inputs;                     ///< that a missing source may follow
   diagnosis::DiagnoseOptions how;                     ///< of the diagnosis

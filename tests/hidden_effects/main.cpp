@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "bank.h"
 #include "core/error.h"
@@ -42,7 +43,31 @@ std::vector<std::string> parts_of(const std::string& list) {
   return parts;
 }
 
+/// Sets of an earlier run; none where there is no such file.
+std::vector<hidden::Line> read_lines(const std::filesystem::path& file) {
+  std::vector<hidden::Line> lines;
+  std::ifstream in(file);
+  for (std::string text; std::getline(in, text);)
+    if (!text.starts_with("id\t"))
+      if (hidden::Line line = hidden::Line::parse(text); !line.id.empty()) lines.push_back(std::move(line));
+  return lines;
+}
+
+/// The table of all sets in these files.
+int score(int count, char** files) {
+  std::vector<hidden::Line> lines;
+  for (int i = 0; i < count; ++i) {
+    const std::vector<hidden::Line> more = read_lines(files[i]);
+    if (more.empty()) throw core::UsageError(std::string("--score ") + files[i] + ": holds no sets; give files bank_SEED.tsv");
+    lines.insert(lines.end(), more.begin(), more.end());
+  }
+  if (lines.empty()) throw core::UsageError("--score: give files bank_SEED.tsv");
+  std::cout << hidden::score(lines);
+  return 0;
+}
+
 int run(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "--score") return score(argc - 2, argv + 2);
   const auto options = read_options(argc, argv);
   const auto number = [&](const std::string& name, double otherwise) {
     if (!options.count(name)) return otherwise;
@@ -63,12 +88,8 @@ int run(int argc, char** argv) {
 
   std::vector<hidden::Line> lines;
   std::set<std::string> done;
-  if (std::ifstream before(file); before)
-    for (std::string text; std::getline(before, text);)
-      if (!text.starts_with("id\t")) {
-        hidden::Line line = hidden::Line::parse(text);
-        if (!line.id.empty() && done.insert(line.id).second) lines.push_back(std::move(line));
-      }
+  for (hidden::Line& line : read_lines(file))
+    if (done.insert(line.id).second) lines.push_back(std::move(line));
   std::ofstream log(file, std::ios::app);
   if (done.empty()) log << hidden::Line::header() << "\n";
 
@@ -87,6 +108,7 @@ int run(int argc, char** argv) {
   const std::vector<std::string> loads = options.count("loads") ? parts_of(options.at("loads")) : machine_case.holdout;
   const std::string unseen_load = options.count("unseen") ? options.at("unseen") : machine_case.train.back();
   std::uint64_t serial = 0;
+  std::vector<std::string> failed;
   const auto one = [&](hidden::Group group, const std::string& kind, const std::string& id) {
     const std::uint64_t own = seed * 100000 + ++serial;
     if (done.count(id)) return;
@@ -101,13 +123,15 @@ int run(int argc, char** argv) {
       beside.how = how;
       beside.inputs = specimen.followable(draw.load);
       beside.measured_poses = specimen.measured_poses();
-      std::optional<compensation::Measurement> clean, unseen;
+      std::optional<compensation::Measurement> clean;
       if (group == hidden::Group::outside) beside.clean = &clean.emplace(specimen.measure(other));
       other.load = unseen_load;
-      if (group == hidden::Group::single && unseen_load != "none") beside.unseen = &unseen.emplace(specimen.measure(other, nullptr, hidden::Recording::exact));
+      if (group == hidden::Group::single && unseen_load != "none")
+        beside.unseen = [&] { return specimen.measure(other, nullptr, hidden::Recording::exact); };
       lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, beside, draw.truths.empty() ? std::optional<double>() : effective));
     } catch (const std::exception& error) {
       std::cerr << id << ": " << error.what() << "\n";
+      failed.push_back(id);
       return;
     }
     const hidden::Line& line = lines.back();
@@ -122,7 +146,9 @@ int run(int argc, char** argv) {
   for (int i = 0; i < static_cast<int>(number("pairs", 40)); ++i) one(hidden::Group::pair, "", fmt::format("pair_{}", i));
   for (int i = 0; i < static_cast<int>(number("outside", 40)); ++i) one(hidden::Group::outside, "", fmt::format("outside_{}", i));
   std::cout << hidden::score(lines);
-  return 0;
+  if (failed.empty()) return 0;
+  std::cout << fmt::format("\n{} sets are not in the table, since they failed: {}\n", failed.size(), fmt::join(failed, ", "));
+  return 3;
 }
 
 }  // namespace

@@ -78,8 +78,8 @@ std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine)
 /// Where it was far below and no coefficient or input has changed by 5 % since, only every fourth step takes one.
 class Steps {
  public:
-  Steps(const solver::ThermalSystem& system, double longest, double tolerance_K)
-      : integrator_(system, {.tolerance = solved_to}), size_(longest), tolerance_K_(tolerance_K) {}
+  Steps(const solver::ThermalSystem& system, double longest, const SpecimenOptions& options)
+      : integrator_(system, {.tolerance = options.solved_to, .single_precision = options.solved_to > 1e-6}), size_(longest), tolerance_K_(options.tolerance_K) {}
 
   void advance(VectorXd& state, const solver::Coefficients& c, double span) {
     constexpr double shortest_s = 1.0;
@@ -109,7 +109,6 @@ class Steps {
   }
 
  private:
-  static constexpr double solved_to = 1e-5;  ///< of a right-hand side: against 1e-9 a record differs by less than 0.001 um
   struct Estimate { solver::Coefficients c; double size, error_K; int steps; };
 
   bool known_good(const solver::Coefficients& c, double size) const {
@@ -260,7 +259,7 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
   if (parts.capacity.size() > 0) footprint.add_capacity(parts.capacity);
   const solver::ThermalSystem& thermal = footprint.system();
 
-  Steps stepper(thermal, ends.front(), options_.tolerance_K);
+  Steps stepper(thermal, ends.front(), options_);
   VectorXd state = VectorXd::Constant(thermal.size, load.initial_C() - machine.reference_C);
   const VectorXd offsets = solver::sensor_offsets(machine, layout);
   const auto readings = [&] { return VectorXd(thermal.sensors * state + offsets); };

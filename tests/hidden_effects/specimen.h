@@ -62,6 +62,7 @@ struct Followable {
 struct SpecimenOptions {
   double size_factor = 0.7, refine = 1.4;   ///< mesh; rows of the record relative to the load's own steps
   double tolerance_K = 0.03;                ///< of a step, largest error at any node; a few nodes at a bearing have it
+  double solved_to = 1e-5;                  ///< of each right-hand side: against 1e-9 a record differs by less than 0.001 um
   double noise_K = 0.05, noise_um = 0.3;
   double missing_share = 0.03;              ///< of values; half as many whole rows
   std::uint64_t seed = 1;                   ///< of materials

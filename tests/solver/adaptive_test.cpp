@@ -107,6 +107,29 @@ TEST(AdaptiveIntegrator, WithoutTheEstimateAStepIsTheSameForTwoSolvesOfThree) {
   EXPECT_EQ(with.end, without.end);
 }
 
+TEST(AdaptiveIntegrator, FactorsOfSinglePrecisionReachTheTolerance) {
+  const Rig s;
+  Eigen::VectorXd row = s.model.channels().defaults();
+  row[s.model.channels().index("spindle.speed_rpm")] = 6000;
+  const Coefficients c = s.model.coefficients(row, Eigen::VectorXd::Constant(1, -1.0));
+  AdaptiveIntegrator exact(s.system, {.tolerance = 1e-12});
+  for (const double tolerance : {1e-5, 1e-10}) {
+    AdaptiveIntegrator rounded(s.system, {.tolerance = tolerance, .single_precision = true});
+    AdaptiveIntegrator::Step one, other;
+    Eigen::VectorXd start = Eigen::VectorXd::Zero(s.system.size);
+    for (int step = 0; step < 20; ++step) {
+      exact.attempt(start, c.p, {c.q, c.q, c.q}, 300.0, true, one);
+      rounded.attempt(start, c.p, {c.q, c.q, c.q}, 300.0, true, other);
+      EXPECT_LT((one.end - other.end).norm(), 10.0 * tolerance * one.end.norm()) << step;
+      EXPECT_NE(one.end, other.end);
+      start = one.end;
+    }
+    EXPECT_EQ(rounded.statistics().factorisations, 1);
+    if (tolerance > 1e-6) EXPECT_EQ(rounded.statistics().iterations, rounded.statistics().solves);
+    else EXPECT_GT(rounded.statistics().iterations, rounded.statistics().solves);
+  }
+}
+
 TEST(AdaptiveIntegrator, TheErrorFollowsTheTolerance) {
   const Rig s;
   const auto exact = s.run(s.program(program_text + adaptive(1e-7)));

@@ -146,6 +146,34 @@ TEST(SparseFactor, FewColumnsAgreeWithManyInAnyLayout) {
   }
 }
 
+TEST(SparseFactor, SinglePrecisionIsHalfTheMemoryAndGoodToASmallResidual) {
+  const auto a = grid_matrix(20, 1, 0.1);
+  SparseFactorOptions options;
+  options.single_precision = true;
+  SparseFactor factor(a, options);
+  const SparseFactor exact(a);
+  EXPECT_LT(factor.memory_bytes(), 0.6 * exact.memory_bytes());
+  EXPECT_EQ(factor.rcond(), exact.rcond());
+  const Eigen::MatrixXd b = some_columns(a.cols(), 29);
+  const auto check = [&](const SparseFactor& of, double scale) {
+    for (int columns : {1, 2, 5, 9, 12, 29}) {
+      const Eigen::MatrixXd some = b.leftCols(columns), x = of.solve(some);
+      const double left = (scale * (a * x) - some).norm() / some.norm();
+      EXPECT_LT(left, 1e-6) << columns;
+      EXPECT_GT(left, 1e-9) << columns;  // rounded indeed
+      SideBySide beside(a.cols(), columns);
+      of.solve_side_by_side(SideBySide(some), beside);
+      EXPECT_LT((beside - x).norm(), 1e-12 * x.norm()) << columns;
+    }
+  };
+  check(factor, 1.0);
+  const SparseFactor before = factor.clone();
+  factor.factorise(2.0 * a);
+  check(factor, 2.0);
+  check(before, 1.0);
+  EXPECT_THROW(factor.half_solve(b), core::SolverError);
+}
+
 TEST(SparseFactor, SweepsHaveTheSameBitsForAnyNumberOfThreads) {
   const auto a = grid_matrix(28, 1, 0.05);  // separators at the top are shared among threads
   const SparseFactor factor(a);
