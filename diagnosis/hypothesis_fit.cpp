@@ -122,7 +122,7 @@ White::White(const Problem& problem, bool whole_record)
     : whole(whole_record), whitener(whole_record ? problem.covariance : problem.fitted_covariance()), columns(of(problem, problem.columns)), residual(of(problem, problem.measured - problem.predicted)) {}
 
 LinearForm nominal_form(const Problem& problem, const White& white) {
-  return {white.columns, white.residual, problem.prior_std, {}, {}, VectorXd::Zero(problem.measured.size())};
+  return {white.columns, white.residual, problem.prior_std, {}, {}, problem.moved_around({})};
 }
 
 LinearForm form_about(const Problem& problem, const White& white, const Hypothesis& h) {
@@ -131,13 +131,31 @@ LinearForm form_about(const Problem& problem, const White& white, const Hypothes
   const VectorXd size = h.value - problem.nominal(h.members);
   form.members = h.members;
   form.value = h.value;
-  form.shift = h.sensitivity * size;
+  form.shift = h.sensitivity * size + problem.moved_around(h.members);
   const Freedom free = freedom(problem, h.members, h.sensitivity, h.spread, size);
   const MatrixXd free_columns = white.of(problem, free.columns), own = white.of(problem, h.sensitivity);
   form.columns = joined(white.columns, free_columns);
   for (Index k = 0; k < count; ++k) form.columns.col(h.members[static_cast<std::size_t>(k)]) = own.col(k);
   form.prior_std = joined(problem.prior_std, free.std);
-  form.residual = white.of(problem, problem.measured - h.predicted + form.shift);
+  form.residual = white.of(problem, problem.measured - h.predicted + h.sensitivity * size);
+  return form;
+}
+
+LinearForm form_beside(const Problem& problem, const Response& response, const mesh::Machine& machine, const White& white, const Hypothesis& h) {
+  LinearForm form = form_about(problem, white, h);
+  const auto count = static_cast<Index>(problem.parameters.size());
+  VectorXd at = problem.nominal.head(count);
+  at.head(problem.around.size()) += problem.around;
+  VectorXd off = VectorXd::Zero(count);
+  off.head(problem.around.size()) = problem.around;
+  for (std::size_t k = 0; k < h.members.size(); ++k) {
+    at[h.members[k]] = h.value[static_cast<Index>(k)];
+    off[h.members[k]] = h.value[static_cast<Index>(k)] - problem.nominal[h.members[k]];
+  }
+  const Response::Linear there = response.linearise(machine, problem.parameters, at, false);
+  form.columns.leftCols(count) = white.of(problem, there.sensitivity);
+  form.shift = there.sensitivity * off;
+  form.residual = white.of(problem, problem.measured - there.predicted + form.shift);
   return form;
 }
 

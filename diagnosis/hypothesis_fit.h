@@ -40,11 +40,14 @@ struct LinearForm {
   Eigen::VectorXd residual, prior_std;  ///< priors as nominal, the members' too
   std::vector<int> members;
   Eigen::VectorXd value;                ///< (members)
-  Eigen::VectorXd shift;                ///< (observations) added to measured less predicted: what the members' own columns account for
+  Eigen::VectorXd shift;                ///< (observations) added to measured less predicted there: what columns account for
 };
 LinearForm nominal_form(const Problem& problem, const White& white);
 /// @param h  refined
 LinearForm form_about(const Problem& problem, const White& white, const Hypothesis& h);
+/// The same with all other parameters linearised there too, one more run of the model: a sensor that has come loose
+/// shows nothing until something warms its place.
+LinearForm form_beside(const Problem& problem, const Response& response, const mesh::Machine& machine, const White& white, const Hypothesis& h);
 
 /// What bounds do to the evidence of a Gaussian: ln of the mass that the posterior has within them over that of
 /// the prior. A time constant or a power that would have to be negative explains nothing.

@@ -23,6 +23,7 @@ namespace {
 /// A cause whose whole prior moves the white residual by less than this cannot be told from none.
 constexpr double visible = 2.0;
 constexpr std::size_t most_pair_partners = 60;
+constexpr double worth_looking_beside = 10.0;  ///< ln Bayes factor of the leading cause above which all others are linearised anew beside it
 
 double log_sum(const std::vector<double>& logs) {
   const double top = *std::max_element(logs.begin(), logs.end());
@@ -115,7 +116,8 @@ std::vector<Hypothesis> grow_pairs(const Problem& problem, const Response& respo
   core::parallel_for(0, grown.size(), [&](std::size_t a) {
     std::optional<Evidence> about;
     if (firsts[a]->refined) {
-      const LinearForm form = form_about(problem, white, *firsts[a]);
+      const bool looked_beside = a == 0 && firsts[a]->log_evidence > worth_looking_beside;
+      const LinearForm form = looked_beside ? form_beside(problem, response, machine, white, *firsts[a]) : form_about(problem, white, *firsts[a]);
       about.emplace(form, log_none, options.evidence_share, a == 0 ? scan_readings(problem, response, machine, white, form, candidates) : std::vector<ScannedReading>());
     }
     const int first = firsts[a]->members[0];

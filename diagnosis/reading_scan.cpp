@@ -37,7 +37,6 @@ std::vector<ScannedReading> scan_readings(const Problem& problem, const Response
     prior_std[i] = members.back().cause_std;
   }
   const mesh::Machine base = with_parameters(problem.machine_around(machine, form.members), members, form.value);
-  const VectorXd shift = form.shift + problem.moved_around(form.members);
   const MatrixXd states = response.states(base);
   // Nuisances take what they can, whatever the reading.
   const MatrixXd scaled = form.columns * prior_std.asDiagonal();
@@ -50,7 +49,7 @@ std::vector<ScannedReading> scan_readings(const Problem& problem, const Response
   };
   const double nominal = chi_square(form.residual);
   const auto residual_at = [&](const Parameter& p, double value) {
-    return VectorXd(white.of(problem, problem.measured - response.read(with_parameter(base, p, value), states) + shift));
+    return VectorXd(white.of(problem, problem.measured - response.read(with_parameter(base, p, value), states) + form.shift));
   };
   std::vector<std::pair<double, ScannedReading>> found(curved.size());
   core::parallel_for(0, curved.size(), [&](std::size_t c) {

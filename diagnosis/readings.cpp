@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/readings.h"
 
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace thermotwin::diagnosis {
 
 using Eigen::Index;
 using Eigen::VectorXd;
+
+namespace {
+constexpr double most_noise = 1000.0;  ///< variance over that of a step of the walk: an hour or three at steps of five minutes
+constexpr Index fewest_for_noise = 20;
+}  // namespace
 
 VectorXd lagged(const VectorXd& time, const VectorXd& values, double time_constant) {
   if (!(time_constant > 0.0) || values.size() == 0) return values;
@@ -33,6 +40,23 @@ VectorXd shifted(const VectorXd& time, const VectorXd& values, double shift) {
     result[i] = values[right - 1] + share * (values[right] - values[right - 1]);
   }
   return result;
+}
+
+VectorXd without_noise(const VectorXd& values) {
+  const Index n = values.size();
+  if (n < fewest_for_noise) return values;
+  const VectorXd difference = values.tail(n - 1) - values.head(n - 1);
+  const double noise = -difference.head(n - 2).dot(difference.tail(n - 2)) / static_cast<double>(n - 2);
+  if (!(noise > 0.0)) return values;
+  const double walk = difference.squaredNorm() / static_cast<double>(n - 1) - 2.0 * noise, ratio = walk * most_noise > noise ? noise / walk : most_noise;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index i = 0; i < n; ++i) {
+    entries.emplace_back(i, i, 1.0 + ratio * ((i > 0) + (i + 1 < n)));
+    if (i > 0) entries.emplace_back(i, i - 1, -ratio);
+  }
+  Eigen::SparseMatrix<double> smoother(n, n);
+  smoother.setFromTriplets(entries.begin(), entries.end());
+  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(smoother).solve(values);
 }
 
 VectorXd sensor_readings(const mesh::SensorSpec& sensor, const VectorXd& time, const VectorXd& air, const VectorXd& values) {

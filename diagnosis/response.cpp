@@ -75,8 +75,11 @@ Response::Response(const reduction::ReducedModel& model, const Observations& obs
   const int air = machine.ambient_index("air");
   if (air < 0) return;
   const solver::OperatingModel operating(machine, model.system.layout);
-  for (Index i = 0; i < air_.size(); ++i)
-    air_[i] += operating.ambient_K(air, observations.rows.row(std::min(i, observations.rows.rows() - 1)).transpose());
+  const Index steps = observations.rows.rows();
+  VectorXd means(steps);
+  for (Index s = 0; s < steps; ++s) means[s] = operating.ambient_K(air, observations.rows.row(s).transpose());
+  means = without_noise(means);
+  for (Index i = 0; i <= steps; ++i) air_[i] += 0.5 * (means[std::max<Index>(i - 1, 0)] + means[std::min(i, steps - 1)]);
 }
 
 Response::Rows Response::observed_rows() const {

@@ -22,6 +22,7 @@ constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may b
 constexpr double most_freedom = 2.5, most_other = 3.5;
 constexpr double certain = 2.0;         ///< of its own standard deviations that a size has to be off
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
+constexpr double likely = 0.5;          ///< a second cause is named where the model with it is more likely than all without, and which one is sure
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
 
 /// Two digits of the standard deviation are what an estimate is worth.
@@ -133,7 +134,7 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     if (named_beside_unknown(causes.front(), found)) {
       out.verdict = "ambiguous";
       for (const RankedCause& cause : causes)
-        if (cause.probability >= sure && outside_nominal(cause)) out.causes.push_back(cause);
+        if (outside_nominal(cause) && cause.probability >= likely) (cause.probability >= sure ? out.causes : out.ambiguous_set).push_back(cause);
       out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
     } else if (found.probability_unknown < set_holds && causes.front().probability >= 1.0 - set_holds && causes.front().probability < sure) {
       out.verdict = "ambiguous";
@@ -149,6 +150,10 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     if (cause.probability < sure) break;
     ++found_sure;
     if (outside_nominal(cause)) out.causes.push_back(cause);
+  }
+  if (found_sure == 1 && !out.causes.empty() && causes.size() > 1 && causes[1].probability >= std::max(likely, sure * second_needed) && outside_nominal(causes[1])) {
+    out.causes.push_back(causes[1]);
+    ++found_sure;
   }
   const bool complete = found_sure >= 2 || (found_sure == 1 && second_needed < sure);
   if (complete && !out.causes.empty()) {

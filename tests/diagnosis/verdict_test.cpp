@@ -14,7 +14,7 @@ using diagnosis::Diagnosis;
 using lumped::find;
 
 /// A second parameter in what is decided, and the probabilities that both are needed and that something is unknown.
-struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0; bool missing = false; };
+struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0; bool missing = false; double leftover = 0.0; };
 
 /// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
 Diagnosis decided(double value, double probability, double log_evidence, const Second& second = {}) {
@@ -47,6 +47,8 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   found.marginal << probability, second.probability;
   found.probability_none = 1e-4;
   found.probability_unknown = second.unknown;
+  found.probability_leftover = second.leftover;
+  found.log_evidence_beside = log_evidence;
   Diagnosis d;
   diagnosis::decide(problem, found, d);
   d.sentence = diagnosis::sentence_of(d);
@@ -95,6 +97,32 @@ TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
   ASSERT_EQ(d.causes.size(), 1U);
   EXPECT_EQ(d.causes[0].parameter.where, "motor");
   EXPECT_EQ(d.ranking.front().parameter.where, "motor");
+}
+
+TEST(Verdict, a_second_cause_is_named_where_it_is_likely_and_no_other_one_is) {
+  const auto named = [](const Second& second) {
+    const Diagnosis d = decided(1.6, 0.99, 300.0, second);
+    EXPECT_EQ(d.verdict, "explained");
+    return d.causes.size();
+  };
+  EXPECT_EQ(named({.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}), 2U);
+  EXPECT_EQ(named({.value = 1.6, .probability = 0.6, .log_evidence = 8.0, .pair = 0.8}), 1U);   // another second one shares
+  EXPECT_EQ(named({.value = 1.6, .probability = 0.45, .log_evidence = 8.0, .pair = 0.46}), 1U);
+  EXPECT_EQ(named({.value = 1.2, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}), 1U);  // within its uncertainty
+  // The first one has to be sure, and beyond its own.
+  EXPECT_EQ(decided(1.6, 0.85, 300.0, {.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}).verdict, "ambiguous");
+  EXPECT_TRUE(decided(1.2, 0.99, 5.0, {.value = 1.6, .probability = 0.78, .log_evidence = 4.0, .pair = 0.8}).causes.empty());
+}
+
+TEST(Verdict, beside_a_cause_and_something_unknown_a_likely_one_is_in_the_set) {
+  const Diagnosis d = decided(1.6, 0.99, 300.0, {.value = 1.6, .probability = 0.8, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6});
+  EXPECT_EQ(d.verdict, "ambiguous");
+  ASSERT_EQ(d.causes.size(), 1U);
+  ASSERT_EQ(d.ambiguous_set.size(), 2U);
+  EXPECT_EQ(d.ambiguous_set[0].parameter.where, "column.film");
+  EXPECT_EQ(d.ambiguous_set[1].parameter.kind, "unknown");
+  EXPECT_NE(d.sentence.find("and one of: film_coefficient of column.film"), std::string::npos) << d.sentence;
+  EXPECT_EQ(decided(1.6, 0.99, 300.0, {.value = 1.6, .probability = 0.4, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6}).ambiguous_set.size(), 1U);
 }
 
 TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
