@@ -135,7 +135,7 @@ Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group,
 }
 
 Line diagnose_set(const std::string& id, Group group, const Draw& draw, const compensation::Measurement& measurement,
-                  const reduction::ReducedModel& model, const Beside& beside, std::optional<double> effective) {
+                  const reduction::ReducedModel& model, const Beside& beside, const std::vector<double>& effective) {
   Line line;
   line.id = id;
   line.group = group_names[static_cast<int>(group)];
@@ -178,7 +178,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   const Truth& truth = draw.truths.front();
   line.kind = truth.parameter.kind;
   line.where = truth.parameter.where;
-  line.value = effective.value_or(truth.value);
+  line.value = effective.empty() ? truth.value : effective.front();
   line.nominal_std = truth.parameter.nominal_std;
   double rank = 0.0;
   for (const diagnosis::RankedCause& cause : d.ranking) {
@@ -200,7 +200,8 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.where2 = draw.truths[1].parameter.where;
     line.second_named = named.count(line.kind2 + " " + line.where2) > 0;
     const Seen seen(model, measurement, {}, beside.how);
-    const Factors one = seen.factors_beside({truth.parameter, line.value}, draw.truths[1]), two = seen.factors_beside(draw.truths[1], {truth.parameter, line.value});
+    const Truth first{truth.parameter, line.value}, second{draw.truths[1].parameter, effective.size() > 1 ? effective[1] : draw.truths[1].value};
+    const Factors one = seen.factors_beside(first, second), two = seen.factors_beside(second, first);
     line.against_none = std::min(one.against_none, two.against_none);
     line.against_rival = std::min(one.against_rival, two.against_rival);
     line.rival = one.against_rival < two.against_rival ? one.rival : two.rival;

@@ -69,9 +69,9 @@ struct Beside {
   diagnosis::DiagnoseOptions how;                     ///< of the diagnosis
 };
 
-/// @param effective  what the effect amounts to against the nominal machine; absent: as drawn
+/// @param effective  (truths) what each effect amounts to against the nominal machine; empty: as drawn
 Line diagnose_set(const std::string& id, Group group, const Draw& draw, const compensation::Measurement& measurement,
-                  const reduction::ReducedModel& model, const Beside& beside = {}, std::optional<double> effective = {});
+                  const reduction::ReducedModel& model, const Beside& beside = {}, const std::vector<double>& effective = {});
 
 /// The table of scores, one by kind, and detection over effect size.
 std::string score(const std::vector<Line>& lines);

@@ -6,6 +6,7 @@
 
 #include "bank.h"
 #include "baselines.h"
+#include "compensation/virtual_measurement.h"
 #include "reduction/reduce.h"
 #include "wrong_parts.h"
 
@@ -110,9 +111,10 @@ TEST(HiddenEffects, HeatThatNoSourceHasIsFoundWhereItIs) {
   draw.truths = {heat_on("post", {-0.06, 0.23, -0.07}, "axis.X.feed_mm_min", 8000.0, 120.0)};
   hidden::Beside beside;
   beside.inputs = bench().specimen.followable("mixed");
-  double effective = 0.0;
+  std::vector<double> effective;
   const compensation::Measurement measured = bench().specimen.measure(draw, &effective);
-  EXPECT_NEAR(effective, 120.0, 0.25 * 120.0);
+  ASSERT_EQ(effective.size(), 1U);
+  EXPECT_NEAR(effective[0], 120.0, 0.25 * 120.0);
   const hidden::Line line = hidden::diagnose_set("test", hidden::Group::single, draw, measured, bench().model, beside, effective);
   EXPECT_TRUE(line.identifiable()) << line.text();
   EXPECT_EQ(line.verdict, "explained") << line.text();
@@ -194,9 +196,10 @@ TEST(HiddenEffects, ATapeThatGrowsMoreChangesWhatIsReadAlongItAndNothingElse) {
   draw.seed = 5;
   const compensation::Measurement right = bench().specimen.measure(draw, nullptr, hidden::Recording::exact);
   draw.truths = {truth("scale_expansion", "X", 2.0)};
-  double effective = 0.0;
+  std::vector<double> effective;
   const compensation::Measurement wrong = bench().specimen.measure(draw, &effective, hidden::Recording::exact);
-  EXPECT_NEAR(effective, 2.0, 0.2);
+  ASSERT_EQ(effective.size(), 1U);
+  EXPECT_NEAR(effective[0], 2.0, 0.2);
   const std::size_t poses = bench().specimen.measured_poses() + 2;
   EXPECT_EQ(std::count_if(right.channels.begin(), right.channels.end(), [](const auto& c) { return c.id.starts_with("dx@"); }), static_cast<long>(poses));
   for (const compensation::MeasuredChannel& channel : right.channels) {
@@ -209,6 +212,21 @@ TEST(HiddenEffects, ATapeThatGrowsMoreChangesWhatIsReadAlongItAndNothingElse) {
       EXPECT_LT(change, 0.05) << channel.id;
     }
   }
+}
+
+TEST(HiddenEffects, WhatEachOfTwoAmountsToCountsTheMachinesOwnDeviation) {
+  const mesh::Machine& nominal = bench().machine_case.machine;
+  hidden::Draw draw;
+  draw.load = "mixed";
+  draw.seed = 10;
+  draw.truths = {truth("sensor_offset", "T2", 1.0), truth("source_power", nominal.sources.front().id, 1.5)};
+  std::vector<double> effective;
+  bench().specimen.measure(draw, &effective);
+  ASSERT_EQ(effective.size(), 2U);
+  EXPECT_EQ(effective[0], 1.0);
+  const double own = compensation::perturbed(nominal, draw.seed).sources.front().scale.value / nominal.sources.front().scale.value;
+  EXPECT_GT(std::abs(own - 1.0), 0.005);
+  EXPECT_NEAR(effective[1], 1.5 * own, 1e-12);
 }
 
 TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {

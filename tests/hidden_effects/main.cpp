@@ -114,7 +114,7 @@ int run(int argc, char** argv) {
     if (done.count(id)) return;
     const hidden::Draw draw = hidden::draw_set(specimen, expectations, group, kind, loads[serial % loads.size()], own);
     try {
-      double effective = 0.0;
+      std::vector<double> effective;
       const compensation::Measurement measurement = specimen.measure(draw, &effective);
       if (options.count("write")) compensation::write_measurement(std::filesystem::path(options.at("write")) / id, measurement);
       hidden::Draw other = draw;
@@ -128,7 +128,7 @@ int run(int argc, char** argv) {
       other.load = unseen_load;
       if (group == hidden::Group::single && unseen_load != "none")
         beside.unseen = [&] { return specimen.measure(other, nullptr, hidden::Recording::exact); };
-      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, beside, draw.truths.empty() ? std::optional<double>() : effective));
+      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, beside, effective));
     } catch (const std::exception& error) {
       std::cerr << id << ": " << error.what() << "\n";
       failed.push_back(id);

@@ -322,7 +322,7 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
   return run;
 }
 
-/// What the first effect amounts to against the nominal machine, where its size in the mean over the record was so much.
+/// What an effect amounts to against the nominal machine, where its size in the mean over the record was so much.
 double Specimen::effective_value(const Truth& truth, const mesh::Machine& machine, const std::optional<double>& mean_size) const {
   if (truth.parameter.missing) return truth.value * mean_size.value_or(0.0);
   if (!mean_size || diagnosis::acts_on_readings(truth.parameter.kind)) return truth.value;
@@ -332,14 +332,15 @@ double Specimen::effective_value(const Truth& truth, const mesh::Machine& machin
   return truth.parameter.ratio ? changed * *here.value / *before.value : changed + (*here.value - *before.value) / here.per_unit;
 }
 
-Measurement Specimen::measure(const Draw& draw, double* effective, Recording recording) const {
+Measurement Specimen::measure(const Draw& draw, std::vector<double>* effective, Recording recording) const {
   const bool exact = recording == Recording::exact;
   const std::vector<mesh::Pose> poses(poses_.begin(), exact ? poses_.end() : poses_.begin() + static_cast<std::ptrdiff_t>(measured_poses_));
   Random random(draw.seed), noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
   const mesh::Machine machine = machine_of(draw.seed);
   OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
   const Run run = this->run(draw, machine, poses, random, outside);
-  if (effective && !draw.truths.empty()) *effective = effective_value(draw.truths.front(), machine, run.mean_size);
+  for (std::size_t i = 0; effective && i < draw.truths.size(); ++i)  // the second one's size is not followed: it wanders about what was drawn
+    effective->push_back(effective_value(draw.truths[i], machine, i == 0 ? run.mean_size : std::optional<double>(1.0)));
 
   const VectorXd& time = run.time;
   const solver::Channels channels(machine);

@@ -79,9 +79,9 @@ class Specimen {
   /// A measurement that says what its channels are and holds one row: for choosing what to hide.
   compensation::Measurement blank(const std::string& load) const;
   /// @param recording  exact: without noise and gaps, at the poses of a measurement and two that none has seen
-  /// @param effective  if given: what the first effect amounts to against the nominal machine, in the mean
+  /// @param effective  (truths) if given: what each effect amounts to against the nominal machine, in the mean
   ///                   over the record: its size wanders, and the specimen's own value is not the nominal one
-  compensation::Measurement measure(const Draw& draw, double* effective = nullptr, Recording recording = Recording::measured) const;
+  compensation::Measurement measure(const Draw& draw, std::vector<double>* effective = nullptr, Recording recording = Recording::measured) const;
   /// Speeds and states that a control sends and that change under the load, and the machine being on.
   std::vector<Followable> followable(const std::string& load) const;
   std::size_t measured_poses() const { return measured_poses_; }
