@@ -58,6 +58,7 @@ LinearEvidence::Widened LinearEvidence::widen(std::span<const int> which, std::s
   // b^T C' b - b^T C b = -m^T (1 + D C)^-1 D m on the block
   const double gain = -mean.dot(lu.solve(change.cwiseProduct(mean)));
   result.log_ratio = 0.5 * gain - 0.5 * std::log(lu.determinant()) - log_width;
+  result.chi_square = chi_square_ - gain;
   // C'_II b_I + ... = (1 + C D)^-1 m
   result.mean = inner.transpose().partialPivLu().solve(mean);
   result.std = posterior.diagonal().cwiseMax(0.0).cwiseSqrt();

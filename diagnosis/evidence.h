@@ -31,6 +31,7 @@ class LinearEvidence {
   /// The same data with some priors widened.
   struct Widened {
     double log_ratio = 0;   ///< log evidence minus that of the priors given
+    double chi_square = 0;  ///< what is left then, see chi_square()
     Eigen::VectorXd mean, std;   ///< posterior of the widened ones, in the order asked for
   };
   /// @param which  indices of parameters, distinct   @param std  their new prior

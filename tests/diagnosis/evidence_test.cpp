@@ -115,6 +115,8 @@ TEST(Evidence, widened_priors_equal_a_new_computation) {
     const diagnosis::LinearEvidence direct(columns, residual, prior);
     const auto widened = evidence.widen(which, wide);
     EXPECT_NEAR(widened.log_ratio, direct.log_evidence() - evidence.log_evidence(), 1e-8);
+    EXPECT_NEAR(widened.chi_square, direct.chi_square(), 1e-8);
+    EXPECT_LT(widened.chi_square, evidence.chi_square());
     for (std::size_t k = 0; k < which.size(); ++k) {
       EXPECT_NEAR(widened.mean[static_cast<Index>(k)], direct.mean()[which[k]], 1e-9);
       EXPECT_NEAR(widened.std[static_cast<Index>(k)], std::sqrt(direct.covariance()(which[k], which[k])),

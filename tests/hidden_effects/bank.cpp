@@ -165,13 +165,20 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.where = draw.outside_where;
   }
   const mesh::Machine& machine = model.machine;
-  if (beside.clean) {
+  if (beside.affected && beside.unaffected) {
     // What is left of the effect when every nominal uncertainty has taken what it can.
-    const Seen without(model, *beside.clean, {}, beside.how);
+    const Seen without(model, *beside.unaffected, {}, beside.how);
     const diagnosis::Problem& problem = without.problem();
-    const VectorXd effect = diagnosis::observe(measurement, machine, solver::Channels(machine), {}).stacked() - problem.measured;
+    const VectorXd effect = diagnosis::observe(*beside.affected, machine, solver::Channels(machine), {}).stacked() - problem.measured;
     const diagnosis::Whitener whitener(problem.fitted_covariance());
-    line.against_none = diagnosis::LinearEvidence(whitener.whiten(problem.fitted(problem.columns)), whitener.whiten(problem.fitted(effect)), problem.prior_std).chi_square();
+    const diagnosis::LinearEvidence evidence(whitener.whiten(problem.fitted(problem.columns)), whitener.whiten(problem.fitted(effect)), problem.prior_std);
+    line.against_none = line.against_rival = evidence.chi_square();
+    for (std::size_t i = 0; i < problem.parameters.size(); ++i) {
+      const int which[] = {static_cast<int>(i)};
+      const double width[] = {problem.parameters[i].cause_std};
+      if (const double left = evidence.widen(which, width).chi_square; left < line.against_rival)
+        line.against_rival = left, line.rival = problem.parameters[i].kind + " " + problem.parameters[i].where;
+    }
   }
   if (draw.truths.empty()) return line;
 

@@ -22,7 +22,8 @@ struct Line {
   std::string id, group, kind, where;   ///< truth; of pairs the first
   std::string kind2, where2;
   double value = 0, nominal_std = 0;    ///< what the effect amounts to
-  /// Expected 2 ln of the Bayes factor; of an outside effect chi-square of what it does to the readings.
+  /// Expected 2 ln of the Bayes factor. Of an outside effect chi-square of what it does to the readings beside nominal
+  /// uncertainty, and of what is left of that beside the single cause that leaves least (rival).
   double against_none = 0, against_rival = 0;
   std::string rival;
   /// A named or shared cause that is the truth has the truth's words, also a missing source whose place differs.
@@ -47,6 +48,7 @@ struct Line {
   bool clear() const { return against_none >= 20.0 && against_rival >= 10.0; }
   bool identifiable() const { return group == "single" && clear(); }
   bool visible() const { return group == "outside" && against_none >= 30.0; }
+  bool unlike_any() const { return visible() && against_rival >= 30.0; }
   std::string text() const;             ///< tab separated
   static Line parse(const std::string& text);
   static std::string header();
@@ -61,7 +63,8 @@ std::vector<std::string> offered_kinds(const Specimen& specimen, const std::stri
 
 /// What a set comes with beside the measurement that the diagnosis gets; null where it stays unknown.
 struct Beside {
-  const compensation::Measurement* clean = nullptr;   ///< the same machine without an outside effect
+  /// Noiseless: what an outside effect is in, and the same machine without it.
+  const compensation::Measurement *affected = nullptr, *unaffected = nullptr;
   /// Measures the same machine under another program, exact; asked of identifiable singles alone.
   std::function<compensation::Measurement()> unseen;
   std::size_t measured_poses = 0;                     ///< of the unseen program's: those that the record has too

@@ -111,11 +111,10 @@ TEST(HiddenEffects, HeatThatNoSourceHasIsFoundWhereItIs) {
   draw.truths = {heat_on("post", {-0.06, 0.23, -0.07}, "axis.X.feed_mm_min", 8000.0, 120.0)};
   hidden::Beside beside;
   beside.inputs = bench().specimen.followable("mixed");
-  std::vector<double> effective;
-  const compensation::Measurement measured = bench().specimen.measure(draw, &effective);
-  ASSERT_EQ(effective.size(), 1U);
-  EXPECT_NEAR(effective[0], 120.0, 0.25 * 120.0);
-  const hidden::Line line = hidden::diagnose_set("test", hidden::Group::single, draw, measured, bench().model, beside, effective);
+  const hidden::Record record = bench().specimen.record(draw);
+  ASSERT_EQ(record.effective.size(), 1U);
+  EXPECT_NEAR(record.effective[0], 120.0, 0.25 * 120.0);
+  const hidden::Line line = hidden::diagnose_set("test", hidden::Group::single, draw, record.measurement, bench().model, beside, record.effective);
   EXPECT_TRUE(line.identifiable()) << line.text();
   EXPECT_EQ(line.verdict, "explained") << line.text();
   EXPECT_EQ(line.named_kind, "source_missing") << line.text();
@@ -160,7 +159,7 @@ TEST(HiddenEffects, RecordsAreAsGoodAsTheirToleranceSays) {
     draw.load = "mixed";
     draw.seed = 61;
     draw.truths = {truth("source_power", "spindle.bearings", 2.0)};
-    return specimen.measure(draw, nullptr, hidden::Recording::exact).data.values;
+    return specimen.measure(draw, hidden::Recording::exact).data.values;
   };
   const double solved_to = hidden::SpecimenOptions().solved_to;
   const Eigen::MatrixXd exact = recorded(1e-5, 1e-11);
@@ -194,12 +193,12 @@ TEST(HiddenEffects, ATapeThatGrowsMoreChangesWhatIsReadAlongItAndNothingElse) {
   hidden::Draw draw;
   draw.load = "mixed";
   draw.seed = 5;
-  const compensation::Measurement right = bench().specimen.measure(draw, nullptr, hidden::Recording::exact);
+  const compensation::Measurement right = bench().specimen.measure(draw, hidden::Recording::exact);
   draw.truths = {truth("scale_expansion", "X", 2.0)};
-  std::vector<double> effective;
-  const compensation::Measurement wrong = bench().specimen.measure(draw, &effective, hidden::Recording::exact);
-  ASSERT_EQ(effective.size(), 1U);
-  EXPECT_NEAR(effective[0], 2.0, 0.2);
+  const hidden::Record record = bench().specimen.record(draw, hidden::Recording::exact);
+  const compensation::Measurement& wrong = record.measurement;
+  ASSERT_EQ(record.effective.size(), 1U);
+  EXPECT_NEAR(record.effective[0], 2.0, 0.2);
   const std::size_t poses = bench().specimen.measured_poses() + 2;
   EXPECT_EQ(std::count_if(right.channels.begin(), right.channels.end(), [](const auto& c) { return c.id.starts_with("dx@"); }), static_cast<long>(poses));
   for (const compensation::MeasuredChannel& channel : right.channels) {
@@ -220,8 +219,7 @@ TEST(HiddenEffects, WhatEachOfTwoAmountsToCountsTheMachinesOwnDeviation) {
   draw.load = "mixed";
   draw.seed = 10;
   draw.truths = {truth("sensor_offset", "T2", 1.0), truth("source_power", nominal.sources.front().id, 1.5)};
-  std::vector<double> effective;
-  bench().specimen.measure(draw, &effective);
+  const std::vector<double> effective = bench().specimen.record(draw).effective;
   ASSERT_EQ(effective.size(), 2U);
   EXPECT_EQ(effective[0], 1.0);
   const double own = compensation::perturbed(nominal, draw.seed).sources.front().scale.value / nominal.sources.front().scale.value;
@@ -229,21 +227,41 @@ TEST(HiddenEffects, WhatEachOfTwoAmountsToCountsTheMachinesOwnDeviation) {
   EXPECT_NEAR(effective[1], 1.5 * own, 1e-12);
 }
 
+TEST(HiddenEffects, ARecordDiffersFromItsNoiselessOneByNoiseAlone) {
+  hidden::Draw draw;
+  draw.load = "mixed";
+  draw.seed = 12;
+  const hidden::Record record = bench().specimen.record(draw);
+  const compensation::Measurement exact = bench().specimen.measure(draw, hidden::Recording::exact);
+  ASSERT_EQ(record.noiseless.data.values.rows(), record.measurement.data.values.rows());
+  EXPECT_LT(record.noiseless.data.values.rows(), exact.data.values.rows());
+  for (const compensation::MeasuredChannel& channel : record.measurement.channels) {
+    if (!channel.input.empty()) continue;
+    const Eigen::ArrayXd noisy = record.measurement.values(channel), clean = record.noiseless.values(channel);
+    EXPECT_TRUE((noisy.isNaN() == clean.isNaN()).all()) << channel.id;
+    const Eigen::ArrayXd noise = noisy.isNaN().select(0.0, noisy - clean);
+    const double rms = std::sqrt(noise.square().sum() / static_cast<double>((!noisy.isNaN()).count()));
+    EXPECT_GT(rms, 0.5 * channel.uncertainty) << channel.id;
+    EXPECT_LT(rms, 1.5 * channel.uncertainty) << channel.id;
+  }
+}
+
 TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {
   for (const char* sensor : {"T2", "T4"}) {
     hidden::Draw draw;
     draw.load = "mixed";
     draw.seed = 21;
-    const compensation::Measurement clean = bench().specimen.measure(draw);
+    const hidden::Record clean = bench().specimen.record(draw);
     draw.outside = hidden::Outside::slipping_cable;
     draw.outside_where = sensor;
-    const compensation::Measurement spoilt = bench().specimen.measure(draw);
+    const hidden::Record spoilt = bench().specimen.record(draw);
     hidden::Beside beside;
-    beside.clean = &clean;
-    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt, bench().model, beside);
-    EXPECT_TRUE(line.visible()) << line.text();
+    beside.affected = &spoilt.noiseless;
+    beside.unaffected = &clean.noiseless;
+    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt.measurement, bench().model, beside);
+    EXPECT_TRUE(line.visible() && line.unlike_any()) << line.text();
     EXPECT_EQ(line.verdict, "unexplained") << line.text();
-    const std::vector<std::string> notes = diagnosis::diagnose(bench().model, spoilt, {}).notes;
+    const std::vector<std::string> notes = diagnosis::diagnose(bench().model, spoilt.measurement, {}).notes;
     EXPECT_EQ(std::count(notes.begin(), notes.end(), std::string("What no kind describes shows best in one channel alone: ") + sensor + "."), 1);
   }
 }
@@ -300,6 +318,11 @@ TEST(HiddenEffects, TheScoreCountsWhatItSays) {
   EXPECT_NE(table.find("| >= 60 % | 66.7 % (2 of 3) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| >= 95 % | 50.0 % (1 of 2) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| 0 of 200 | 100.0 % (1 of 1) |"), std::string::npos) << table;
+  hidden::Line like_one = line("outside", "explained", "source_power", 500, 0.95);
+  like_one.against_rival = 3;
+  const std::string outside = hidden::score({line("outside", "unexplained", "source_power", 50, 0.0), line("outside", "unexplained", "source_power", 29, 0.0), like_one});
+  EXPECT_NE(outside.find("called unexplained or ambiguous | >= 80 % | 50.0 % (1 of 2) |"), std::string::npos) << outside;
+  EXPECT_NE(outside.find("leaves some of it | - | 100.0 % (1 of 1) |"), std::string::npos) << outside;
   hidden::Line spot = line("single", "explained", "source_missing", 50, 0.95);
   spot.kind = "source_missing", spot.place_error = 60.0, spot.region = 40.0, spot.follows_right = 1.0;
   spot.program_before = 5.0, spot.program_after = 3.0, spot.program_truth = 1.0;

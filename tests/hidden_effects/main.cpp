@@ -114,21 +114,23 @@ int run(int argc, char** argv) {
     if (done.count(id)) return;
     const hidden::Draw draw = hidden::draw_set(specimen, expectations, group, kind, loads[serial % loads.size()], own);
     try {
-      std::vector<double> effective;
-      const compensation::Measurement measurement = specimen.measure(draw, &effective);
-      if (options.count("write")) compensation::write_measurement(std::filesystem::path(options.at("write")) / id, measurement);
+      const hidden::Record record = specimen.record(draw);
+      if (options.count("write")) compensation::write_measurement(std::filesystem::path(options.at("write")) / id, record.measurement);
       hidden::Draw other = draw;
       other.outside = hidden::Outside::none;
       hidden::Beside beside;
       beside.how = how;
       beside.inputs = specimen.followable(draw.load);
       beside.measured_poses = specimen.measured_poses();
-      std::optional<compensation::Measurement> clean;
-      if (group == hidden::Group::outside) beside.clean = &clean.emplace(specimen.measure(other));
+      std::optional<hidden::Record> unaffected;
+      if (group == hidden::Group::outside) {
+        beside.affected = &record.noiseless;
+        beside.unaffected = &unaffected.emplace(specimen.record(other)).noiseless;
+      }
       other.load = unseen_load;
       if (group == hidden::Group::single && unseen_load != "none")
-        beside.unseen = [&] { return specimen.measure(other, nullptr, hidden::Recording::exact); };
-      lines.push_back(hidden::diagnose_set(id, group, draw, measurement, model, beside, effective));
+        beside.unseen = [&] { return specimen.measure(other, hidden::Recording::exact); };
+      lines.push_back(hidden::diagnose_set(id, group, draw, record.measurement, model, beside, record.effective));
     } catch (const std::exception& error) {
       std::cerr << id << ": " << error.what() << "\n";
       failed.push_back(id);

@@ -49,7 +49,7 @@ bool named(const Line& line) {
 }  // namespace
 
 std::string score(const std::vector<Line>& lines) {
-  Share identifiable, first, other, third, alarms, outside, both, clear_both, covered, negative;
+  Share identifiable, first, other, third, alarms, outside, unlike_any, both, clear_both, covered, negative;
   double probability = 0.0;
   std::vector<double> gains, seconds, place_errors;
   Share near, region_holds, follows_right;
@@ -70,6 +70,7 @@ std::string score(const std::vector<Line>& lines) {
       if (line.visible()) {
         outside.count(line.verdict == "unexplained" || line.verdict == "ambiguous");
         ++outside_verdicts[line.verdict];
+        if (line.unlike_any()) unlike_any.count(line.verdict == "unexplained" || line.verdict == "ambiguous");
       } else {
         ++unseen;
       }
@@ -137,6 +138,7 @@ std::string score(const std::vector<Line>& lines) {
   row("truth within the first three, identifiable", ">= 99 %", third.text());
   row("false alarms on clean sets", "0 of 200", alarms.text());
   row("visible outside effects called unexplained or ambiguous", ">= 80 %", outside.text());
+  row("the same where every single cause leaves some of it", "-", unlike_any.text());
   row("both of two causes named", ">= 85 %", both.text());
   row("the same where each can be told beside the other", "-", clear_both.text());
   row("95 % interval holds the truth, identifiable", "90-98 %", covered.text());

@@ -332,15 +332,16 @@ double Specimen::effective_value(const Truth& truth, const mesh::Machine& machin
   return truth.parameter.ratio ? changed * *here.value / *before.value : changed + (*here.value - *before.value) / here.per_unit;
 }
 
-Measurement Specimen::measure(const Draw& draw, std::vector<double>* effective, Recording recording) const {
+Record Specimen::record(const Draw& draw, Recording recording) const {
   const bool exact = recording == Recording::exact;
   const std::vector<mesh::Pose> poses(poses_.begin(), exact ? poses_.end() : poses_.begin() + static_cast<std::ptrdiff_t>(measured_poses_));
   Random random(draw.seed), noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
   const mesh::Machine machine = machine_of(draw.seed);
   OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
   const Run run = this->run(draw, machine, poses, random, outside);
-  for (std::size_t i = 0; effective && i < draw.truths.size(); ++i)  // the second one's size is not followed: it wanders about what was drawn
-    effective->push_back(effective_value(draw.truths[i], machine, i == 0 ? run.mean_size : std::optional<double>(1.0)));
+  Record result;
+  for (std::size_t i = 0; i < draw.truths.size(); ++i)  // the second one's size is not followed: it wanders about what was drawn
+    result.effective.push_back(effective_value(draw.truths[i], machine, i == 0 ? run.mean_size : std::optional<double>(1.0)));
 
   const VectorXd& time = run.time;
   const solver::Channels channels(machine);
@@ -349,11 +350,13 @@ Measurement Specimen::measure(const Draw& draw, std::vector<double>* effective, 
   Measurement m = described(draw.load, poses.size());
   m.data.values.resize(time.size(), static_cast<Index>(m.data.columns.size()));
   m.data.values.col(0) = time;
+  MatrixXd noiseless = m.data.values;
   Index pose_column = 0;
   for (const MeasuredChannel& channel : m.channels) {
     auto column = m.data.values.col(channel.column);
     if (!channel.input.empty()) {
       column = run.rows.col(channels.index(channel.input));
+      noiseless.col(channel.column) = column;
       if (!exact && channel.kind == ChannelKind::temperature)
         for (double& value : column) value += options_.noise_K * noise.normal();
       continue;
@@ -368,6 +371,7 @@ Measurement Specimen::measure(const Draw& draw, std::vector<double>* effective, 
     }
     if (is_sensor) values = outside.reading(channel.sensor, time, std::move(values));
     column = values;
+    noiseless.col(channel.column) = values;
     if (exact) continue;
     const bool coarse = is_sensor && channel.column % 3 == 0;  // an older module: steps of 0.1 K
     for (double& value : values) {
@@ -376,13 +380,17 @@ Measurement Specimen::measure(const Draw& draw, std::vector<double>* effective, 
       if (noise.uniform() < options_.missing_share) value = std::nan("");
     }
     column = values;
+    noiseless.col(channel.column) = values.array().isNaN().select(values, noiseless.col(channel.column));
   }
   // Rows that a logger lost: sampling is irregular.
   std::vector<Index> kept{0};
   for (Index i = 1; i < time.size(); ++i)
     if (exact || noise.uniform() > 0.5 * options_.missing_share || i + 1 == time.size()) kept.push_back(i);
   m.data.values = m.data.values(kept, Eigen::all).eval();
-  return m;
+  result.measurement = m;
+  m.data.values = noiseless(kept, Eigen::all);
+  result.noiseless = std::move(m);
+  return result;
 }
 
 }  // namespace thermotwin::hidden

@@ -53,6 +53,13 @@ struct Draw {
 /// What is recorded of a run: a measurement as it comes, or all that is true, at more poses.
 enum class Recording { measured, exact };
 
+struct Record {
+  compensation::Measurement measurement;
+  compensation::Measurement noiseless;   ///< the same rows and gaps without noise and without a module's steps
+  std::vector<double> effective;         ///< (truths) what each effect amounts to against the nominal machine, in the mean over
+                                         ///< the record: its size wanders, and the specimen's own value is not the nominal one
+};
+
 /// An input that heat may follow, and its largest value under a load.
 struct Followable {
   std::string channel;
@@ -79,9 +86,8 @@ class Specimen {
   /// A measurement that says what its channels are and holds one row: for choosing what to hide.
   compensation::Measurement blank(const std::string& load) const;
   /// @param recording  exact: without noise and gaps, at the poses of a measurement and two that none has seen
-  /// @param effective  (truths) if given: what each effect amounts to against the nominal machine, in the mean
-  ///                   over the record: its size wanders, and the specimen's own value is not the nominal one
-  compensation::Measurement measure(const Draw& draw, std::vector<double>* effective = nullptr, Recording recording = Recording::measured) const;
+  Record record(const Draw& draw, Recording recording = Recording::measured) const;
+  compensation::Measurement measure(const Draw& draw, Recording recording = Recording::measured) const { return record(draw, recording).measurement; }
   /// Speeds and states that a control sends and that change under the load, and the machine being on.
   std::vector<Followable> followable(const std::string& load) const;
   std::size_t measured_poses() const { return measured_poses_; }
