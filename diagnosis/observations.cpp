@@ -157,7 +157,7 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
 
 /// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap, half way for
 /// the model; else as the row says, or up to an interval before; or when it is known to have come. Through a pause longer than an
-/// interval and a few rows the row before it holds, as it says.
+/// interval and a few rows the row before it holds as it says, or for a part of it: more rows may be lost than a few.
 Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average,
                             const std::map<double, double>& changes, Observations& out) {
   const Index n = time.size();
@@ -167,7 +167,8 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   for (Index i = 0; i + 2 < n; ++i) {  // what the last row says holds for nothing
     const double shown = time[i + 1], gap = shown - time[i];
     const bool of_a_row = gap <= gap_intervals * usual;
-    if (gap > std::max(out.interval, pause_intervals * usual) || (of_a_row && (usual <= long_row_s || gap <= short_gap * long_row_s))) continue;
+    const bool of_a_pause = gap > std::max(out.interval, pause_intervals * usual);
+    if (of_a_row && (usual <= long_row_s || gap <= short_gap * long_row_s)) continue;
     const double change = change_between(rows.row(i), rows.row(i + 1), watched);
     if (change < changed_share) continue;
     // What wanders is what it was; where an axis swings changes with its feed.
@@ -176,7 +177,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
       if (average[static_cast<std::size_t>(c)] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; })) std::swap(after[c], before[c]);
     const double first = of_a_row ? time[i] : shown - (gap - usual), nearest = first + least_part * (shown - first);
     const auto known = changes.find(shown);
-    const double came = known != changes.end() ? std::clamp(known->second, nearest, shown) : of_a_row ? shown : 0.5 * (first + shown);
+    const double came = known != changes.end() ? std::clamp(known->second, nearest, shown) : of_a_row || of_a_pause ? shown : 0.5 * (first + shown);
     result[i + 1] = came;
     // Anywhere alike: the mean square of how far it is off, shared by two tangents of opposite sign.
     const double a = came - first, b = shown - came, std = std::sqrt((a * a * a + b * b * b) / (3.0 * (a + b) * (a * a + b * b)));
