@@ -121,9 +121,12 @@ std::vector<Hypothesis> grow_pairs(const Problem& problem, const Response& respo
       about.emplace(form, log_none, options.evidence_share, a == 0 ? scan_readings(problem, response, machine, white, form, candidates) : std::vector<ScannedReading>());
     }
     const int first = firsts[a]->members[0];
+    // What the leading cause itself gains where all else is linearised about it is no second one's.
+    const double own_gain = about ? about->of(problem, {first}, 1.0).log_evidence - firsts[a]->log_evidence : 0.0;
     for (std::size_t b = a + 1; b < firsts.size(); ++b) {
       const int second = firsts[b]->members[0];
       grown[a].push_back((about ? *about : nominal).of(problem, {first, second}, options.prior_pair * share_of.at(first) * share_of.at(second) / all_pairs));
+      grown[a].back().log_evidence -= own_gain;
     }
   });
   std::vector<Hypothesis> pairs;
