@@ -279,7 +279,7 @@ class AdaptiveRun {
 
   void report() {
     while (next_output_ < outputs_.size() && time_ >= outputs_[next_output_] - 1e-9 * end_) {
-      on_output_({0, next_output_, time_, state_, readings_, row_});
+      on_output_({0, next_output_, time_, state_, readings_.head(static_cast<Index>(machine_.sensors.size())), row_});
       ++next_output_;
     }
   }
