@@ -22,9 +22,11 @@ std::string MeasuredMachines::stamp(std::uint64_t seed, const std::string& load_
     mesh_hash_ = solver::hash_of_mesh(mesh);
     nodes_ = mesh.nodes();
   }
-  std::string inputs = fmt::format("{} {} {} {} {} {} {} {} {} {}", case_.machine.hash, mesh_hash_, options_.size_factor, options_.refine,
-                                   options_.backward_euler, options_.sensor_noise_K, options_.probe_noise_um, seed,
-                                   options_.what == Perturb::all ? "all" : "thermal", farthest_std);
+  const solver::TimeOptions& time = options_.time;
+  std::string inputs = fmt::format("{} {} {} {} {} {} {}", case_.machine.hash, mesh_hash_, options_.size_factor,
+                                   options_.sensor_noise_K, options_.probe_noise_um, seed, farthest_std);
+  inputs += fmt::format(" {} {} {} {} {} {}", options_.what == Perturb::all ? "all" : "thermal", solver::word(time.scheme),
+                        time.tolerance_K, time.shortest_step, time.longest_step, options_.refine);
   for (const mesh::Pose& pose : case_.check_points) inputs += " " + mesh::format_pose(case_.machine, pose);
   return core::content_hash(inputs + load_text) + "\n";
 }
@@ -41,6 +43,7 @@ Measurement MeasuredMachines::measure(std::uint64_t seed, const solver::LoadProg
   if (reference_ != nullptr) {
     reduction::ReducedRun how;
     how.refine = options.refine;
+    how.exact = true;  // another scheme than the compensator's here too
     how.tell = false;
     measured = measure_run(reduction::simulate_reduced(*reference_, machine, load, case_.check_points, how), machine, case_.check_points, options);
   } else {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Machines that are measured virtually, one a seed: the full model of perturbed parameters on another
-// mesh with other time steps, or, where many are wanted, a reduced model of larger order with perturbed
-// coefficients (its mesh, capacities and output rows are then those of the model that is judged: an
-// easier truth). Full runs are kept in a folder and found again, so that a stopped study goes on.
+// mesh by another time scheme, or, where many are wanted, a reduced model of larger order with perturbed
+// coefficients, stepped by matrix exponentials (its mesh, capacities and output rows are then those of the
+// model that is judged: an easier truth). Full runs are kept in a folder and found again, so that a stopped
+// study goes on.
 
 #include <filesystem>
 #include <optional>

@@ -134,6 +134,10 @@ mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double
     for (mesh::CoolantSegment& segment : coolant.segments) perturb_thermal(segment.film_coefficient);
   }
   for (mesh::SourceSpec& source : result.sources) perturb_thermal(source.scale);
+  for (mesh::VolumeSpec& volume : result.volumes) {
+    perturb(volume.capacity);
+    for (mesh::VolumeExchange& exchange : volume.exchanges) perturb_thermal(exchange.conductance);
+  }
   return result;
 }
 
@@ -143,7 +147,7 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
   solver::CampaignOptions campaign;
   campaign.poses = poses.empty() ? std::vector<mesh::Pose>{mesh::home_pose(machine)} : poses;
   campaign.refine = options.refine;
-  campaign.backward_euler = options.backward_euler;
+  campaign.time = options.time;
   return measure_run(solver::run_campaign(perturbed_machine, {load}, campaign).front(), machine, campaign.poses, options);
 }
 

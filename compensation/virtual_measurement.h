@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A machine measured virtually: the full model on another (finer) mesh, other time steps, nominal
-// parameters perturbed at random within their stated uncertainty, sensor and probe noise. What is
-// tested never sees how it was made.
+// A machine measured virtually: the full model on another (finer) mesh, by another time scheme than any
+// model that is judged (TR-BDF2 with error control; the reduced models step by SDIRK2 at time_step_s),
+// nominal parameters perturbed at random within their stated uncertainty, sensor and probe noise. What
+// is tested never sees how it was made.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,8 +14,8 @@
 
 namespace thermotwin::compensation {
 
-/// thermal: powers, films (of coolant walls too) and contact conductances only; all: every value that is
-/// stated as uncertain, also expansions, capacities and stiffnesses, which no thermometer sees.
+/// thermal: powers, films (of coolant walls too), conductances of contacts and of volumes only; all: every
+/// value that is stated as uncertain, also expansions, capacities and stiffnesses, which no thermometer sees.
 enum class Perturb { all, thermal };
 
 /// Standard deviations that a machine of the type is off by, at the most: what is further off is a fault.
@@ -24,10 +25,13 @@ inline constexpr double farthest_std = 2.5;
 /// conductances; at least 0.2 of nominal), N within farthest_std. @param scale  factor on all standard deviations
 mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0, Perturb what = Perturb::all);
 
+/// Time scheme of measured machines, whatever their load programs say.
+inline constexpr solver::TimeOptions measured_time{solver::TimeScheme::adaptive, 0.1, 1.0, 21600};
+
 struct VirtualOptions {
   double size_factor = 0.7;          ///< of the measured machine's mesh
-  double refine = 0.63;              ///< its time steps
-  bool backward_euler = false;
+  double refine = 0.63;              ///< factor of its tolerance; of its steps where a reduced model is the truth
+  solver::TimeOptions time = measured_time;
   double sensor_noise_K = 0.05;
   double probe_noise_um = 0.3;
   std::uint64_t seed = 1;

@@ -150,7 +150,7 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
   }
   if (const std::string beyond = how.tell ? outside_trained(model, range) : ""; !beyond.empty())
     core::warn(fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
-  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), how.refine), {}, {}, {}};
+  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), how.refine), {}, {}, {}, {}};
 }
 
 ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult& reduced) {

@@ -90,10 +90,11 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
   if (!options.checkpoints.empty())
     checkpoint.emplace(checkpoint_path(options, block.front()->name()), block_hash(names(block), hashes, options), names(block),
                        options.checkpoint_s, options.resume);
+  std::vector<HeatBalance> balances(block.size(), HeatBalance(model.mesh.machine, model.thermal));
   std::vector<Recorder> recorders;
   recorders.reserve(block.size());
   for (const LoadProgram* load : block)
-    recorders.emplace_back(model, *load, poses, operating.channels(), options,
+    recorders.emplace_back(model, *load, poses, operating.channels(), balances.front(), options,
                            checkpoint ? options.checkpoints / ("snapshots_" + load->name() + ".bin") : std::filesystem::path());
   if (checkpoint) {
     checkpoint->save_rest = [&](core::BinaryWriter& out) {
@@ -103,26 +104,25 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
       for (Recorder& recorder : recorders) recorder.load(in);
     };
   }
-  std::vector<HeatBalance> balances(block.size(), HeatBalance(model.mesh.machine, model.thermal));
   SimulationOptions simulation;
   simulation.balances = &balances;
   simulation.refine = options.refine;
   simulation.start = options.start;
   simulation.checkpoint = checkpoint ? &*checkpoint : nullptr;
   const auto record = [&](const OutputState& output) {
-    recorders[output.load].add(output, rows);
+    recorders[output.load].add(output, rows, balances[output.load]);
     radiation.add(operating, block[output.load]->name(), output);
     if (options.on_output) options.on_output(*block[output.load], output);
   };
   RunSummary summary;
   const TimeScheme scheme = block.front()->time().scheme;
-  if (scheme == TimeScheme::adaptive && !options.backward_euler) {
+  if (scheme == TimeScheme::adaptive) {
     AdaptiveIntegrator integrator(model.thermal);
     summary = simulate_adaptive(integrator, operating, *block.front(), simulation, record);
   } else {
     IntegratorOptions integrator_options;
     integrator_options.keep_mean = true;
-    integrator_options.backward_euler = options.backward_euler || scheme == TimeScheme::backward_euler;
+    integrator_options.backward_euler = scheme == TimeScheme::backward_euler;
     ThermalIntegrator integrator(model.thermal, integrator_options);
     summary = simulate(integrator, operating, block, simulation, record);
     summary.factorisations = integrator.statistics().factorisations;
@@ -159,8 +159,11 @@ FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions
 
 // One thermal run a load: the machine moves as its program says, and the temperature that this
 // leaves is the same for all poses, which are where its error is read.
-std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& loads,
+std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& programs,
                                      const CampaignOptions& options) {
+  std::vector<LoadProgram> loads = programs;
+  if (options.time)
+    for (LoadProgram& load : loads) load.set_time(*options.time);
   const std::vector<mesh::Pose> poses =
       options.poses.empty() ? mesh::workspace_poses(model.mesh.machine) : options.poses;
   std::map<std::string, LoadResult> finished;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // A case and its campaign: all load programs on the full model, the TCP error at all poses of the
-// workspace grid, written load by load (tcp.csv, sensors.csv) so that a stopped campaign resumes,
+// workspace grid, written load by load (tcp.csv, sensors.csv, heat.csv) so that a stopped campaign resumes,
 // within a load from its last checkpoint with the same bits.
 
 #include <cstdint>
@@ -67,12 +67,13 @@ struct LoadResult {
   Eigen::MatrixXd snapshots;  ///< (size x outputs) temperatures, if asked for
   std::optional<HeatBalance> heat;  ///< of the run; empty where files were read
   RunSummary run;        ///< of the block that the load ran in; empty where files were read
+  core::Table heat_flows;  ///< heat.csv, see HeatBalance::columns; empty: of a reduced model
 };
 
 struct CampaignOptions {
   std::vector<mesh::Pose> poses;   ///< empty: the workspace grid
-  double refine = 1.0;
-  bool backward_euler = false;
+  double refine = 1.0;             ///< factor of the longest time step; with error control of its tolerance
+  std::optional<TimeOptions> time; ///< for all loads, in place of their own
   bool keep_snapshots = false;
   std::filesystem::path out;       ///< empty: nothing is written; else out/<load>/tcp.csv ...
   bool resume = false;             ///< loads with complete files of the same inputs are read, not run;

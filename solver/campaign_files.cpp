@@ -45,9 +45,9 @@ std::string hash_of_mesh(const mesh::MachineMesh& mesh) {
 
 std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, const LoadProgram& load,
                          const std::vector<mesh::Pose>& poses, const CampaignOptions& options) {
-  std::string bytes = "campaign 2 " + model.mesh.machine.hash + mesh_hash + load.name();
+  std::string bytes = "campaign 3 " + model.mesh.machine.hash + mesh_hash + load.name();
   const TimeOptions time = load.time();
-  bytes += options.backward_euler ? "backward_euler" : word(time.scheme);
+  bytes += word(time.scheme);
   if (time.scheme == TimeScheme::adaptive) append(bytes, Eigen::Vector4d(time.tolerance_K, time.shortest_step, time.longest_step, options.refine));
   append(bytes, options.start);
   bytes += model.thermal.solver == LinearSolver::direct ? "heat direct " : "heat iterative ";
@@ -80,6 +80,7 @@ void write_result(const std::filesystem::path& folder, LoadResult& result, const
     write_table("tcp.csv", result.tcp);
     write_table("sensors.csv", result.sensors);
     write_table("inputs.csv", result.inputs);
+    write_table("heat.csv", result.heat_flows);
     if (result.snapshots.size() > 0) {
       // A later result without snapshots leaves these, so they say themselves what they belong to.
       std::string bytes = hash;
@@ -110,6 +111,7 @@ std::optional<LoadResult> read_result(const std::filesystem::path& folder, const
     result.tcp = core::read_csv(folder / "tcp.csv");
     result.sensors = core::read_csv(folder / "sensors.csv");
     result.inputs = core::read_csv(folder / "inputs.csv");
+    result.heat_flows = core::read_csv(folder / "heat.csv");
   } catch (const core::InputError&) {
     return std::nullopt;  // a damaged folder is run anew
   }

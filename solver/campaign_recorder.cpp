@@ -29,7 +29,8 @@ core::Table input_table(const LoadProgram& load, const Channels& channels, doubl
 }
 
 Recorder::Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
-                   const Channels& channels, const CampaignOptions& options, std::filesystem::path spool)
+                   const Channels& channels, const HeatBalance& balance, const CampaignOptions& options,
+                   std::filesystem::path spool)
     : machine_(model.mesh.machine), poses_(poses), size_(model.thermal.size), snapshots_(options.keep_snapshots),
       spool_path_(options.keep_snapshots ? std::move(spool) : std::filesystem::path()) {
   const auto outputs = static_cast<Eigen::Index>(load.output_times().size());
@@ -42,6 +43,10 @@ Recorder::Recorder(const FullModel& model, const LoadProgram& load, const std::v
   for (const mesh::SensorSpec& sensor : machine_.sensors) result_.sensors.columns.push_back(sensor.id + "_C");
   result_.sensors.values.resize(outputs, static_cast<Eigen::Index>(result_.sensors.columns.size()));
   result_.inputs = input_table(load, channels, options.refine);
+  result_.heat_flows.columns = {"time_s"};
+  for (const std::string& name : balance.columns()) result_.heat_flows.columns.push_back(name);
+  result_.heat_flows.values.resize(outputs, static_cast<Eigen::Index>(result_.heat_flows.columns.size()));
+  heat_ = balance.amounts();
   if (snapshots_ && spool_path_.empty()) result_.snapshots.resize(size_, outputs);
 }
 
@@ -50,7 +55,7 @@ void Recorder::discard_spool() const {
   if (!spool_path_.empty()) std::filesystem::remove(spool_path_, ignored);
 }
 
-void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows) {
+void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance) {
   const auto index = static_cast<Eigen::Index>(output.index);
   const Eigen::VectorXd values = rows * output.state;
   for (std::size_t i = 0; i < poses_.size(); ++i) {
@@ -66,6 +71,15 @@ void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows) {
   result_.sensors.values(index, 0) = output.time;
   for (Eigen::Index s = 0; s < output.sensors_K.size(); ++s)
     result_.sensors.values(index, 1 + s) = machine_.reference_C + output.sensors_K[s];
+  // Means since the output before; at the start nothing has flowed yet.
+  const Eigen::VectorXd heat = balance.amounts();
+  const double span = output.time - heat_until_;
+  auto flows = result_.heat_flows.values.row(index);
+  flows[0] = output.time;
+  flows.tail(heat.size()).setConstant(not_given);
+  if (span > 0.0) flows.tail(heat.size()) = ((heat - heat_) / span).transpose();
+  heat_ = heat;
+  heat_until_ = output.time;
   filled_ = index + 1;
   if (!snapshots_) return;
   if (spool_path_.empty()) {
@@ -101,13 +115,19 @@ void Recorder::save(core::BinaryWriter& out) {
   out.count(filled_);
   out.matrix(result_.tcp.values.topRows(filled_ * static_cast<Eigen::Index>(poses_.size())));
   out.matrix(result_.sensors.values.topRows(filled_));
+  out.matrix(result_.heat_flows.values.topRows(filled_));
+  out.matrix(heat_);
+  out.number(heat_until_);
 }
 
 void Recorder::load(core::BinaryReader& in) {
   filled_ = in.count();
-  const Eigen::MatrixXd tcp = in.matrix(), sensors = in.matrix();
+  const Eigen::MatrixXd tcp = in.matrix(), sensors = in.matrix(), heat_flows = in.matrix();
+  heat_ = in.matrix();
+  heat_until_ = in.number();
   result_.tcp.values.topRows(tcp.rows()) = tcp;
   result_.sensors.values.topRows(sensors.rows()) = sensors;
+  result_.heat_flows.values.topRows(heat_flows.rows()) = heat_flows;
   if (!snapshots_ || spool_path_.empty()) return;
   const auto needed = static_cast<std::uintmax_t>(filled_ * size_) * sizeof(double);
   std::error_code error;

@@ -17,9 +17,11 @@ class Recorder {
   /// @param spool  file for snapshots while the run lasts; empty: memory. All arguments but options
   ///               must outlive the recorder
   Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
-           const Channels& channels, const CampaignOptions& options, std::filesystem::path spool);
-  /// @param rows  (rows_per_pose * poses x size)
-  void add(const OutputState& output, const Eigen::MatrixXd& rows);
+           const Channels& channels, const HeatBalance& balance, const CampaignOptions& options,
+           std::filesystem::path spool);
+  /// @param rows     (rows_per_pose * poses x size)
+  /// @param balance  of the load, up to this output
+  void add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance);
   LoadResult take();
   /// Once the results are written and the checkpoint is gone.
   void discard_spool() const;
@@ -32,6 +34,8 @@ class Recorder {
   const std::vector<mesh::Pose>& poses_;
   LoadResult result_;
   Eigen::Index filled_ = 0, size_ = 0;
+  Eigen::VectorXd heat_;    // J up to the last output, see HeatBalance::amounts
+  double heat_until_ = 0;   // s
   bool snapshots_;
   std::filesystem::path spool_path_;
   std::fstream spool_;

@@ -14,9 +14,17 @@ using Eigen::VectorXd;
 HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& system) {
   const VectorXd ones = VectorXd::Ones(system.size);
   capacity_ = system.capacity.transpose() * ones;
+  std::vector<double> signs;
   const auto item = [&](const std::string& name) {
     const auto place = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
-    if (place == names_.size()) names_.push_back(name);
+    if (place == names_.size()) {
+      names_.push_back(name);
+      const bool coolant = name.starts_with("coolant ");
+      std::string column = name + (coolant ? ".cooling_power_W" : ".power_W");
+      std::replace(column.begin(), column.end(), ' ', '.');
+      columns_.push_back(std::move(column));
+      signs.push_back(coolant ? -1.0 : 1.0);
+    }
     return static_cast<int>(place);
   };
   const auto name_of = [&](TermKind kind, int index) {
@@ -39,6 +47,14 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
     Sum sum{sums.sparseView(1.0, least), -1};
     if (sum.of.nonZeros() > 0) sum.item = item(name_of(system.layout.terms[j].kind, system.layout.terms[j].item));
     terms_.push_back(std::move(sum));
+    if (const Term& term = system.layout.terms[j]; term.kind == TermKind::coolant_wall) {
+      VectorXd on_bodies = ones;
+      on_bodies.tail(system.size - system.nodes).setZero();
+      const mesh::CoolantSpec& coolant = machine.coolants[static_cast<std::size_t>(term.item)];
+      const VectorXd walls = system.terms[j].transpose() * on_bodies;
+      const std::string& segment = coolant.segments[static_cast<std::size_t>(term.part)].id;
+      segments_.push_back({"coolant." + coolant.id + "." + segment + ".cooling_power_W", j, walls.sparseView(1.0, least)});
+    }
   }
   for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
     const Input& input = system.layout.inputs[k];
@@ -48,6 +64,8 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
     inputs_.emplace_back(system.inputs.col(static_cast<Index>(k)).sum(), item(name));
   }
   heat_ = VectorXd::Zero(static_cast<Index>(names_.size()));
+  sign_ = Eigen::Map<const VectorXd>(signs.data(), heat_.size());
+  carried_ = VectorXd::Zero(static_cast<Index>(segments_.size()));
 }
 
 void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd& mean, const VectorXd& p, const VectorXd& q,
@@ -59,6 +77,8 @@ void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd
   for (std::size_t j = 0; j < terms_.size(); ++j)
     if (const double coefficient = p[static_cast<Index>(j)]; coefficient != 0.0 && terms_[j].item >= 0)
       flow(terms_[j].item, -coefficient * terms_[j].of.dot(mean));
+  for (std::size_t s = 0; s < segments_.size(); ++s)
+    carried_[static_cast<Index>(s)] += step_s * p[static_cast<Index>(segments_[s].term)] * segments_[s].walls.dot(mean);
   for (std::size_t k = 0; k < inputs_.size(); ++k)
     if (const double amount = q[static_cast<Index>(k)]; amount != 0.0) flow(inputs_[k].second, amount * inputs_[k].first);
   if (local && !local->empty()) {
@@ -75,6 +95,19 @@ std::vector<HeatBalance::Item> HeatBalance::items() const {
   return list;
 }
 
+std::vector<std::string> HeatBalance::columns() const {
+  std::vector<std::string> list{"stored_W"};
+  list.insert(list.end(), columns_.begin(), columns_.end());
+  for (const Segment& segment : segments_) list.push_back(segment.column);
+  return list;
+}
+
+VectorXd HeatBalance::amounts() const {
+  VectorXd list(1 + heat_.size() + carried_.size());
+  list << stored_, sign_.cwiseProduct(heat_), carried_;
+  return list;
+}
+
 double HeatBalance::gap() const { return throughput_ > 0.0 ? std::abs(stored_ - heat_.sum()) / throughput_ : 0.0; }
 
 std::string HeatBalance::brief() const {
@@ -86,12 +119,14 @@ std::string HeatBalance::brief() const {
 
 void HeatBalance::save(core::BinaryWriter& out) const {
   out.matrix(heat_);
+  out.matrix(carried_);
   out.number(stored_);
   out.number(throughput_);
 }
 
 void HeatBalance::load(core::BinaryReader& in) {
   heat_ = in.matrix();
+  carried_ = in.matrix();
   stored_ = in.number();
   throughput_ = in.number();
 }

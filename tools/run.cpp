@@ -75,8 +75,8 @@ compensation::Measurement measurement_of(const solver::Case& machine_case, bool 
 
   const auto folder = out / "measurement";
   const mesh::MeshOptions mesh_options{options.size_factor, options.mesh_cache};
-  std::string inputs = fmt::format("{} {} {} {} {} {} {} {}", machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
-                                   wrong.seed, options.size_factor, wrong.refine);
+  std::string inputs = fmt::format("{} {} {} {} {} {} {} {} {} {}", machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
+                                   wrong.seed, options.size_factor, wrong.refine, solver::word(options.time.scheme), options.time.tolerance_K);
   inputs += solver::hash_of_mesh(mesh::build_machine_mesh(machine, mesh_options));
   inputs += core::read_file(machine_case.folder / "loads" / (wrong.load + ".toml"));
   for (const mesh::Pose& pose : machine_case.check_points) inputs += mesh::format_pose(machine, pose) + " ";

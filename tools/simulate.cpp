@@ -46,6 +46,22 @@ Eigen::VectorXd start_field(const SimulateOptions& options, const solver::FullMo
   return solver::field_from_sensors(table, time, solver::OperatingModel(full.mesh.machine, full.thermal.layout), program, full.thermal);
 }
 
+/// What each coolant's chiller takes; the first row of heat.csv is the start and has no flows.
+std::string cooling_lines(const mesh::Machine& machine, const core::Table& flows, nlohmann::json& json) {
+  std::string lines;
+  for (const mesh::CoolantSpec& coolant : machine.coolants) {
+    const std::string column = "coolant." + coolant.id + ".cooling_power_W";
+    const Eigen::Index last = flows.rows() - 1;
+    if (last < 1) continue;
+    const Eigen::VectorXd time = flows.column("time_s"), power = flows.column(column).tail(last);
+    const double mean = power.dot(time.tail(last) - time.head(last)) / (time[last] - time[0]);
+    json["cooling_power_W"][coolant.id] = {{"mean", mean}, {"largest", power.maxCoeff()}, {"end", power[last - 1]}};
+    lines += fmt::format("coolant {} carries off {:.1f} W in the mean, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n", coolant.id, mean,
+                         power.maxCoeff(), power[last - 1]);
+  }
+  return lines;
+}
+
 }  // namespace
 
 void simulate(const SimulateOptions& options) {
@@ -90,6 +106,7 @@ void simulate(const SimulateOptions& options) {
   const solver::LoadResult result = solver::run_campaign(full, {program}, campaign).front();
   core::write_csv(folder / "tcp.csv", result.tcp);
   core::write_csv(folder / "sensors.csv", result.sensors);
+  core::write_csv(folder / "heat.csv", result.heat_flows);
 
   nlohmann::json json = {{"load", program.name()}, {"pose", mesh::format_pose(machine, pose)},
                          {"nodes", full.mesh.nodes()}, {"folder", folder.string()},
@@ -103,6 +120,7 @@ void simulate(const SimulateOptions& options) {
     heat = result.heat->brief() + "\n";
     json["heat"] = {{"stored_J", result.heat->stored()}, {"throughput_J", result.heat->throughput()}, {"gap", result.heat->gap()}};
     for (const auto& item : result.heat->items()) json["heat"]["in_J"][item.id] = item.heat;
+    heat += cooling_lines(machine, result.heat_flows, json);
   }
   std::vector<std::vector<std::string>> table{{"TCP error", "at the end", "largest"}};
   for (const char* column : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) {

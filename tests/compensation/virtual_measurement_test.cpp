@@ -82,6 +82,25 @@ TEST(Perturbed, ChangesEveryUncertainValueAndNothingElse) {
   EXPECT_EQ(perturbed(machine, 5, 0.0).joints[2].conductance.value, machine.joints[2].conductance.value);
 }
 
+TEST(Perturbed, ChangesVolumesToo) {
+  mesh::Machine machine = test::five_axis_machine();
+  const double film = perturbed(machine, 5).films[0].coefficient.value;
+  mesh::VolumeSpec tank;
+  tank.id = "tank";
+  tank.capacity = {1e6, 10};
+  mesh::VolumeExchange exchange;
+  exchange.with = machine.ambients.front().id;
+  exchange.conductance = {80, 20};
+  tank.exchanges.push_back(exchange);
+  machine.volumes.push_back(tank);
+  const mesh::Machine all = perturbed(machine, 5), thermal = perturbed(machine, 5, 1.0, Perturb::thermal);
+  EXPECT_NE(all.volumes[0].capacity.value, 1e6);
+  EXPECT_NE(all.volumes[0].exchanges[0].conductance.value, 80);
+  EXPECT_EQ(thermal.volumes[0].capacity.value, 1e6);
+  EXPECT_EQ(thermal.volumes[0].exchanges[0].conductance.value, all.volumes[0].exchanges[0].conductance.value);
+  EXPECT_EQ(all.films[0].coefficient.value, film);  // other seeds' machines stay what they were
+}
+
 TEST(Perturbed, SeedsRepeatAndDiffer) {
   const mesh::Machine machine = test::five_axis_machine();
   EXPECT_EQ(perturbed(machine, 5).films[1].coefficient.value, perturbed(machine, 5).films[1].coefficient.value);

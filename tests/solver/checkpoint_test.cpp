@@ -161,7 +161,7 @@ TEST_F(CheckpointTest, AKilledCampaignGoesOnWithTheSameBits) {
   options.on_output = nullptr;
   const auto expect_same_files = [&] {
     for (const char* load : {"a", "b", "c"})
-      for (const char* file : {"tcp.csv", "sensors.csv", "inputs.csv", "snapshots.bin", "done"})
+      for (const char* file : {"tcp.csv", "sensors.csv", "inputs.csv", "heat.csv", "snapshots.bin", "done"})
         EXPECT_EQ(core::content_hash(core::read_file(folder_ / "out" / load / file)), core::content_hash(core::read_file(folder_ / "whole" / load / file)))
             << load << " " << file;
   };
