@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <set>
 #include <sstream>
@@ -80,6 +81,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   const mesh::Machine& machine = machine_case.machine;
   FailedSensorStudy study;
+  study.alarms.assign(static_cast<std::size_t>(options.draws), 0);
   for (int draw = 0; draw < options.draws; ++draw) {
     const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(draw);
     for (const std::string& name : options.loads) {
@@ -95,7 +97,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
       const auto undisturbed = run_compensator(whole, model, judged.poses, {}, nullptr, &named);
       std::set<std::string> alarms;
       for (const std::string& row : named) alarms.merge(names(row));
-      study.false_alarms += static_cast<int>(alarms.size());
+      study.alarms[static_cast<std::size_t>(draw)] += static_cast<int>(alarms.size());
       for (std::size_t c = 0; c < whole.channels.size(); ++c) {
         const MeasuredChannel& channel = whole.channels[c];
         if (machine.sensor_index(channel.sensor) < 0) continue;
@@ -130,8 +132,21 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
   return study;
 }
 
+int FailedSensorStudy::false_alarms() const { return std::accumulate(alarms.begin(), alarms.end(), 0); }
+
+FailedSensorStudy FailedSensorStudy::first(int draws) const {
+  FailedSensorStudy part = *this;
+  std::erase_if(part.rows, [&](const FailedSensorRow& row) { return row.draw >= draws; });
+  part.alarms.resize(static_cast<std::size_t>(std::min<int>(draws, static_cast<int>(alarms.size()))));
+  return part;
+}
+
 std::string FailedSensorStudy::brief() const {
-  std::vector<std::vector<std::string>> table{{"program", "fault", "cases", "cost %: median", "90th percentile", "largest", "at", "above 20 %", "named after min: median", "90th percentile",
+  return core::format_table(summary()) + fmt::format("cost: of the reduction with all sensors, after the failure; named after the failure, where stuck after the true reading has moved by 5 deviations\nsensors named where none had failed: {}\n", false_alarms());
+}
+
+Rows FailedSensorStudy::summary() const {
+  Rows table{{"program", "fault", "cases", "cost %: median", "90th percentile", "largest", "at", "above 20 %", "named after min: median", "90th percentile",
                                                "within 15 min %", "never named", "others named"}};
   std::vector<std::pair<std::string, std::string>> groups;
   for (const FailedSensorRow& row : rows)
@@ -158,7 +173,7 @@ std::string FailedSensorStudy::brief() const {
                      fmt::format("{:.1f}", worst->cost_percent()), fmt::format("{}, machine {}", worst->sensor, worst->draw + 1), std::to_string(dear), minutes(0.5), minutes(0.9),
                      times.empty() ? "-" : fmt::format("{:.0f}", 100.0 * soon / static_cast<double>(times.size())), std::to_string(never), std::to_string(others)});
   }
-  return core::format_table(table) + fmt::format("cost: of the reduction with all sensors, after the failure; named after the failure, where stuck after the true reading has moved by 5 deviations\nsensors named where none had failed: {}\n", false_alarms);
+  return table;
 }
 
 }  // namespace thermotwin::compensation

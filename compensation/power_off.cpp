@@ -79,6 +79,20 @@ std::vector<double> PowerOffStudy::left_percent(int moment) const {
   return values;
 }
 
+Rows PowerOffStudy::summary() const {
+  Rows table{{"machines", "left % at return: median", "90th percentile", "after 30 min: median", "90th percentile", "after 2 h: median", "90th percentile"},
+             {std::to_string(rows.size())}};
+  for (int k = 0; k < 3; ++k)
+    for (const double share : {0.5, 0.9}) table.back().push_back(fmt::format("{:.1f}", quantile(left_percent(k), share)));
+  return table;
+}
+
+PowerOffStudy PowerOffStudy::first(int draws) const {
+  PowerOffStudy part = *this;
+  std::erase_if(part.rows, [&](const PowerOffRow& row) { return row.draw >= draws; });
+  return part;
+}
+
 std::string PowerOffStudy::brief() const {
   std::vector<std::vector<std::string>> table{
       {"machine", "hall degC", "worked h", "off h", "RMS um at return", "left %", "after 30 min um", "left %", "after 2 h um", "left %"}};

@@ -164,6 +164,26 @@ std::vector<double> Validation::cuts(const std::string& load) const {
   return values;
 }
 
+Rows Validation::summary() const {
+  Rows table{{"program", "machines", "told %: median", "10th percentile", "sensors %: median", "10th percentile", "cut by sensors %"}};
+  std::vector<std::string> loads;
+  for (const ValidationRow& row : rows)
+    if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
+  for (const std::string& load : loads) {
+    const std::vector<double> told = reductions(load, With::told), with = reductions(load, With::sensors);
+    table.push_back({load, std::to_string(with.size())});
+    for (const double value : {quantile(told, 0.5), quantile(told, 0.1), quantile(with, 0.5), quantile(with, 0.1), quantile(cuts(load), 0.5)})
+      table.back().push_back(fmt::format("{:.1f}", value));
+  }
+  return table;
+}
+
+Validation Validation::first(int draws) const {
+  Validation part = *this;
+  std::erase_if(part.rows, [&](const ValidationRow& row) { return row.draw >= draws; });
+  return part;
+}
+
 double Validation::median_reduction(const std::string& load, bool sensors) const {
   return quantile(reductions(load, sensors ? With::sensors : With::model), 0.5);
 }

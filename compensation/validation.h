@@ -16,6 +16,9 @@
 
 namespace thermotwin::compensation {
 
+/// Cells of a table, its header first. That of another truth has the same header, so that both print side by side.
+using Rows = std::vector<std::vector<std::string>>;
+
 struct ValidationOptions {
   std::vector<std::string> loads;   ///< names of load programs
   int draws = 5;
@@ -48,6 +51,8 @@ struct Validation {
   std::vector<double> cuts(const std::string& load) const;
   double median_reduction(const std::string& load, bool sensors) const;
   std::string brief() const;        ///< table per load and draw; medians and 10th percentiles last
+  Rows summary() const;             ///< medians and 10th percentiles of each load
+  Validation first(int draws) const;
 };
 
 /// Linear between the sorted values. @param share 0 to 1 @return NaN of none
@@ -85,6 +90,8 @@ struct PowerOffStudy {
   Eigen::Index measured_nodes = 0;
   std::vector<double> left_percent(int moment) const;
   std::string brief() const;
+  Rows summary() const;             ///< medians and 90th percentiles
+  PowerOffStudy first(int draws) const;
 };
 PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options);
 
@@ -101,9 +108,12 @@ struct FailedSensorRow {
 };
 struct FailedSensorStudy {
   std::vector<FailedSensorRow> rows;
-  int false_alarms = 0;              ///< sensors named in runs where none had failed
+  std::vector<int> alarms;           ///< (draws) sensors named in runs where none had failed
   Eigen::Index measured_nodes = 0;
+  int false_alarms() const;          ///< of all draws
   std::string brief() const;         ///< a row for each program and fault
+  Rows summary() const;              ///< the same rows
+  FailedSensorStudy first(int draws) const;
 };
 /// Rows come every minute, as from a control. Each sensor fails in each way once a program and machine.
 FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options);

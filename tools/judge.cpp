@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The verbs that hold the machine's model against measurements: diagnose, validate.
+// The verb that holds the machine's model against a measurement.
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 
 #include <optional>
 
-#include "compensation/validation.h"
 #include "core/error.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/grey_box.h"
@@ -53,68 +52,6 @@ void diagnose(const DiagnoseOptions& options) {
                       diagnosis::percent_text(result.ci95_low_percent), diagnosis::percent_text(result.ci95_high_percent));
   text += fmt::format("report: {}\n", (folder / "report.html").string());
   print_summary(options, text, diagnosis::diagnosis_json(result));
-}
-
-void validate(const ValidateOptions& options) {
-  const solver::Case machine_case = open_case(options.case_path, "", 0);
-  const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
-  compensation::ValidationOptions settings;
-  settings.loads = options.loads.empty() ? machine_case.holdout : options.loads;
-  settings.draws = options.draws;
-  settings.first_seed = options.first_seed;
-  settings.machine.size_factor = options.size_factor;
-  settings.machine.mesh_cache = options.out / "cache";
-  settings.machine.what = options.perturb == "thermal" ? compensation::Perturb::thermal : compensation::Perturb::all;
-  settings.keep = options.out / "measured" / options.perturb;
-  std::optional<reduction::ReducedModel> reference;
-  if (!options.reference.empty()) {
-    reference = reduction::read_model(options.reference);
-    settings.reference = &*reference;
-    settings.keep = options.out / "measured" / "reduced";
-    settings.machine.what = compensation::Perturb::thermal;  // all that its coefficients can be
-  }
-  const Stopwatch time;
-  nlohmann::json json = {{"draws", options.draws}, {"perturbed", options.perturb}};
-  std::string text;
-  Eigen::Index nodes = 0;
-  if (options.power_off) {
-    const compensation::PowerOffStudy study = compensation::study_power_off(machine_case, model, settings);
-    nodes = study.measured_nodes;
-    for (const auto& row : study.rows)
-      json["rows"].push_back({{"draw", row.draw}, {"off_h", row.off_h}, {"before_um", row.before_um}, {"left_um", row.left_um}});
-    json["left_percent_30_min"] = {{"median", compensation::quantile(study.left_percent(1), 0.5)}, {"p90", compensation::quantile(study.left_percent(1), 0.9)}};
-    json["left_percent_2_h"] = {{"median", compensation::quantile(study.left_percent(2), 0.5)}, {"p90", compensation::quantile(study.left_percent(2), 0.9)}};
-    text = study.brief();
-  } else if (options.failed_sensors) {
-    const compensation::FailedSensorStudy study = compensation::study_failed_sensors(machine_case, model, settings);
-    nodes = study.measured_nodes;
-    for (const auto& row : study.rows)
-      json["rows"].push_back({{"load", row.load}, {"draw", row.draw}, {"sensor", row.sensor}, {"fault", row.fault}, {"reduction_percent", row.whole_percent},
-                              {"reduction_failed_percent", row.failed_percent}, {"named_after_min", row.named_min}});
-    text = study.brief();
-  } else {
-    const compensation::Validation validation = compensation::validate_online(machine_case, model, settings);
-    nodes = validation.measured_nodes;
-    for (const auto& row : validation.rows)
-      json["rows"].push_back({{"load", row.load}, {"draw", row.draw}, {"pose", row.pose},
-                              {"rms_before_um", row.rms_before_um}, {"rms_model_um", row.rms_model_um}, {"rms_told_um", row.rms_told_um},
-                              {"rms_sensors_um", row.rms_sensors_um}});
-    for (const std::string& load : settings.loads) {
-      const std::vector<double> with = validation.reductions(load, compensation::With::sensors);
-      json["median_reduction_percent"][load] = {{"no_sensors", validation.median_reduction(load, false)},
-                                                {"told", compensation::quantile(validation.reductions(load, compensation::With::told), 0.5)},
-                                                {"with_sensors", compensation::quantile(with, 0.5)}};
-      json["p10_reduction_percent"][load] = compensation::quantile(with, 0.1);
-      json["median_cut_percent"][load] = compensation::quantile(validation.cuts(load), 0.5);
-    }
-    text = validation.brief();
-  }
-  json["measured_nodes"] = nodes;
-  const std::string truth = reference ? fmt::format("reduced models of order {} of the same mesh", reference->system.order()) : fmt::format("{} nodes", nodes);
-  print_summary(options,
-                fmt::format("{}\nmeasured machines: {}, {} parameters perturbed; model: {}; {:.0f} s, peak memory {:.2f} GiB\n", text, truth,
-                            reference ? "thermal" : options.perturb, model.size, time.seconds(), peak_memory_GiB()),
-                json.dump());
 }
 
 }  // namespace thermotwin::tools

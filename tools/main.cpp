@@ -159,7 +159,7 @@ int parse_and_run(int argc, char** argv) {
   add_mesh(*verb, mesh.size, mesh.mesh_order);
 
   tools::SimulateOptions simulate;
-  verb = add_verb(app, "simulate", "one load on the full model: fields.pvd, sensors.csv, tcp.csv",
+  verb = add_verb(app, "simulate", "one load on the full model: fields.pvd, sensors.csv, tcp.csv, heat.csv",
                   "thermotwin simulate cases/vmc5 --load spindle_6000 --pose X=0,Y=0,Z=275", simulate,
                   &tools::simulate);
   verb->add_option("CASE", simulate.case_path, "case folder or case.toml")->required();
@@ -185,7 +185,7 @@ int parse_and_run(int argc, char** argv) {
 
   tools::CampaignOptions campaign;
   verb = add_verb(app, "campaign", "load programs on the full model, or on the reduced one, the TCP error at all poses: "
-                  "tcp.csv and sensors.csv per load",
+                  "tcp.csv, sensors.csv and heat.csv (heat flows, W) per load",
                   "thermotwin campaign cases/vmc5 --resume\n"
                   "  thermotwin campaign cases/vmc5 --reduced --model out/model.rom.h5 --out fast", campaign, &tools::campaign);
   verb->add_option("CASE", campaign.case_path, "case folder or case.toml")->required();
@@ -304,10 +304,10 @@ int parse_and_run(int argc, char** argv) {
   add_error("--temperature-error", diagnose.temperature_error_percent, diagnosis::DiagnoseOptions{}.temperature_error_percent, "temperature");
 
   tools::ValidateOptions validate;
-  verb = add_verb(app, "validate", "online validation on machines measured virtually: finer mesh, other time "
-                  "steps, perturbed parameters, noise. Full runs are kept in --out: a stopped study goes on",
+  verb = add_verb(app, "validate", "online validation on machines measured virtually: finer mesh, another time "
+                  "scheme, perturbed parameters, noise. Full runs are kept in --out: a stopped study goes on",
                   "thermotwin validate cases/vmc5 --model out/model.rom.h5 --draws 20 --perturb thermal\n"
-                  "  thermotwin validate cases/vmc5 --model out/model.rom.h5 --power-off --draws 20 --truth out/reference.rom.h5", validate, &tools::validate);
+                  "  thermotwin validate cases/vmc5 --model out/model.rom.h5 --power-off --draws 20 --truth out/reference.rom.h5 --full-draws 5", validate, &tools::validate);
   verb->add_option("CASE", validate.case_path, "case folder or case.toml")->required();
   verb->add_option("--model", validate.model, "model.rom.h5 (absent: made from the case)");
   verb->add_option("--load", validate.loads, "load programs (absent: the case's holdout list)");
@@ -319,8 +319,12 @@ int parse_and_run(int argc, char** argv) {
   verb->add_flag("--power-off", validate.power_off, "instead of load programs: work at random, hours without power, and a start that knows nothing before");
   verb->add_flag("--failed-sensors", validate.failed_sensors, "each sensor fails in each way (stuck, 2 K off, ten times the noise, absent): what it costs, how soon it is named")
       ->excludes("--power-off");
-  verb->add_option("--truth", validate.reference, "reference.rom.h5: machines are its perturbed coefficients instead of full models (seconds; an easier truth)")
+  auto* truth = verb->add_option("--truth", validate.reference, "reference.rom.h5: machines are its perturbed coefficients instead of full models (seconds; an easier truth)")
       ->check(CLI::ExistingFile);
+  verb->add_option("--full-draws", validate.full_draws, "so many of the machines are measured on full models on a finer mesh too (minutes each), printed side by side")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str()
+      ->needs(truth);
   verb->add_option("--measured-size", validate.size_factor, "size factor of the measured machine's mesh")
       ->check(CLI::Range(0.05, 2.0))
       ->capture_default_str();

@@ -116,6 +116,7 @@ struct ValidateOptions : CommonOptions {
   std::string perturb = "all";              ///< or "thermal"
   bool power_off = false, failed_sensors = false;
   std::filesystem::path reference;          ///< truth instead of the full model
+  int full_draws = 0;                       ///< of the draws, so many on full models too
 };
 struct ExportOptions : CommonOptions {
   std::filesystem::path model;              ///< case or machine

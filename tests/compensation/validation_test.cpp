@@ -103,7 +103,7 @@ TEST(FailedSensors, CostLittleAndAreNamed) {
   const FailedSensorStudy study = study_failed_sensors(lumps.machine_case, lumps.model, lumps.options(2));
   const std::size_t sensors = lumps.model.machine.sensors.size();
   ASSERT_EQ(study.rows.size(), 2 * 4 * sensors);
-  EXPECT_EQ(study.false_alarms, 0);
+  EXPECT_EQ(study.false_alarms(), 0);
   std::printf("%s", study.brief().c_str());
   int soon = 0, told = 0;
   for (const FailedSensorRow& row : study.rows) {

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `validate`: what the measured machines are made by, and truths side by side.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/table.h"
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+using nlohmann::json;
+
+std::string made(const char* file) { return (toy_run() / file).string(); }
+
+/// Largest difference of the columns whose names begin so, over the largest value.
+double apart(const core::Table& a, const core::Table& b, const std::string& beginning) {
+  double difference = 0.0, largest = 0.0;
+  for (const std::string& name : a.columns) {
+    if (!name.starts_with(beginning)) continue;
+    difference = std::max(difference, (a.column(name) - b.column(name)).cwiseAbs().maxCoeff());
+    largest = std::max(largest, a.column(name).cwiseAbs().maxCoeff());
+  }
+  return difference / largest;
+}
+
+// The models step at the program's time_step_s; the machines that they are judged on must not.
+TEST(MeasuredMachine, IsNotSteppedAsTheModelsAre) {
+  const Toy fine, coarse;
+  coarse.edit("loads/mixed.toml", "time_step_s = 120", "time_step_s = 240");
+  const auto measured = [](const Toy& toy) {
+    const Result result =
+        toy.run({"validate", toy.path(), "--model", made("model.rom.h5"), "--load", "mixed", "--draws", "1", "--json"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(json::parse(result.out)["time_scheme"], "adaptive");
+    return core::read_csv(toy.result("measured/all/mixed/machine_1/data.csv"));
+  };
+  const auto modelled = [](const Toy& toy) {
+    const Result result =
+        toy.run({"campaign", toy.path(), "--reduced", "--model", made("model.rom.h5"), "--load", "mixed", "--json"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    for (const char* folder : {"campaign_reduced", "campaign"})
+      if (std::filesystem::exists(toy.result(std::string(folder) + "/mixed/tcp.csv")))
+        return core::read_csv(toy.result(std::string(folder) + "/mixed/tcp.csv"));
+    return core::Table{};
+  };
+  EXPECT_GT(apart(modelled(fine), modelled(coarse), "dz"), 1e-4);
+  EXPECT_LT(apart(measured(fine), measured(coarse), "dz"), 1e-9);
+}
+
+TEST(Validate, PrintsFullAndReducedTruthsSideBySide) {
+  const Toy toy;
+  for (const char* study : {"--power-off", "--failed-sensors", ""}) {
+    std::vector<std::string> arguments{
+        "validate", toy.path(), "--model", made("model.rom.h5"), "--truth", made("reference.rom.h5"), "--load",
+        "mixed",    "--draws",  "2",       "--full-draws",       "1"};
+    if (*study) arguments.emplace_back(study);
+    const Result told = toy.run(arguments);
+    ASSERT_EQ(told.status, 0) << told.err;
+    for (const char* words : {"full models, ", "TR-BDF2", "reduced, same machines", "reduced, all machines"})
+      EXPECT_SAYS(told.out, words);
+    arguments.emplace_back("--json");
+    const Result result = toy.run(arguments);
+    ASSERT_EQ(result.status, 0) << result.err;
+    const json found = json::parse(result.out);
+    EXPECT_GT(found["measured_nodes"], 0);
+    ASSERT_FALSE(found["full"]["rows"].empty());
+    EXPECT_EQ(found["rows"].size(), 2 * found["full"]["rows"].size()) << study;
+    // The same machines and programs, another truth.
+    const char* figure = std::string(study) == "--power-off"        ? "before_um"
+                         : std::string(study) == "--failed-sensors" ? "reduction_percent"
+                                                                    : "rms_before_um";
+    EXPECT_NE(found["rows"][0][figure], found["full"]["rows"][0][figure]) << study;
+  }
+  EXPECT_TRUE(std::filesystem::exists(toy.result("measured/thermal/mixed/machine_1/made_from.txt")));
+}
+
+TEST(Validate, FullDrawsNeedATruthAndAreSomeOfTheDraws) {
+  const Toy toy;
+  const Result alone = toy.run({"validate", toy.path(), "--full-draws", "1"});
+  EXPECT_EQ(alone.status, 2);
+  EXPECT_SAYS(alone.err, "--truth");
+  const Result more = toy.run({"validate", toy.path(), "--model", made("model.rom.h5"), "--truth",
+                               made("reference.rom.h5"), "--draws", "1", "--full-draws", "2"});
+  EXPECT_EQ(more.status, 2);
+  EXPECT_SAYS(more.err, "--full-draws 2");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The verb that holds the compensator against machines measured virtually: unseen programs, return from a
+// power-off, failed sensors; on full models, on a reduced model of larger order, or on both side by side.
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <optional>
+
+#include "compensation/validation.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "reduction/model_file.h"
+#include "tools/chain.h"
+#include "tools/options.h"
+
+namespace thermotwin::tools {
+namespace {
+
+using compensation::quantile;
+using nlohmann::json;
+
+json results(const compensation::PowerOffStudy& study) {
+  json found;
+  for (const auto& row : study.rows)
+    found["rows"].push_back(
+        {{"draw", row.draw}, {"off_h", row.off_h}, {"before_um", row.before_um}, {"left_um", row.left_um}});
+  const char* const moments[] = {"left_percent_return", "left_percent_30_min", "left_percent_2_h"};
+  for (int k = 0; k < 3; ++k)
+    found[moments[k]] = {{"median", quantile(study.left_percent(k), 0.5)},
+                         {"p90", quantile(study.left_percent(k), 0.9)}};
+  return found;
+}
+
+json results(const compensation::FailedSensorStudy& study) {
+  json found = {{"false_alarms", study.false_alarms()}};
+  for (const auto& row : study.rows)
+    found["rows"].push_back({{"load", row.load},
+                             {"draw", row.draw},
+                             {"sensor", row.sensor},
+                             {"fault", row.fault},
+                             {"reduction_percent", row.whole_percent},
+                             {"reduction_failed_percent", row.failed_percent},
+                             {"named_after_min", row.named_min}});
+  return found;
+}
+
+json results(const compensation::Validation& validation) {
+  json found;
+  for (const auto& row : validation.rows) {
+    found["rows"].push_back({{"load", row.load},
+                             {"draw", row.draw},
+                             {"pose", row.pose},
+                             {"rms_before_um", row.rms_before_um},
+                             {"rms_model_um", row.rms_model_um},
+                             {"rms_told_um", row.rms_told_um},
+                             {"rms_sensors_um", row.rms_sensors_um}});
+    if (found["median_reduction_percent"].contains(row.load)) continue;
+    const std::vector<double> with = validation.reductions(row.load, compensation::With::sensors);
+    found["median_reduction_percent"][row.load] = {
+        {"no_sensors", validation.median_reduction(row.load, false)},
+        {"told", quantile(validation.reductions(row.load, compensation::With::told), 0.5)},
+        {"with_sensors", quantile(with, 0.5)}};
+    found["p10_reduction_percent"][row.load] = quantile(with, 0.1);
+    found["median_cut_percent"][row.load] = quantile(validation.cuts(row.load), 0.5);
+  }
+  return found;
+}
+
+std::string scheme_of(const solver::TimeOptions& time, double refine) {
+  return fmt::format("TR-BDF2 with error control, {:.3g} K a step", time.tolerance_K * refine);
+}
+
+/// The summaries of several truths, one table: for each of their rows a row of each truth.
+std::string side_by_side(const std::vector<std::pair<std::string, compensation::Rows>>& truths) {
+  compensation::Rows table{{"truth"}};
+  const compensation::Rows& first = truths.front().second;
+  table.front().insert(table.front().end(), first.front().begin(), first.front().end());
+  for (std::size_t i = 1; i < first.size(); ++i) {
+    for (const auto& [truth, rows] : truths) {
+      table.push_back({truth});
+      table.back().insert(table.back().end(), rows[i].begin(), rows[i].end());
+    }
+  }
+  return core::format_table(table);
+}
+
+/// Runs one study on the truths asked for and prints what came of it.
+template <class Study>
+void on_truths(const ValidateOptions& options, compensation::ValidationOptions settings,
+               const reduction::ReducedModel& model,
+               const std::function<Study(const compensation::ValidationOptions&)>& run) {
+  const Stopwatch time;
+  const auto keep = [&](const char* name) { return options.out / "measured" / name; };
+  std::optional<reduction::ReducedModel> reference;
+  if (!options.reference.empty()) {
+    reference = reduction::read_model(options.reference);
+    settings.machine.what = compensation::Perturb::thermal;  // all that its coefficients can be
+  }
+  std::optional<Study> on_full, on_reduced;
+  if (!reference || options.full_draws > 0) {
+    compensation::ValidationOptions full = settings;
+    full.keep = keep(reference ? "thermal" : options.perturb.c_str());
+    if (reference) full.draws = options.full_draws;
+    on_full = run(full);
+  }
+  if (reference) {
+    settings.reference = &*reference;
+    settings.keep = keep("reduced");
+    on_reduced = run(settings);
+  }
+
+  const Study& main = on_reduced ? *on_reduced : *on_full;
+  json found = results(main);
+  found["draws"] = options.draws;
+  found["perturbed"] = reference ? "thermal" : options.perturb;
+  found["measured_nodes"] = on_full ? on_full->measured_nodes : 0;
+  std::string text, truth;
+  if (on_full) {
+    truth = fmt::format("full models, {} nodes, {}", on_full->measured_nodes,
+                        scheme_of(settings.machine.time, settings.machine.refine));
+    found["time_scheme"] = solver::word(settings.machine.time.scheme);
+    found["tolerance_K"] = settings.machine.time.tolerance_K * settings.machine.refine;
+    text += (on_reduced ? "full models\n" : "") + on_full->brief() + "\n";
+  }
+  if (on_reduced) {
+    truth += fmt::format("{}reduced models of order {} of the judged model's mesh, matrix exponentials",
+                         on_full ? "; " : "", reference->system.order());
+    text += (on_full ? "reduced models\n" : "") + on_reduced->brief() + "\n";
+  }
+  if (on_full && on_reduced) {
+    found["full"] = results(*on_full);
+    found["full"]["draws"] = options.full_draws;
+    const std::string nodes = fmt::format("full, {} nodes", on_full->measured_nodes);
+    text += side_by_side({{nodes, on_full->summary()},
+                          {"reduced, same machines", on_reduced->first(options.full_draws).summary()},
+                          {"reduced, all machines", on_reduced->summary()}}) +
+            "\n";
+  }
+  print_summary(
+      options,
+      fmt::format("{}measured machines: {}; {} parameters perturbed; model: {}; {:.0f} s, peak memory {:.2f} GiB\n",
+                  text, truth, found["perturbed"].get<std::string>(), model.size, time.seconds(), peak_memory_GiB()),
+      found.dump());
+}
+
+}  // namespace
+
+void validate(const ValidateOptions& options) {
+  if (options.full_draws > options.draws)
+    throw core::UsageError(
+        fmt::format("--full-draws {}: more than the {} machines of --draws", options.full_draws, options.draws));
+  const solver::Case machine_case = open_case(options.case_path, "", 0);
+  const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
+  compensation::ValidationOptions settings;
+  settings.loads = options.loads.empty() ? machine_case.holdout : options.loads;
+  settings.draws = options.draws;
+  settings.first_seed = options.first_seed;
+  settings.machine.size_factor = options.size_factor;
+  settings.machine.mesh_cache = options.out / "cache";
+  settings.machine.what = options.perturb == "thermal" ? compensation::Perturb::thermal : compensation::Perturb::all;
+  using compensation::ValidationOptions;
+  if (options.power_off)
+    on_truths<compensation::PowerOffStudy>(options, settings, model, [&](const ValidationOptions& how) {
+      return study_power_off(machine_case, model, how);
+    });
+  else if (options.failed_sensors)
+    on_truths<compensation::FailedSensorStudy>(options, settings, model, [&](const ValidationOptions& how) {
+      return study_failed_sensors(machine_case, model, how);
+    });
+  else
+    on_truths<compensation::Validation>(options, settings, model, [&](const ValidationOptions& how) {
+      return validate_online(machine_case, model, how);
+    });
+}
+
+}  // namespace thermotwin::tools
