@@ -30,6 +30,8 @@ class ChannelModel {
   virtual std::unique_ptr<RowPredictor> start() const = 0;
   /// Parameters in words with units. @param unit  of the target, "um"
   virtual std::string explain(const std::string& unit) const = 0;
+  /// Why the fit just made is doubtful: a bound of a search that it lies at, another model that it fell back on. Empty: nothing.
+  virtual std::string caution() const { return {}; }
   virtual void save(Archive& archive) const = 0;
   /// @param info  inputs that the model was fitted with  @throws InputError
   virtual void load(const Archive& archive, const std::vector<InputInfo>& info) = 0;

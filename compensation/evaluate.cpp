@@ -85,7 +85,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   Evaluation result;
   const std::vector<bool> training = judge.training();
   if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
-    judge.note("all data are training data: nothing is left to judge the fitted models on");
+    judge.note("all data are training data: nothing is left to judge the fitted models on, the leaderboard shows their fit");
   }
   Index incomplete = 0;
   for (Index i = 0; i < judge.data().rows(); ++i) incomplete += !judge.data().input_values.row(i).allFinite();
@@ -115,7 +115,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   for (EvaluationRow& row : result.rows) {
     if (std::find(options.check.begin(), options.check.end(), row.channel) != options.check.end()) row.training = false;
   }
-  result.leaderboard = standings(result.rows);
+  result.leaderboard = standings(result.rows, result.models);
   return result;
 }
 
@@ -145,7 +145,7 @@ Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> mod
     const bool seen = std::any_of(judge.parts().begin(), judge.parts().end(), [&](const EvaluationPart& p) { return p.training && p.name == row.part && p.from == row.from_s; });
     if (!seen) comparable.push_back(row);
   }
-  result.leaderboard = standings(comparable);
+  result.leaderboard = standings(comparable, result.models);
   return result;
 }
 
@@ -170,7 +170,10 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
       one.train_programs = {cross.programs[static_cast<std::size_t>(from)]};
       Judge judge(cut, parts_of(cut, one));
       FittedModel model(*spec);
-      if (!fit_and_judge(model, options.check, judge)) continue;
+      const bool fitted = fit_and_judge(model, options.check, judge);
+      // A fit that runs away in one channel is refused as a whole: the others alone would look better than it is.
+      for (const std::string& reason : model.refused()) cross.notes.push_back("fitted on " + cross.programs[static_cast<std::size_t>(from)] + ", refused: " + reason);
+      if (!fitted || !model.refused().empty()) continue;
       for (Index to = 0; to < n; ++to) {
         double shares = 0.0, count = 0.0;
         for (const EvaluationRow& row : judge.rows) {

@@ -34,17 +34,19 @@ struct EvaluationRow {
   bool training = false;              ///< the model's fit saw displacements of this part
 };
 
-/// A model over all displacements that its fit did not see.
+/// A model over all displacements that its fit did not see, or where there are none (all rows train), over those that it saw.
 struct Standing {
   std::string model;
   Eigen::Index channels = 0;
   double reduction_percent = 0;       ///< 1 - root mean square over channels of RMS after / before
   double against_static_percent = 0;  ///< mean over channels of 1 - RMS / RMS of static_regression
+  bool seen_by_fit = false;           ///< nothing was held out: this is the fit
+  std::string caution{};              ///< why it is ranked behind models without one; empty: nothing
 };
 
 struct Evaluation {
   std::vector<EvaluationRow> rows;
-  std::vector<Standing> leaderboard;  ///< best first; models of all channels before others
+  std::vector<Standing> leaderboard;  ///< best first; models of all channels before others, those with a caution last
   core::Table predictions;            ///< time_s, <channel>_measured, <channel>_<model>
   std::vector<std::pair<std::string, core::Table>> other_predictions;  ///< by name of the folder
   std::vector<FittedModel> models;
@@ -69,9 +71,10 @@ struct CrossExperiment {
   std::vector<std::string> programs;
   struct Entry {
     std::string model;
-    Eigen::MatrixXd reduction_percent;  ///< (trained on, judged on), RMS over the channels; NaN: not possible
+    Eigen::MatrixXd reduction_percent;  ///< (trained on, judged on), RMS over the channels; NaN: not possible or refused
   };
   std::vector<Entry> entries;
+  std::vector<std::string> notes;       ///< fits that were refused, and why
   std::string brief() const;
 };
 CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateOptions& options);

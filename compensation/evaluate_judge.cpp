@@ -174,19 +174,37 @@ bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Ju
     judge.note("left out: " + model.left_out().front());
     return false;
   }
+  MatrixXd predicted = model.predict(judge.data());
+  model.refuse_diverging(judge.data(), judge.training(), predicted);
   for (const std::string& reason : model.left_out()) judge.note("left out: " + reason);
-  judge.add(model.name(), model.predict(judge.data()), true);
+  for (const std::string& reason : model.refused()) judge.note("refused: " + reason);
+  if (model.empty()) return false;
+  judge.add(model.name(), predicted, true);
   return true;
 }
 
-std::vector<Standing> standings(const std::vector<EvaluationRow>& rows) {
+namespace {
+
+/// Cautions of a model, the first ones in words.
+std::string caution_of(const FittedModel& model) {
+  constexpr std::size_t most = 2;
+  const std::vector<std::string> all = model.cautions();
+  const std::string words = core::join({all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), most))}, "; ");
+  return all.size() > most ? words + fmt::format("; and {} channels more", all.size() - most) : words;
+}
+
+}  // namespace
+
+std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models) {
   struct Sums {
     double before = 0, after = 0;
   };
+  std::map<std::string, bool> any_held_out;
+  for (const EvaluationRow& row : rows) any_held_out[row.model] = any_held_out[row.model] || !row.training;
   std::map<std::string, std::map<std::string, Sums>> held_out;  // by model and channel
   std::vector<std::string> order;
   for (const EvaluationRow& row : rows) {
-    if (row.training) continue;
+    if (row.training && any_held_out[row.model]) continue;
     if (!held_out.contains(row.model)) order.push_back(row.model);
     Sums& sums = held_out[row.model][row.channel];
     const auto count = static_cast<double>(row.measures.count);
@@ -196,7 +214,9 @@ std::vector<Standing> standings(const std::vector<EvaluationRow>& rows) {
   const auto reference = held_out.find("static_regression");
   std::vector<Standing> result;
   for (const std::string& model : order) {
-    Standing standing{model, static_cast<Index>(held_out[model].size()), 0.0, missing};
+    Standing standing{model, static_cast<Index>(held_out[model].size()), 0.0, missing, !any_held_out[model]};
+    for (const FittedModel& fitted : models)
+      if (model == fitted.name() || model == fitted.name() + "_as_is" || model == fitted.name() + "_corrected") standing.caution = caution_of(fitted);
     double shares = 0.0, moved = 0.0, gains = 0.0, compared = 0.0;
     for (const auto& [channel, sums] : held_out[model]) {
       // A channel that stays has nothing to be removed.
@@ -215,6 +235,7 @@ std::vector<Standing> standings(const std::vector<EvaluationRow>& rows) {
     result.push_back(standing);
   }
   std::stable_sort(result.begin(), result.end(), [](const Standing& a, const Standing& b) {
+    if (a.caution.empty() != b.caution.empty()) return a.caution.empty();
     if (a.channels != b.channels) return a.channels > b.channels;
     return a.reduction_percent > b.reduction_percent || (std::isfinite(a.reduction_percent) && !std::isfinite(b.reduction_percent));
   });

@@ -48,7 +48,8 @@ std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options);
 /// Fits a model and judges it; what could not be done is noted. @return whether anything was fitted
 bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Judge& judge);
 
-std::vector<Standing> standings(const std::vector<EvaluationRow>& rows);
+/// @param models  whose cautions put them last
+std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models);
 
 void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name, bool with_sensors, Judge& judge);
 

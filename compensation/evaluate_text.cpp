@@ -26,11 +26,17 @@ std::vector<std::string> line_of(const EvaluationRow& row) {
 
 std::string Evaluation::brief() const {
   std::string text = fmt::format("fitted on {:.1f} h of displacements with {} inputs at hand\n", training_hours, inputs);
-  std::vector<std::vector<std::string>> board = {{"model", "channels", "RMS removed where no fit saw it %", "below static_regression %"}};
+  // With all rows in training nothing but the fit is left to show.
+  const bool fits = std::any_of(leaderboard.begin(), leaderboard.end(), [](const Standing& s) { return s.seen_by_fit; });
+  std::vector<std::vector<std::string>> board = {
+      {"model", "channels", fits ? "RMS removed (fit: of the training rows) %" : "RMS removed where no fit saw it %", "below static_regression %"}};
   for (const Standing& standing : leaderboard) {
-    board.push_back({standing.model, std::to_string(standing.channels), number(standing.reduction_percent, "{:.1f}"), number(standing.against_static_percent, "{:.1f}")});
+    board.push_back({standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"), std::to_string(standing.channels), number(standing.reduction_percent, "{:.1f}"), number(standing.against_static_percent, "{:.1f}")});
   }
   text += core::format_table(board);
+  for (const Standing& standing : leaderboard) {
+    if (!standing.caution.empty()) text += fmt::format("* {} ranked last: {}\n", standing.model, standing.caution);
+  }
   std::vector<std::string> channels;
   for (const EvaluationRow& row : rows) {
     if (std::find(channels.begin(), channels.end(), row.channel) == channels.end()) channels.push_back(row.channel);
@@ -63,6 +69,7 @@ std::string CrossExperiment::brief() const {
     }
     text += core::format_table(table);
   }
+  for (const std::string& note : notes) text += "  " + note + "\n";
   return text;
 }
 

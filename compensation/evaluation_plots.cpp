@@ -107,8 +107,10 @@ std::vector<std::string> judged_channels(const Evaluation& evaluation) {
 std::string leaderboard_svg(const Evaluation& evaluation) {
   constexpr double row = 24.0, left = 210.0, width = 480.0, top = 46.0;
   const auto count = static_cast<double>(evaluation.leaderboard.size());
-  std::string svg = opening(left + width + 90.0, top + row * count + 40.0);
-  svg += label(12, 22, "RMS of the thermal error removed where no fit saw it, %", "start", "font-size=\"15\" font-weight=\"bold\"");
+  std::string svg = opening(left + width + 90.0, top + row * count + 46.0);
+  const bool fits = std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(), [](const Standing& s) { return s.seen_by_fit; });
+  svg += label(12, 22, fits ? "RMS of the thermal error removed, %; (fit): in the training rows, nothing was held out" : "RMS of the thermal error removed where no fit saw it, %", "start",
+               "font-size=\"15\" font-weight=\"bold\"");
   double low = 0.0;
   for (const Standing& standing : evaluation.leaderboard) {
     if (std::isfinite(standing.reduction_percent)) low = std::min(low, standing.reduction_percent);
@@ -124,13 +126,15 @@ std::string leaderboard_svg(const Evaluation& evaluation) {
     const bool twin = standing.model.starts_with("reduced_model") || standing.model.starts_with("extended_model"), baseline = standing.model == "static_regression";
     const double value = std::isfinite(standing.reduction_percent) ? std::clamp(standing.reduction_percent, low, 100.0) : 0.0;
     const double from = panel.x(std::min(0.0, value)), to = panel.x(std::max(0.0, value));
-    svg += label(left - 8, y + 16, standing.model, "end");
+    svg += label(left - 8, y + 16, standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"), "end");
     svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>\n", from, y + 4, to - from, row - 8,
                        twin ? "#d1495b" : baseline ? "#888888" : "#2e86ab");
     svg += label(panel.x(100.0) + 8, y + 16, fmt::format("{:.1f} ({})", standing.reduction_percent, standing.channels));
     y += row;
   }
   svg += label(panel.x(100.0) + 8, top - 8, "(channels)");
+  if (std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(), [](const Standing& s) { return !s.caution.empty(); }))
+    svg += label(12, top + row * count + 36, "* ranked last, reason in tables.txt");
   return svg + "</svg>\n";
 }
 

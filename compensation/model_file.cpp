@@ -60,7 +60,9 @@ std::string FittedModel::to_toml() const {
       ids += comma + quoted(info.id);
       kinds += comma + (info.ambient ? "\"ambient\"" : info.temperature ? "\"temperature\"" : info.motion ? "\"motion\"" : info.activity ? "\"activity\"" : "\"state\"");
     }
-    text += fmt::format("inputs = [{}]\nkinds = [{}]\n[model.part.values]\n", ids, kinds);
+    text += fmt::format("inputs = [{}]\nkinds = [{}]\n", ids, kinds);
+    if (!part.caution.empty()) text += "caution = " + quoted(part.caution) + "\n";
+    text += "[model.part.values]\n";
     Archive archive;
     part.model->save(archive);
     for (const auto& [key, values] : archive.values()) text += key + " = " + matrix_text(values) + "\n";
@@ -83,7 +85,7 @@ std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
     model.level_input_ = node.text("level_input");
     model.levels_ = node.numbers("levels");
     for (const core::Node& part_node : node.tables("part")) {
-      Part part{part_node.text("channel"), part_node.text("unit"), {}, model.spec_->make()};
+      Part part{part_node.text("channel"), part_node.text("unit"), {}, model.spec_->make(), part_node.text_or("caution", "")};
       const std::vector<std::string> ids = part_node.texts_or_empty("inputs"), kinds = part_node.texts_or_empty("kinds");
       if (ids.empty() || ids.size() != kinds.size()) {
         throw InputError(part_node.place("inputs"), fmt::format("{} inputs, {} kinds", ids.size(), kinds.size()), "at least one input, a kind each");

@@ -195,7 +195,8 @@ bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& trainin
     const TrainingData part = training_data(data, training, target, used, name());
     std::unique_ptr<ChannelModel> model = spec_->make();
     model->fit(part);
-    parts_.push_back({channel.id, channel.unit, part.info, std::move(model)});
+    std::string caution = model->caution();
+    parts_.push_back({channel.id, channel.unit, part.info, std::move(model), std::move(caution)});
     return true;
   } catch (const InputError& error) {
     left_out_.emplace_back(error.what());
@@ -223,7 +224,8 @@ void FittedModel::add_together(const Dataset& data, const std::vector<bool>& tra
       if (!models[i]) continue;
       const MeasuredChannel& channel = data.targets[targets[i]];
       outputs_.push_back({channel.id, {parts_.size()}, MatrixXd::Ones(1, 1)});
-      parts_.push_back({channel.id, channel.unit, channels[i].data.info, std::move(models[i])});
+      std::string caution = models[i]->caution();
+      parts_.push_back({channel.id, channel.unit, channels[i].data.info, std::move(models[i]), std::move(caution)});
     }
   } catch (const InputError& error) {
     left_out_.emplace_back(error.what());
@@ -234,6 +236,7 @@ void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, co
   parts_.clear();
   outputs_.clear();
   left_out_.clear();
+  refused_.clear();
   levels_.clear();
   if (std::find(training.begin(), training.end(), true) == training.end()) {
     throw InputError(data.source, "no row to train on", "at least some hours of training data");
@@ -369,6 +372,52 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
   return result;
 }
 
+void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>& training, MatrixXd& predicted) {
+  constexpr double most_times = 10.0;
+  /// Peak to peak of a column in the training rows or in all.
+  const auto span_of = [&](const Eigen::Ref<const VectorXd>& values, bool training_only) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (Index i = 0; i < values.size(); ++i) {
+      if (!std::isfinite(values[i]) || (training_only && !training[static_cast<std::size_t>(i)])) continue;
+      low = std::min(low, values[i]);
+      high = std::max(high, values[i]);
+    }
+    return std::pair{low, high};
+  };
+  std::erase_if(outputs_, [&](const Output& output) {
+    const auto target = std::find_if(data.targets.begin(), data.targets.end(), [&](const MeasuredChannel& c) { return c.id == output.channel; });
+    if (target == data.targets.end()) return false;
+    const Index t = target - data.targets.begin();
+    const auto [low, high] = span_of(data.target_values.col(t), true);
+    if (!(high > low)) return false;
+    double reach = 1.0;
+    for (const std::size_t p : output.parts)
+      for (const InputInfo& info : parts_[p].inputs)
+        for (std::size_t k = 0; k < data.inputs.size(); ++k) {
+          if (data.inputs[k].id != info.id) continue;
+          const auto seen = span_of(data.input_values.col(static_cast<Index>(k)), true), all = span_of(data.input_values.col(static_cast<Index>(k)), false);
+          if (seen.second > seen.first) reach = std::max(reach, (all.second - all.first) / (seen.second - seen.first));
+        }
+    const double middle = 0.5 * (low + high), limit = most_times * reach * (high - low);
+    for (Index i = 0; i < predicted.rows(); ++i) {
+      if (!(std::abs(predicted(i, t) - middle) > limit)) continue;
+      refused_.push_back(fmt::format("{} {}: diverges, {:.3g} {} predicted at {:.2f} h where the training rows have {:.3g} to {:.3g} {}", name(), output.channel,
+                                     predicted(i, t), target->unit, data.time[i] / 3600.0, low, high, target->unit));
+      predicted.col(t).setConstant(missing);
+      return true;
+    }
+    return false;
+  });
+  if (outputs_.empty()) parts_.clear();
+}
+
+std::vector<std::string> FittedModel::cautions() const {
+  std::vector<std::string> all;
+  for (const Part& part : parts_)
+    if (!part.caution.empty()) all.push_back(part.channel + ": " + part.caution);
+  return all;
+}
+
 std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& training) {
   const MatrixXd predicted = predict(data);
   std::string text;
@@ -391,7 +440,9 @@ std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& t
 
 std::vector<std::string> FittedModel::explain() const {
   std::vector<std::string> lines;
-  for (const Part& part : parts_) lines.push_back(name() + " " + part.channel + ": " + part.model->explain(part.unit));
+  for (const Part& part : parts_) {
+    lines.push_back(name() + " " + part.channel + ": " + part.model->explain(part.unit) + (part.caution.empty() ? "" : "; " + part.caution));
+  }
   if (spec_->spatial != Spatial::one_point) return lines;
   for (const Output& output : outputs_) {
     std::string text = name() + " " + output.channel + ": b =";

@@ -46,10 +46,19 @@ class FittedModel {
   std::string correct(const Dataset& data, const std::vector<bool>& training);
 
   const std::string& name() const { return spec_->name; }
+  /// Refuses channels whose prediction runs away from what the fit saw: beyond ten times the displacements of the training rows
+  /// times the range of the inputs over theirs. @param predicted  of all rows; columns of refused channels become NaN
+  void refuse_diverging(const Dataset& data, const std::vector<bool>& training, Eigen::MatrixXd& predicted);
+
+  /// Why fits are doubtful: "<channel>: <reason>" of each part that lies at a bound of its search or fell back on another model.
+  std::vector<std::string> cautions() const;
+
   /// Parameters of each channel in words.
   std::vector<std::string> explain() const;
   /// Channels that could not be fitted, and why.
   const std::vector<std::string>& left_out() const { return left_out_; }
+  /// Channels that refuse_diverging took away, and why.
+  const std::vector<std::string>& refused() const { return refused_; }
   bool empty() const { return outputs_.empty(); }
 
   /// As TOML: [[model]] tables with every number at full precision.
@@ -62,6 +71,7 @@ class FittedModel {
     std::string channel, unit;
     std::vector<InputInfo> inputs;
     std::unique_ptr<ChannelModel> model;
+    std::string caution{};           ///< of its fit
   };
   /// A channel as a weighted sum of parts; the weights may depend on the load level.
   struct Output {
@@ -80,7 +90,7 @@ class FittedModel {
   std::vector<Output> outputs_;
   std::string level_input_;          ///< activity whose last value above 0 is the load level
   std::vector<double> levels_;
-  std::vector<std::string> left_out_;
+  std::vector<std::string> left_out_, refused_;
 };
 
 }  // namespace thermotwin::compensation

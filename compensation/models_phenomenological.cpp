@@ -25,6 +25,8 @@ using Eigen::VectorXd;
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr double memory_s = 1800.0;        ///< of the mean temperature, for "warming"
 constexpr Index most_blocks = 4000;      ///< a mean over both states of the axis would be neither
+constexpr double least_start = 0.05;     ///< of the record's start, in the rows that are fitted: less does not tell how large it was
+constexpr double at_bound = 1e-3;        ///< ln of a time constant over the bound of its search
 
 /// 1 while the machine moves (or warms up), 0 while it does not.
 class Switch {
@@ -64,6 +66,8 @@ class Switch {
 class Phenomenological final : public ChannelModel {
  public:
   explicit Phenomenological(const PhenomenologicalOptions& options) : options_(options) {}
+
+  std::string caution() const override { return caution_; }
 
   void fit(const TrainingData& whole) override {
     const Blocks blocks = make_blocks(whole, most_blocks);
@@ -109,6 +113,10 @@ class Phenomenological final : public ChannelModel {
     const Line found = line(tau_);
     unpack(found);
     rms_ = std::sqrt(found.squares / static_cast<double>(found.rows));
+    caution_.clear();
+    for (Index set = 0; set < sets_; ++set)
+      if (const double log = std::log(tau_[set]); log < fastest + at_bound || log > slowest - at_bound)
+        caution_ = fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", tau_[set]);
   }
 
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
@@ -196,6 +204,15 @@ class Phenomenological final : public ChannelModel {
       source.segment(first, inputs) = last - reference_.transpose();
       source[first + inputs] = 1.0;
     }
+    // A start that has run off before the first fitted row takes no part, since its size would be anything; neither does a shift
+    // that both sets have, which then is the constant.
+    double start = 0.0;
+    for (Index i = 0; i < n; ++i)
+      if (std::isfinite(data.target[i])) start = std::max(start, rows(i, rows.cols() - 1));
+    if (start < least_start) {
+      rows.rightCols(1).setZero();
+      rows.col(inputs).setZero();
+    }
     return rows;
   }
 
@@ -243,6 +260,7 @@ class Phenomenological final : public ChannelModel {
   VectorXd tau_, shift_, reference_;
   MatrixXd gains_;                           ///< (sets x inputs) p2, p5
   double initial_ = 0, constant_ = 0, rms_ = 0;
+  std::string caution_;
 };
 
 }  // namespace

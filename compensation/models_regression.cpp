@@ -21,19 +21,25 @@ using Eigen::VectorXd;
 
 constexpr int folds = 5;
 
+const std::vector<double>& ridges() {
+  static const std::vector<double> all = {1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0};
+  return all;
+}
+
 /// intercept + gains on the inputs, each past one lag (0: none). Inputs without gain may be missing.
 class LaggedLine : public ChannelModel {
  public:
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
-    std::string text = tau_ > 0.0 ? fmt::format("tau {:.4g} s{}, ", tau_, remark_) : std::string();
+    std::string text = tau_ > 0.0 ? fmt::format("tau {:.4g} s, ", tau_) : std::string();
     text += "gains";
+    if (line_.gains.size() == 0 || line_.gains.isZero(0.0)) text += " none";
     for (std::size_t k = 0; k < info_.size(); ++k) {
       const double gain = line_.gains[static_cast<Index>(k)];
       if (gain != 0.0) text += fmt::format(" {} {:.4g}", info_[k].id, gain);
     }
-    return text + fmt::format(" {}/K, intercept {:.4g} {}, {} rows{}", unit, line_.intercept, unit, line_.rows, tau_ > 0.0 ? "" : remark_);
+    return text + fmt::format(" {}/K, intercept {:.4g} {}, {} rows{}", unit, line_.intercept, unit, line_.rows, remark_);
   }
 
   void save(Archive& archive) const override {
@@ -56,6 +62,15 @@ class LaggedLine : public ChannelModel {
   double tau_ = 0.0;
   Line line_;
   std::string remark_;
+
+  /// All inputs; the strength of the ridge is the best one on held-out blocks.
+  void fit_ridge_by_blocks(const TrainingData& data) {
+    Index best = 0;
+    block_errors(data.inputs, data.target, ridges(), folds, data.label).minCoeff(&best);
+    const double ridge = ridges()[static_cast<std::size_t>(best)];
+    line_ = fit_ridge(data.inputs, data.target, ridge, data.label);
+    remark_ = fmt::format(", ridge {:g}", ridge);
+  }
 
  private:
   class Predictor final : public RowPredictor {
@@ -84,27 +99,21 @@ class StaticRegression final : public LaggedLine {
   }
 };
 
-const std::vector<double>& ridges() {
-  static const std::vector<double> all = {1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0};
-  return all;
-}
-
 class RidgeRegression final : public LaggedLine {
  public:
   void fit(const TrainingData& data) override {
     info_ = data.info;
-    Index best = 0;
-    block_errors(data.inputs, data.target, ridges(), folds, data.label).minCoeff(&best);
-    const double ridge = ridges()[static_cast<std::size_t>(best)];
-    line_ = fit_ridge(data.inputs, data.target, ridge, data.label);
-    remark_ = fmt::format(", ridge {:g}", ridge);
+    fit_ridge_by_blocks(data);
   }
 };
 
 class SelectedRegression final : public LaggedLine {
  public:
+  std::string caution() const override { return caution_; }
+
   void fit(const TrainingData& data) override {
     info_ = data.info;
+    caution_.clear();
     const VectorXd constant = VectorXd::Zero(data.target.size());
     double error = block_errors(constant, data.target, {1.0}, folds, data.label)[0];
     std::vector<Index> taken;
@@ -125,8 +134,13 @@ class SelectedRegression final : public LaggedLine {
       taken.push_back(best);
       error = least;
     }
+    if (taken.empty()) {
+      fit_ridge_by_blocks(data);
+      caution_ = fmt::format("no input alone makes held-out blocks better by {:g} %: no input selected, ridge regression on all inputs instead", 100.0 * least_gain);
+      return;
+    }
     line_.gains = VectorXd::Zero(data.inputs.cols());
-    const Line chosen = fit_line(taken.empty() ? MatrixXd(constant) : MatrixXd(data.inputs(Eigen::all, taken)), data.target, data.label);
+    const Line chosen = fit_line(data.inputs(Eigen::all, taken), data.target, data.label);
     for (std::size_t i = 0; i < taken.size(); ++i) line_.gains[taken[i]] = chosen.gains[static_cast<Index>(i)];
     line_.intercept = chosen.intercept;
     line_.rows = chosen.rows;
@@ -134,10 +148,13 @@ class SelectedRegression final : public LaggedLine {
 
  private:
   static constexpr double least_gain = 0.02;
+  std::string caution_;
 };
 
 class FirstOrder final : public LaggedLine {
  public:
+  std::string caution() const override { return caution_; }
+
   void fit(const TrainingData& whole) override {
     const Blocks blocks = make_blocks(whole, most_blocks);
     const TrainingData& data = blocks.data;
@@ -164,11 +181,13 @@ class FirstOrder final : public LaggedLine {
     }
     tau_ = std::exp(golden(squares, shortest + std::max(best - 1, 0) * step, shortest + std::min(best + 1, points - 1) * step));
     line_ = fit_line(lagged_features(data, {tau_}, blocks.averaged), data.target, data.label);
-    remark_ = best == 0 || best == points - 1 ? " (at the bound of the search: the record does not show it)" : "";
+    const bool at_bound = best == 0 || best == points - 1;
+    caution_ = at_bound ? fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", tau_) : std::string();
   }
 
  private:
   static constexpr Index most_blocks = 20000;  ///< large gains remember how the record started
+  std::string caution_;
 
   template <class Function>
   static double golden(const Function& function, double low, double high) {

@@ -251,6 +251,7 @@ class RotaryUnit final : public ChannelModel {
     throw InputError(data.label, "one channel by itself", "all channels of the unit together");
   }
 
+  std::string caution() const override { return doubt; }
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
@@ -294,6 +295,7 @@ class RotaryUnit final : public ChannelModel {
   VectorXd logs, full, row;
   Roles roles;
   double gain = 0, lag_s = 0, intercept = 0, rms = 0;
+  std::string doubt;                         ///< of the fit
 
  private:
   class Predictor final : public RowPredictor {
@@ -448,7 +450,8 @@ std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<Uni
     return VectorXd(Eigen::Map<const VectorXd>(all.data(), static_cast<Index>(all.size())));
   };
   SquaresProblem problem;
-  problem.admit = [&](VectorXd& x) { x = x.cwiseMax(start - 4.0 * spread).cwiseMin(start + 4.0 * spread); };
+  constexpr double widest = 4.0;  // spreads from the usual value
+  problem.admit = [&](VectorXd& x) { x = x.cwiseMax(start - widest * spread).cwiseMin(start + widest * spread); };
   problem.residuals = [&](const VectorXd& x, MatrixXd* jacobian) {
     const MatrixXd rises = simulated(x);
     const VectorXd at = residuals_of(x, rises);
@@ -466,6 +469,10 @@ std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<Uni
   const Minimum best = least_squares_search(problem, start, most_iterations);
   if (!std::isfinite(best.value) || !best.at.allFinite()) throw InputError(targets.front().data.label, "no finite fit", "inputs and displacements of usual size");
   const MatrixXd rises = simulated(best.at);
+  const auto at_bound = [&](Index i) { return std::abs(best.at[i] - start[i]) > (widest - 1e-6) * spread[i]; };
+  std::string doubtful;
+  for (Index i = 0; i < places; ++i)
+    if (at_bound(i)) doubtful += fmt::format("{}{}", doubtful.empty() ? "" : ", ", parameters[i].name);
   for (Index t = 0; t < count; ++t) {
     const Target& target = targets[static_cast<std::size_t>(t)];
     const double lag_s = std::exp(best.at[places + t]);
@@ -477,6 +484,8 @@ std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<Uni
     model->roles = roles;
     model->gain = line.gains[0];
     model->lag_s = lag_s;
+    const std::string names = at_bound(places + t) ? doubtful + (doubtful.empty() ? "" : ", ") + "k2" : doubtful;
+    if (!names.empty()) model->doubt = names + " at the bound of the search, the record does not show it";
     model->intercept = line.intercept;
     model->rms = std::sqrt(line.squares / static_cast<double>(line.rows));
     models[target.channel] = std::move(model);

@@ -343,6 +343,8 @@ class TransferModel final : public ChannelModel {
             set_ = set;
             chosen_ = taken;
             held_out_rms_ = std::sqrt(error);
+            caution_ = set.largest_pole() < radius * (1.0 - 1e-6) ? std::string()
+                                                                   : fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", span / 3.0);
           }
         } catch (const InputError& error) {
           refused = error.what();
@@ -355,6 +357,7 @@ class TransferModel final : public ChannelModel {
     }
   }
 
+  std::string caution() const override { return caution_; }
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
@@ -432,6 +435,7 @@ class TransferModel final : public ChannelModel {
   std::vector<Index> chosen_;
   TransferSet set_;
   double held_out_rms_ = 0;
+  std::string caution_;
 };
 
 }  // namespace

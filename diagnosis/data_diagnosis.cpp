@@ -26,6 +26,10 @@ namespace {
 
 constexpr double day = 86400.0, hour = 3600.0;
 constexpr double sure = 0.9, discrepant = 0.01;  ///< probability of a cause; p value of a residual
+constexpr double too_wide = 0.5;  ///< expected spread over a channel's own, above which a discrepancy as large as the signal would pass
+constexpr double shares = 0.05;   ///< probability of a cause that stays in an ambiguous set
+constexpr double moves = 2.0;     ///< times its uncertainty, by which a channel varies that has something to be explained
+constexpr double daily_days = 3.0;  ///< length of a record that tells a daily swing from a drift
 constexpr double prior_none = 0.5, prior_cause = 0.45, prior_unknown = 0.05;
 
 struct Days {
@@ -67,7 +71,7 @@ struct Extension {
   VectorXd predicted;     ///< (n)
 };
 
-/// Time by which a residual forgets itself, from its correlation one interval apart; s.
+/// Time by which a residual forgets itself, from its correlation one interval apart; s. Infinite where it does not.
 double memory_of(const VectorXd& residual, const std::vector<Index>& rows, double interval) {
   double product = 0.0, square = 0.0;
   for (std::size_t i = 1; i < rows.size(); ++i) {
@@ -76,7 +80,7 @@ double memory_of(const VectorXd& residual, const std::vector<Index>& rows, doubl
     square += 0.5 * (residual[rows[i]] * residual[rows[i]] + residual[rows[i - 1]] * residual[rows[i - 1]]);
   }
   const double correlation = square > 0.0 ? product / square : 0.0;
-  return correlation > 0.0 && correlation < 1.0 ? -interval / std::log(correlation) : 0.0;
+  return correlation >= 1.0 ? std::numeric_limits<double>::infinity() : correlation > 0.0 ? -interval / std::log(correlation) : 0.0;
 }
 
 double correlation(const VectorXd& a, const VectorXd& b) {
@@ -88,12 +92,24 @@ double correlation(const VectorXd& a, const VectorXd& b) {
 struct Judged {
   GreyBox box;
   VectorXd before, after, expected_std;  ///< (n) residuals, and what the first day makes one expect
+  double expected = 0, seen = 0;         ///< RMS after the first part: of expected_std, of the residual
   double p_value = 1;                    ///< of the later days' residual under the box of the first day
   double probability_none = 1, probability_unknown = 0;
   std::vector<Extension> extensions;
   std::vector<double> probability;       ///< of the extensions
-  std::string words;
 };
+
+/// Standard deviation of what was measured.
+double spread_of(const VectorXd& values) {
+  std::vector<double> good;
+  for (const double v : values)
+    if (std::isfinite(v)) good.push_back(v);
+  const VectorXd finite = Eigen::Map<const VectorXd>(good.data(), static_cast<Index>(good.size()));
+  return finite.size() > 1 ? root_mean_square(finite.array() - finite.mean()) : 0.0;
+}
+
+/// The first part leaves so much open that a discrepancy of the signal's own size would pass, and none larger shows.
+bool cannot_tell(const Judged& judged, double signal) { return judged.expected > too_wide * signal && judged.seen <= 2.0 * judged.expected; }
 
 /// Log evidence of rows under the box's own process; columns added to its gains, whose posterior is
 /// that of the first day.
@@ -119,12 +135,14 @@ std::vector<Extension> candidates(const DataRecord& record, double size) {
   std::vector<Extension> all;
   Extension drift{"probe_drift", "drift", "um/h", since / hour, VectorXd::Constant(1, size / 24.0), false, 0, 0, 0, {}};
   all.push_back(drift);
-  MatrixXd daily(n, 4);
-  for (Index i = 0; i < n; ++i) {
-    const double angle = 2.0 * std::numbers::pi * record.time[i] / day;
-    daily.row(i) << std::sin(angle), std::cos(angle), std::sin(2.0 * angle), std::cos(2.0 * angle);
+  if (static_cast<double>(n) * record.interval >= daily_days * day) {
+    MatrixXd daily(n, 4);
+    for (Index i = 0; i < n; ++i) {
+      const double angle = 2.0 * std::numbers::pi * record.time[i] / day;
+      daily.row(i) << std::sin(angle), std::cos(angle), std::sin(2.0 * angle), std::cos(2.0 * angle);
+    }
+    all.push_back({"unmeasured_temperature", "daily_amplitude", "um", daily, (VectorXd(4) << 0.5, 0.5, 0.25, 0.25).finished() * size, false, 0, 0, 0, {}});
   }
-  all.push_back({"unmeasured_temperature", "daily_amplitude", "um", daily, (VectorXd(4) << 0.5, 0.5, 0.25, 0.25).finished() * size, false, 0, 0, 0, {}});
   all.push_back({"time_constant", "slowest", "s", MatrixXd(n, 0), VectorXd(0), true, 0, 0, 0, {}});
   return all;
 }
@@ -146,6 +164,8 @@ Judged judge_channel(const DataRecord& record, Index target, const Days& parts) 
   const MatrixXd nothing(record.time.size(), 0);
   const VectorXd none_std(0);
   const LinearEvidence all_later = evidence_of(record, box, value, later, nothing, none_std, 1.0, determinant);
+  judged.expected = root_mean_square(judged.expected_std(later));
+  judged.seen = root_mean_square(judged.before(later));
   judged.p_value = chi_square_tail(all_later.chi_square(), static_cast<double>(later.size()));
 
   // Hypotheses compete on the middle part, given the first; the last one is never fitted.
@@ -157,13 +177,17 @@ Judged judge_channel(const DataRecord& record, Index target, const Days& parts) 
   for (Extension& extension : judged.extensions) {
     if (extension.refit) {
       // The same elements with other time constants and gains, on both parts.
-      const GreyBox both = fit_grey_box(record, target, joined(first, middle), box.time_constants);
+      const std::vector<Index> longer = joined(first, middle);
+      const GreyBox both = fit_grey_box(record, target, longer, box.time_constants);
       // Time constants are taken at their best: each costs half a logarithm of the values.
       extension.log_evidence = both.log_evidence - box.log_evidence -
                                0.5 * static_cast<double>(record.inputs.cols()) * std::log(static_cast<double>(middle.size()));
       extension.predicted = both.columns(record) * both.gains;
-      extension.value = both.time_constants.maxCoeff();
-      extension.std = 0.5 * extension.value;
+      Index slowest = 0;
+      both.time_constants.maxCoeff(&slowest);
+      const TimeConstant tau = time_constant_of(record, target, longer, both, slowest);
+      extension.value = tau.value;
+      extension.std = tau.std;
     } else {
       const LinearEvidence wide = evidence_of(record, box, value, middle, extension.columns, extension.prior_std, 1.0, determinant);
       extension.log_evidence = wide.log_evidence() - 0.5 * determinant;
@@ -200,7 +224,8 @@ Interval last_interval(const VectorXd& before, const VectorXd& after, const std:
   return reduction_interval(before(rows).cwiseAbs2(), after(rows).cwiseAbs2(), static_cast<Index>(std::lround(2.0 * hour / interval)));
 }
 
-RankedCause ranked(const Extension& extension, const std::string& channel, double probability) {
+/// @param explained_percent  of the channel's RMS in the last part
+RankedCause ranked(const Extension& extension, const std::string& channel, double probability, double explained_percent) {
   RankedCause cause;
   cause.parameter.kind = extension.kind;
   cause.parameter.where = channel;
@@ -212,7 +237,46 @@ RankedCause ranked(const Extension& extension, const std::string& channel, doubl
   cause.log_evidence = extension.log_evidence;
   cause.value = extension.value;
   cause.std = extension.std;
+  cause.heldout_explained_percent = explained_percent;
   return cause;
+}
+
+RankedCause no_cause(const std::string& kind, double probability) {
+  RankedCause row;
+  row.parameter.name.clear();
+  row.parameter.unit.clear();
+  row.parameter.kind = kind;
+  row.probability = probability;
+  return row;
+}
+
+/// What would have to be measured so that the next record tells: the input whose gain is least known, or a sensor where no input follows the channel.
+NextMeasurement needed(const DataRecord& record, const Judged& judged, Index target, const Days& parts, double signal) {
+  const std::vector<Index> later = joined(parts.middle, parts.last);
+  const std::string& channel = record.channels[static_cast<std::size_t>(target)].id;
+  const MatrixXd columns = judged.box.columns(record)(later, Eigen::all), told = columns * judged.box.covariance;
+  const double by_gains = std::sqrt(told.cwiseProduct(columns).rowwise().sum().mean());
+  NextMeasurement next;
+  next.channel = channel;
+  const std::string goal = fmt::format("the expected spread has to fall from {:.3g} um below {:.3g} um, half of what {} varies by", judged.expected, too_wide * signal, channel);
+  if (by_gains < std::hypot(judged.box.wander_std, judged.box.noise_std)) {
+    next.load = "the same use, with a further temperature where its heat passes";
+    next.why = fmt::format("no recorded input follows {:.3g} um of it in the part that is fitted; {}", judged.box.wander_std, goal);
+    return next;
+  }
+  // How much narrower the prediction would be with one gain known.
+  Index least_known = 0;
+  double most = -1.0;
+  for (Index i = 0; i < record.inputs.cols(); ++i)
+    if (const double share = told.col(i).squaredNorm() / std::max(judged.box.covariance(i, i), 1e-300); share > most) most = share, least_known = i;
+  const auto input = static_cast<std::size_t>(least_known);
+  const VectorXd all = record.inputs.col(least_known), first = all(parts.first);
+  const double fitted_hours = (parts.first_end - record.time[0]) / hour;
+  next.load = fmt::format("a longer use in which {} moves over {:.4g} to {:.4g} {} apart from the other inputs while the model is fitted (here {:.4g} to {:.4g} in the first {:.0f} h)",
+                          record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(), first.maxCoeff(), fitted_hours);
+  next.why = fmt::format("its gain is known to {:.3g} +- {:.2g} um per {} only; {}", judged.box.gains[least_known], std::sqrt(judged.box.covariance(least_known, least_known)),
+                         record.input_units[input], goal);
+  return next;
 }
 
 std::string what_is_known(const DataRecord& record, const Judged& judged, const std::string& channel, const std::vector<Index>& later) {
@@ -223,12 +287,13 @@ std::string what_is_known(const DataRecord& record, const Judged& judged, const 
     if (const double r = correlation(record.inputs.col(i)(later), residual); std::abs(r) > std::abs(strongest))
       strongest = r, follows = record.input_names[static_cast<std::size_t>(i)];
   const VectorXd since = record.time(later).array() - record.time[later.front()];
-  return fmt::format("{}: later days' RMS {:.2f} against {:.2f} expected, mean {:+.2f}, {:+.3f} per hour, forgets itself in {:.1f} h, "
-                     "correlation {:+.2f} with {}",
-                     channel, root_mean_square(residual), root_mean_square(judged.expected_std(later)), residual.mean(),
+  const double memory = memory_of(judged.before, later, record.interval), length = since[since.size() - 1];
+  return fmt::format("{}: RMS after the first part {:.2f} against {:.2f} expected, mean {:+.2f}, {:+.3f} per hour, {}, correlation {:+.2f} with {}",
+                     channel, judged.seen, judged.expected, residual.mean(),
                      since.size() > 2 ? (since.array() - since.mean()).matrix().dot((residual.array() - residual.mean()).matrix()) /
                                             (since.array() - since.mean()).square().sum() * hour : 0.0,
-                     memory_of(judged.before, later, record.interval) / hour, strongest, follows);
+                     memory < length ? fmt::format("forgets itself in {:.1f} h", memory / hour) : fmt::format("does not forget itself within {:.1f} h", length / hour),
+                     strongest, follows);
 }
 
 }  // namespace
@@ -239,47 +304,77 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
   Diagnosis d;
   d.measurement = measurement.folder.filename().string();
   d.heldout_from_s = parts.last_start;
+  const double fitted_hours = (parts.first_end - record.time[0]) / hour;
   const Index n = record.time.size(), targets = record.targets.cols();
   d.series.source = "residuals.csv";
   d.series.columns = {"time_s"};
   d.series.values.resize(n, 1 + 4 * targets);
   d.series.values.col(0) = record.time;
 
-  bool all_none = true, all_explained = true, any_shared = false;
+  std::vector<double> signals;
+  bool any_moves = false;
+  for (Index t = 0; t < targets; ++t) {
+    signals.push_back(spread_of(record.targets.col(t)));
+    any_moves = any_moves || signals.back() > moves * record.channels[static_cast<std::size_t>(t)].uncertainty;
+  }
+  bool all_none = true, unexplained = false, all_shared = true, none_stays = false;
+  std::vector<std::string> untold;  // channels of which the record cannot tell
+  double widest = 0.0;
+  std::string width;
+  std::vector<RankedCause> rivals;
   double square_before = 0, square_after = 0, count = 0, none = 1.0, unknown = 0.0;
   VectorXd pooled_before = VectorXd::Zero(n), pooled_after = VectorXd::Zero(n);
   for (Index t = 0; t < targets; ++t) {
     const compensation::MeasuredChannel& channel = record.channels[static_cast<std::size_t>(t)];
     Judged judged = judge_channel(record, t, parts);
     const std::vector<Index> last = finite_rows(record.targets.col(t), parts.last), later = finite_rows(record.targets.col(t), joined(parts.middle, parts.last));
+    const double signal = signals[static_cast<std::size_t>(t)], rms_before = root_mean_square(judged.before(last));
     const bool discrepancy = judged.p_value < discrepant;
+    // One that stays beside others that move has nothing to tell.
+    const bool untold_here = cannot_tell(judged, signal) && (signal > moves * channel.uncertainty || !any_moves);
     std::size_t best = 0;
     for (std::size_t i = 0; i < judged.extensions.size(); ++i)
       if (judged.probability[i] > judged.probability[best]) best = i;
-    if (discrepancy) {
+    if (discrepancy || untold_here) {
       all_none = false;
-      // None was refused by all later days: what it had on the middle part alone is nobody's.
-      none = 0.0;
-      unknown = std::max(unknown, judged.probability_unknown + judged.probability_none);
-      for (std::size_t i = 0; i < judged.extensions.size(); ++i) d.ranking.push_back(ranked(judged.extensions[i], channel.id, judged.probability[i]));
+      std::vector<RankedCause> holding;
+      Interval gain;
+      for (std::size_t i = 0; i < judged.extensions.size(); ++i) {
+        const VectorXd after = record.targets.col(t) - judged.extensions[i].predicted;
+        const Interval interval = last_interval(judged.before, after, last, record.interval);
+        d.ranking.push_back(ranked(judged.extensions[i], channel.id, judged.probability[i], reduction_percent(rms_before, root_mean_square(after(last)))));
+        if (i == best) gain = interval;
+        if (interval.low > 0.0 && (i == best || judged.probability[i] >= shares)) holding.push_back(d.ranking.back());
+      }
       const Extension& leading = judged.extensions[best];
       const VectorXd after = record.targets.col(t) - leading.predicted;
-      const Interval gain = last_interval(judged.before, after, last, record.interval);
       const bool holds = gain.low > 0.0;
       d.notes.push_back(fmt::format("{}: {} (probability {:.2f}) changes the last part's RMS from {:.2f} to {:.2f} ({} %, 95 % interval {} to {}): {}.",
-                                    channel.id, leading.kind, judged.probability[best], root_mean_square(judged.before(last)),
-                                    root_mean_square(after(last)),
-                                    percent_text(reduction_percent(root_mean_square(judged.before(last)), root_mean_square(after(last)))),
-                                    percent_text(gain.low), percent_text(gain.high),
+                                    channel.id, leading.kind, judged.probability[best], rms_before, root_mean_square(after(last)),
+                                    percent_text(reduction_percent(rms_before, root_mean_square(after(last)))), percent_text(gain.low), percent_text(gain.high),
                                     holds ? "it holds" : "it does not hold there"));
       d.notes.push_back(what_is_known(record, judged, channel.id, later) + ".");
-      if (judged.probability[best] >= sure && holds) {
-        d.causes.push_back(ranked(leading, channel.id, judged.probability[best]));
+      // None, where all later hours refuse it: what it had on the middle part alone is nobody's.
+      none = discrepancy ? 0.0 : std::min(none, judged.probability_none);
+      unknown = std::max(unknown, judged.probability_unknown + (discrepancy ? judged.probability_none : 0.0));
+      if (discrepancy && holds && judged.probability[best] >= sure) {
+        d.causes.push_back(ranked(leading, channel.id, judged.probability[best], reduction_percent(rms_before, root_mean_square(after(last)))));
         judged.after = after;
+      } else if (untold_here) {
+        untold.push_back(channel.id);
+        none_stays = none_stays || !discrepancy;
+        if (discrepancy) rivals.insert(rivals.end(), holding.begin(), holding.end());
+        d.notes.push_back(fmt::format("{}: its expected spread of {:.3g} {} after the first part is more than half of the {:.3g} {} by which it varies, so a discrepancy would not show.",
+                                      channel.id, judged.expected, channel.unit, signal, channel.unit));
+        if (judged.expected / std::max(signal, 1e-12) > widest) {
+          widest = judged.expected / std::max(signal, 1e-12);
+          width = fmt::format("{} is expected within +- {:.3g} {} and varies by {:.3g} {}", channel.id, judged.expected, channel.unit, signal, channel.unit);
+          d.next = needed(record, judged, t, parts, signal);
+        }
       } else {
-        all_explained = false;
-        if (holds && judged.probability_unknown < 0.5) any_shared = true;
-        if (holds) d.ambiguous_set.push_back(ranked(leading, channel.id, judged.probability[best]));
+        unexplained = true;
+        all_shared = all_shared && !holding.empty() && judged.probability_unknown < 0.5;
+        rivals.insert(rivals.end(), holding.begin(), holding.end());
       }
     }
     std::string elements;
@@ -287,7 +382,7 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
       elements += fmt::format("{}{:+.2f} {} ({:.1f} h)", i > 0 ? ", " : "", judged.box.gains[i], record.input_names[static_cast<std::size_t>(i)],
                               judged.box.time_constants[i] / hour);
     d.notes.push_back(fmt::format("Grey box of {} on the first {:.0f} h, gain per unit and time constant: {}.", channel.id,
-                                  (parts.first_end - record.time[0]) / hour, elements));
+                                  fitted_hours, elements));
     ChannelResidual residual;
     residual.id = channel.id;
     residual.unit = channel.unit;
@@ -307,15 +402,8 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
     for (const char* suffix : {"", "_before", "_after", "_std"}) d.series.columns.push_back(channel.id + suffix);
     d.series.values.middleCols(1 + 4 * t, 4) << record.targets.col(t), judged.before, judged.after, judged.expected_std;
   }
-  RankedCause row;
-  row.parameter.name.clear();
-  row.parameter.unit.clear();
-  row.parameter.kind = "none";
-  row.probability = none;
-  d.ranking.push_back(row);
-  row.parameter.kind = "unknown";
-  row.probability = unknown;
-  d.ranking.push_back(row);
+  d.ranking.push_back(no_cause("none", none));
+  d.ranking.push_back(no_cause("unknown", unknown));
   std::stable_sort(d.ranking.begin(), d.ranking.end(), [](const auto& a, const auto& b) { return a.probability > b.probability; });
 
   d.heldout_rms_before_um = std::sqrt(square_before / std::max(count, 1.0));
@@ -324,17 +412,34 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
   const Interval ci = reduction_interval(pooled_before(parts.last), pooled_after(parts.last), static_cast<Index>(std::lround(2.0 * hour / record.interval)));
   d.ci95_low_percent = ci.low;
   d.ci95_high_percent = ci.high;
-  d.verdict = all_none ? "no_discrepancy" : all_explained ? "explained" : any_shared && d.ambiguous_set.size() > 1 ? "ambiguous" : "unexplained";
-  if (d.verdict != "ambiguous") d.ambiguous_set.clear();
-  std::vector<std::string> named;
+  std::vector<std::string> named, shared;
   for (const RankedCause& cause : d.causes) named.push_back(cause.parameter.kind + " of " + cause.parameter.where);
-  d.sentence = d.verdict == "no_discrepancy" ? "No discrepancy: the later days differ from the first day's grey box by no more than it is uncertain."
-               : d.verdict == "explained"
-                   ? fmt::format("Explained by {}: on the last day the displacements' RMS goes from {:.2f} to {:.2f} um.", core::join(named),
-                                 d.heldout_rms_before_um, d.heldout_rms_after_um)
-                   : fmt::format("{}: the first day's grey box misses the later days{}; the notes say how they differ.",
-                                 d.verdict == "ambiguous" ? "Ambiguous" : "Unexplained",
-                                 named.empty() ? ", and nothing proposed holds on the last one" : ", and only " + core::join(named) + " holds on the last one");
+  for (const RankedCause& cause : rivals) shared.push_back(cause.parameter.kind + " of " + cause.parameter.where);
+  const std::string beside = named.empty() ? "" : fmt::format(" {} explains the rest.", core::join(named));
+  if (all_none) {
+    d.verdict = "no_discrepancy";
+    d.sentence = fmt::format("No discrepancy: the record follows the grey box of its first {:.0f} h within its uncertainty.", fitted_hours);
+  } else if (unexplained && !all_shared) {
+    d.verdict = "unexplained";
+    d.sentence = fmt::format("Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; the notes say how they differ.", fitted_hours,
+                             named.empty() ? "nothing proposed holds in the last part" : "only " + core::join(named) + " holds in the last part");
+  } else if (unexplained) {
+    d.verdict = "ambiguous";
+    d.sentence = fmt::format("Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}", fitted_hours, core::join(shared), beside);
+  } else if (!untold.empty()) {
+    d.verdict = "ambiguous";
+    d.sentence = fmt::format("This record cannot tell whether {} changed after its first {:.0f} h: {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
+                             core::join(untold), fitted_hours, width, beside, d.next.channel, d.next.load, d.next.why);
+  } else {
+    d.verdict = "explained";
+    d.sentence = fmt::format("Explained by {}: in the last part the displacements' RMS goes from {:.2f} to {:.2f} um.", core::join(named), d.heldout_rms_before_um,
+                             d.heldout_rms_after_um);
+  }
+  if (d.verdict == "ambiguous") {
+    if (none_stays && !unexplained) d.ambiguous_set.push_back(no_cause("none", none));
+    d.ambiguous_set.insert(d.ambiguous_set.end(), rivals.begin(), rivals.end());
+    d.ambiguous_set.push_back(no_cause("unknown", unknown));
+  }
   return d;
 }
 

@@ -40,7 +40,7 @@ struct RankedCause {
   Parameter parameter;
   double probability = 0, log_evidence = 0;  ///< against no cause, natural logarithm
   double value = 0, std = 0;                 ///< estimate
-  double heldout_explained_percent = 0;      ///< of the residual's mean square, held-out time
+  double heldout_explained_percent = 0;      ///< of the residual's mean square, held-out time; without a machine of its channel's RMS
   core::Table series;                        ///< heat over time of a named source_missing; else empty
 };
 

@@ -91,6 +91,7 @@ DataRecord data_record(const compensation::Measurement& measurement, double inte
       if (!(spread(means) > 1e-9)) continue;  // a constant input explains nothing beside the constant
       inputs.push_back(std::move(means));
       record.input_names.push_back(channel.id);
+      record.input_units.push_back(channel.unit);
     }
   }
   if (targets.empty()) throw InputError(place, "no channel of kind displacement with data", "one or more displacements to explain");
@@ -113,31 +114,59 @@ MatrixXd GreyBox::columns(const DataRecord& record) const {
   return columns;
 }
 
-GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<Index>& rows, const VectorXd& start) {
-  std::vector<Index> good;
-  for (const Index row : rows)
-    if (std::isfinite(record.targets(row, target))) good.push_back(row);
-  const auto n = static_cast<Index>(good.size());
-  const Index inputs = record.inputs.cols();
-  const VectorXd value = record.targets(good, target), time = record.time(good);
-  const double size = std::max(spread(value), 1e-6);
-  VectorXd prior(inputs + 1);
-  for (Index i = 0; i < inputs; ++i) prior[i] = gain_width * size / std::max(spread(record.inputs(good, i)), 1e-9);
-  prior[inputs] = 3.0 * size;
+namespace {
 
-  GreyBox best;
-  best.time_constants = start.size() > 0 ? start : VectorXd::Constant(inputs, 1800.0);
-  best.wander_std = 0.1 * size;
-  best.wander_time = 10800.0;
-  best.noise_std = std::max(record.channels[static_cast<std::size_t>(target)].uncertainty, 1e-3 * size);
-  best.log_evidence = -std::numeric_limits<double>::infinity();
-  const auto try_box = [&](GreyBox box) {
-    const Whitener white({{time, VectorXd::Constant(n, box.noise_std * box.noise_std), VectorXd::Zero(n), {{box.wander_std, box.wander_time}}}});
-    const MatrixXd columns = box.columns(record)(good, Eigen::all);
-    const LinearEvidence evidence(white.whiten(columns), white.whiten(value), prior);
+/// The rows of a fit, and a box's evidence on them.
+class Fit {
+ public:
+  Fit(const DataRecord& record, Index target, const std::vector<Index>& rows) : record_(record) {
+    for (const Index row : rows)
+      if (std::isfinite(record.targets(row, target))) good_.push_back(row);
+    value_ = record.targets(good_, target);
+    time_ = record.time(good_);
+    size = std::max(spread(value_), 1e-6);
+    const double span = time_.size() > 0 ? time_[time_.size() - 1] - time_[0] + record.interval : 0.0;
+    for (const double tau : grid_s)
+      if (tau <= span) time_constants.push_back(tau);
+    const Index inputs = record.inputs.cols();
+    prior_.resize(inputs + 1);
+    for (Index i = 0; i < inputs; ++i) prior_[i] = gain_width * size / std::max(spread(record.inputs(good_, i)), 1e-9);
+    prior_[inputs] = 3.0 * size;
+  }
+
+  /// With its gains and its evidence.
+  GreyBox inferred(GreyBox box) const {
+    const auto n = static_cast<Index>(good_.size());
+    const Whitener white({{time_, VectorXd::Constant(n, box.noise_std * box.noise_std), VectorXd::Zero(n), {{box.wander_std, box.wander_time}}}});
+    const LinearEvidence evidence(white.whiten(MatrixXd(box.columns(record_)(good_, Eigen::all))), white.whiten(value_), prior_);
     box.log_evidence = evidence.log_evidence() - 0.5 * white.log_determinant();
     box.gains = evidence.mean();
     box.covariance = evidence.covariance();
+    return box;
+  }
+
+  double size = 0;                      ///< spread of the target
+  std::vector<double> time_constants;   ///< of the grid, none longer than the rows last
+
+ private:
+  const DataRecord& record_;
+  std::vector<Index> good_;
+  VectorXd value_, time_, prior_;
+};
+
+}  // namespace
+
+GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<Index>& rows, const VectorXd& start) {
+  const Fit fit(record, target, rows);
+  const Index inputs = record.inputs.cols();
+  GreyBox best;
+  best.time_constants = start.size() > 0 ? start : VectorXd::Constant(inputs, 1800.0);
+  best.wander_std = 0.1 * fit.size;
+  best.wander_time = 10800.0;
+  best.noise_std = std::max(record.channels[static_cast<std::size_t>(target)].uncertainty, 1e-3 * fit.size);
+  best.log_evidence = -std::numeric_limits<double>::infinity();
+  const auto try_box = [&](const GreyBox& tried) {
+    GreyBox box = fit.inferred(tried);
     if (box.log_evidence > best.log_evidence) best = std::move(box);
   };
   for (int sweep = 0; sweep < sweeps; ++sweep) {
@@ -145,12 +174,12 @@ GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<I
     for (const double level : wander_levels)
       for (const double wander_time : wander_times) {
         GreyBox box = best;
-        box.wander_std = level * size;
+        box.wander_std = level * fit.size;
         box.wander_time = wander_time;
         try_box(box);
       }
     for (Index i = 0; i < inputs; ++i)
-      for (const double tau : grid_s) {
+      for (const double tau : fit.time_constants) {
         GreyBox box = best;
         box.time_constants[i] = tau;
         try_box(box);
@@ -158,6 +187,23 @@ GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<I
     if (best.log_evidence - before < 1e-3) break;
   }
   return best;
+}
+
+TimeConstant time_constant_of(const DataRecord& record, Index target, const std::vector<Index>& rows, const GreyBox& box, Index input) {
+  const Fit fit(record, target, rows);
+  double sum = 0.0, mean = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < fit.time_constants.size(); ++i) {
+    const double tau = fit.time_constants[i], below = i > 0 ? fit.time_constants[i - 1] : tau,
+                 above = i + 1 < fit.time_constants.size() ? fit.time_constants[i + 1] : tau;
+    GreyBox tried = box;
+    tried.time_constants[input] = tau;
+    const double weight = std::exp(fit.inferred(tried).log_evidence - box.log_evidence), width = 0.5 * (above - below);
+    sum += weight;
+    mean += weight * tau;
+    square += weight * (tau * tau + width * width / 12.0);  // spread evenly between the neighbours of the grid
+  }
+  mean /= sum;
+  return {mean, std::sqrt(std::max(square / sum - mean * mean, 0.0))};
 }
 
 }  // namespace thermotwin::diagnosis

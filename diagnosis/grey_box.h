@@ -19,7 +19,7 @@ namespace thermotwin::diagnosis {
 struct DataRecord {
   Eigen::VectorXd time;                  ///< (n) s, middle of each interval
   Eigen::MatrixXd inputs;                ///< (n x inputs), gaps filled with the last value
-  std::vector<std::string> input_names;
+  std::vector<std::string> input_names, input_units;
   Eigen::MatrixXd targets;               ///< (n x targets)
   std::vector<compensation::MeasuredChannel> channels;  ///< of the targets
   double interval = 0;                   ///< s
@@ -40,9 +40,16 @@ struct GreyBox {
   Eigen::MatrixXd columns(const DataRecord& record) const;
 };
 /// @param rows  of the record that are fitted (NaN targets are left out)
-/// @param start  time constants to begin with; empty: half an hour
+/// @param start  time constants to begin with; empty: half an hour. None is longer than the rows last
 GreyBox fit_grey_box(const DataRecord& record, Eigen::Index target, const std::vector<Eigen::Index>& rows,
                      const Eigen::VectorXd& start = {});
+
+struct TimeConstant {
+  double value = 0, std = 0;             ///< s
+};
+/// Of one element, over the grid of the search and with the spacing of that grid in its deviation; all others as fitted.
+TimeConstant time_constant_of(const DataRecord& record, Eigen::Index target, const std::vector<Eigen::Index>& rows, const GreyBox& box,
+                              Eigen::Index input);
 
 /// @param options  interval_s is used; the parts are days, or thirds of a shorter record
 Diagnosis diagnose_data(const compensation::Measurement& measurement, const DiagnoseOptions& options);

@@ -50,11 +50,26 @@ std::string display_unit(const std::string& unit) {
   if (unit == "degC") return "°C";
   if (unit == "um") return "µm";
   if (unit == "um/m") return "µm/m";
+  if (unit == "um/h") return "µm/h";
   return unit == "1" ? "" : unit;
 }
 
 /// Residuals of temperatures are differences.
 std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K" : display_unit(unit); }
+
+/// What a page calls its model and what it expects of a residual.
+struct Wording {
+  std::string subject, below;     ///< title, and what is said below it
+  std::string residual;           ///< of all displacement channels
+  std::string expected, band;     ///< what an expected standard deviation consists of
+};
+
+Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
+  const std::string measurement = core::xml_text(d.measurement.empty() ? "without a name" : d.measurement);
+  if (machine != nullptr)
+    return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual", "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
+  return {measurement, "a measured record; the model is a grey box of its first part", "residual", "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
+}
 
 std::string estimate(const RankedCause& cause) {
   const std::string unit = display_unit(cause.parameter.unit);
@@ -70,7 +85,7 @@ std::string typeset(const std::string& sentence) {
       text.replace(at, old.size(), with);
   };
   replace("+-", "±");
-  replace(" um (", " µm (");
+  for (const char* after : {" (", " ", ",", ".", ";"}) replace(std::string(" um") + after, std::string(" µm") + after);
   return text;
 }
 
@@ -84,10 +99,12 @@ std::string tile(const std::string& label, const std::string& value, const std::
          "</span></div>\n";
 }
 
-std::string headline(const Diagnosis& d, const mesh::Machine& machine) {
-  std::string page = "<h1>Diagnosis of " + core::xml_text(machine.name) + "</h1>\n";
-  page += "<p class=\"sub\">measurement " +
-          core::xml_text(d.measurement.empty() ? "without a name" : d.measurement) + "</p>\n";
+/// Without a machine nothing is corrected where nothing is named.
+bool shows_change(const Diagnosis& d, const mesh::Machine* machine) { return machine != nullptr || !d.causes.empty(); }
+
+std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
+  const Wording words = wording(d, machine);
+  std::string page = "<h1>Diagnosis of " + words.subject + "</h1>\n<p class=\"sub\">" + words.below + "</p>\n";
   std::string name = d.verdict;
   std::replace(name.begin(), name.end(), '_', ' ');
   std::string warnings;
@@ -101,10 +118,12 @@ std::string headline(const Diagnosis& d, const mesh::Machine& machine) {
                d.ranking.empty()
                    ? ""
                    : core::xml_text(d.ranking.front().parameter.kind + " " + d.ranking.front().parameter.where));
-  if (gauged) {
-    page += tile("TCP residual before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
+  if (gauged && !shows_change(d, machine)) {
+    page += tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um), "RMS of all displacement channels");
+  } else if (gauged) {
+    page += tile(words.residual + " before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
                  "RMS of all displacement channels");
-    page += tile("TCP residual after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
+    page += tile(words.residual + " after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
                  "same time, with the cause in the model");
     page += tile("gain, held out", percent(d.reduction_percent),
                  "95 % interval " + percent(d.ci95_low_percent) + " to " + percent(d.ci95_high_percent));
@@ -112,25 +131,27 @@ std::string headline(const Diagnosis& d, const mesh::Machine& machine) {
   return page + "</div>\n";
 }
 
-std::string ranking_table(const Diagnosis& d) {
+/// Stated uncertainties are those of machine.toml.
+std::string ranking_table(const Diagnosis& d, const mesh::Machine* machine) {
   std::string page =
       "<h2>Ranking of causes</h2>\n<section class=\"card "
       "scroll\"><table>\n<tr><th>kind</th><th>where</th><th>probability</th>"
-      "<th class=\"n\">log evidence</th><th>estimate</th><th class=\"n\">stated uncertainty</th><th "
-      "class=\"n\">explains, held out</th></tr>\n";
+      "<th class=\"n\">log evidence</th><th>estimate</th>";
+  page += machine != nullptr ? "<th class=\"n\">stated uncertainty</th><th class=\"n\">explains, held out</th></tr>\n"
+                             : "<th class=\"n\">explains of its channel's RMS, held out</th></tr>\n";
   for (std::size_t i = 0; i < d.ranking.size(); ++i) {
     const RankedCause& cause = d.ranking[i];
     const bool parameter = !cause.parameter.name.empty();
     if (i >= shown_causes && parameter) continue;
     const std::string unit = display_unit(cause.parameter.unit);
     page += fmt::format(
-        "<tr{}><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.1f}</td><td>{}</td><td "
-        "class=\"n\">{}</td><td class=\"n\">{}</td></tr>\n",
+        "<tr{}><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.1f}</td><td>{}</td>{}<td class=\"n\">{}</td></tr>\n",
         cause.probability < 0.01 ? " class=\"quiet\"" : "", core::xml_text(cause.parameter.kind),
         core::xml_text(cause.parameter.where), bar(cause.probability), cause.log_evidence,
         parameter ? estimate(cause) : "",
-        parameter ? fmt::format("± {:.2g}{}{}", cause.parameter.nominal_std, unit.empty() ? "" : " ", unit)
-                  : "",
+        machine == nullptr ? ""
+        : parameter        ? fmt::format("<td class=\"n\">± {:.2g}{}{}</td>", cause.parameter.nominal_std, unit.empty() ? "" : " ", unit)
+                           : "<td class=\"n\"></td>",
         parameter ? percent(cause.heldout_explained_percent) : "");
   }
   return page + "</table></section>\n";
@@ -175,13 +196,14 @@ std::string difference(const std::string& before, const std::string& after) {
   return out;
 }
 
-std::string extension(const Diagnosis& d, const mesh::Machine& machine) {
+std::string extension(const Diagnosis& d, const mesh::Machine* machine) {
+  if (machine == nullptr) return "";
   std::string page = "<h2>Extension of the model</h2>\n<section class=\"card\">";
   if (d.extended_machine_text.empty())
     return page + "No extension of machine.toml is recommended.</section>\n";
   return page +
          "<p class=\"sub\">changed lines of machine.toml; the whole file is extended/machine.toml</p><pre>" +
-         difference(machine.text, d.extended_machine_text) + "</pre></section>\n";
+         difference(machine->text, d.extended_machine_text) + "</pre></section>\n";
 }
 
 std::string sets(const Diagnosis& d) {
@@ -189,12 +211,12 @@ std::string sets(const Diagnosis& d) {
   if (!d.ambiguous_set.empty()) {
     page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
     for (const RankedCause& cause : d.ambiguous_set)
-      page += "<li>" + (cause.parameter.name.empty() ? "something that no kind describes" : core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " + estimate(cause)) +
+      page += "<li>" + (cause.parameter.kind == "none" ? "none: nothing changed" : cause.parameter.name.empty() ? "something that no kind describes" : core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
     page += "</ul>";
     if (!d.next.channel.empty())
       page += "<p>To decide, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
-              core::xml_text(d.next.load) + ": " + core::xml_text(d.next.why) + ".</p>";
+              typeset(d.next.load) + ": " + typeset(d.next.why) + ".</p>";
     else if (!d.next.why.empty())
       page += "<p>To decide: " + core::xml_text(d.next.why) + ".</p>";
     page += "</section>\n";
@@ -202,34 +224,35 @@ std::string sets(const Diagnosis& d) {
   return page;
 }
 
-std::string channel_table(const Diagnosis& d) {
+std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
+  const bool change = shows_change(d, machine);
   std::string page =
       "<h2>Residuals in numbers</h2>\n<section class=\"card scroll\"><p class=\"sub\">RMS of measured minus "
       "predicted on held-out time, which no "
       "estimate has seen</p><table>\n<tr><th>channel</th><th>unit</th><th class=\"n\">uncertainty</th><th "
       "class=\"n\">expected</th>"
-      "<th class=\"n\">before</th><th class=\"n\">after</th><th class=\"n\">change</th><th class=\"n\">white "
-      "noise, p</th></tr>\n";
+      "<th class=\"n\">before</th>";
+  page += std::string(change ? "<th class=\"n\">after</th><th class=\"n\">change</th>" : "") + "<th class=\"n\">white noise, p</th></tr>\n";
   for (const ChannelResidual& r : d.residuals)
     page += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td "
-        "class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td>"
-        "<td class=\"n\">{}</td><td class=\"n\">{:.2g}</td></tr>\n",
-        core::xml_text(r.id), residual_unit(r.unit), r.uncertainty, r.explained_std, r.rms_before, r.rms_after,
-        r.rms_before > 0 ? fmt::format("{:+.0f}&#8239;%", 100.0 * (r.rms_after / r.rms_before - 1.0)) : "–",
+        "class=\"n\">{:.3g}</td>{}<td class=\"n\">{:.2g}</td></tr>\n",
+        core::xml_text(r.id), residual_unit(r.unit), r.uncertainty, r.explained_std, r.rms_before,
+        !change ? std::string()
+                : fmt::format("<td class=\"n\">{:.3g}</td><td class=\"n\">{}</td>", r.rms_after,
+                              r.rms_before > 0 ? fmt::format("{:+.0f}&#8239;%", 100.0 * (r.rms_after / r.rms_before - 1.0)) : "–"),
         r.p_value_white);
   return page + "</table></section>\n";
 }
 
-std::string plots(const Diagnosis& d) {
+std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
   std::string page =
       "<h2>Residuals over time</h2>\n<div class=\"legend\"><span><i class=\"b\"></i>measured − predicted, "
       "before</span>";
-  const bool after = d.verdict == "explained" || d.verdict == "ambiguous";
+  const bool after = (d.verdict == "explained" || d.verdict == "ambiguous") && shows_change(d, machine);
   if (after) page += "<span><i class=\"a\"></i>after, with the best explanation</span>";
   page +=
-      "<span><i class=\"g\"></i>± 2 expected standard deviations (nominal uncertainty, mesh, noise)</span>"
-      "<span><i class=\"h\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
+      "<span><i class=\"g\"></i>± 2 expected standard deviations (" + wording(d, machine).band + ")</span><span><i class=\"h\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
   for (const ChannelResidual& r : d.residuals) {
     ResidualPlot plot;
     plot.title = r.id;
@@ -248,7 +271,7 @@ std::string plots(const Diagnosis& d) {
   return page + "</div>\n";
 }
 
-std::string overview(const Diagnosis& d) {
+std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
   ResidualMap map;
   map.hours = d.series.column("time_s") / 3600.0;
   map.ratio.resize(map.hours.size(), static_cast<Index>(d.residuals.size()));
@@ -258,8 +281,8 @@ std::string overview(const Diagnosis& d) {
     map.channels.push_back(id);
     map.ratio.col(static_cast<Index>(c)) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
   }
-  return "<h2>What is wrong, at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus predicted over what noise, mesh and stated "
-         "uncertainty explain: orange too much, blue too little, pale as expected; right of the line nothing was fitted</p>\n" +
+  return "<h2>What is wrong, at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus predicted over what " + wording(d, machine).expected +
+         ": orange too much, blue too little, pale as expected; right of the line nothing was fitted</p>\n" +
          residual_map_svg(map) + "</section>\n";
 }
 
@@ -284,13 +307,13 @@ std::string notes(const Diagnosis& d) {
 
 }  // namespace
 
-std::string report_html(const Diagnosis& d, const mesh::Machine& machine, const Scene& scene) {
+std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene) {
   return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
          "content=\"width=device-width,initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
-         core::xml_text(machine.name) + "</title><style>" + style + "</style></head><body><main>\n" +
-         headline(d, machine) + overview(d) + scene_html(scene) + sets(d) + ranking_table(d) + extension(d, machine) + plots(d) +
-         channel_table(d) + analysis(d) + notes(d) + "</main></body></html>\n";
+         wording(d, machine).subject + "</title><style>" + style + "</style></head><body><main>\n" +
+         headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) + ranking_table(d, machine) + extension(d, machine) + plots(d, machine) +
+         channel_table(d, machine) + analysis(d) + notes(d) + "</main></body></html>\n";
 }
 
 }  // namespace thermotwin::diagnosis

@@ -29,7 +29,7 @@ void remove_series(const std::filesystem::path& out, const Diagnosis& diagnosis)
 
 /// @param extend  writes further files into the folder and names them
 template <class Extend>
-void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine& machine, const Scene& scene, const Extend& extend) {
+void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine* machine, const Scene& scene, const Extend& extend) {
   using std::filesystem::path;
   core::write_files_by(out, [&](const path& staged) {
     std::vector<path> files{"residuals.csv", "report.html"};
@@ -55,7 +55,7 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
                      const reduction::ReducedModel& model, const Scene& scene) {
   using std::filesystem::path;
   const bool extends = !diagnosis.extended_machine_text.empty();
-  write_files(out, diagnosis, model.machine, scene, [&](const path& staged, std::vector<path>& files) {
+  write_files(out, diagnosis, &model.machine, scene, [&](const path& staged, std::vector<path>& files) {
     if (!extends) return;
     const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
     const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine);
@@ -68,9 +68,7 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
 }
 
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis) {
-  mesh::Machine machine;
-  machine.name = "data without a machine";
-  write_files(out, diagnosis, machine, {}, [](const std::filesystem::path&, std::vector<std::filesystem::path>&) {});
+  write_files(out, diagnosis, nullptr, {}, [](const std::filesystem::path&, std::vector<std::filesystem::path>&) {});
   remove_extension(out);
 }
 

@@ -93,7 +93,7 @@ void evaluate(const EvaluateOptions& options) {
   for (const auto& row : evaluation.rows) json["rows"].push_back(json_of(row));
   for (const auto& standing : evaluation.leaderboard) {
     json["leaderboard"].push_back({{"model", standing.model}, {"channels", standing.channels}, {"rms_reduction_percent", standing.reduction_percent},
-                                   {"below_static_regression_percent", standing.against_static_percent}});
+                                   {"below_static_regression_percent", standing.against_static_percent}, {"seen_by_fit", standing.seen_by_fit}, {"caution", standing.caution}});
   }
   json["notes"] = evaluation.notes;
   std::string text = evaluation.brief();
@@ -108,6 +108,7 @@ void evaluate(const EvaluateOptions& options) {
     const compensation::CrossExperiment cross = compensation::cross_experiment(measurement, settings);
     text += "\n" + cross.brief();
     json["cross"]["programs"] = cross.programs;
+    json["cross"]["notes"] = cross.notes;
     for (const auto& entry : cross.entries) {
       nlohmann::json rows = nlohmann::json::array();
       for (const auto& row : entry.reduction_percent.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));

@@ -25,7 +25,8 @@ void diagnose(const DiagnoseOptions& options) {
   how.displacement_error_percent = options.displacement_error_percent.value_or(how.displacement_error_percent);
   how.temperature_error_percent = options.temperature_error_percent.value_or(how.temperature_error_percent);
   diagnosis::Diagnosis result;
-  if (options.case_path.empty() && options.model.empty()) {
+  const bool without_machine = options.case_path.empty() && options.model.empty();
+  if (without_machine) {
     if (options.displacement_error_percent || options.temperature_error_percent)
       throw core::UsageError("--displacement-error and --temperature-error are of a mesh: a case or --model is needed");
     result = diagnosis::diagnose_data(measurement, {});
@@ -47,8 +48,11 @@ void diagnose(const DiagnoseOptions& options) {
   for (std::size_t i = 0; i < result.ranking.size() && i < 5; ++i)
     text += fmt::format("  {:5.1f} %  {} {}\n", 100 * result.ranking[i].probability,
                         result.ranking[i].parameter.kind, result.ranking[i].parameter.where);
-  text += fmt::format("TCP residual on held-out time: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
-                      result.heldout_rms_before_um, result.heldout_rms_after_um, diagnosis::percent_text(result.reduction_percent),
+  if (without_machine && result.causes.empty())
+    text += fmt::format("residual on held-out time: {:.2f} um\n", result.heldout_rms_before_um);
+  else
+    text += fmt::format("{} on held-out time: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
+                      without_machine ? "residual" : "TCP residual", result.heldout_rms_before_um, result.heldout_rms_after_um, diagnosis::percent_text(result.reduction_percent),
                       diagnosis::percent_text(result.ci95_low_percent), diagnosis::percent_text(result.ci95_high_percent));
   text += fmt::format("report: {}\n", (folder / "report.html").string());
   print_summary(options, text, diagnosis::diagnosis_json(result));

@@ -360,7 +360,8 @@ TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
   EXPECT_TRUE(says(d, "spindle.speed_rpm 0"));
   EXPECT_TRUE(says(d, "air.T_C 20"));
   EXPECT_TRUE(says(d, "stuck: T1"));
-  const std::string page = diagnosis::report_html(d, lumped::machine(), {});
+  const mesh::Machine machine = lumped::machine();
+  const std::string page = diagnosis::report_html(d, &machine, {});
   EXPECT_LT(page.find("stuck: T1"), page.find("<h2>")) << "beside the verdict, before all else";
 }
 

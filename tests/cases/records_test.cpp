@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `evaluate` and `diagnose` on records without a machine: what they must not claim.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
+#include <regex>
+#include <set>
+
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+using nlohmann::json;
+
+constexpr double interval_s = 300.0;
+
+struct Row {
+  std::vector<double> temperatures;  ///< degC
+  double z = 0;                      ///< um
+};
+
+/// A record of one displacement z and temperatures T1, T2, ... each five minutes.
+void write_record(const Toy& toy, const std::string& name, double hours, const std::function<Row(double hour)>& row_at) {
+  std::string data, channels = "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n";
+  for (int i = 0; i * interval_s < 3600.0 * hours; ++i) {
+    const Row row = row_at(i * interval_s / 3600.0);
+    if (i == 0) {
+      data = "time_s,z";
+      for (std::size_t k = 1; k <= row.temperatures.size(); ++k) {
+        const std::string id = "T" + std::to_string(k);
+        data += "," + id;
+        channels += "[[channel]]\nid = \"" + id + "\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.02\nsensor = \"" + id + "\"\n";
+      }
+      data += "\n";
+    }
+    data += std::to_string(i * interval_s) + "," + std::to_string(row.z);
+    for (const double temperature : row.temperatures) data += "," + std::to_string(temperature);
+    data += "\n";
+  }
+  toy.write(name + "/data.csv", data);
+  toy.write(name + "/channels.toml", channels);
+}
+
+std::string all(const json& texts) {
+  std::string joined;
+  for (const auto& text : texts) joined += text.get<std::string>() + "\n";
+  return joined;
+}
+
+TEST(EvaluateRecord, RefusesAModelThatDiverges) {
+  const Toy toy;
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  // Two sensors that agree to 0.1 mK while models are fitted, and part by a kelvin later: a regression on both has gains without measure.
+  write_record(toy, "twins", 40, [&](double hour) {
+    const double warm = 20 + 2 * std::sin(hour / 3);
+    return Row{{warm, warm + (hour < 20 ? 1e-4 * normal(random) : 1.0)}, 5 * (warm - 20) + normal(random)};
+  });
+  const Result result = toy.run({"evaluate", "--data", toy.file("twins"), "--train-until", "20", "--models", "static_regression,first_order,selected_regression", "--cross", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  EXPECT_SAYS(all(summary["notes"]), "refused: static_regression z: diverges");
+  for (const json& row : summary["rows"]) EXPECT_LT(row["rms"].get<double>(), 1000.0) << row;
+  const std::string models = read(toy.result("evaluation/models.toml"));
+  EXPECT_EQ(models.find("static_regression"), std::string::npos);
+  EXPECT_NE(models.find("selected_regression"), std::string::npos);
+}
+
+TEST(EvaluateRecord, CrossFitsNoStartThatHasRunOff) {
+  const Toy toy;
+  // Fitted on the third day alone, the start of the record has long run off: its size is no parameter then.
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal;
+  double slow = 0;
+  write_record(toy, "days", 72, [&](double hour) {
+    const double hall = 2 * std::sin(2 * std::numbers::pi * hour / 24) + std::sin(hour), frame = 1.3 * std::sin(2 * std::numbers::pi * (hour - 3) / 24) + 0.3 * std::sin(hour);
+    slow += (hall - slow) * interval_s / 7200.0;
+    return Row{{20 + hall, 20 + frame}, 4 * slow - 2 * frame + 0.1 * normal(random)};
+  });
+  const Result result = toy.run({"evaluate", "--data", toy.file("days"), "--models", "heating_cooling,static_regression", "--cross", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  int judged = 0;
+  for (const json& model : summary["cross"]["models"])
+    for (const json& from : model["rms_reduction_percent"])
+      for (const json& value : from)
+        if (!value.is_null()) {
+          EXPECT_GT(value.get<double>(), -1e4) << model;
+          ++judged;
+        }
+  EXPECT_EQ(judged, 18);
+}
+
+TEST(EvaluateRecord, RanksAFitAtABoundLastAndSaysWhy) {
+  const Toy toy;
+  // z follows T1 by a lag of 60 h, of which 24 h show a ramp.
+  double slow = 0;
+  write_record(toy, "slow", 36, [&](double hour) {
+    const double warm = hour < 1 ? 0.0 : 8.0 + 0.5 * std::sin(hour);
+    slow += (warm - slow) * interval_s / (60 * 3600.0);
+    return Row{{20 + warm, 20 + 0.5 * std::sin(1.7 * hour)}, 10 * slow};
+  });
+  const Result result = toy.run({"evaluate", "--data", toy.file("slow"), "--models", "first_order,static_regression", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json board = json::parse(result.out)["leaderboard"];
+  ASSERT_EQ(board.size(), 2U);
+  EXPECT_EQ(board[1]["model"], "first_order");
+  EXPECT_GT(board[1]["rms_reduction_percent"].get<double>(), board[0]["rms_reduction_percent"].get<double>()) << "last although it is nearer";
+  EXPECT_SAYS(board[1]["caution"].get<std::string>(), "at the bound of the search");
+  EXPECT_EQ(board[0]["caution"], "");
+  EXPECT_SAYS(read(toy.result("evaluation/tables.txt")), "first_order ranked last: z: time constant of");
+  // The reason stays with the model.
+  const Result carried = toy.run({"evaluate", "--data", toy.file("slow"), "--fitted", toy.result("evaluation/models.toml").string(), "--json"});
+  ASSERT_EQ(carried.status, 0) << carried.err;
+  bool said = false;
+  const json elsewhere = json::parse(carried.out);
+  for (const json& standing : elsewhere["leaderboard"])
+    said = said || (standing["model"] == "first_order_as_is" && standing["caution"].get<std::string>().find("at the bound") != std::string::npos);
+  EXPECT_TRUE(said) << carried.out;
+}
+
+TEST(EvaluateRecord, ASelectionWithoutInputFallsBackAndSaysSo) {
+  const Toy toy;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  // z follows the difference of two sensors that move by a hundred times as much: neither helps alone.
+  write_record(toy, "difference", 48, [&](double hour) {
+    const double hall = 20 + 5 * normal(random), apart = 0.05 * std::sin(hour / 2);
+    return Row{{hall, hall + apart}, 100 * apart};
+  });
+  const Result result = toy.run({"evaluate", "--data", toy.file("difference"), "--models", "selected_regression,static_regression", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json board = json::parse(result.out)["leaderboard"];
+  for (const json& standing : board) {
+    if (standing["model"] != "selected_regression") continue;
+    EXPECT_SAYS(standing["caution"].get<std::string>(), "no input selected, ridge regression on all inputs instead");
+    EXPECT_GT(standing["rms_reduction_percent"].get<double>(), 50.0);
+  }
+  EXPECT_SAYS(read(toy.result("evaluation/models.txt")), "no input selected");
+}
+
+TEST(EvaluateRecord, ShowsTheFitWhereAllRowsTrain) {
+  const Toy toy;
+  write_record(toy, "short", 20, [](double hour) {
+    const double warm = 2 * std::sin(hour);
+    return Row{{20 + warm, 20 + std::cos(hour)}, 5 * warm};
+  });
+  const Result result = toy.run({"evaluate", "--data", toy.file("short"), "--train-until", "1000", "--models", "static_regression,ridge_regression", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json summary = json::parse(result.out);
+  ASSERT_EQ(summary["leaderboard"].size(), 2U);
+  for (const json& standing : summary["leaderboard"]) {
+    EXPECT_TRUE(standing["seen_by_fit"].get<bool>());
+    EXPECT_GT(standing["rms_reduction_percent"].get<double>(), 90.0);
+  }
+  EXPECT_SAYS(read(toy.result("evaluation/tables.txt")), "static_regression (fit)");
+  EXPECT_SAYS(read(toy.result("evaluation/leaderboard.svg")), "static_regression (fit)");
+}
+
+/// Three temperatures that hardly move and move together in the first third, and each for itself later.
+Row uninformative(double hour, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  const double together = hour < 16 ? 0.3 * std::sin(hour) : 3.0 * std::sin(hour / 4);
+  const double a = together + 0.02 * normal(random), b = together + (hour < 16 ? 0.0 : 3.0 * std::sin(hour / 3)) + 0.02 * normal(random),
+               c = together + (hour < 16 ? 0.0 : 3.0 * std::cos(hour / 5) - 3.0 * std::cos(16.0 / 5)) + 0.02 * normal(random);
+  return {{20 + a, 20 + b, 20 + c}, 3 * a + 2 * b - 2 * c + 0.1 * normal(random)};
+}
+
+TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {
+  const Toy toy;
+  std::mt19937_64 random(2);
+  write_record(toy, "untold", 48, [&](double hour) { return uninformative(hour, random); });
+  const Result result = toy.run({"diagnose", "--data", toy.file("untold"), "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json d = json::parse(result.out);
+  EXPECT_EQ(d["verdict"], "ambiguous") << result.out;
+  std::set<std::string> kinds;
+  for (const json& cause : d["ambiguous_set"]) kinds.insert(cause["kind"]);
+  EXPECT_EQ(kinds, (std::set<std::string>{"none", "unknown"}));
+  EXPECT_TRUE(d["causes"].empty());
+  EXPECT_EQ(d["next_measurement"]["channel"], "z");
+  EXPECT_SAYS(d["next_measurement"]["load"].get<std::string>(), "apart from the other inputs");
+  EXPECT_FALSE(d["next_measurement"]["why"].get<std::string>().empty());
+  const std::string page = read(toy.result("diagnosis/report.html"));
+  for (const char* words : {"<p>This record cannot tell", "To decide, measure", "none: nothing changed"}) EXPECT_SAYS(page, words);
+  // The same machine, used in the first third as later, does tell.
+  std::mt19937_64 again(3);
+  write_record(toy, "told", 48, [&](double hour) { return uninformative(hour + 16, again); });
+  const Result told = toy.run({"diagnose", "--data", toy.file("told"), "--json"});
+  EXPECT_EQ(json::parse(told.out)["verdict"], "no_discrepancy") << told.out;
+}
+
+/// A drift from the 20th hour on that no sensor follows.
+Row drifting(double hour, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  const double hall = 1.5 * std::sin(2 * std::numbers::pi * hour / 24) + 0.7 * std::sin(hour) + 0.4 * std::sin(2.7 * hour + 1), frame = 0.6 * std::sin(1.9 * hour) + 0.3 * hall;
+  return {{20 + hall + 0.02 * normal(random), 20 + frame + 0.02 * normal(random)}, 6 * hall - 4 * frame + (hour < 20 ? 0.0 : 0.4 * (hour - 20)) + 0.1 * normal(random)};
+}
+
+TEST(DiagnoseRecord, OffersADailySwingFromThreeDaysOn) {
+  const Toy toy;
+  for (const double days : {2.9, 3.0}) {
+    std::mt19937_64 random(4);
+    write_record(toy, "drift", 24 * days, [&](double hour) { return drifting(hour, random); });
+    const Result result = toy.run({"diagnose", "--data", toy.file("drift"), "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.out.find("unmeasured_temperature") != std::string::npos, days >= 3.0) << result.out;
+    EXPECT_SAYS(result.out, "probe_drift");
+  }
+}
+
+/// The text of the cell so many columns after the one that reads so, in a row of the page.
+std::string cell(const std::string& page, const std::string& first, int after) {
+  const auto row = page.find("<tr><td>" + first + "</td>");
+  if (row == std::string::npos) return "no row " + first;
+  const std::string text = page.substr(row, page.find("</tr>", row) - row);
+  const std::regex cells("<td[^>]*>(.*?)</td>");
+  auto at = std::sregex_iterator(text.begin(), text.end(), cells);
+  std::advance(at, after);
+  return std::regex_replace((*at)[1].str(), std::regex("<[^>]*>|&#8239;"), "");
+}
+
+TEST(DiagnoseRecord, SpeaksOfTheRecordAlone) {
+  const Toy toy;
+  std::mt19937_64 random(4);
+  constexpr double hours = 72;
+  write_record(toy, "drift", hours, [&](double hour) { return drifting(hour, random); });
+  const Result result = toy.run({"diagnose", "--data", toy.file("drift")});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.out, "Explained by probe_drift of z");
+  const std::string page = read(toy.result("diagnosis/report.html"));
+  const std::string body = std::regex_replace(page.substr(page.find("</style>")), std::regex("<svg[^]*?</svg>"), "");
+  for (const std::string& text : {result.out, body})
+    for (const char* words : {"TCP", "mesh", "machine.toml", "± 0 ", "stated uncertainty", "nominal"}) EXPECT_EQ(text.find(words), std::string::npos) << words << "\n" << text;
+  // Both tables say the same of the drift: change of the channel's RMS on held-out time.
+  const double explains = std::stod(cell(page, "probe_drift", 5)), change = std::stod(cell(page, "z", 6));
+  EXPECT_GT(explains, 50.0);
+  EXPECT_NEAR(explains, -change, 0.6);
+  // No time that the record does not last.
+  const std::regex times("in ([0-9.]+) h|\\(([0-9.]+) h\\)|within ([0-9.]+) h");
+  int found = 0;
+  for (auto at = std::sregex_iterator(body.begin(), body.end(), times); at != std::sregex_iterator(); ++at, ++found)
+    for (int group = 1; group <= 3; ++group)
+      if ((*at)[group].matched) {
+        EXPECT_LE(std::stod((*at)[group]), hours) << at->str();
+      }
+  EXPECT_GT(found, 2);
+}
+
+}  // namespace
+}  // namespace thermotwin::cases
