@@ -222,7 +222,10 @@ LengthStudy length_study(const Measurement& measurement, const std::string& name
       FittedModel model(spec);
       model.fit(data, training, {});
       if (model.empty()) continue;
-      const VectorXd predicted = model.predict(data).col(0);
+      MatrixXd all = model.predict(data);
+      model.refuse_diverging(data, training, all);
+      if (model.empty()) continue;
+      const VectorXd predicted = all.col(0);
       study.fit_rms(l, s) = measure(inside, predicted).rms;
       study.rest_rms(l, s) = measure(outside, predicted).rms;
     }

@@ -63,13 +63,14 @@ class LaggedLine : public ChannelModel {
   Line line_;
   std::string remark_;
 
-  /// All inputs; the strength of the ridge is the best one on held-out blocks.
-  void fit_ridge_by_blocks(const TrainingData& data) {
+  /// All inputs. @return the strength of the ridge, the best one on held-out blocks
+  double fit_ridge_by_blocks(const TrainingData& data) {
     Index best = 0;
     block_errors(data.inputs, data.target, ridges(), folds, data.label).minCoeff(&best);
     const double ridge = ridges()[static_cast<std::size_t>(best)];
     line_ = fit_ridge(data.inputs, data.target, ridge, data.label);
     remark_ = fmt::format(", ridge {:g}", ridge);
+    return ridge;
   }
 
  private:
@@ -101,10 +102,15 @@ class StaticRegression final : public LaggedLine {
 
 class RidgeRegression final : public LaggedLine {
  public:
+  std::string caution() const override { return caution_; }
+
   void fit(const TrainingData& data) override {
     info_ = data.info;
-    fit_ridge_by_blocks(data);
+    caution_ = fit_ridge_by_blocks(data) < ridges().back() ? "" : "the strongest ridge of the search: next to nothing follows the inputs";
   }
+
+ private:
+  std::string caution_;
 };
 
 class SelectedRegression final : public LaggedLine {

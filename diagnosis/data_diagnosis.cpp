@@ -99,6 +99,13 @@ struct Judged {
   std::vector<double> probability;       ///< of the extensions
 };
 
+/// A record that cannot tell leaves every probability at its prior: its noise was learnt where too little happened.
+void keep_prior(Judged& judged) {
+  judged.probability_none = prior_none;
+  judged.probability_unknown = prior_unknown;
+  for (double& p : judged.probability) p = prior_cause / static_cast<double>(judged.extensions.size());
+}
+
 /// Standard deviation of what was measured.
 double spread_of(const VectorXd& values) {
   std::vector<double> good;
@@ -241,6 +248,22 @@ RankedCause ranked(const Extension& extension, const std::string& channel, doubl
   return cause;
 }
 
+/// What an extension makes of the last part.
+struct OnLastPart {
+  double rms = 0, explained_percent = 0;  ///< of the RMS there
+  Interval gain;                          ///< percent
+};
+
+std::vector<OnLastPart> on_last_part(const DataRecord& record, Index target, const Judged& judged, const std::vector<Index>& last) {
+  std::vector<OnLastPart> all;
+  for (const Extension& extension : judged.extensions) {
+    const VectorXd after = record.targets.col(target) - extension.predicted;
+    const double rms = root_mean_square(after(last));
+    all.push_back({rms, reduction_percent(root_mean_square(judged.before(last)), rms), last_interval(judged.before, after, last, record.interval)});
+  }
+  return all;
+}
+
 RankedCause no_cause(const std::string& kind, double probability) {
   RankedCause row;
   row.parameter.name.clear();
@@ -317,7 +340,7 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
     signals.push_back(spread_of(record.targets.col(t)));
     any_moves = any_moves || signals.back() > moves * record.channels[static_cast<std::size_t>(t)].uncertainty;
   }
-  bool all_none = true, unexplained = false, all_shared = true, none_stays = false;
+  bool all_none = true, unexplained = false, all_shared = true;
   std::vector<std::string> untold;  // channels of which the record cannot tell
   double widest = 0.0;
   std::string width;
@@ -337,33 +360,30 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
       if (judged.probability[i] > judged.probability[best]) best = i;
     if (discrepancy || untold_here) {
       all_none = false;
-      std::vector<RankedCause> holding;
-      Interval gain;
-      for (std::size_t i = 0; i < judged.extensions.size(); ++i) {
-        const VectorXd after = record.targets.col(t) - judged.extensions[i].predicted;
-        const Interval interval = last_interval(judged.before, after, last, record.interval);
-        d.ranking.push_back(ranked(judged.extensions[i], channel.id, judged.probability[i], reduction_percent(rms_before, root_mean_square(after(last)))));
-        if (i == best) gain = interval;
-        if (interval.low > 0.0 && (i == best || judged.probability[i] >= shares)) holding.push_back(d.ranking.back());
-      }
+      const std::vector<OnLastPart> last_part = on_last_part(record, t, judged, last);
       const Extension& leading = judged.extensions[best];
-      const VectorXd after = record.targets.col(t) - leading.predicted;
-      const bool holds = gain.low > 0.0;
+      const OnLastPart& led = last_part[best];
+      const bool holds = led.gain.low > 0.0, names = discrepancy && holds && judged.probability[best] >= sure, open = untold_here && !names;
       d.notes.push_back(fmt::format("{}: {} (probability {:.2f}) changes the last part's RMS from {:.2f} to {:.2f} ({} %, 95 % interval {} to {}): {}.",
-                                    channel.id, leading.kind, judged.probability[best], rms_before, root_mean_square(after(last)),
-                                    percent_text(reduction_percent(rms_before, root_mean_square(after(last)))), percent_text(gain.low), percent_text(gain.high),
-                                    holds ? "it holds" : "it does not hold there"));
+                                    channel.id, leading.kind, judged.probability[best], rms_before, led.rms, percent_text(led.explained_percent),
+                                    percent_text(led.gain.low), percent_text(led.gain.high), holds ? "it holds" : "it does not hold there"));
       d.notes.push_back(what_is_known(record, judged, channel.id, later) + ".");
+      std::vector<std::size_t> holding;
+      for (std::size_t i = 0; i < judged.extensions.size(); ++i)
+        if (last_part[i].gain.low > 0.0 && (i == best || judged.probability[i] >= shares)) holding.push_back(i);
+      if (open) keep_prior(judged);
+      const auto cause = [&](std::size_t i) { return ranked(judged.extensions[i], channel.id, judged.probability[i], last_part[i].explained_percent); };
+      for (std::size_t i = 0; i < judged.extensions.size(); ++i) d.ranking.push_back(cause(i));
       // None, where all later hours refuse it: what it had on the middle part alone is nobody's.
-      none = discrepancy ? 0.0 : std::min(none, judged.probability_none);
-      unknown = std::max(unknown, judged.probability_unknown + (discrepancy ? judged.probability_none : 0.0));
-      if (discrepancy && holds && judged.probability[best] >= sure) {
-        d.causes.push_back(ranked(leading, channel.id, judged.probability[best], reduction_percent(rms_before, root_mean_square(after(last)))));
-        judged.after = after;
-      } else if (untold_here) {
+      none = open ? std::min(none, judged.probability_none) : 0.0;
+      unknown = std::max(unknown, judged.probability_unknown + (open ? 0.0 : judged.probability_none));
+      if (names) {
+        d.causes.push_back(cause(best));
+        judged.after = record.targets.col(t) - leading.predicted;
+      } else if (open) {
         untold.push_back(channel.id);
-        none_stays = none_stays || !discrepancy;
-        if (discrepancy) rivals.insert(rivals.end(), holding.begin(), holding.end());
+        if (discrepancy)
+          for (const std::size_t i : holding) rivals.push_back(cause(i));
         d.notes.push_back(fmt::format("{}: its expected spread of {:.3g} {} after the first part is more than half of the {:.3g} {} by which it varies, so a discrepancy would not show.",
                                       channel.id, judged.expected, channel.unit, signal, channel.unit));
         if (judged.expected / std::max(signal, 1e-12) > widest) {
@@ -374,7 +394,7 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
       } else {
         unexplained = true;
         all_shared = all_shared && !holding.empty() && judged.probability_unknown < 0.5;
-        rivals.insert(rivals.end(), holding.begin(), holding.end());
+        for (const std::size_t i : holding) rivals.push_back(cause(i));
       }
     }
     std::string elements;
@@ -436,7 +456,7 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
                              d.heldout_rms_after_um);
   }
   if (d.verdict == "ambiguous") {
-    if (none_stays && !unexplained) d.ambiguous_set.push_back(no_cause("none", none));
+    if (!unexplained) d.ambiguous_set.push_back(no_cause("none", none));
     d.ambiguous_set.insert(d.ambiguous_set.end(), rivals.begin(), rivals.end());
     d.ambiguous_set.push_back(no_cause("unknown", unknown));
   }
