@@ -415,6 +415,7 @@ std::vector<std::string> FittedModel::cautions() const {
   std::vector<std::string> all;
   for (const Part& part : parts_)
     if (!part.caution.empty()) all.push_back(part.channel + ": " + part.caution);
+  all.insert(all.end(), refused_.begin(), refused_.end());
   return all;
 }
 

@@ -50,7 +50,8 @@ class FittedModel {
   /// times the range of the inputs over theirs. @param predicted  of all rows; columns of refused channels become NaN
   void refuse_diverging(const Dataset& data, const std::vector<bool>& training, Eigen::MatrixXd& predicted);
 
-  /// Why fits are doubtful: "<channel>: <reason>" of each part that lies at a bound of its search or fell back on another model.
+  /// Why fits are doubtful: "<channel>: <reason>" of each part that lies at a bound of its search or fell back on another model;
+  /// what was refused.
   std::vector<std::string> cautions() const;
 
   /// Parameters of each channel in words.

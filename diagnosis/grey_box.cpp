@@ -29,6 +29,7 @@ constexpr double grid_s[] = {0, 600, 1800, 3600, 7200, 14400, 28800, 57600};
 constexpr double wander_levels[] = {0.02, 0.05, 0.1, 0.2, 0.4}, wander_times[] = {3600, 10800, 43200};
 constexpr double gain_width = 2.0;  ///< prior of a gain: this times target's spread over input's spread
 constexpr int sweeps = 3;
+constexpr double least_weight = 1e-9;  ///< of a time constant, against the best one
 
 double spread(const VectorXd& values) {
   std::vector<double> good;
@@ -198,6 +199,7 @@ TimeConstant time_constant_of(const DataRecord& record, Index target, const std:
     GreyBox tried = box;
     tried.time_constants[input] = tau;
     const double weight = std::exp(fit.inferred(tried).log_evidence - box.log_evidence), width = 0.5 * (above - below);
+    if (weight < least_weight) continue;
     sum += weight;
     mean += weight * tau;
     square += weight * (tau * tau + width * width / 12.0);  // spread evenly between the neighbours of the grid

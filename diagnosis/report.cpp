@@ -150,8 +150,8 @@ std::string ranking_table(const Diagnosis& d, const mesh::Machine* machine) {
         core::xml_text(cause.parameter.where), bar(cause.probability), cause.log_evidence,
         parameter ? estimate(cause) : "",
         machine == nullptr ? ""
-        : parameter        ? fmt::format("<td class=\"n\">± {:.2g}{}{}</td>", cause.parameter.nominal_std, unit.empty() ? "" : " ", unit)
-                           : "<td class=\"n\"></td>",
+        : parameter && cause.parameter.nominal_std > 0.0 ? fmt::format("<td class=\"n\">± {:.2g}{}{}</td>", cause.parameter.nominal_std, unit.empty() ? "" : " ", unit)
+                                                         : "<td class=\"n\">–</td>",
         parameter ? percent(cause.heldout_explained_percent) : "");
   }
   return page + "</table></section>\n";
