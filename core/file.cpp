@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "core/process.h"
 
 namespace thermotwin::core {
 namespace {
@@ -69,27 +70,6 @@ void write_all(const fs::path& path, const fs::path& name_in_messages, std::stri
   if (!file.close()) fail(name_in_messages, "written", errno);
 }
 
-/// Removes the temporary file unless it was renamed before.
-class Temporary {
- public:
-  explicit Temporary(const fs::path& target) : path_(target.parent_path()) {
-    path_ /= target.stem();
-    path_ += fmt::format(".part-{}", ::getpid());
-    path_ += target.extension();
-  }
-  ~Temporary() {
-    std::error_code ignored;
-    fs::remove(path_, ignored);
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 void make_folder_of(const fs::path& path) {
   const fs::path folder = path.parent_path();
   if (folder.empty()) return;
@@ -111,28 +91,6 @@ bool is_special(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error) && !fs::is_regular_file(path, error);
 }
-
-/// An empty folder that is gone at the end, with all that is left in it.
-class StagingFolder {
- public:
-  explicit StagingFolder(const fs::path& path) : path_(path) {
-    std::error_code error;
-    fs::remove_all(path_, error);
-    fs::create_directories(path_, error);
-    if (error) fail(path_, "made", error.value());
-  }
-  ~StagingFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  StagingFolder(const StagingFolder&) = delete;
-  StagingFolder& operator=(const StagingFolder&) = delete;
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 void rename_to(const fs::path& temporary, const fs::path& path) {
   if (::rename(temporary.c_str(), path.c_str()) != 0) fail(path, "written", errno);
@@ -169,7 +127,7 @@ void write_file(const fs::path& path, std::string_view text) {
     return;
   }
   make_folder_of(target);
-  const Temporary temporary(target);
+  const UnfinishedPath temporary(target);
   write_all(temporary.path(), path, text);
   rename_to(temporary.path(), target);
 }
@@ -180,7 +138,7 @@ void write_file_by(const fs::path& path, const std::function<void(const fs::path
     throw InputError(path.string(), "not a file", "a new file or one that may be replaced");
   }
   make_folder_of(target);
-  const Temporary temporary(target);
+  const UnfinishedPath temporary(target);
   writer(temporary.path());
   {
     Descriptor file(temporary.path(), O_RDONLY);
@@ -192,19 +150,23 @@ void write_file_by(const fs::path& path, const std::function<void(const fs::path
 
 void write_files_by(const fs::path& folder, const std::function<std::vector<fs::path>(const fs::path& staged)>& writer) {
   // Within the folder, so that moving the files is no copy.
-  const StagingFolder staged(folder / fmt::format("part-{}", ::getpid()));
+  const UnfinishedPath staged(folder / "");
+  std::error_code error;
+  fs::remove_all(staged.path(), error);
+  fs::create_directories(staged.path(), error);
+  if (error) fail(staged.path(), "made", error.value());
   std::vector<fs::path> files;
   try {
     files = writer(staged.path());
-  } catch (const InputError& error) {
+  } catch (const InputError& failure) {
     // The user knows the file by the name that it was to have.
-    std::string message = error.what();
+    std::string message = failure.what();
     if (const auto at = message.find(staged.path().string()); at != std::string::npos)
       message.replace(at, staged.path().string().size(), folder.string());
     throw InputError(message);
   }
   if (files.empty()) return;
-  std::error_code error;
+  const auto together = keep_from_leaving();
   fs::remove(folder / files.back(), error);
   if (error) fail(folder / files.back(), "replaced", error.value());
   for (const fs::path& file : files) {

@@ -14,6 +14,7 @@
 #include <mutex>
 
 #include "core/error.h"
+#include "core/process.h"
 
 namespace thermotwin::core {
 namespace {
@@ -73,6 +74,7 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_interrupt(int) {
   if (interrupt_signals.fetch_add(1) > 0) ::_exit(130);
+  end_soon();
 }
 
 }  // namespace
@@ -182,6 +184,7 @@ void Progress::advance(std::size_t steps) {
 }
 
 void install_interrupt_handler() {
+  watch_for_end();
   struct sigaction action {};
   action.sa_handler = on_interrupt;
   // Without this, files that a library reads or writes would fail half-way.

@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <new>
 #include <string>
 #include <thread>
 
@@ -15,6 +16,17 @@ namespace thermotwin::core {
 namespace {
 
 constexpr int max_thread_count = 1024;
+
+/// Call in a catch block. A handler of exhausted memory that ends the process is asked before others
+/// are waited for, which may want memory too; Eigen throws without asking it.
+void heed_memory_handler() {
+  try {
+    throw;
+  } catch (const std::bad_alloc&) {
+    if (const auto handler = std::get_new_handler()) handler();
+  } catch (...) {
+  }
+}
 
 /// One parallel_for. It lives on its caller's stack, which the caller leaves only once the pool has
 /// forgotten the job and no worker is in it any more.
@@ -44,6 +56,7 @@ struct Job {
       try {
         for (std::size_t i = first; i < last; ++i) (*body)(i);
       } catch (...) {
+        heed_memory_handler();
         // Blocks are handed out in rising order, so every smaller block has begun already and the
         // smallest that fails is the same for any number of threads; larger ones may be dropped.
         next_block.store(block_count, std::memory_order_relaxed);

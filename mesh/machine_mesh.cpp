@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/process.h"
 #include "core/progress.h"
 #include "mesh/import.h"
 #include "mesh/mesh_cache.h"
@@ -50,6 +51,7 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
   MachineMesh result;
   result.machine = machine;
   result.first_node = {0};
+  if (!options.cache.empty()) core::remove_stale_parts(options.cache);
   core::Progress progress("mesh of '" + machine.name + "'", std::max<std::size_t>(1, machine.bodies.size()));
   for (const BodySpec& body : machine.bodies) {  // one after the other: Gmsh has one global state
     result.bodies.push_back(mesh_body(body, options));

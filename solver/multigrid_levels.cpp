@@ -2,20 +2,28 @@
 #include "solver/multigrid_levels.h"
 
 #include <dlfcn.h>
+#include <fmt/format.h>
 
 #include <filesystem>
 #include <mutex>
 #include <string>
 
 #include "core/error.h"
+#include "solver/memory_plan.h"
 
 namespace thermotwin::solver {
 namespace {
+
+constexpr double needed_to_load = 400e6;  // bytes, of it 200e6 libraries and 134e6 one buffer of OpenBLAS
 
 using Build = bool (*)(const Eigen::SparseMatrix<double>&, int, const Eigen::MatrixXd&, std::vector<MultigridLevel>&, std::string&);
 
 Build load_module() {
   constexpr const char* name = "libthermotwin_petsc.so";
+  // MPI's start waits without end for a thread of OpenBLAS that finds no memory.
+  if (const double available = available_memory(); available < needed_to_load)
+    throw core::SolverError(fmt::format("multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; "
+                                        "--solver direct does without it", name, needed_to_load / 1e6, available / 1e6));
   std::error_code ignored;
   const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / name;
   void* module = nullptr;

@@ -8,9 +8,11 @@
 #include <iostream>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "core/error.h"
+#include "core/process.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "core/thread_pool.h"
@@ -108,6 +110,7 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& te
     core::set_quiet(options.quiet);
     core::set_thread_count(options.threads);
     core::install_interrupt_handler();
+    core::install_memory_handler();
     verb(options);
   });
   return command;
@@ -361,19 +364,26 @@ int parse_and_run(int argc, char** argv) {
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int status_of(int argc, char** argv) {
   try {
     return parse_and_run(argc, argv);
-  } catch (const thermotwin::core::Error& error) {
+  } catch (const core::Error& error) {
     std::cerr << "thermotwin: " << error.what() << "\n";
     return error.exit_status();
   } catch (const std::bad_alloc&) {
     std::cerr << "thermotwin: not enough memory; a coarser --size needs less\n";
+    return 4;
+  } catch (const std::system_error& error) {
+    const bool thread = error.code() == std::errc::resource_unavailable_try_again;
+    std::cerr << "thermotwin: " << (thread ? "no thread can be started: not enough memory (ulimit -v) or too many processes (ulimit -u)" : error.what())
+              << "\n";
     return 4;
   } catch (const std::exception& error) {
     std::cerr << "thermotwin: " << error.what() << "\n";
     return 4;
   }
 }
+
+}  // namespace
+
+int main(int argc, char** argv) { thermotwin::core::leave(status_of(argc, argv)); }

@@ -3,9 +3,16 @@
 // that nobody stopped.
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <thread>
+#include <tuple>
 
 #include "tests/cases/toy.h"
 
@@ -94,6 +101,88 @@ TEST(Interrupt, EarlierResultsStay) {
   auto after = files_in(toy.out());
   EXPECT_EQ(std::erase_if(after, [](const auto& file) { return file.first.starts_with("campaign/ambient/"); }), 5U);
   EXPECT_EQ(changes(before, after), std::vector<std::string>());
+}
+
+/// Programs that a signal finds where no loop asks for it: in a library, or waiting for a file.
+struct Busy {
+  const char* name;
+  std::vector<std::string> arguments;
+};
+
+class InterruptAnywhere : public testing::TestWithParam<std::tuple<int, int>> {
+ protected:
+  std::vector<Busy> all() {
+    const std::string pipe = (folder_ / "pipe").string();
+    EXPECT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    const std::string model = (toy_run() / "model.rom.h5").string(), out = (folder_ / "out").string();
+    return {{"mesh", {"mesh", pipe, "--out", out}},
+            {"offsets", {"offsets", "--chain", "V [w b Y X Z (C1) t]", "--in", pipe, "--out", out + "/offsets.csv"}},
+            {"diagnose", {"diagnose", toy_case().string(), "--data", (toy_run() / "measurement").string(), "--model", model, "--out", out}},
+            {"reduce", {"reduce", toy_case().string(), "--size", "0.7", "--out", out}}};
+  }
+  const core::TemporaryFolder folder_;
+};
+
+TEST_P(InterruptAnywhere, EndsWithinTwoSeconds) {
+  const auto [which, signal] = GetParam();
+  const Busy busy = all()[static_cast<std::size_t>(which)];
+  Program program(busy.arguments);
+  ASSERT_FALSE(program.ends_within(0.7)) << busy.name << " needs more to do";
+  program.send(signal);
+  EXPECT_TRUE(program.ends_within(2.0)) << busy.name;
+  program.send(SIGKILL);
+  const Result result = program.wait();
+  EXPECT_EQ(result.status, 130) << busy.name << ": " << result.err;
+  EXPECT_SAYS(result.err, "interrupted");
+  for (const auto& [file, bytes] : files_in(folder_ / "out")) EXPECT_EQ(file.find("part-"), std::string::npos) << file;
+}
+
+INSTANTIATE_TEST_SUITE_P(Verbs, InterruptAnywhere, testing::Combine(testing::Range(0, 4), testing::Values(SIGINT, SIGTERM)));
+
+// A killed program cannot tidy up; the next one does, and leaves alone what another writes meanwhile.
+TEST(Interrupt, PartsOfKilledProgramsGo) {
+  const Toy toy;
+  toy.take_results();
+  std::array<char, 256> host{};
+  ASSERT_EQ(::gethostname(host.data(), host.size() - 1), 0);
+  const std::string here = std::string("part-") + host.data() + "-";
+  const pid_t ended = ::fork();
+  if (ended == 0) ::_exit(0);
+  ::waitpid(ended, nullptr, 0);
+  const std::string dead = here + std::to_string(ended), alive = here + std::to_string(::getpid());
+  for (const std::string& name : {"cache/bed." + dead + ".mesh", "campaign/ambient/" + dead + "/tcp.csv", "cache/bed." + alive + ".mesh"}) {
+    fs::create_directories(toy.result(name).parent_path());
+    std::ofstream(toy.result(name)) << "half";
+  }
+  ASSERT_EQ(toy.run({"campaign", toy.path(), "--load", "ambient"}).status, 0);
+  EXPECT_FALSE(fs::exists(toy.result("cache/bed." + dead + ".mesh")));
+  EXPECT_FALSE(fs::exists(toy.result("campaign/ambient/" + dead)));
+  EXPECT_TRUE(fs::exists(toy.result("cache/bed." + alive + ".mesh"))) << "another program writes it";
+}
+
+// OpenBLAS waits for memory without end, at exit too.
+TEST(OutOfMemory, EndsWithAMessage) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer's shadow needs the address space";
+#endif
+  int failed = 0;
+  for (const std::uint64_t megabytes : {400, 600, 700, 800}) {
+    const core::TemporaryFolder folder;
+    Surroundings surroundings;
+    surroundings.memory = megabytes << 20;
+    for (const char* solver : {"direct", "iterative"}) {
+      Program program({"reduce", toy_case().string(), "--solver", solver, "--out", (folder / "out").string()}, surroundings);
+      EXPECT_TRUE(program.ends_within(30.0)) << megabytes << " MB, " << solver;
+      program.send(SIGKILL);
+      const Result result = program.wait();
+      if (result.status == 0) continue;
+      ++failed;
+      EXPECT_EQ(result.status, 4) << megabytes << " MB, " << solver << ": " << result.err;
+      EXPECT_SAYS(result.err, "memory");
+      for (const auto& [file, bytes] : files_in(folder / "out")) EXPECT_EQ(file.find("part-"), std::string::npos) << file;
+    }
+  }
+  EXPECT_GT(failed, 0) << "none of the limits was one";
 }
 
 // A control that is switched off sends no more rows: the compensator must not wait for one.

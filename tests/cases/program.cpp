@@ -83,6 +83,10 @@ Program::Program(const std::vector<std::string>& arguments, const Surroundings& 
       const rlimit limit{surroundings.largest_file, surroundings.largest_file};
       ::setrlimit(RLIMIT_FSIZE, &limit);
     }
+    if (surroundings.memory > 0) {
+      const rlimit limit{surroundings.memory, surroundings.memory};
+      ::setrlimit(RLIMIT_AS, &limit);
+    }
     ::execve(argv[0], argv.data(), envp.data());
     ::_exit(127);
   }
@@ -166,6 +170,12 @@ bool Program::is_running() {
   pump(0);
   reap(false);
   return !ended_;
+}
+
+bool Program::ends_within(double seconds) {
+  const std::int64_t end = now_ms() + static_cast<std::int64_t>(1000.0 * seconds);
+  while (is_running() && now_ms() < end) pump(5);
+  return !is_running();
 }
 
 Result Program::wait() {

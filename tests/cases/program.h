@@ -18,6 +18,7 @@ struct Result {
 struct Surroundings {
   std::uint64_t largest_file = 0;  ///< bytes that a file may have (0: no limit); beyond it a write
                                    ///< fails as on a full disk
+  std::uint64_t memory = 0;        ///< bytes of address space (0: no limit)
   std::string output;              ///< file that takes standard output, e.g. /dev/full
   bool display = false;            ///< keeps DISPLAY; else no picture is drawn
 };
@@ -35,6 +36,7 @@ class Program {
   std::string read_line();              ///< next line of its standard output, without the end; waits
   void send(int signal);
   bool is_running();                    ///< also keeps its outputs from filling up
+  bool ends_within(double seconds);
   Result wait();                        ///< closes the input, reads on to the end
 
  private:
