@@ -19,6 +19,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double least_plane_cosine = 0.866;  // 30 deg
+
 /// One condition of a rule: how far each triangle is from fulfilling it (<= 0: it does).
 struct Condition {
   std::string name;
@@ -39,15 +41,21 @@ std::string same_in_lower_case(const TetMesh& mesh, const std::string& name) {
 }
 
 Condition plane_condition(const TetMesh& mesh, const Rule& rule) {
-  return {
-      "plane",
-      [&](int face) {
-        return std::abs(rule.plane_normal->dot(mesh.face_centre(face) - *rule.plane_point)) - rule.tolerance;
-      },
-      [&](double miss) {
-        return fmt::format("the nearest triangle centre is {:.4g} mm from the plane (tolerance_mm = {:.4g})",
-                           1e3 * (miss + rule.tolerance), 1e3 * rule.tolerance);
-      }};
+  return {"plane",
+          [&](int face) {
+            // A narrow face at right angles to the plane may lie within the tolerance, but looks along it.
+            if (std::abs(rule.plane_normal->dot(mesh.face_normal(face))) < least_plane_cosine)
+              return std::numeric_limits<double>::infinity();
+            double corners = 0.0;
+            for (int i = 0; i < 3; ++i)
+              corners = std::max(corners, std::abs(rule.plane_normal->dot(mesh.points.col(mesh.faces(i, face)) - *rule.plane_point)));
+            return corners - rule.tolerance;
+          },
+          [&](double miss) {
+            if (std::isinf(miss)) return std::string("no triangle looks along its normal within 30 deg");
+            return fmt::format("the nearest triangle that looks along its normal is {:.4g} mm from the plane (tolerance_mm = {:.4g})",
+                               1e3 * (miss + rule.tolerance), 1e3 * rule.tolerance);
+          }};
 }
 
 Condition cylinder_condition(const TetMesh& mesh, const Rule& rule) {

@@ -48,6 +48,17 @@ TEST(Selection, ConditionsHoldTogether) {
   EXPECT_NEAR(area(m, group), 0.02, 1e-12);
 }
 
+TEST(Selection, APlaneTakesNoFacesAtRightAnglesToIt) {
+  mesh::TetMesh strip = samples::box_mesh({0.2, 0.01, 0.003}, 4);  // triangles' centres on the sides from 0.25 mm above the plane
+  mesh::build_boundary(strip, "strip");
+  mesh::Rule rule;
+  rule.plane_point = Vector3d(0, 0, 0);
+  rule.plane_normal = Vector3d(0, 0, 1);
+  EXPECT_NEAR(area(strip, rule), 0.002, 1e-12);
+  rule.tolerance = 0.001;  // even where their corners lie within it
+  EXPECT_NEAR(area(strip, rule), 0.002, 1e-12);
+}
+
 TEST(Selection, AnEmptyRuleSaysHowNear) {
   const mesh::TetMesh m = block();
   mesh::Rule rule;
