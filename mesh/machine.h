@@ -288,7 +288,7 @@ struct Machine {
   std::vector<SourceSpec> sources;
   std::vector<SensorSpec> sensors;
   std::vector<ReadingSpec> readings;
-  TcpSpec tcp;
+  TcpSpec tcp;                      ///< only where has_tcp()
   Workspace workspace;
   std::filesystem::path path;       ///< machine.toml
   std::string text;                 ///< its text, as read
@@ -303,6 +303,8 @@ struct Machine {
   int ambient_index(const std::string& id) const;
   int volume_index(const std::string& id) const;
   int coolant_index(const std::string& id) const;
+  /// Without [tcp] the machine has temperatures and displacements, but no TCP error.
+  bool has_tcp() const { return !tcp.tool_body.empty(); }
   /// Whether a law asks for the channel "axis.<id>.clamp.on".
   bool has_clamp(const std::string& axis) const;
 };

@@ -188,6 +188,7 @@ void check_surfaces(const Draft& draft) {
       throw InputError(draft.places.at("tcp " + key), "surface '" + surface + "' of body '" + found + "'",
                        "a surface of body '" + body + "'");
   };
+  if (!machine.has_tcp()) return;
   on_body("tool_surface", machine.tcp.tool_surface, machine.tcp.tool_body);
   on_body("table_surface", machine.tcp.table_surface, machine.tcp.table_body);
 }

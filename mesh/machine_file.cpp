@@ -205,7 +205,7 @@ void read_structure(const Node& root, Draft& draft, bool files_must_exist) {
   for (const Node& node : root.tables("sensor")) machine.sensors.push_back(read_sensor(node, draft));
   for (const Node& node : root.tables("reading")) machine.readings.push_back(read_reading(node, draft));
   if (machine.bodies.empty()) throw InputError(root.place(), "no [[body]]", "one or more bodies");
-  machine.tcp = read_tcp(root.table("tcp"), draft);
+  if (const auto tcp = root.table_if("tcp")) machine.tcp = read_tcp(*tcp, draft);
 }
 
 void read_workspace(const Node& root, Draft& draft) {

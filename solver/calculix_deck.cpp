@@ -145,12 +145,12 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   Model model(mesh, options);
   const mesh::Machine& machine = mesh.machine;
   DeckSummary summary;
-  bool with_heat_only = false;
+  bool with_heat_only = false, with_elastic = false;
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     if (!model.taken[b]) continue;
     summary.nodes += mesh.bodies[b].nodes();
     summary.elements += mesh.bodies[b].elements();
-    with_heat_only = with_heat_only || !machine.bodies[b].elastic;
+    (machine.bodies[b].elastic ? with_elastic : with_heat_only) = true;
   }
   const Program program(model);
   const auto contact = contacts(model);
@@ -159,7 +159,9 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   if (program.steady() && !loads.has_level)
     throw core::InputError("steady state", "no film, mount or coolant wall with a coefficient above 0",
                            "a machine that gives heat away, or a load program");
-  const Statics elastic = options.heat_only ? Statics{} : statics(model);
+  const bool with_static = with_elastic && !options.heat_only;
+  if (!with_elastic) model.notes.push_back("no body of the deck is elastic: there is no static.inp");
+  const Statics elastic = with_static ? statics(model) : Statics{};
   if (machine.lumped_capacity) model.notes.push_back("capacity is lumped in thermotwin, not in CalculiX");
   model.notes.push_back(std::string("CalculiX integrates capacity and films with ") +
                         (machine.order == 1 ? "one point (C3D4)" : "four and three points (C3D10)") +
@@ -199,7 +201,7 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
     };
     write("mesh.inp", header(model, "Nodes and elements") + nodes_text(model) + elements_text(model, true));
     if (with_heat_only) write("heat_only.inp", header(model, "Elements of bodies that take part in heat only") + elements_text(model, false));
-    if (!options.heat_only) write("static.inp", bend);
+    if (with_static) write("static.inp", bend);
     write("heat.inp", heat);
     return files;
   });

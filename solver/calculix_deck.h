@@ -29,7 +29,7 @@ struct DeckOptions {
   double steady_at = -1;                 ///< s; >= 0: steady state of what the program has at this time
   double refine = 1.0;                   ///< factor of the program's longest time step
   std::string body;                      ///< only this one, free of the others; empty: the machine
-  bool heat_only = false;                ///< no static.inp
+  bool heat_only = false;                ///< no static.inp; nor is there one where no body is elastic
 };
 
 struct DeckSummary {

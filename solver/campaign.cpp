@@ -20,6 +20,7 @@ namespace {
 
 /// Output rows of all poses in one matrix: a time costs one product for the whole workspace.
 Eigen::MatrixXd stack_rows(const FullModel& model, const std::vector<mesh::Pose>& poses) {
+  if (!model.mesh.machine.has_tcp()) return Eigen::MatrixXd(0, model.thermal.size);
   Eigen::MatrixXd rows(rows_per_pose * static_cast<Eigen::Index>(poses.size()), model.thermal.size);
   core::Progress progress("output rows", poses.size());
   core::parallel_for(0, poses.size(), [&](std::size_t i) {
@@ -161,6 +162,8 @@ FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions
 // leaves is the same for all poses, which are where its error is read.
 std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& programs,
                                      const CampaignOptions& options) {
+  if (!options.out.empty() && !model.mesh.machine.has_tcp())
+    throw core::InputError(model.mesh.machine.path.string() + " [tcp]", "missing", "a [tcp]: the tables of a campaign hold its error");
   std::vector<LoadProgram> loads = programs;
   if (options.time)
     for (LoadProgram& load : loads) load.set_time(*options.time);

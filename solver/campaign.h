@@ -61,7 +61,7 @@ FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions
 /// Result of one load on the full model.
 struct LoadResult {
   std::string load;
-  core::Table tcp;       ///< one row per time and pose
+  core::Table tcp;       ///< one row per time and pose; no columns: a machine without [tcp]
   core::Table sensors;   ///< time_s, <sensor>_C
   core::Table inputs;    ///< time_s and the channel rows (means since the last output)
   Eigen::MatrixXd snapshots;  ///< (size x outputs) temperatures, if asked for
@@ -75,7 +75,7 @@ struct CampaignOptions {
   double refine = 1.0;             ///< factor of the longest time step; with error control of its tolerance
   std::optional<TimeOptions> time; ///< for all loads, in place of their own
   bool keep_snapshots = false;
-  std::filesystem::path out;       ///< empty: nothing is written; else out/<load>/tcp.csv ...
+  std::filesystem::path out;       ///< empty: nothing is written; else out/<load>/tcp.csv ..., of a machine with [tcp]
   bool resume = false;             ///< loads with complete files of the same inputs are read, not run;
                                    ///< others go on from their checkpoints
   std::filesystem::path checkpoints;  ///< folder; empty: none are written or read

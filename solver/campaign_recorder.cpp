@@ -35,9 +35,11 @@ Recorder::Recorder(const FullModel& model, const LoadProgram& load, const std::v
       spool_path_(options.keep_snapshots ? std::move(spool) : std::filesystem::path()) {
   const auto outputs = static_cast<Eigen::Index>(load.output_times().size());
   result_.load = load.name();
-  result_.tcp.columns = {"time_s"};
-  for (const std::string& name : mesh::pose_columns(machine_)) result_.tcp.columns.push_back(name);
-  for (const std::string& name : tcp_columns()) result_.tcp.columns.push_back(name);
+  if (machine_.has_tcp()) {
+    result_.tcp.columns = {"time_s"};
+    for (const std::string& name : mesh::pose_columns(machine_)) result_.tcp.columns.push_back(name);
+    for (const std::string& name : tcp_columns()) result_.tcp.columns.push_back(name);
+  }
   result_.tcp.values.resize(outputs * static_cast<Eigen::Index>(poses.size()), static_cast<Eigen::Index>(result_.tcp.columns.size()));
   result_.sensors.columns = {"time_s"};
   for (const mesh::SensorSpec& sensor : machine_.sensors) result_.sensors.columns.push_back(sensor.id + "_C");
@@ -58,7 +60,7 @@ void Recorder::discard_spool() const {
 void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance) {
   const auto index = static_cast<Eigen::Index>(output.index);
   const Eigen::VectorXd values = rows * output.state;
-  for (std::size_t i = 0; i < poses_.size(); ++i) {
+  for (std::size_t i = 0; machine_.has_tcp() && i < poses_.size(); ++i) {
     const Eigen::Index first = rows_per_pose * static_cast<Eigen::Index>(i);
     const TcpError error = tcp_error(machine_, poses_[i], values.segment<6>(first), values.segment<6>(first + 6),
                                      values.segment<7>(first + 12));

@@ -46,7 +46,7 @@ struct ElasticModel::Impl {
   Eigen::Index size = 0;                       ///< unknowns of the thermal system
   UnitFunctionals units;
   std::optional<SpringSet> springs;
-  std::optional<TcpOutputs> outputs;
+  std::optional<TcpOutputs> outputs;           ///< none: a machine without [tcp]
   std::vector<int> elastic;                    ///< bodies that are, rising
   std::vector<ElasticBody> bodies;             ///< per Machine::bodies; empty where not elastic
   std::vector<std::unique_ptr<SpdSolver>> factors;
@@ -67,6 +67,9 @@ struct ElasticModel::Impl {
   void solve_units(int body);
   SmallSystem::Solution solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const;
   OutputRows in_frames(const Eigen::MatrixXd& rows, const mesh::Pose& pose) const;
+  void require_tcp() const {
+    if (!outputs) throw core::InputError(machine.path.string() + " [tcp]", "missing", "a [tcp], whose error is asked for");
+  }
   SmallSystem small_system(const mesh::Pose& pose) const {
     return SmallSystem(machine, elastic, responses, springs->at(machine, pose));
   }
@@ -185,7 +188,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
     if (mesh.machine.bodies[b].elastic) impl.elastic.push_back(static_cast<int>(b));
   impl.springs.emplace(mesh, thermal.layout.grids, impl.units);
-  impl.outputs.emplace(mesh, impl.units);
+  if (mesh.machine.has_tcp()) impl.outputs.emplace(mesh, impl.units);
   impl.carried = carried_bodies(mesh);
   require_held(mesh.machine, impl.elastic, impl.springs->at(mesh.machine, mesh::home_pose(mesh.machine)));
   impl.factorise(mesh, options);
@@ -194,6 +197,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
   core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) { impl.solve_units(impl.elastic[i]); });
   for (int body : impl.elastic) impl.summary.unit_solves += static_cast<long>(impl.units.of(body).size());
   impl.summary.unit_seconds = seconds_since(start);
+  if (impl.elastic.empty()) return;
   const SmallSystem home = impl.small_system(mesh::home_pose(mesh.machine));
   impl.summary.springs = static_cast<int>(home.springs().size());
 }
@@ -205,6 +209,7 @@ const ElasticModel::Summary& ElasticModel::summary() const { return impl_->summa
 
 OutputRows ElasticModel::output_rows(const mesh::Pose& pose) const {
   const Impl& impl = *impl_;
+  impl.require_tcp();
   const mesh::Pose at_zero = impl.outputs->table_at_zero(pose);
   const SmallSystem system = impl.small_system(at_zero);
   const auto outputs = impl.outputs->combinations();
@@ -246,6 +251,7 @@ std::vector<Eigen::MatrixXd> ElasticModel::unit_images(const Eigen::MatrixXd& ba
 OutputParts ElasticModel::output_parts(const mesh::Pose& pose, const Eigen::MatrixXd& basis,
                                        const std::vector<Eigen::MatrixXd>& images) const {
   const Impl& impl = *impl_;
+  impl.require_tcp();
   const mesh::Pose at_zero = impl.outputs->table_at_zero(pose);
   const SmallSystem system = impl.small_system(at_zero);
   const auto outputs = impl.outputs->combinations();
@@ -342,6 +348,7 @@ std::vector<ElasticModel::ScrewTension> ElasticModel::screw_tensions(const Eigen
 Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
                                             const mesh::Pose& pose) const {
   const Impl& impl = *impl_;
+  if (impl.elastic.empty()) return {};
   const SmallSystem system = impl.small_system(pose);
   const SmallSystem::Solution solution = impl.solve(system, temperature);
 
@@ -369,6 +376,7 @@ Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
 ElasticModel::Outputs ElasticModel::outputs_of(const Eigen::Matrix3Xd& displacement,
                                                const mesh::Pose& pose) const {
   const Impl& impl = *impl_;
+  impl.require_tcp();
   const auto combinations = impl.outputs->combinations();
   Eigen::Matrix<double, 19, 1> value;
   for (std::size_t i = 0; i < combinations.size(); ++i) {

@@ -59,6 +59,7 @@ class ElasticModel {
   ~ElasticModel();
   ElasticModel(ElasticModel&&) noexcept;
 
+  /// @throws InputError here and in the other outputs of the TCP: a machine without [tcp]
   OutputRows output_rows(const mesh::Pose& pose) const;
 
   /// @param basis   (size x r)
@@ -68,7 +69,8 @@ class ElasticModel {
   std::vector<Eigen::MatrixXd> unit_images(const Eigen::MatrixXd& basis) const;
 
   /// Displacements of all nodes (3 x nodes), m, in each body's home frame; bodies with
-  /// elastic = false move with their parent rigidly at the nearest node. @param temperature (size)
+  /// elastic = false move with their parent rigidly at the nearest node. No columns where no body is
+  /// elastic. @param temperature (size)
   Eigen::Matrix3Xd displacement(const Eigen::VectorXd& temperature, const mesh::Pose& pose) const;
 
   /// Pull of a screw that is stretched between two bearings, N; at 0 it is slack, and the linear

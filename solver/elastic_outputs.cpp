@@ -16,7 +16,8 @@ int require_elastic(const mesh::Machine& machine, const std::string& body, const
   const int index = machine.body_index(body);
   if (!machine.bodies[static_cast<std::size_t>(index)].elastic)
     throw core::InputError(machine.path.filename().string() + " tcp." + key,
-                           "body '" + body + "' with elastic = false", "an elastic body");
+                           "body '" + body + "' with elastic = false",
+                           "an elastic body; or no [tcp], which mesh, simulate and export do without");
   return index;
 }
 

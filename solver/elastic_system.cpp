@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/elastic_system.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <cmath>
-#include <set>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -69,6 +70,22 @@ std::vector<SmallSystem::Entry> SmallSystem::entries(std::size_t elastic,
   return found;
 }
 
+/// Joints that put springs on the bodies, with the pads that they have.
+std::string SmallSystem::joints_of(const mesh::Machine& machine, const std::set<int>& bodies) const {
+  std::set<int> joints;
+  for (const Spring& spring : springs_)
+    for (const UnitTerm& term : spring.gap)
+      if (spring.joint >= 0 && bodies.contains(term.body)) joints.insert(spring.joint);
+  std::vector<std::string> texts;
+  for (const int joint : joints) {
+    const mesh::JointSpec& spec = machine.joints[static_cast<std::size_t>(joint)];
+    texts.push_back("'" + spec.id + "' with " +
+                    (spec.sectors > 0 ? fmt::format("sectors = {}", spec.sectors)
+                                      : fmt::format("divide = [{}, {}, {}]", spec.divide[0], spec.divide[1], spec.divide[2])));
+  }
+  return texts.empty() ? "no joint with stiffness touches it" : "its joints with stiffness: " + core::join(texts);
+}
+
 void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::MatrixXd& matrix) const {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(matrix);
   Eigen::Index loose = 0;
@@ -84,18 +101,26 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
   if (largest < 1e-3)
     throw core::MeshError(machine.path.filename().string() + " scale", "two constraints hold the same motion", "one scale an axis");
   std::vector<std::string> names;
+  std::set<int> loose_bodies;
   Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();
   for (std::size_t i = 0; i < share.size(); ++i) {
     if (share[i] < 0.3 * largest) continue;
+    loose_bodies.insert(elastic_[i]);
     names.push_back("'" + machine.bodies[static_cast<std::size_t>(elastic_[i])].id + "'");
     if (names.size() == 1) motion = mode.segment<6>(count + 6 * static_cast<Eigen::Index>(i));
   }
   Eigen::Index direction = 0;
   motion.cwiseAbs().maxCoeff(&direction);
   static const char* const words[] = {"along x", "along y", "along z", "about x", "about y", "about z"};
-  throw core::MeshError(machine.path.filename().string() + " body " + core::join(names),
-                        std::string("nothing holds it, mainly ") + words[direction],
-                        "joints or a scale that hold every body in all six directions");
+  const bool turns = direction >= 3;
+  throw core::MeshError(
+      machine.path.filename().string() + " body " + core::join(names),
+      fmt::format("nothing holds it, mainly {}; {}{}", words[direction], joints_of(machine, loose_bodies),
+                  turns ? "; a pad carries the mean motion of its surface, so that one pad holds no rotation" : ""),
+      turns ? "joints that hold rotations: divide of 2 x 2 or more cells across the contact ([2, 2, 1] where it is normal to z), "
+              "sectors of 3 or more, or several pads or joints apart from each other"
+            : "joints or a scale that hold every body in all six directions: stiffness_normal_N_mm3 across a contact, "
+              "stiffness_tangential_N_mm3 along it; a guide is free along its axis");
 }
 
 Eigen::MatrixXd SmallSystem::solve_scaled(const Eigen::MatrixXd& right_hand_side) const {

@@ -6,6 +6,8 @@
 
 #include <Eigen/LU>
 #include <functional>
+#include <set>
+#include <string>
 
 #include "solver/elastic_springs.h"
 
@@ -53,6 +55,7 @@ class SmallSystem {
  private:
   struct Entry { Eigen::Index column; int unit; double weight; };
   std::vector<Entry> entries(std::size_t elastic, const std::vector<Combination>& columns) const;
+  std::string joints_of(const mesh::Machine& machine, const std::set<int>& bodies) const;
   void require_regular(const mesh::Machine& machine, const Eigen::MatrixXd& matrix) const;
   Eigen::MatrixXd solve_scaled(const Eigen::MatrixXd& right_hand_side) const;
 

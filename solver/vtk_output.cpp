@@ -109,9 +109,10 @@ void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& me
     for (Eigen::Index i = 0; i < body.nodes(); ++i) {
       const Eigen::Index node = mesh.first_node[b] + i;
       const Eigen::Vector3d at = frame * body.points.col(i);
-      const Eigen::Vector3d u = frame.linear() * displacement.col(node) / core::units::um;
       points->SetPoint(node, at.data());
       temperature->SetValue(node, static_cast<float>(temperature_C[node]));
+      if (displacement.cols() == 0) continue;
+      const Eigen::Vector3d u = frame.linear() * displacement.col(node) / core::units::um;
       moved->SetTuple(node, u.data());
     }
     for (Eigen::Index e = 0; e < body.elements(); ++e) {
@@ -123,7 +124,7 @@ void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& me
   }
   grid->SetPoints(points);
   grid->GetPointData()->AddArray(temperature);
-  grid->GetPointData()->AddArray(moved);
+  if (displacement.cols() > 0) grid->GetPointData()->AddArray(moved);
   if (stress.cols() > 0) add_stress(grid, mesh, pose, stress);
   grid->GetPointData()->SetActiveScalars("temperature_C");
   grid->GetCellData()->AddArray(body_of_cell);

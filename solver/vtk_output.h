@@ -15,7 +15,7 @@
 
 namespace thermotwin::solver {
 
-/// @param temperature_C (nodes)  @param displacement (3 x nodes) m, bodies' home frames
+/// @param temperature_C (nodes)  @param displacement (3 x nodes) m, bodies' home frames; no columns: left out
 /// @param time_s  kept as field data TimeValue
 /// @param stress  (6 x nodes) Pa, bodies' home frames, see MachineStress; no columns: left out
 void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& mesh,

@@ -38,8 +38,12 @@ double peak_memory_GiB() {
   return static_cast<double>(usage.ru_maxrss) / (1024.0 * 1024.0);
 }
 
-solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order) {
+solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order, Asked asked) {
   solver::Case machine_case = solver::read_case(path);
+  if (asked == Asked::tcp_error && !machine_case.machine.has_tcp())
+    throw core::InputError(machine_case.machine.path.string() + " [tcp]", "missing",
+                           "a [tcp] with surfaces of the tool and of the table on elastic bodies, for the TCP error; mesh, simulate and "
+                           "export do without");
   if (mesh_order > 0) machine_case.machine.order = mesh_order;
   if (!size.empty()) machine_case.size = size;
   mesh::size_factor(machine_case.machine, machine_case.size);

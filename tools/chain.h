@@ -28,9 +28,12 @@ struct Stopwatch {
 /// Largest resident memory of this process so far, GiB.
 double peak_memory_GiB();
 
+/// What a verb computes: temperatures, and displacements of elastic bodies; or the TCP error.
+enum class Asked { heat, tcp_error };
+
 /// The case with the size (empty: its own) and the order of tetrahedra (0: its own) asked for on the
-/// command line.
-solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order);
+/// command line. @throws InputError where the TCP error is asked of a machine without [tcp]
+solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order, Asked asked = Asked::tcp_error);
 
 /// Makes the folder for results. @throws InputError before any work is lost
 void require_writable(const std::filesystem::path& out);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "core/config.h"
@@ -19,7 +20,7 @@ solver::Case open_machine(const ExportOptions& options) {
   std::filesystem::path path = options.model;
   if (std::filesystem::is_directory(path)) path /= std::filesystem::exists(path / "case.toml") ? "case.toml" : "machine.toml";
   if (!core::Config::load(path).root().has("kinematic_chain") && !core::Config::load(path).root().has("body"))
-    return open_case(path, options.size, options.mesh_order);
+    return open_case(path, options.size, options.mesh_order, Asked::heat);
   solver::Case found;
   found.machine = mesh::read_machine(path);
   found.folder = std::filesystem::absolute(path).lexically_normal().parent_path();
@@ -59,7 +60,7 @@ void export_model(const ExportOptions& options) {
   text += "What differs from thermotwin:\n";
   for (const std::string& note : summary.notes) text += "- " + note + "\n";
   text += fmt::format("{} in {}; run: cd {} && ccx heat{}\n", core::join(summary.files), folder.string(), folder.string(),
-                      options.heat_only ? "" : " && ccx static");
+                      std::find(summary.files.begin(), summary.files.end(), "static.inp") == summary.files.end() ? "" : " && ccx static");
   const nlohmann::json json = {{"folder", folder.string()}, {"files", summary.files},   {"nodes", summary.nodes},
                                {"elements", summary.elements}, {"order", machine.order}, {"steps", summary.steps},
                                {"increments", summary.increments}, {"end_s", summary.end}, {"notes", summary.notes}};

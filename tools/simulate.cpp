@@ -62,11 +62,35 @@ std::string cooling_lines(const mesh::Machine& machine, const core::Table& flows
   return lines;
 }
 
+std::string tcp_table(const core::Table& tcp, nlohmann::json& json) {
+  std::vector<std::vector<std::string>> table{{"TCP error", "at the end", "largest"}};
+  for (const char* column : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) {
+    const Eigen::VectorXd values = tcp.column(column);
+    const double end = values(values.size() - 1), largest = values.cwiseAbs().maxCoeff();
+    table.push_back({column, fmt::format("{:.2f}", end), fmt::format("{:.2f}", largest)});
+    json["tcp"][column] = {{"end", end}, {"largest", largest}};
+  }
+  return core::format_table(table);
+}
+
+/// What there is to see of a machine without [tcp].
+std::string sensor_table(const mesh::Machine& machine, const core::Table& sensors) {
+  const std::string no_tcp = "no [tcp] in " + machine.path.filename().string() + ": no TCP error\n";
+  if (machine.sensors.empty()) return no_tcp;
+  std::vector<std::vector<std::string>> table{{"sensor degC", "at the end", "lowest", "highest"}};
+  for (const mesh::SensorSpec& sensor : machine.sensors) {
+    const Eigen::VectorXd values = sensors.column(sensor.id + "_C");
+    table.push_back({sensor.id, fmt::format("{:.2f}", values(values.size() - 1)), fmt::format("{:.2f}", values.minCoeff()),
+                     fmt::format("{:.2f}", values.maxCoeff())});
+  }
+  return no_tcp + core::format_table(table);
+}
+
 }  // namespace
 
 void simulate(const SimulateOptions& options) {
   const Stopwatch time;
-  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order, Asked::heat);
   const mesh::Machine& machine = machine_case.machine;
   solver::LoadProgram program = machine_case.load(options.load);
   if (!options.output_times.empty()) program.choose_outputs(options.output_times, "--output-times");
@@ -99,12 +123,15 @@ void simulate(const SimulateOptions& options) {
                                output.time, machine.screws[static_cast<std::size_t>(screw)].body, tension));
     solver::write_fields(folder / files[static_cast<std::size_t>(number)].second, full.mesh, pose,
                          (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(), displacement,
-                         output.time, stress.nodal(displacement, state));
+                         output.time, displacement.cols() > 0 ? stress.nodal(displacement, state) : Eigen::MatrixXd());
     // What there is so far can be looked at while the run goes on.
     solver::write_pvd(folder / "fields.pvd", {files.begin(), files.begin() + number + 1});
   };
   const solver::LoadResult result = solver::run_campaign(full, {program}, campaign).front();
-  core::write_csv(folder / "tcp.csv", result.tcp);
+  if (machine.has_tcp())
+    core::write_csv(folder / "tcp.csv", result.tcp);
+  else
+    std::filesystem::remove(folder / "tcp.csv");  // of an earlier machine.toml
   core::write_csv(folder / "sensors.csv", result.sensors);
   core::write_csv(folder / "heat.csv", result.heat_flows);
 
@@ -122,16 +149,10 @@ void simulate(const SimulateOptions& options) {
     for (const auto& item : result.heat->items()) json["heat"]["in_J"][item.id] = item.heat;
     heat += cooling_lines(machine, result.heat_flows, json);
   }
-  std::vector<std::vector<std::string>> table{{"TCP error", "at the end", "largest"}};
-  for (const char* column : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) {
-    const Eigen::VectorXd values = result.tcp.column(column);
-    const double end = values(values.size() - 1), largest = values.cwiseAbs().maxCoeff();
-    table.push_back({column, fmt::format("{:.2f}", end), fmt::format("{:.2f}", largest)});
-    json["tcp"][column] = {{"end", end}, {"largest", largest}};
-  }
+  const std::string at_pose = machine.axes.empty() ? "" : ", pose " + mesh::format_pose(machine, pose);
   print_summary(options,
-                fmt::format("{} ({}), pose {}\n{}\n{}{}: {}\n{} nodes, {} fields, {:.0f} s, {:.2f} GiB; open {} in ParaView\n",
-                            program.name(), program.title(), mesh::format_pose(machine, pose), core::format_table(table), heat,
+                fmt::format("{} ({}){}\n{}\n{}{}: {}\n{} nodes, {} fields, {:.0f} s, {:.2f} GiB; open {} in ParaView\n",
+                            program.name(), program.title(), at_pose, machine.has_tcp() ? tcp_table(result.tcp, json) : sensor_table(machine, result.sensors), heat,
                             word(program.time().scheme), result.run.brief(), full.mesh.nodes(), files.size(), time.seconds(),
                             peak_memory_GiB(), (folder / "fields.pvd").string()),
                 json.dump());

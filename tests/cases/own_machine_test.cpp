@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// First steps with a machine of one's own: heat alone, without [tcp] and elastic bodies; a body that one pad cannot hold.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "core/table.h"
+#include "tests/cases/own_case.h"
+
+namespace thermotwin::cases {
+namespace {
+
+const std::string heated_skin = R"(
+[[surface]]
+id = "skin"
+body = "block"
+[[ambient]]
+id = "air"
+default_C = 20
+[[film]]
+id = "skin"
+surfaces = ["skin"]
+film_coefficient_W_m2K = 20
+[[source]]
+id = "heater"
+law = [{input = "machine.on", at = [0, 1], power_W = [0, 10]}]
+place = [{surface = "skin"}]
+[[sensor]]
+id = "T1"
+body = "block"
+point_mm = [50, 50, 50]
+)";
+
+constexpr Block cube{{0, 0, 0}, {100, 100, 100}};
+
+struct HeatedCube : OwnCase {
+  explicit HeatedCube(const std::string& more, const std::string& of_body = "") : OwnCase(body_text("block", 60, of_body) + heated_skin + more) {
+    blocks("block", {cube});
+  }
+};
+
+TEST(OwnMachine, HeatNeedsNoTcpAndNoElasticBody) {
+  const HeatedCube own("", "elastic = false");
+  ASSERT_EQ(own.run({"mesh", own.path()}).status, 0);
+  const Result simulated = own.run({"simulate", own.path(), "--load", "hour"});
+  ASSERT_EQ(simulated.status, 0) << simulated.err;
+  EXPECT_SAYS(simulated.out, "no [tcp] in machine.toml");
+  const auto folder = own.result("simulate/hour");
+  for (const char* file : {"fields.pvd", "heat.csv", "sensors.csv"}) EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  EXPECT_FALSE(std::filesystem::exists(folder / "tcp.csv"));
+  EXPECT_EQ(read(folder / "fields/000000.vtu").find("displacement"), std::string::npos);
+  // A lumped capacity of 0.001 m^3 steel behind a film of 20 W/(m^2 K) on 0.06 m^2, heated by 10 W.
+  const double conductance = 20 * 0.06, capacity = 7850 * 470 * 1e-3;
+  const core::Table sensors = core::read_csv(folder / "sensors.csv");
+  const double rise = sensors.column("T1_C")(sensors.rows() - 1) - 20.0;
+  EXPECT_NEAR(rise, 10 / conductance * (1 - std::exp(-3600 * conductance / capacity)), 0.02 * rise);
+}
+
+TEST(OwnMachine, HeatAloneIsADeckThatCalculiXRuns) {
+  const HeatedCube own("", "elastic = false");
+  const Result exported = own.run({"export", own.path(), "--calculix", "--load", "hour", "--time-step", "600", "--json"});
+  ASSERT_EQ(exported.status, 0) << exported.err;
+  const auto json = nlohmann::json::parse(exported.out);
+  EXPECT_EQ(json["files"], nlohmann::json({"mesh.inp", "heat_only.inp", "heat.inp"}));
+  EXPECT_SAYS(json["notes"].dump(), "no static.inp");
+  if (std::system("command -v ccx > /dev/null 2>&1") != 0) GTEST_SKIP() << "CalculiX (ccx) is not installed";
+  const std::string folder = own.result("calculix").string();
+  EXPECT_EQ(std::system(("cd '" + folder + "' && OMP_NUM_THREADS=1 ccx heat > heat.log 2>&1").c_str()), 0);
+  EXPECT_SAYS(read(folder + "/heat.log"), "Job finished");
+}
+
+TEST(OwnMachine, DisplacementsNeedNoTcp) {
+  const HeatedCube own(R"(
+[[surface]]
+id = "feet"
+body = "block"
+rule = {plane_point_mm = [0, 0, 0], plane_normal = [0, 0, 1]}
+[[joint]]
+id = "feet"
+kind = "mount"
+slave = "feet"
+ambient = "air"
+conductance_W_m2K = 10
+stiffness_normal_N_mm3 = 20
+stiffness_tangential_N_mm3 = 20
+divide = [2, 2, 1]
+)");
+  const Result simulated = own.run({"simulate", own.path(), "--load", "hour"});
+  ASSERT_EQ(simulated.status, 0) << simulated.err;
+  EXPECT_NE(read(own.result("simulate/hour/fields/000000.vtu")).find("displacement_um"), std::string::npos);
+}
+
+TEST(OwnMachine, VerbsOfTheTcpErrorNameWhatTheyNeed) {
+  const HeatedCube own("", "elastic = false");
+  for (const std::vector<std::string>& verb : std::vector<std::vector<std::string>>{
+           {"run"}, {"campaign"}, {"reduce"}, {"validate"}, {"diagnose", "--data", own.path()}}) {
+    std::vector<std::string> arguments = verb;
+    arguments.insert(arguments.begin() + 1, own.path());
+    if (verb[0] == "diagnose") {
+      own.write("channels.toml", "schema = 1\n[[channel]]\nid = \"T1\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.1\nsensor = \"T1\"\n");
+      own.write("data.csv", "time_s,T1\n0,20\n600,21\n1200,22\n");
+    }
+    const Result result = own.run(arguments);
+    EXPECT_EQ(result.status, 3) << verb[0] << result.err;
+    EXPECT_SAYS(result.err, "machine.toml [tcp]: missing") << verb[0];
+    EXPECT_SAYS(result.err, "simulate and export do without") << verb[0];
+  }
+}
+
+TEST(OwnMachine, OnePadThatCannotHoldARotationIsExplained) {
+  const HeatedCube own(R"(
+[[surface]]
+id = "bottom"
+body = "block"
+rule = {normal = [0, 0, -1]}
+[[joint]]
+id = "feet"
+kind = "mount"
+slave = "bottom"
+ambient = "air"
+conductance_W_m2K = 10
+stiffness_normal_N_mm3 = 20
+stiffness_tangential_N_mm3 = 20
+)");
+  const Result result = own.run({"simulate", own.path(), "--load", "hour"});
+  EXPECT_NE(result.status, 0);
+  for (const char* words : {"body 'block'", "about ", "'feet' with divide = [1, 1, 1]", "one pad holds no rotation", "2 x 2", "[2, 2, 1]", "sectors"})
+    EXPECT_SAYS(result.err, words);
+}
+
+}  // namespace
+}  // namespace thermotwin::cases
