@@ -235,7 +235,17 @@ void check_volumes(const Draft& draft) {
       throw InputError(draft.place("volume", volume.id) + " id", "'" + volume.id + "', the id of an ambient", "an id of its own: both have a channel T_C");
 }
 
+/// A density in g/cm3.
+void check_materials(const Draft& draft) {
+  constexpr double lightest = 30.0;  // kg/m^3; foams are the lightest solids
+  for (const Material& material : draft.machine.materials)
+    if (material.density < lightest)
+      core::warn(fmt::format("{} density_kg_m3: {} is lighter than any foam; {} g/cm3 are {} kg/m3", draft.place("material", material.id), material.density,
+                             material.density, 1e3 * material.density));
+}
+
 void check_machine(const Draft& draft) {
+  check_materials(draft);
   check_loads(draft);
   check_volumes(draft);
   check_tree(draft);

@@ -188,6 +188,13 @@ std::string error_table(const ReducedCase& made) {
   return text + "\n\n" + core::format_table(table);
 }
 
+namespace {
+
+/// Grams below 1 kg.
+std::string mass_text(double kg) { return kg < 1.0 ? fmt::format("{:.3g} g", 1e3 * kg) : kg < 10.0 ? fmt::format("{:.2f} kg", kg) : fmt::format("{:.0f} kg", kg); }
+
+}  // namespace
+
 void mesh_machine(const MeshOptions& options) {
   const std::filesystem::path file = std::filesystem::is_directory(options.machine)
                                          ? options.machine / "machine.toml"
@@ -198,7 +205,7 @@ void mesh_machine(const MeshOptions& options) {
   const mesh::MachineMesh meshed = mesh::build_machine_mesh(
       machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
   std::vector<std::vector<std::string>> table{
-      {"body", "material", "nodes", "elements", "quality min", "mean", "edge mm", "mass kg"}};
+      {"body", "material", "nodes", "elements", "quality min", "mean", "edge mm", "mass"}};
   nlohmann::json json = {{"machine", machine.name}, {"nodes", meshed.nodes()}, {"order", machine.order}};
   double mass = 0;
   for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
@@ -210,7 +217,7 @@ void mesh_machine(const MeshOptions& options) {
                      std::to_string(body.elements()), fmt::format("{:.3f}", quality.minimum),
                      fmt::format("{:.2f}", quality.mean),
                      fmt::format("{:.0f}-{:.0f}", 1e3 * quality.shortest_edge, 1e3 * quality.longest_edge),
-                     fmt::format("{:.0f}", kg)});
+                     mass_text(kg)});
     json["bodies"].push_back({{"id", machine.bodies[b].id}, {"nodes", body.nodes()},
                               {"elements", body.elements()}, {"quality_min", quality.minimum},
                               {"quality_mean", quality.mean}, {"mass_kg", kg}});
@@ -232,9 +239,9 @@ void mesh_machine(const MeshOptions& options) {
   }
   json["mass_kg"] = mass;
   print_summary(options,
-                fmt::format("{}\n{}\n{}: {} bodies, {} nodes of {} tetrahedra, {:.0f} kg; meshes in {}\n",
+                fmt::format("{}\n{}\n{}: {} bodies, {} nodes of {} tetrahedra, {}; meshes in {}\n",
                             core::format_table(table), core::format_table(surfaces), machine.name,
-                            machine.bodies.size(), meshed.nodes(), machine.order == 2 ? "quadratic" : "linear", mass,
+                            machine.bodies.size(), meshed.nodes(), machine.order == 2 ? "quadratic" : "linear", mass_text(mass),
                             (options.out / "mesh").string()),
                 json.dump());
 }

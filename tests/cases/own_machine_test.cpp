@@ -30,7 +30,7 @@ place = [{surface = "skin"}]
 [[sensor]]
 id = "T1"
 body = "block"
-point_mm = [50, 50, 50]
+point_mm = [5, 5, 5]
 )";
 
 constexpr Block cube{{0, 0, 0}, {100, 100, 100}};
@@ -56,6 +56,22 @@ TEST(OwnMachine, HeatNeedsNoTcpAndNoElasticBody) {
   const core::Table sensors = core::read_csv(folder / "sensors.csv");
   const double rise = sensors.column("T1_C")(sensors.rows() - 1) - 20.0;
   EXPECT_NEAR(rise, 10 / conductance * (1 - std::exp(-3600 * conductance / capacity)), 0.02 * rise);
+}
+
+TEST(OwnMachine, SmallMassesPrintInGramsAndALightDensityIsWarnedOf) {
+  const HeatedCube own("");
+  own.blocks("block", {{{0, 0, 0}, {10, 10, 10}}});  // 1 cm^3
+  const Result heavy = own.run({"mesh", own.path()});
+  ASSERT_EQ(heavy.status, 0) << heavy.err;
+  EXPECT_SAYS(heavy.out, "7.85 g");
+  EXPECT_EQ(heavy.err.find("density"), std::string::npos) << heavy.err;
+  std::string machine = read(own.path() + "/machine.toml");
+  machine.replace(machine.find("= 7850"), 6, "= 7.85");
+  own.write("machine.toml", machine);
+  const Result light = own.run({"mesh", own.path()});
+  EXPECT_EQ(light.status, 0);
+  EXPECT_SAYS(light.err, "material[1] density_kg_m3: 7.85");
+  EXPECT_SAYS(light.err, "7850 kg/m3");
 }
 
 TEST(OwnMachine, HeatAloneIsADeckThatCalculiXRuns) {
