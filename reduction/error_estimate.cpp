@@ -43,7 +43,8 @@ EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedMode
                            "a larger order of the same machine: reference.rom.h5 of the same `thermotwin reduce`");
   }
   EstimatedRun run{simulate_reduced(model, machine, load, poses, how), {}, {}};
-  how.tell = false;  // the model has told what lies beyond
+  how.tell = false;      // the model has told what lies beyond
+  how.record = nullptr;  // and what it records is its own trajectory, on which a bound is taken
   run.larger = simulate_reduced(reference, machine, load, poses, how);
   const core::Table& tcp = run.result.tcp;
   const auto kept = static_cast<Eigen::Index>(1 + machine.axes.size() + estimated_values);

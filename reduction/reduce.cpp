@@ -293,6 +293,9 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   const Watch orders_watch;
   Eigen::MatrixXd states(0, 0);
   if (!pairs.empty()) states = states_of(thermal, basis.vectors.leftCols(largest), training);
+  notes.sensors = !full.mesh.machine.sensors.empty();
+  if (options.order_by_observer && !notes.sensors)
+    throw core::InputError("order by the observer", "a machine without sensors", "one or more [[sensor]] in machine.toml");
   if (options.order_by_observer && states.cols() == 0)
     throw core::InputError("order by the observer", "no snapshots of the training loads", "a campaign that keeps them");
   notes.prior_share = prior_share(machine);
@@ -314,7 +317,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     chosen.trained = model.trained;
     const double worst = *std::max_element(error.begin(), error.end());
     notes.order_error_um.emplace_back(order, worst);
-    if (states.cols() > 0) notes.observer.push_back(observer_noise(chosen, states.topRows(order), points.front().c.p));
+    if (states.cols() > 0 && notes.sensors) notes.observer.push_back(observer_noise(chosen, states.topRows(order), points.front().c.p));
     if (worst <= (options.order_by_observer ? notes.observer.back().predicted_um : options.tolerance_um)) break;
   }
   notes.orders_seconds = orders_watch.seconds();
@@ -350,6 +353,7 @@ std::string ReduceSummary::brief() const {
     text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", order_error_um[i].first, order_error_um[i].second);
     if (observed) text += fmt::format("; an observer's own {:.2f} um", observer[i].predicted_um);
   }
+  if (!sensors) return text + "\nno sensors: nothing is known of what an observer would leave";
   if (!observed || observer.empty()) return text;
   if (const Eigen::Index from = order_of_observer(); from > 0)
     text += fmt::format("\nbeyond order {} the observer's noise is larger than the reduction's error", from);

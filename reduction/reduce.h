@@ -43,6 +43,7 @@ struct ReduceSummary {
   double rows_seconds = 0, basis_seconds = 0, projection_seconds = 0, orders_seconds = 0, parts_seconds = 0;
   std::vector<std::pair<Eigen::Index, double>> order_error_um;  ///< tried orders, training error
   std::vector<ObserverNoise> observer;   ///< of the same orders; empty: no snapshots, or a machine that keeps all heat
+  bool sensors = true;                   ///< the machine has some
   double prior_share = 0;                ///< of what the campaign reached, that the observer is unsure of at first
   Eigen::MatrixXd basis;                 ///< (size x order) of the model
   double seconds() const { return rows_seconds + basis_seconds + projection_seconds + orders_seconds + parts_seconds; }

@@ -60,6 +60,7 @@ Case read_case(const std::filesystem::path& path) {
       result.check_points.push_back(mesh::parse_pose(result.machine, text, points->place("poses")));
     points->finish();
   }
+  if (result.machine.axes.empty()) result.check_points.assign(1, mesh::Pose());  // the only pose there is
   if (const auto wrong = root.table_if("measured_machine")) {
     MeasuredMachine measured;
     measured.load = wrong->text("load");

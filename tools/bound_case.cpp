@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "core/progress.h"
 #include "core/text.h"
 #include "tools/chain.h"
 
@@ -17,7 +18,7 @@ const char* outputs[] = {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m"
 
 /// Rows of a tcp table at one pose, in order of time.
 std::vector<Eigen::Index> rows_at(const std::vector<mesh::Pose>& poses, const mesh::Pose& pose, Eigen::Index rows) {
-  const auto at = std::find_if(poses.begin(), poses.end(), [&](const mesh::Pose& other) { return (other - pose).cwiseAbs().maxCoeff() <= same_place; });
+  const auto at = std::find_if(poses.begin(), poses.end(), [&](const mesh::Pose& other) { return (other - pose).lpNorm<Eigen::Infinity>() <= same_place; });
   std::vector<Eigen::Index> list;
   if (at == poses.end()) return list;
   for (Eigen::Index row = at - poses.begin(); row < rows; row += static_cast<Eigen::Index>(poses.size())) list.push_back(row);
@@ -77,11 +78,23 @@ std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const
   return all;
 }
 
+void tell_what_no_bound_covers(const mesh::Machine& machine) {
+  std::string list;
+  const auto add = [&](const std::string& name) { list += (list.empty() ? "" : ", ") + name; };
+  for (const mesh::CoolantSpec& coolant : machine.coolants)
+    if (!coolant.guide_sensor.empty() || coolant.controls_return) add(fmt::format("coolant '{}' (its chiller follows temperatures of the machine)", coolant.id));
+  for (const mesh::FilmSpec& film : machine.films)
+    if (film.of_temperature) add(fmt::format("film '{}' (of_temperature)", film.id));
+  if (list.empty()) return;
+  core::warn(fmt::format("the bound holds for the coefficients and coolant temperatures of the reduced run; "
+                         "what its error changes in these comes on top: {}", list));
+}
+
 std::string bound_table(const ReducedCase& made) {
   std::vector<std::vector<std::string>> table{{"held-out load", "pose", "peak um", "error um", "bound um", "of peak %", "bound/error, least", "median", "s"}};
   for (const BoundedLoad& b : made.bounded) {
     const bool known = b.peak_um > 0.0;
-    table.push_back({b.load, b.pose, known ? fmt::format("{:.2f}", b.peak_um) : "-", known ? fmt::format("{:.3f}", b.error_um) : "-",
+    table.push_back({b.load, b.pose.empty() ? "-" : b.pose, known ? fmt::format("{:.2f}", b.peak_um) : "-", known ? fmt::format("{:.3f}", b.error_um) : "-",
                      fmt::format("{:.3f}", b.bound_um), known ? fmt::format("{:.2f}", 100 * b.bound_um / b.peak_um) : "-",
                      known ? fmt::format("{:.2f}", b.least_ratio) : "-", known ? fmt::format("{:.2f}", b.median_ratio) : "-", fmt::format("{:.1f}", b.seconds)});
   }

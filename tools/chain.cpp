@@ -117,11 +117,12 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   const auto training = load_programs(machine_case, machine_case.train);
   const auto heldout = load_programs(machine_case, machine_case.holdout);
   auto held = solver::run_campaign(full, heldout, options);
-  made.off_grid_poses = reduction::random_poses(machine_case.machine, off_grid_poses);
-  const reduction::FullRows between = reduction::full_rows(full, made.off_grid_poses);
+  const bool moves = !machine_case.machine.axes.empty();
+  if (moves) made.off_grid_poses = reduction::random_poses(machine_case.machine, off_grid_poses);
+  const reduction::FullRows between = moves ? reduction::full_rows(full, made.off_grid_poses) : reduction::FullRows{};
   std::vector<std::vector<Eigen::Matrix3Xd>> truths;
   for (solver::LoadResult& result : held) {
-    truths.push_back(reduction::off_grid_truth(machine_case.machine, between, result.snapshots));
+    if (moves) truths.push_back(reduction::off_grid_truth(machine_case.machine, between, result.snapshots));
     result.snapshots.resize(0, 0);  // before those of all training loads are there too
   }
   const auto trained = solver::run_campaign(full, training, options);
@@ -137,12 +138,13 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
   judge(made, machine_case.machine, heldout, held, poses);
-  for (std::size_t i = 0; i < heldout.size(); ++i)
+  for (std::size_t i = 0; moves && i < heldout.size(); ++i)
     made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i], truths[i], between));
   reduction::write_model(out / "model.rom.h5", made.model);
   if (has_reference(made)) reduction::write_model(out / "reference.rom.h5", made.reference);
-  reduction::write_off_grid(out / "off_grid.csv", machine_case.machine, made.off_grid_poses, made.off_grid);
+  if (moves) reduction::write_off_grid(out / "off_grid.csv", machine_case.machine, made.off_grid_poses, made.off_grid);
   if (!bounded.empty()) {
+    tell_what_no_bound_covers(machine_case.machine);
     const Stopwatch bound_time;
     made.bound = reduction::make_bound_model(full, basis, made.model.trained, bounded);
     made.bound_seconds = bound_time.seconds();

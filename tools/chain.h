@@ -78,6 +78,10 @@ std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const
                                      const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& full);
 std::string bound_table(const ReducedCase& made);
 
+/// Warns of chillers and films that follow the machine's own temperatures: the bound takes theirs from the
+/// reduced run, and a full run has slightly others.
+void tell_what_no_bound_covers(const mesh::Machine& machine);
+
 /// Order against error on the training loads, with the held-out ones, as SVG.
 void write_order_picture(const std::filesystem::path& file, const ReducedCase& made, double tolerance_um);
 

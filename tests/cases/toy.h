@@ -35,6 +35,8 @@ class Toy {
   /// Replaces the one place that reads so; the test fails where there is none.
   void edit(const std::string& file, const std::string& old, const std::string& with) const;
   void write(const std::string& file, const std::string& text) const;
+  /// Nothing follows the machine's own temperatures: no chiller with a sensor, no exact radiation.
+  void make_affine() const;
   /// measurement/ of the case becomes a copy of the one that toy_run() made.
   void take_measurement() const;
   /// out() becomes a copy of the results of toy_run().
