@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/file.h"
 #include "mesh/machine_mesh.h"
 #include "solver/simulation.h"
 
@@ -54,6 +55,10 @@ int index_of(const mesh::Machine& machine, const std::string& ambient) {
 CampaignTables read_campaign_tables(const std::filesystem::path& folder, const std::string& load) {
   CampaignTables tables{load, {}, {}, {}};
   const std::filesystem::path of_load = folder / load;
+  if (std::filesystem::exists(of_load / made_by_file)) {
+    const std::string maker = core::read_file(of_load / made_by_file);
+    throw core::InputError(of_load.string(), "tables made by the " + maker.substr(0, maker.find('\n')), "the full model's, as `thermotwin campaign CASE` leaves them");
+  }
   for (auto [name, table] : {std::pair{"inputs.csv", &tables.inputs}, {"sensors.csv", &tables.sensors}, {"tcp.csv", &tables.tcp}}) {
     if (!std::filesystem::exists(of_load / name))
       throw core::InputError((of_load / name).string(), "no such file", "the tables of every load of case.toml, as `thermotwin campaign CASE` leaves them");

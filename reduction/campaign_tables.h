@@ -18,8 +18,11 @@ struct CampaignTables {
   std::string load;
   core::Table inputs, sensors, tcp;
 };
+/// In a load's folder: the tables are a reduced model's, and this says which. The full model's have `done` instead.
+constexpr const char* made_by_file = "made_by.txt";
+
 /// @param folder  of the campaign; the load's tables are in its folder of that name
-/// @throws InputError: a missing table, times that disagree
+/// @throws InputError: a missing table, times that disagree, tables that a reduced model made
 CampaignTables read_campaign_tables(const std::filesystem::path& folder, const std::string& load);
 
 /// Inputs that a row of channels means, each with its unit in its name:

@@ -31,6 +31,16 @@ std::optional<Eigen::MatrixXd> parse_matrix(std::string_view bytes) {
   return matrix;
 }
 
+/// Tables in the order of `done`.
+constexpr const char* tables[] = {"tcp.csv", "sensors.csv", "inputs.csv", "heat.csv"};
+
+/// What `done` says: what made the result, and that its tables are still the ones that were made.
+std::string stamp(const std::filesystem::path& folder, const std::string& hash) {
+  std::string bytes;
+  for (const char* name : tables) bytes += core::content_hash(core::read_file(folder / name));
+  return hash + "\n" + core::content_hash(bytes) + "\n";
+}
+
 }  // namespace
 
 std::string hash_of_mesh(const mesh::MachineMesh& mesh) {
@@ -45,7 +55,7 @@ std::string hash_of_mesh(const mesh::MachineMesh& mesh) {
 
 std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, const LoadProgram& load,
                          const std::vector<mesh::Pose>& poses, const CampaignOptions& options) {
-  std::string bytes = "campaign 3 " + model.mesh.machine.hash + mesh_hash + load.name();
+  std::string bytes = "campaign 4 " + model.mesh.machine.hash + mesh_hash + load.name();
   const TimeOptions time = load.time();
   bytes += word(time.scheme);
   if (time.scheme == TimeScheme::adaptive) append(bytes, Eigen::Vector4d(time.tolerance_K, time.shortest_step, time.longest_step, options.refine));
@@ -72,15 +82,12 @@ std::string hash_of_block(const std::vector<std::string>& hashes_of_loads) {
 void write_result(const std::filesystem::path& folder, LoadResult& result, const std::string& hash) {
   core::write_files_by(folder, [&](const std::filesystem::path& staged) {
     std::vector<std::filesystem::path> files;
-    const auto write_table = [&](const char* name, core::Table& table) {
-      core::write_csv(staged / name, table);
-      table = core::read_csv(staged / name);
-      files.emplace_back(name);
-    };
-    write_table("tcp.csv", result.tcp);
-    write_table("sensors.csv", result.sensors);
-    write_table("inputs.csv", result.inputs);
-    write_table("heat.csv", result.heat_flows);
+    core::Table* made[] = {&result.tcp, &result.sensors, &result.inputs, &result.heat_flows};
+    for (std::size_t i = 0; i < std::size(tables); ++i) {
+      core::write_csv(staged / tables[i], *made[i]);
+      *made[i] = core::read_csv(staged / tables[i]);
+      files.emplace_back(tables[i]);
+    }
     if (result.snapshots.size() > 0) {
       // A later result without snapshots leaves these, so they say themselves what they belong to.
       std::string bytes = hash;
@@ -88,7 +95,7 @@ void write_result(const std::filesystem::path& folder, LoadResult& result, const
       core::write_file(staged / "snapshots.bin", bytes);
       files.emplace_back("snapshots.bin");
     }
-    core::write_file(staged / "done", hash + "\n");
+    core::write_file(staged / "done", stamp(staged, hash));
     files.emplace_back("done");
     return files;
   });
@@ -99,7 +106,7 @@ std::optional<LoadResult> read_result(const std::filesystem::path& folder, const
   LoadResult result;
   result.load = load;
   try {
-    if (!std::filesystem::exists(folder / "done") || core::read_file(folder / "done") != hash + "\n") return std::nullopt;
+    if (!std::filesystem::exists(folder / "done") || core::read_file(folder / "done") != stamp(folder, hash)) return std::nullopt;
     if (snapshots) {
       if (!std::filesystem::exists(folder / "snapshots.bin")) return std::nullopt;
       const std::string bytes = core::read_file(folder / "snapshots.bin");

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Files of a campaign: out/<load>/tcp.csv, sensors.csv, inputs.csv, snapshots.bin where asked for,
-// and `done`, written last, with the hash of all that the load's results depend on.
+// and `done`, written last, with the hash of all that the load's results depend on and that of the tables:
+// a table that something else wrote over is run anew, not believed.
 
 #include <optional>
 #include <string>

@@ -13,6 +13,7 @@
 #include "core/text.h"
 #include "core/thread_pool.h"
 #include "reduction/bound_file.h"
+#include "reduction/campaign_tables.h"
 #include "reduction/error_bound.h"
 #include "reduction/error_estimate.h"
 #include "reduction/model_file.h"
@@ -29,7 +30,7 @@ struct Outcome {
   std::size_t times = 0;
 };
 
-void write_load(const fs::path& folder, const solver::LoadResult& result, const core::Table* estimate, const core::Table* bound) {
+void write_load(const fs::path& folder, const solver::LoadResult& result, const core::Table* estimate, const core::Table* bound, const std::string& maker) {
   core::write_files_by(folder, [&](const fs::path& staged) {
     std::vector<fs::path> files{"tcp.csv", "sensors.csv", "inputs.csv"};
     const core::Table* tables[] = {&result.tcp, &result.sensors, &result.inputs};
@@ -42,11 +43,14 @@ void write_load(const fs::path& folder, const solver::LoadResult& result, const 
       files.emplace_back("error_bound.csv");
       core::write_csv(staged / files.back(), *bound);
     }
+    files.emplace_back(reduction::made_by_file);
+    core::write_file(staged / files.back(), maker);
     return files;
   });
 }
 
 std::string poses_text(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) {
+  if (machine.axes.empty()) return "the only pose";
   std::string text;
   for (const mesh::Pose& pose : poses) text += (text.empty() ? "" : " and ") + mesh::format_pose(machine, pose);
   return text;
@@ -69,6 +73,7 @@ void reduced_campaign(const CampaignOptions& options) {
   if (options.bound) {
     if (options.exact) throw core::UsageError("campaign: --bound is for the full model's time scheme, --exact has another");
     bound = reduction::read_bound(file.parent_path() / "bound.rom.h5", model);
+    tell_what_no_bound_covers(machine_case.machine);
   }
 
   std::vector<std::string> names = options.loads;
@@ -81,7 +86,8 @@ void reduced_campaign(const CampaignOptions& options) {
   reduction::ReducedRun run;
   run.exact = options.exact;
   const auto poses = mesh::workspace_poses(machine_case.machine);
-  const fs::path folder = options.out / "campaign";
+  const fs::path folder = options.out / "campaign_reduced";  // campaign/ holds the full model's tables, which resumed runs trust
+  const std::string maker = fmt::format("reduced model of order {}, {}\n", model.system.order(), file.filename().string());
   std::vector<Outcome> outcomes(programs.size());
   core::Progress progress("reduced runs", programs.size());
   core::parallel_for(0, programs.size(), [&](std::size_t i) {
@@ -103,13 +109,13 @@ void reduced_campaign(const CampaignOptions& options) {
       outcome.estimate_um = reduction::largest_translation(estimated.estimate);
       const core::Table* limits = bound_it();
       outcome.seconds = watch.seconds();
-      write_load(folder / programs[i].name(), estimated.result, &estimated.estimate, limits);
+      write_load(folder / programs[i].name(), estimated.result, &estimated.estimate, limits, maker);
       result = std::move(estimated.result);
     } else {
       result = reduction::simulate_reduced(model, machine_case.machine, programs[i], poses, how);
       const core::Table* limits = bound_it();
       outcome.seconds = watch.seconds();
-      write_load(folder / programs[i].name(), result, nullptr, limits);
+      write_load(folder / programs[i].name(), result, nullptr, limits, maker);
     }
     outcome.peak_um = reduction::largest_translation(result.tcp);
     outcome.times = static_cast<std::size_t>(result.sensors.rows());

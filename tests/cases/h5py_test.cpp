@@ -46,7 +46,7 @@ feed_mm_min = 9000
   const std::string file = (toy_run() / "model.rom.h5").string();
   const Result run = toy.run({"campaign", toy.path(), "--reduced", "--model", file, "--load", "one_step"});
   ASSERT_EQ(run.status, 0) << run.err;
-  const core::Table sensors = core::read_csv(toy.result("campaign/one_step/sensors.csv")), tcp = core::read_csv(toy.result("campaign/one_step/tcp.csv"));
+  const core::Table sensors = core::read_csv(toy.result("campaign_reduced/one_step/sensors.csv")), tcp = core::read_csv(toy.result("campaign_reduced/one_step/tcp.csv"));
 
   // What drove the step, by the laws of machine.toml; coefficients that follow temperatures are iterated to 1e-7 K.
   const reduction::ReducedModel model = reduction::read_model(file);

@@ -25,7 +25,7 @@ TEST(ReducedCampaign, LeavesTheFilesOfTheFullOneAndEstimatesTheirError) {
   EXPECT_EQ(summary["loads"].size(), 3U);
   EXPECT_GT(summary["reference_order"].get<int>(), summary["order"].get<int>());
   for (const std::string load : {"ambient", "warm_up", "mixed"}) {
-    const fs::path reduced = toy.result("campaign/" + load), full = toy_run() / "campaign" / load;
+    const fs::path reduced = toy.result("campaign_reduced/" + load), full = toy_run() / "campaign" / load;
     const core::Table ours = core::read_csv(reduced / "tcp.csv"), theirs = core::read_csv(full / "tcp.csv");
     const core::Table estimate = core::read_csv(reduced / "error_estimate.csv");
     ASSERT_EQ(ours.columns, theirs.columns);
@@ -44,6 +44,25 @@ TEST(ReducedCampaign, LeavesTheFilesOfTheFullOneAndEstimatesTheirError) {
   }
 }
 
+TEST(ReducedCampaign, IsNeverTakenForTheFullOne) {
+  const Toy toy;
+  toy.take_results();
+  const auto before = files_in(toy.result("campaign"));
+  const Result run = toy.run({"campaign", toy.path(), "--reduced"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(files_in(toy.result("campaign")), before);
+  const Result identified = toy.run({"reduce", toy.path(), "--from-campaign", toy.result("campaign_reduced").string()});
+  EXPECT_EQ(identified.status, 3);
+  EXPECT_SAYS(identified.err, "made by the reduced model of order");
+
+  // Tables of another make in the full campaign's place, as an earlier version left them: they are run anew.
+  const std::string full = read(toy.result("campaign/mixed/tcp.csv"));
+  fs::copy_file(toy.result("campaign_reduced/mixed/tcp.csv"), toy.result("campaign/mixed/tcp.csv"), fs::copy_options::overwrite_existing);
+  const Result resumed = toy.run({"campaign", toy.path(), "--resume"});
+  ASSERT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_EQ(read(toy.result("campaign/mixed/tcp.csv")), full);
+}
+
 TEST(ReducedCampaign, WhatDoesNotFitIsRefused) {
   const Toy toy;
   for (const std::vector<std::string>& option : {std::vector<std::string>{"--resume"}, {"--size", "0.5"}, {"--solver", "direct"}, {"--order", "2"}}) {
@@ -58,7 +77,7 @@ TEST(ReducedCampaign, WhatDoesNotFitIsRefused) {
   const Result same = toy.run({"campaign", toy.path(), "--reduced", "--model", model(), "--reference", model()});
   EXPECT_EQ(same.status, 3);
   EXPECT_SAYS(same.err, "a larger order of the same machine");
-  EXPECT_FALSE(fs::exists(toy.result("campaign/warm_up")));
+  EXPECT_FALSE(fs::exists(toy.result("campaign_reduced/warm_up")));
 }
 
 TEST(ReducedCampaign, AMachineWithOtherTermsIsRefused) {
