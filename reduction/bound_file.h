@@ -9,7 +9,7 @@
 
 namespace thermotwin::reduction {
 
-inline constexpr int bound_file_version = 2;
+inline constexpr int bound_file_version = 3;
 
 /// Whole or not at all. @throws InputError (disk full, no permission)
 void write_bound(const std::filesystem::path& path, const BoundModel& bound);

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include "core/error.h"
+#include "core/file.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -59,6 +61,11 @@ class QuietLibrary {
   H5E_auto2_t function_ = nullptr;
   void* data_ = nullptr;
 };
+
+constexpr std::string_view signature = "\x89HDF\r\n\x1a\n", trailer_words = "\nthermotwin fnv1a-64 ";
+
+/// A line behind what HDF5 reads, which knows nothing of it: the hash of all bytes before.
+std::string trailer(std::string_view bytes) { return std::string(trailer_words) + core::content_hash(bytes) + "\n"; }
 
 hsize_t extent(Eigen::Index n) { return static_cast<hsize_t>(n); }
 
@@ -197,7 +204,7 @@ std::string StoreWriter::finish() {
   std::string bytes(static_cast<std::size_t>(size), '\0');
   file_->check(H5Fget_file_image(file_->id, bytes.data(), bytes.size()) == size);
   file_->check(file_->id.close());
-  return bytes;
+  return bytes + trailer(bytes);
 }
 
 // ---------------------------------------------------------------- reading
@@ -205,11 +212,36 @@ std::string StoreWriter::finish() {
 struct StoreReader::File {
   QuietLibrary quiet;
   std::string name;
+  std::string bytes;
   Handle id;
 
   explicit File(const std::filesystem::path& path)
-      : name(path.string()), id(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose) {
+      : name(path.string()), bytes(checked_bytes(path)), id(opened(bytes), H5Fclose) {
     if (!id.good()) throw InputError(name, "no HDF5 file, or one that was cut off", "a whole HDF5 file");
+  }
+
+  /// What was checked is what HDF5 reads, which does not survive every damaged file.
+  static std::string checked_bytes(const std::filesystem::path& path) {
+    std::string bytes = core::read_file(path);
+    if (!bytes.starts_with(signature)) throw InputError(path.string(), "no HDF5 file, or one that was cut off", "a whole HDF5 file");
+    const std::size_t length = trailer("").size(), size = bytes.size() - std::min(bytes.size(), length);
+    const std::string found = bytes.substr(size);
+    bytes.resize(size);
+    if (!found.starts_with(trailer_words))
+      throw InputError(path.string(), "no checksum at its end: it was cut off or damaged, or an earlier version of the program wrote it",
+                       "a whole file of this version (write it anew: thermotwin reduce)");
+    if (found != trailer(bytes))
+      throw InputError(path.string(), "its bytes do not agree with the checksum at its end: it was damaged or changed since it was written",
+                       "the file as it was written (write it anew: thermotwin reduce)");
+    return bytes;
+  }
+  static hid_t opened(std::string& bytes) {
+    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    constexpr std::size_t growth = 1u << 20;
+    if (H5Pset_fapl_core(access, growth, 0) < 0 || H5Pset_file_image(access, bytes.data(), bytes.size()) < 0) return -1;
+    const hid_t file = H5Fopen("model", H5F_ACC_RDONLY, access);
+    std::string().swap(bytes);  // HDF5 has a copy
+    return file;
   }
 
   [[noreturn]] void damaged(const std::string& object) const {

@@ -9,7 +9,7 @@
 
 namespace thermotwin::reduction {
 
-inline constexpr int model_file_version = 2;
+inline constexpr int model_file_version = 3;
 
 /// Whole or not at all. @throws InputError (disk full, no permission)
 void write_model(const std::filesystem::path& path, const ReducedModel& model);

@@ -17,7 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 constexpr char format_name[] = "thermotwin reduced system";
-constexpr std::int64_t version = 1;
+constexpr std::int64_t version = 2;
 
 std::string film_names(const LinearSystem& system) {
   std::string names;

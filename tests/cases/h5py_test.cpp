@@ -6,7 +6,9 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <random>
 
+#include "core/error.h"
 #include "core/table.h"
 #include "reduction/model_file.h"
 #include "reduction/reduce.h"
@@ -15,6 +17,7 @@
 namespace thermotwin::cases {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 
 std::string python() {
@@ -83,6 +86,35 @@ feed_mm_min = 9000
       EXPECT_NEAR(read_back["tool_um"][static_cast<std::size_t>(i)][k], program(i), 1e-6) << columns[k] << " at pose " << i;
   }
   EXPECT_GT(largest, 1e-2);
+}
+
+// In the text of machine.toml, in HDF5's own structure, in a number: nothing may pass for another model.
+TEST(ModelFile, AFlippedBitIsAnError) {
+  const core::TemporaryFolder folder;
+  const fs::path file = folder / "model.rom.h5";
+  const std::string whole = read(toy_run() / "model.rom.h5");
+  fs::copy_file(toy_run() / "model.rom.h5", file);
+  std::fstream change(file, std::ios::binary | std::ios::in | std::ios::out);
+  const auto put = [&](std::size_t at, char byte) { change.seekp(static_cast<std::streamoff>(at)).put(byte).flush(); };
+  std::mt19937_64 random(17);
+  for (int flip = 0; flip < 500; ++flip) {
+    const std::size_t bit = random() % (8 * whole.size()), at = bit / 8;
+    put(at, static_cast<char>(whole[at] ^ (1 << (bit % 8))));
+    EXPECT_THROW(reduction::read_model(file), core::InputError) << "bit " << bit;
+    if (flip % 50 == 0) {
+      const Result result = thermotwin({"compensate", file.string()}, "time_s\n0\n60\n");
+      EXPECT_EQ(result.status, 3) << "bit " << bit;
+      EXPECT_SAYS(result.err, "model.rom.h5");
+      EXPECT_EQ(result.out, "");
+    }
+    put(at, whole[at]);
+  }
+  EXPECT_NO_THROW(reduction::read_model(file)) << "as it was";
+  // A letter of machine.toml's text.
+  const std::size_t at = whole.find("body");
+  ASSERT_NE(at, std::string::npos);
+  put(at, static_cast<char>(whole[at] ^ 8));
+  EXPECT_SAYS(thermotwin({"compensate", file.string()}, "time_s\n0\n").err, "checksum");
 }
 
 }  // namespace

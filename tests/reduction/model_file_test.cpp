@@ -181,7 +181,17 @@ TEST(ModelFile, ADamagedNumberIsNoticed) {
   ASSERT_NE(at, std::string::npos);
   bytes[at + 2] = static_cast<char>(bytes[at + 2] ^ 4);
   core::write_file(path, bytes);
-  EXPECT_NE(message_of(path).find("one_kelvin"), std::string::npos) << message_of(path);
+  EXPECT_NE(message_of(path).find("checksum"), std::string::npos) << message_of(path);
+}
+
+// As written before files had a checksum.
+TEST(ModelFile, AFileWithoutChecksumIsToBeWrittenAnew) {
+  const test::Scratch scratch;
+  const std::filesystem::path path = scratch.path() / "model.rom.h5";
+  write_model(path, random_model(3));
+  const std::string bytes = core::read_file(path);
+  core::write_file(path, std::string_view(bytes).substr(0, bytes.rfind("\nthermotwin")));
+  EXPECT_NE(message_of(path).find("thermotwin reduce"), std::string::npos) << message_of(path);
 }
 
 TEST(ModelFile, SizesThatDisagreeAndMissingNumbersAreRefused) {
