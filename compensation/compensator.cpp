@@ -11,7 +11,9 @@
 #include "compensation/drift_watch.h"
 #include "compensation/error_model.h"
 #include "compensation/input_mean.h"
+#include "compensation/offset_guard.h"
 #include "compensation/output_map.h"
+#include "compensation/reading_check.h"
 #include "compensation/sensor_monitor.h"
 #include "core/error.h"
 #include "core/units.h"
@@ -31,6 +33,11 @@ constexpr double start_uniform_K = 0.5, start_shape_K = 0.2, least_start_K = 0.0
 constexpr double offset_error_share = 0.03;
 /// The same once probing has estimated expansions: stiffness, the mesh.
 constexpr double probed_error_share = 0.01;
+/// An input leaps if it changes by more than this share of itself from row to row.
+constexpr double leap_share = 0.2;
+
+/// What the guard takes.
+constexpr double largest_offset_um = 1e5, least_rate_um_s = 1e-6, largest_rate_um_s = 1e6;
 
 /// Times differ by rounding; steps that are meant equal must be equal to reuse a factor.
 double rounded(double duration) { return duration > 1e-3 ? std::round(duration * 1e6) / 1e6 : duration; }
@@ -50,6 +57,8 @@ const char* status_text(Status status) {
     case Status::outside_workspace: return "outside_workspace";
     case Status::input_missing: return "input_missing";
     case Status::sensor_failed: return "sensor_failed";
+    case Status::limited: return "limited";
+    case Status::failed: return "failed";
   }
   return "";
 }
@@ -62,14 +71,20 @@ struct Compensator::Work {
   OutputMap map;
   ErrorModel errors;
   InputMean inputs;
+  OffsetLimits limits;
+  OffsetGuard guard;
+  ReadingCheck check;
   SensorMonitor monitor;
   DriftWatch drift;
   VectorXd sensor_offset;                 ///< reading in K above the reference minus state's temperature
   double model_error = 0;                 ///< m, of the reduced against the full model
 
-  bool started = false;
+  bool started = false, started_guard = false, inputs_leapt = false;
+  std::vector<int> leaping;               ///< channels that may leap: speeds, feeds, powers, states
   double time = 0, step_end = 0;          ///< of the last row; of the last step of the state
-  VectorXd row, given_at, reading_K, predicted_K;
+  VectorXd row, row_before, given, given_at, reading_C, reading_K, predicted_K;
+  std::vector<ReadingFault> named_faults;  ///< (sensors) that failed_sensors tells of
+  mesh::Pose guarded_pose;
   std::optional<solver::Chiller> chiller;
   solver::Coefficients coefficients;
   VectorXd state, before, change, corrected;
@@ -94,13 +109,20 @@ struct Compensator::Work {
 
   Work(const reduction::ReducedModel& m, const CompensatorOptions& o)
       : model(m), options(o), operating(m.machine, m.system.layout), stepper(m.system), map(m), errors(m),
-        inputs(m.machine, operating.channels()), monitor(stated_deviations(m)), drift(stated_deviations(m)) {
+        inputs(m.machine, operating.channels()), limits(chosen_limits(m, map, o)), guard(static_cast<Index>(map.axes().size()), guard_options(limits)),
+        check(m.machine, operating.channels()), monitor(stated_deviations(m)), drift(stated_deviations(m)) {
     const Index sensors = m.system.sensors.rows(), order = m.system.order();
     sensor_offset = solver::sensor_offsets(m.machine, m.system.layout);
     for (const reduction::ReductionErrors& error : m.errors) model_error = std::max(model_error, error.rms_um * core::units::um);
     row = operating.channels().defaults();
+    for (std::size_t k = 0; k < operating.channels().names().size(); ++k) {
+      const std::string& name = operating.channels().names()[k];
+      const auto ends = [&](const char* ending) { return name.ends_with(ending); };
+      if (ends("_rpm") || ends("_min") || ends(".power_W") || ends(".on") || ends(".open")) leaping.push_back(static_cast<int>(k));
+    }
     given_at = VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity());
     reading_K = VectorXd::Constant(sensors, solver::not_given);
+    named_faults.assign(m.machine.sensors.size(), ReadingFault::none);
     state = before = change = corrected = VectorXd::Zero(order);
     sensors_change = shift = bias_K = VectorXd::Zero(sensors);
     innovation_sum = moment_sum = VectorXd::Zero(sensors);
@@ -115,6 +137,25 @@ struct Compensator::Work {
     reading_counts = Eigen::VectorXi::Zero(sensors);
   }
 
+  static OffsetLimits chosen_limits(const reduction::ReducedModel& m, const OutputMap& output, const CompensatorOptions& o) {
+    OffsetLimits chosen = offset_limits(m, output);
+    if (o.largest_um > 0.0) chosen.largest_um = o.largest_um;
+    if (o.rate_um_s > 0.0) {
+      chosen.rate_um_s = o.rate_um_s;
+      chosen.slope_um.setZero();
+    }
+    chosen.largest_um = std::min(chosen.largest_um, largest_offset_um);
+    chosen.rate_um_s = std::clamp(chosen.rate_um_s, least_rate_um_s, largest_rate_um_s);
+    return chosen;
+  }
+
+  static GuardOptions guard_options(const OffsetLimits& limits) {
+    GuardOptions options;
+    options.largest_um = limits.largest_um;
+    options.rate_um_s = limits.rate_um_s;
+    return options;
+  }
+
   static VectorXd stated_deviations(const reduction::ReducedModel& m) {
     VectorXd deviation = VectorXd::Constant(m.system.sensors.rows(), 1.0);
     for (Index s = 0; s < std::min(deviation.size(), static_cast<Index>(m.machine.sensors.size())); ++s) {
@@ -125,7 +166,21 @@ struct Compensator::Work {
 
   /// Finds sensors that have failed. @param expected_K  above the reference, biases included
   void watch_sensors(const VectorXd& expected_K) {
-    if (monitor.judge(time, reading_K - sensor_offset, expected_K)) name_failed();
+    bool changed = monitor.judge(time, reading_K - sensor_offset, expected_K, inputs_leapt);
+    for (std::size_t s = 0; s < named_faults.size(); ++s) {
+      const ReadingFault fault = check.sensor(static_cast<Index>(s));
+      changed = changed || fault != named_faults[s];
+      named_faults[s] = fault;
+    }
+    if (changed) name_failed();
+  }
+
+  /// Why a sensor is left out; nullptr: it is not.
+  const char* fault_of(Index s) const {
+    if (check.sensor(s) != ReadingFault::none) return fault_text(check.sensor(s));
+    if (monitor.fault(s) == SensorFault::offset && check.looks_fahrenheit(s)) return fault_text(ReadingFault::fahrenheit);
+    if (monitor.fault(s) != SensorFault::none) return fault_text(monitor.fault(s));
+    return drift.drifts(s) ? "drift" : nullptr;
   }
 
   bool trusted(Index s) const { return monitor.trusted(s) && !drift.drifts(s); }
@@ -133,10 +188,20 @@ struct Compensator::Work {
   void name_failed() {
     offsets.failed_sensors.clear();
     for (Index s = 0; s < static_cast<Index>(model.machine.sensors.size()); ++s) {
-      if (monitor.fault(s) == SensorFault::none && !drift.drifts(s)) continue;
-      offsets.failed_sensors += fmt::format("{}{}={}", offsets.failed_sensors.empty() ? "" : " ", model.machine.sensors[static_cast<std::size_t>(s)].id,
-                                            monitor.fault(s) != SensorFault::none ? fault_text(monitor.fault(s)) : "drift");
+      if (const char* fault = fault_of(s); fault != nullptr) add_name(offsets.failed_sensors, model.machine.sensors[static_cast<std::size_t>(s)].id, fault);
     }
+  }
+
+  void name_failed_inputs() {
+    offsets.failed_inputs.clear();
+    if (!check.any_input()) return;
+    for (Index k = 0; k < row.size(); ++k) {
+      if (check.input(k) != ReadingFault::none) add_name(offsets.failed_inputs, operating.channels().names()[static_cast<std::size_t>(k)], fault_text(check.input(k)));
+    }
+  }
+
+  static void add_name(std::string& list, const std::string& name, const char* fault) {
+    list += fmt::format("{}{}={}", list.empty() ? "" : " ", name, fault);
   }
 
   /// Finds sensors that drift, and takes out of the estimate what they had put into it.
@@ -403,23 +468,35 @@ struct Compensator::Work {
     const VectorXd offset = map.offsets(tcp(pose));
     const VectorXd variance = map.variance(pose);
     const double share_not_estimated = errors.learns() ? probed_error_share : offset_error_share;
+    const VectorXd wanted_um = offset / core::units::um;
+    const double motion_um = started_guard ? limits.motion_um(guarded_pose, pose, time - offsets.time) : 0.0;
+    offsets.offset_um = guard.step(time, wanted_um, motion_um);
+    started_guard = true;
+    guarded_pose = pose;
     offsets.time = time;
-    offsets.offset_um = offset / core::units::um;
+    bool held_back = false, has_failed = false;
     for (Index a = 0; a < offset.size(); ++a) {
       const double share = share_not_estimated * offset[a];
-      offsets.std_um[a] = std::sqrt(variance[a] + share * share + model_error * model_error) / core::units::um;
+      const double deviation_um = std::sqrt(variance[a] + share * share + model_error * model_error) / core::units::um;
+      const double back_um = wanted_um[a] - offsets.offset_um[a];
+      has_failed = has_failed || !std::isfinite(deviation_um) || !std::isfinite(back_um);
+      held_back = held_back || std::abs(back_um) > deviation_um;
+      offsets.std_um[a] = std::hypot(deviation_um, back_um);
     }
+    if (has_failed) offsets.std_um.setConstant(limits.largest_um);
     const bool sensed = reading_K.array().isFinite().any();
-    offsets.status = missing_input   ? Status::input_missing
+    offsets.status = has_failed      ? Status::failed
+                     : missing_input ? Status::input_missing
                      : map.outside(pose) ? Status::outside_workspace
-                     : !sensed       ? Status::no_sensors
+                     : !sensed && !check.any_sensor() ? Status::no_sensors
                      : !offsets.failed_sensors.empty() ? Status::sensor_failed
+                     : held_back     ? Status::limited
                                      : Status::ok;
   }
 
-  const Offsets& step(double at, const VectorXd& given, const VectorXd& sensors_C) {
-    if (given.size() != row.size()) {
-      throw core::InputError("compensator row", fmt::format("{} values", given.size()), fmt::format("{}, one for each channel", row.size()));
+  const Offsets& step(double at, const VectorXd& told, const VectorXd& sensors_C) {
+    if (told.size() != row.size()) {
+      throw core::InputError("compensator row", fmt::format("{} values", told.size()), fmt::format("{}, one for each channel", row.size()));
     }
     const auto sensors = static_cast<Index>(model.machine.sensors.size());
     if (sensors_C.size() != 0 && sensors_C.size() != sensors) {
@@ -434,9 +511,16 @@ struct Compensator::Work {
       throw core::InputError("compensator time", fmt::format("{} s after {} s", at, time),
                              fmt::format("rows at most {} s apart", longest_gap_s));
     }
-    bool missing_input = false;
+    given = told;
+    check.take_out_inputs(given);
+    name_failed_inputs();
+    bool missing_input = check.any_input();
     const VectorXd& defaults = operating.channels().defaults();
+    row_before = row;
     operating.channels().update(given, row);
+    inputs_leapt = started && std::any_of(leaping.begin(), leaping.end(), [&](int k) {
+      return std::abs(row[k] - row_before[k]) > leap_share * std::max(std::abs(row[k]), std::abs(row_before[k]));
+    });
     for (Index k = 0; k < given.size(); ++k) {
       if (!std::isnan(given[k])) {
         given_at[k] = at;
@@ -446,8 +530,11 @@ struct Compensator::Work {
       }
     }
     const bool sensing = options.use_sensors && sensors_C.size() > 0;
+    if (sensing) reading_C = sensors_C;
+    else reading_C.setConstant(sensors, solver::not_given);
+    check.take_out_sensors(reading_C, row);
     // What coefficients follow beside the sensors is never measured.
-    for (Index s = 0; s < sensors; ++s) reading_K[s] = sensing ? sensors_C[s] - model.machine.reference_C : solver::not_given;
+    for (Index s = 0; s < sensors; ++s) reading_K[s] = reading_C[s] - model.machine.reference_C;
 
     if (!started) {
       start(at);
@@ -476,6 +563,12 @@ Compensator::Compensator(const reduction::ReducedModel& model, const Compensator
   };
   require_duration("step_s", options.step_s);
   require_duration("correction_s", options.correction_s);
+  const auto require_limit = [](const char* name, double value, double low, double high) {
+    if (!(value == 0.0 || (value >= low && value <= high)))
+      throw core::InputError(std::string("compensator ") + name, fmt::format("{}", value), fmt::format("{} to {}, or 0 (by the model)", low, high));
+  };
+  require_limit("largest_um", options.largest_um, 1e-3, largest_offset_um);
+  require_limit("rate_um_s", options.rate_um_s, least_rate_um_s, largest_rate_um_s);
   work_ = std::make_unique<Work>(model, options);
 }
 Compensator::~Compensator() = default;
@@ -483,6 +576,7 @@ Compensator::Compensator(Compensator&&) noexcept = default;
 
 const solver::Channels& Compensator::channels() const { return work_->operating.channels(); }
 const std::vector<std::string>& Compensator::axes() const { return work_->map.axes(); }
+const OffsetLimits& Compensator::limits() const { return work_->limits; }
 
 const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C) {
   return work_->step(time, row, sensors_C);

@@ -7,15 +7,21 @@
 // machine.toml (powers, films, contacts, ambients, the start) and a bias for each sensor, see
 // error_model.h; a sensor that is missing (NaN) or has failed (sensor_monitor.h) is left out. Inputs are what a control has, nothing
 // else. std_um comes from the same covariance, a share of the offset for what is not estimated
-// (expansions, the mesh) and the stated error of the reduced model.
+// (expansions, the mesh) and the stated error of the reduced model. The offsets of a row are what a guard
+// (offset_guard.h) lets through: of limited size and rate from nought at the first row on, whatever comes in; std_um
+// then holds what it keeps back. tcp() is the model's own prediction, without the guard.
 
 #include <Eigen/Core>
+#include <functional>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "compensation/detectability.h"
-#include "compensation/offset_guard.h"
+#include "compensation/error_model.h"
+#include "compensation/offset_limits.h"
+#include "core/progress.h"
 #include "reduction/reduced_model.h"
 
 namespace thermotwin::compensation {
@@ -30,18 +36,22 @@ struct CompensatorOptions {
   bool use_sensors = true;
   double start_C = 20.0;         ///< uniform start where no sensor tells better
   bool start_from_sensors = true;
+  double largest_um = 0.0;       ///< of an offset, at most 1e5; 0: by the model, see offset_limits.h
+  double rate_um_s = 0.0;        ///< of an offset, standing or moving, 1e-6 to 1e6; 0: by the model
 };
 
-enum class Status { ok, no_sensors, outside_workspace, input_missing, sensor_failed };
+enum class Status { ok, no_sensors, outside_workspace, input_missing, sensor_failed, limited, failed };
 const char* status_text(Status status);
 
 struct Offsets {
   double time = 0;                        ///< s
-  Eigen::VectorXd offset_um;              ///< (linear axes of the machine)
-  Eigen::VectorXd std_um;                 ///< (linear axes) one standard deviation
+  Eigen::VectorXd offset_um;              ///< (linear axes of the machine) to apply
+  Eigen::VectorXd std_um;                 ///< (linear axes) one standard deviation, with what the guard keeps back
   Status status = Status::ok;
-  /// "T3=stuck T5=absent T8=drift" where the status is sensor_failed; such sensors are left out.
+  /// "T3=stuck T5=absent T8=drift T9=kelvin" where the status is sensor_failed; such sensors are left out.
   std::string failed_sensors;
+  /// "air.T_C=kelvin": temperatures among the inputs that cannot be and are not used; the status is input_missing.
+  std::string failed_inputs;
 };
 
 class Compensator {
@@ -54,6 +64,8 @@ class Compensator {
   const solver::Channels& channels() const;
   /// Names of the linear axes that get offsets, "X", "Y", "Z".
   const std::vector<std::string>& axes() const;
+  /// What every row's offsets keep to.
+  const OffsetLimits& limits() const;
 
   /// @param time       s, strictly rising
   /// @param row        (channels) values that hold since the last row; not_given keeps the last. An
@@ -79,7 +91,7 @@ class Compensator {
   /// @throws InputError before the first step has ended
   Detectability detectability() const;
 
-  /// Predicted TCP error at a pose for the present state; none before the first row.
+  /// Predicted TCP error at a pose for the present state, without the guard; none before the first row.
   solver::TcpError tcp(const mesh::Pose& pose) const;
   mesh::Pose pose() const;           ///< of the last row
   /// Corrected state at the last end of a step.
@@ -94,23 +106,30 @@ class Compensator {
 
 struct StreamOptions {
   bool unbuffered = false;           ///< flush each row
-  OffsetGuard* guard = nullptr;      ///< limits size and rate of the offsets; nullptr: as the model says
+  bool strict = false;               ///< a cell or row that cannot be read is an error; else it counts as missing
   double probe_std_um = 0.5;         ///< of a probed value
   bool probed_compensated = false;   ///< probed while the offsets of the row before were applied
+  /// Told of what the rows do not say, and of what cannot be read; the first ten lines of that.
+  std::function<void(const std::string&)> log = core::log_line, warn = core::warn;
+};
+
+/// Longest line of a stream, with room for thousands of columns.
+inline constexpr std::size_t longest_line = 1U << 18U;
+
+struct StreamSummary {
+  long rows = 0;                     ///< written
+  long unreadable = 0;               ///< rows with a cell that could not be read, or as a whole
+  bool names_machine = false;        ///< the stream said which machine it is of
 };
 
 /// Streams CSV rows from in to out, row by row, constant memory. Columns: time_s, any channel, any
 /// <sensor>_C, and probe_dx_um, probe_dy_um, probe_dz_um: the TCP error as probed at the row's pose, blank
 /// in most rows, in effect from the next row on. An unknown column is an InputError with the nearest
-/// known name. @return rows written
-long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
-                       std::ostream& out, const StreamOptions& options);
-inline long compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
-                              std::ostream& out, bool unbuffered, OffsetGuard* guard = nullptr) {
-  StreamOptions options;
-  options.unbuffered = unbuffered;
-  options.guard = guard;
-  return compensate_stream(compensator, machine, in, in_name, out, options);
-}
+/// known name. A line "# machine NAME HASH" before the header is compared with the model's machine. A cell
+/// that cannot be read counts as missing, is named in the row's status and on stderr; a row without a readable time or of
+/// another number of cells gets the answer of the row before once more.
+/// @throws InputError for columns, times that do not rise, another machine's rows, lines beyond longest_line
+StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
+                                std::ostream& out, const StreamOptions& options = {});
 
 }  // namespace thermotwin::compensation

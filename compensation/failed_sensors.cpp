@@ -82,6 +82,8 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
   const mesh::Machine& machine = machine_case.machine;
   FailedSensorStudy study;
   study.alarms.assign(static_cast<std::size_t>(options.draws), 0);
+  MeasuredRun how;
+  how.guarded = true;
   for (int draw = 0; draw < options.draws; ++draw) {
     const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(draw);
     for (const std::string& name : options.loads) {
@@ -94,7 +96,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
       const Measurement whole = machines.measure(seed, load, text + fmt::format("# rows every {} s", row_s));
       const Judged judged(whole, machine);
       std::vector<std::string> named;
-      const auto undisturbed = run_compensator(whole, model, judged.poses, {}, nullptr, &named);
+      const auto undisturbed = run_compensator(whole, model, judged.poses, how, nullptr, &named);
       std::set<std::string> alarms;
       for (const std::string& row : named) alarms.merge(names(row));
       study.alarms[static_cast<std::size_t>(draw)] += static_cast<int>(alarms.size());
@@ -109,7 +111,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
           Measurement spoilt = whole;
           spoil(spoilt.data.values.col(channel.column), from, faults[f], channel.uncertainty, random);
           named.clear();
-          const auto errors = run_compensator(spoilt, model, judged.poses, {}, nullptr, &named);
+          const auto errors = run_compensator(spoilt, model, judged.poses, how, nullptr, &named);
           FailedSensorRow row{name, channel.sensor, faults[f], draw, judged.removed(undisturbed, from), judged.removed(errors, from)};
           const Index clock = row.fault == "stuck" ? moved(readings, from, 5.0 * channel.uncertainty) : from;
           row.told = clock < readings.size();

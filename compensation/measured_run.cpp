@@ -6,6 +6,9 @@
 #include <optional>
 
 #include "compensation/dataset.h"
+#include "compensation/offset_guard.h"
+#include "compensation/output_map.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 
@@ -58,17 +61,28 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
   const VectorXd time = measurement.time();
   std::vector<std::vector<solver::TcpError>> errors(poses.size());
   std::optional<Compensator> compensator;
+  std::vector<OffsetGuard> guards;
+  const OutputMap map(model);
   for (Index i = how.from; i < time.size(); ++i) {
     const bool gap = compensator && time[i] - time[i - 1] > how.longest_gap_s;
     if (!compensator || gap) {
       options.start_C = start_temperature(measurement, model.machine, i);
       compensator.emplace(model, options);
+      GuardOptions limits;
+      limits.largest_um = compensator->limits().largest_um;
+      limits.rate_um_s = compensator->limits().rate_um_s;
+      guards.assign(poses.size(), OffsetGuard(static_cast<Index>(compensator->axes().size()), limits));
     }
     // What held before a gap says nothing any more.
     const Index told = gap ? std::min(i + 1, time.size() - 1) : i;
     const Offsets& offsets = compensator->step(time[i], rows.row(told).transpose(), how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
     if (failed != nullptr) failed->push_back(offsets.failed_sensors);
-    for (std::size_t p = 0; p < poses.size(); ++p) errors[p].push_back(compensator->tcp(poses[p]));
+    for (std::size_t p = 0; p < poses.size(); ++p) {
+      solver::TcpError error = compensator->tcp(poses[p]);
+      const VectorXd wanted_um = how.guarded ? VectorXd(map.offsets(error) / core::units::um) : VectorXd();
+      if (how.guarded) error.error.head<3>() -= map.motion((guards[p].step(time[i], wanted_um) - wanted_um) * core::units::um);
+      errors[p].push_back(error);
+    }
   }
   if (explained != nullptr && time.size() - how.from > 1) *explained = compensator->detectability().brief();
   return errors;

@@ -35,7 +35,7 @@ OffsetGuard::OffsetGuard(Eigen::Index axes, const GuardOptions& options)
   options.validate();
 }
 
-const Eigen::VectorXd& OffsetGuard::step(double time, const Eigen::VectorXd& wanted_um) {
+const Eigen::VectorXd& OffsetGuard::step(double time, const Eigen::VectorXd& wanted_um, double motion_um) {
   const double duration = std::isnan(time_) ? 0.0 : std::max(0.0, time - time_);
   const bool first = std::isnan(time_);
   time_ = time;
@@ -47,7 +47,7 @@ const Eigen::VectorXd& OffsetGuard::step(double time, const Eigen::VectorXd& wan
     last_.setZero();
   }
   bool limited = false;
-  const double reach = options_.rate_um_s * duration;
+  const double reach = options_.rate_um_s * duration + (first ? 0.0 : motion_um);
   for (Eigen::Index i = 0; i < applied_.size(); ++i) {
     const double allowed = std::clamp(last_[i], -options_.largest_um, options_.largest_um);
     const double next = std::clamp(allowed, applied_[i] - reach, applied_[i] + reach);

@@ -3,8 +3,7 @@
 // What stands between a model and the axes of a machine: an offset has a largest size and a largest
 // rate, starts from nought, and where the model fails or stops (a NaN) it stays for a while and then
 // goes back to nought at that rate. So no offset ever jumps by more than rate x time between rows.
-// A rate must leave room for what an axis motion legitimately changes (the error differs over the
-// workspace); the default only cuts jumps.
+// Beside the rate, an offset may change by what the axes' motion since the last row accounts for (offset_limits.h).
 
 #include <Eigen/Core>
 
@@ -26,8 +25,9 @@ class OffsetGuard {
   OffsetGuard(Eigen::Index axes, const GuardOptions& options);
 
   /// @param time    s, rising  @param wanted_um  (axes) NaN in any: the model has failed
+  /// @param motion_um  >= 0: change allowed beside rate x time since the last call
   /// @return (axes) um to apply; valid until the next call
-  const Eigen::VectorXd& step(double time, const Eigen::VectorXd& wanted_um);
+  const Eigen::VectorXd& step(double time, const Eigen::VectorXd& wanted_um, double motion_um = 0.0);
   GuardState state() const { return state_; }
 
  private:

@@ -99,6 +99,7 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model), grid
       }
       for (Index angle = 0; angle < angles; ++angle) {
         if (turning >= 0) pose[turning] = static_cast<double>(angle) * std::numbers::pi / 2.0;
+        workspace_poses_.push_back(pose);
         columns_.push_back(output_columns(machine, pose));
         const MatrixXd columns = to_axes_ * columns_.back();
         rows_.middleRows(row, count).noalias() = columns.leftCols(6) * tool_.middleRows(6 * i, 6);
@@ -200,6 +201,10 @@ VectorXd OutputMap::variance(const mesh::Pose& pose) const {
     if (at_tool[i] != 0.0) sum.noalias() += at_tool[i] * (variance_.middleCols(i * grid_tables_, grid_tables_) * at_table);
   }
   return sum.cwiseMax(smallest_);
+}
+
+MatrixXd OutputMap::workspace_offsets(const VectorXd& state) const {
+  return (rows_ * state).reshaped(static_cast<Index>(axes_.size()), static_cast<Index>(workspace_poses_.size()));
 }
 
 bool OutputMap::outside(const mesh::Pose& pose) const {

@@ -41,6 +41,10 @@ class OutputMap {
   /// Translations of the tool against the table, m, that offsets of the axes (m) make.
   Eigen::Vector3d motion(const Eigen::VectorXd& offsets_m) const { return motions_ * offsets_m; }
 
+  /// The workspace grid with the table's own axis at 0 and 90 deg, and the offsets (axes x poses) in m of a state there.
+  const std::vector<mesh::Pose>& workspace_poses() const { return workspace_poses_; }
+  Eigen::MatrixXd workspace_offsets(const Eigen::VectorXd& state) const;
+
   /// Whether an axis stands beyond the workspace that the model was made for.
   bool outside(const mesh::Pose& pose) const;
 
@@ -63,6 +67,7 @@ class OutputMap {
   Eigen::MatrixXd tool_, axis_, own_; ///< rows of all poses below each other
   Eigen::Index tool_poses_ = 0, table_poses_ = 0, grid_poses_ = 0, grid_tables_ = 0;  ///< stored, and those of the workspace grid
   static constexpr Eigen::Index angles = 2;
+  std::vector<mesh::Pose> workspace_poses_;  ///< (tool, table, angle)
   Eigen::MatrixXd rows_;              ///< offsets on the workspace grid: ((tool, table, angle, axis) x order)
   Eigen::MatrixXd variance_;          ///< (axes x (tool, table)), mean over the angles
   Eigen::VectorXd smallest_;

@@ -44,7 +44,7 @@ void SensorMonitor::start(Sensor& sensor, double time, double reading, double ex
   sensor.last_expected = expected;
 }
 
-bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eigen::VectorXd& expected) {
+bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eigen::VectorXd& expected, bool inputs_leapt) {
   // What sensors differ by from what is expected, at the first readings: most of them are right.
   std::vector<double> differences;
   for (Index s = 0; s < reading.size(); ++s) {
@@ -62,7 +62,7 @@ bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eig
     Sensor& sensor = sensors_[static_cast<std::size_t>(s)];
     const SensorFault before = sensor.fault;
     if (std::isfinite(reading[s])) {
-      judge_one(sensor, deviation_[s], time, reading[s], expected[s], usual);
+      judge_one(sensor, deviation_[s], time, reading[s], expected[s], usual, inputs_leapt);
     } else {
       sensor.trusted = false;
       if (sensor.known && sensor.fault == SensorFault::none && time - sensor.seen_at > absent_s) sensor.fault = SensorFault::absent;
@@ -73,7 +73,7 @@ bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eig
   return changed;
 }
 
-void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, double reading, double expected, double others) {
+void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, double reading, double expected, double others, bool inputs_leapt) {
   const bool first = !sensor.known;
   const double interval = first ? 0.0 : time - sensor.seen_at;
   if (first) {
@@ -96,7 +96,9 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
   const double sigma = deviation + model_share * std::abs(expected - sensor.expected_memory);
   const double difference = reading - expected - sensor.usual;
   const double jump = std::abs(reading - expected - sensor.last_difference);
-  if (!sensor.leapt && jump > leap * deviation + model_share * std::abs(expected - sensor.last_expected)) {
+  // The reading may have moved as far as expected at once, or not yet at all.
+  const double step = std::abs(expected - sensor.last_expected), unknown = inputs_leapt ? step : 0.0;
+  if (!sensor.leapt && jump > leap * deviation + std::max(model_share * step, unknown)) {
     sensor.leapt = true;
     sensor.leapt_at = time;
     sensor.leap = jump;
@@ -106,8 +108,8 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
   if (sensor.fault != SensorFault::offset && !apart) sensor.leapt = false;
 
   // Stuck: the reading repeats while the machine moves on. Coarse digits repeat too.
-  if (const double step = std::abs(reading - sensor.last_reading); step > 0.0) {
-    sensor.smallest_step = sensor.smallest_step > 0.0 ? std::min(sensor.smallest_step, step) : step;
+  if (const double digits = std::abs(reading - sensor.last_reading); digits > 0.0) {
+    sensor.smallest_step = sensor.smallest_step > 0.0 ? std::min(sensor.smallest_step, digits) : digits;
   }
   if (std::abs(reading - sensor.same_value) <= same * deviation) {
     ++sensor.same_count;
@@ -135,7 +137,8 @@ void SensorMonitor::judge_one(Sensor& sensor, double deviation, double time, dou
   const double value = reading - expected;
   double bend = 0.0;
   if (const std::size_t n = sensor.recent.size(); n >= 2) bend = value - 2.0 * sensor.recent[n - 1].difference + sensor.recent[n - 2].difference;
-  sensor.recent.push_back({time, value, std::abs(bend) > turning * std::sqrt(6.0) * deviation});
+  sensor.recent.push_back({time, value, std::abs(bend) > turning * std::sqrt(6.0) * deviation + unknown + sensor.last_unknown});
+  sensor.last_unknown = unknown;
   while (sensor.recent.size() > most_samples || time - sensor.recent.front().time > std::max(window_s, window_rows * interval)) sensor.recent.pop_front();
   int bends = 0;
   for (const Sample& sample : sensor.recent) bends += sample.far;

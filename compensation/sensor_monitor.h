@@ -11,7 +11,8 @@
 // - noise: second differences beyond 3.5 of their deviations in quick succession.
 // Readings after a leap are withheld at once, before the fault has its name, so that they do no
 // harm. sigma is the sensor's stated deviation, at least 0.03 K, plus a tenth of what the expected
-// reading moved, since a model errs most while things change. A sensor comes back once its readings
+// reading moved, since a model errs most while things change; where an input has leapt since the row
+// before, leaps and noise have to exceed all that it moved, since nobody knows at what time between the two. A sensor comes back once its readings
 // have agreed for half an hour without a break, and to less than half of a leap: while much changes, that alone would agree with anything. Limits: a sensor that drifts slowly is taken for model error, and one
 // that is off from the start by less than its neighbours differ is not found.
 
@@ -31,8 +32,9 @@ class SensorMonitor {
   explicit SensorMonitor(const Eigen::VectorXd& deviation_K);
 
   /// Judges the readings of one time. @param reading_K  (sensors) NaN where missing
-  /// @param expected_K  (sensors) by the observer  @return whether anything changed its name
-  bool judge(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K);
+  /// @param expected_K  (sensors) by the observer  @param inputs_leapt  since the last call: a speed, a state
+  /// @return whether anything changed its name
+  bool judge(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K, bool inputs_leapt = false);
 
   /// Whether the last reading may correct the model.
   bool trusted(Eigen::Index sensor) const { return sensors_[static_cast<std::size_t>(sensor)].trusted; }
@@ -49,7 +51,7 @@ class SensorMonitor {
     bool trusted = true, known = false, leapt = false;
     double seen_at = 0, last_reading = 0;
     double usual = 0;                        ///< slow part of reading - expected; stands after a leap
-    double last_difference = 0, last_expected = 0;
+    double last_difference = 0, last_expected = 0, last_unknown = 0;
     double expected_memory = 0;              ///< slow part of the expected reading
     double same_value = 0, same_expected = 0;
     int same_count = 0;
@@ -60,7 +62,7 @@ class SensorMonitor {
     std::deque<Sample> recent;
   };
   void start(Sensor& sensor, double time, double reading, double expected);
-  void judge_one(Sensor& sensor, double deviation, double time, double reading, double expected, double others);
+  void judge_one(Sensor& sensor, double deviation, double time, double reading, double expected, double others, bool inputs_leapt);
 
   Eigen::VectorXd deviation_;
   std::vector<Sensor> sensors_;

@@ -68,9 +68,10 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
   const std::vector<PoseColumns> columns = pose_columns(measurement, machine);
   std::vector<mesh::Pose> poses;
   const std::vector<Eigen::Matrix3Xd> measured = detail::measured_translations(measurement, machine, poses);
-  const auto blind = run_compensator(measurement, model, poses, {false, false, 0});
-  const auto told = run_compensator(measurement, model, poses, {false, true, 0});
-  const auto seeing = run_compensator(measurement, model, poses, {true, false, 0});
+  const auto blind = run_compensator(measurement, model, poses, {false, false, 0, true});
+  const auto told = run_compensator(measurement, model, poses, {false, true, 0, true});
+  const auto seeing = run_compensator(measurement, model, poses, {true, false, 0, true});
+  const Eigen::VectorXd time = measurement.time();
   std::vector<ValidationRow> rows;
   for (std::size_t p = 0; p < poses.size(); ++p) {
     ValidationRow row;
@@ -80,7 +81,7 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
     double count = 0;
     for (Eigen::Index i = 0; i < measurement.data.rows(); ++i) {
       const Eigen::Vector3d truth = measured[p].col(i);
-      if (!truth.allFinite()) continue;
+      if (time[i] < time[0] + offset_settle_s || !truth.allFinite()) continue;
       const auto left = [&](const auto& errors) { return (truth - errors[p][static_cast<std::size_t>(i)].error.template head<3>() / core::units::um).eval(); };
       const Eigen::Vector3d with = left(seeing);
       ++count;

@@ -28,7 +28,8 @@ struct ValidationOptions {
   const reduction::ReducedModel* reference = nullptr;  ///< truth instead of the full model
 };
 
-/// RMS over time of the translations' error vector at one check point.
+/// RMS over time of the translations' error vector at one check point, with the offsets as the guard lets them through
+/// (offset_guard.h), from five minutes after the start on, when they have gone in.
 struct ValidationRow {
   std::string load;
   int draw = 0;

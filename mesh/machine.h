@@ -269,6 +269,7 @@ struct Workspace {
 struct Machine {
   std::string name, kinematic_chain;
   double reference_C = 20.0;        ///< temperature at which the machine has no error
+  double plausible_low_C = -40.0, plausible_high_C = 150.0;  ///< a measured temperature outside is not believed
   double coarse = 1.0, standard = 0.55, fine = 0.32;  ///< size factors
   int order = 1;                    ///< of the tetrahedra: 1 linear, 2 quadratic
   bool lumped_capacity = false;     ///< diagonal capacity matrix instead of the consistent one

@@ -254,6 +254,14 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   machine.name = root.text("name");
   machine.kinematic_chain = root.text_or("kinematic_chain", "");
   machine.reference_C = root.number_or("reference_C", 20.0, {-50.0, 100.0});
+  if (root.has("plausible_C")) {
+    const std::vector<double> range = root.numbers("plausible_C");
+    if (range.size() != 2 || !(range[0] >= -273.15 && range[0] < machine.reference_C && machine.reference_C < range[1] && range[1] <= 2000.0))
+      throw InputError(root.place("plausible_C"), range.size() == 2 ? fmt::format("[{}, {}]", range[0], range[1]) : fmt::format("{} numbers", range.size()),
+                       fmt::format("two temperatures from -273.15 to 2000 degC, one on each side of reference_C = {}", machine.reference_C));
+    machine.plausible_low_C = range[0];
+    machine.plausible_high_C = range[1];
+  }
   machine.spindle_max_rpm = root.number_or("spindle_max_rpm", 0.0, {0.0, 1e6});
   if (const auto sizes = root.table_if("mesh")) {
     const Range allowed{0.01, 100.0};

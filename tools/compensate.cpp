@@ -8,7 +8,6 @@
 
 #include <fstream>
 #include <iostream>
-#include <memory>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -43,6 +42,8 @@ void compensate(const CompensateOptions& options) {
   compensation::CompensatorOptions settings;
   settings.use_sensors = !options.no_sensors;
   settings.step_s = options.step_s;
+  settings.largest_um = options.largest_um;
+  settings.rate_um_s = options.rate_um_s;
   compensation::Compensator compensator(model, settings);
 
   std::ios::sync_with_stdio(false);
@@ -56,28 +57,24 @@ void compensate(const CompensateOptions& options) {
   std::istream& in = from_stdin ? piped : file;
   const std::string in_name = from_stdin ? "standard input" : options.in;
 
-  std::unique_ptr<compensation::OffsetGuard> guard;
-  if (options.largest_um > 0.0 || options.rate_um_s > 0.0) {
-    compensation::GuardOptions limits;
-    limits.largest_um = options.largest_um > 0.0 ? options.largest_um : 1e5;
-    limits.rate_um_s = options.rate_um_s > 0.0 ? options.rate_um_s : 1e6;
-    guard = std::make_unique<compensation::OffsetGuard>(static_cast<Eigen::Index>(compensator.axes().size()), limits);
-  }
+  const compensation::OffsetLimits& limits = compensator.limits();
+  core::log_line(fmt::format("offsets: at most {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all at rapid", limits.largest_um,
+                             limits.rate_um_s, limits.fastest_um_s()));
   compensation::StreamOptions stream;
-  stream.guard = guard.get();
+  stream.strict = options.strict;
   stream.probe_std_um = options.probe_std_um;
   stream.probed_compensated = options.probed_compensated;
   const Stopwatch time;
-  long rows = 0;
+  compensation::StreamSummary done;
   if (to_stdout) {
     // A control waits for each answer: rows are flushed one by one.
     stream.unbuffered = true;
-    rows = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, stream);
+    done = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, stream);
   } else {
     core::write_file_by(options.out, [&](const std::filesystem::path& temporary) {
       std::ofstream out(temporary, std::ios::binary);
       try {
-        rows = compensation::compensate_stream(compensator, model.machine, in, in_name, out, stream);
+        done = compensation::compensate_stream(compensator, model.machine, in, in_name, out, stream);
       } catch (const core::InputError&) {
         if (out) throw;
         throw core::InputError(options.out.string(), "cannot be written", "a place with room and permission");
@@ -86,14 +83,15 @@ void compensate(const CompensateOptions& options) {
   }
   if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
   if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
-  const double seconds = time.seconds(), rate = static_cast<double>(rows) / seconds, memory = peak_memory_GiB();
-  const std::string text = fmt::format("compensate: {} rows in {:.2f} s ({:.0f} rows/s), order {}, peak memory {:.2f} GiB", rows,
-                                       seconds, rate, model.system.order(), memory);
+  const double seconds = time.seconds(), rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
+  const std::string text = fmt::format("compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB", done.rows, seconds, rate,
+                                       done.unreadable > 0 ? fmt::format("{} of them unreadable in part, ", done.unreadable) : "",
+                                       model.system.order(), memory);
   if (to_stdout) {
     core::log_line(text);
     return;
   }
-  const nlohmann::json json = {{"rows", rows}, {"seconds", seconds}, {"order", model.system.order()},
+  const nlohmann::json json = {{"rows", done.rows}, {"unreadable", done.unreadable}, {"seconds", seconds}, {"order", model.system.order()},
                                {"peak_memory_GiB", memory}, {"probed", compensator.probed()}, {"offsets", options.out.string()}};
   print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }

@@ -246,9 +246,11 @@ int parse_and_run(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 
-  verb->add_option("--largest-offset", compensate.largest_um, "um; no offset is larger (absent: no limit)")->check(CLI::PositiveNumber);
-  verb->add_option("--offset-rate", compensate.rate_um_s, "um/s; no offset changes faster, from nought at the start (absent: no limit)")
+  verb->add_option("--largest-offset", compensate.largest_um, "um; no offset is larger (absent: twice what the model's operating points make)")->check(CLI::PositiveNumber);
+  verb->add_option("--offset-rate", compensate.rate_um_s, "um/s; no offset changes faster, from nought at the start (absent: the largest in 300 s, and what moves of the axes account for)")
       ->check(CLI::PositiveNumber);
+
+  verb->add_flag("--strict", compensate.strict, "a cell that cannot be read ends the run (absent: it counts as missing, and the status says so)");
 
   verb->add_option("--probe-std", compensate.probe_std_um, "um, standard deviation of the values in columns probe_dx_um, probe_dy_um, probe_dz_um")
       ->check(CLI::Range(0.001, 1e5))

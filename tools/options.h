@@ -80,7 +80,8 @@ struct CompensateOptions : CommonOptions {
   std::string in = "-";
   bool no_sensors = false;
   double step_s = 60;
-  double largest_um = 0, rate_um_s = 0;     ///< of an offset; 0: no limit
+  double largest_um = 0, rate_um_s = 0;     ///< of an offset; 0: by the model
+  bool strict = false;
   double probe_std_um = 0.5;
   bool probed_compensated = false;
   std::filesystem::path learned, explain;   ///< written at the end; empty: not

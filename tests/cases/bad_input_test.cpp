@@ -61,6 +61,8 @@ std::vector<Slip> slips_in_machines() {
       {"NumberOutOfRange", file, "poisson = 0.26", "poisson = 0.5", run,
        {"material[1].poisson", "0.5", "0.499"}},
       {"NotANumber", file, "reference_C = 20.0", "reference_C = nan", run, {"machine.toml:6 reference_C", "nan", "-50 to 100"}},
+      {"RangeWithoutTheReference", file, "reference_C = 20.0", "reference_C = 20.0\nplausible_C = [30, 150]", run,
+       {"machine.toml:7 plausible_C", "[30, 150]", "one on each side of reference_C = 20"}},
       {"BrokenToml", file, "schema = 1", "schema = = 1", run, {"machine.toml:3:10", "TOML"}},
       {"UnknownSurface", file, "slave = \"post.foot\"", "slave = \"post.fot\"", run,
        {"joint[3].slave", "'post.fot'", "nearest: post.foot"}},

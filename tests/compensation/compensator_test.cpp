@@ -265,6 +265,129 @@ TEST(Compensator, StatusSaysWhatIsMissing) {
   EXPECT_STREQ(status_text(Status::outside_workspace), "outside_workspace");
 }
 
+/// Rows of a control that goes through everything: a hot start, axes at rapid, all-at-once inputs, wild sensors.
+TEST(Compensator, OffsetsKeepToTheirLimitsWhateverComesIn) {
+  Compensator compensator(nominal());
+  const OffsetLimits& limits = compensator.limits();
+  EXPECT_GT(limits.largest_um, 20.0);
+  EXPECT_GT(limits.fastest_um_s(), limits.rate_um_s);
+  const solver::Channels& channels = compensator.channels();
+  VectorXd row = channels.defaults();
+  VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 35.0);
+  std::mt19937_64 engine(5);
+  const auto share = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
+  VectorXd before = VectorXd::Zero(3);
+  double time = 0.0;
+  for (int i = 0; i < 3000; ++i) {
+    const double step = i % 7 == 0 ? 30.0 : 0.01 + share();
+    time += step;
+    row[channels.index("axis.X.position_mm")] = 800.0 * share() - 400.0;
+    row[channels.index("axis.B.position_deg")] = 90.0 * share();
+    row[channels.index("spindle.speed_rpm")] = i % 11 == 0 ? 1e9 : 12000.0 * share();
+    row[channels.index("air.T_C")] = i % 13 == 0 ? 1e9 : i % 5 == 0 ? 293.15 : 35.0;
+    readings[i % 3] = i % 17 == 0 ? missing : i % 19 == 0 ? -1e10 : 200.0 * share() - 50.0;
+    const Offsets& offsets = compensator.step(time, row, readings);
+    ASSERT_TRUE(offsets.offset_um.allFinite() && offsets.std_um.allFinite()) << i;
+    ASSERT_LE(offsets.offset_um.cwiseAbs().maxCoeff(), limits.largest_um) << i;
+    ASSERT_LE((offsets.offset_um - before).cwiseAbs().maxCoeff(), i == 0 ? 0.0 : limits.fastest_um_s() * step * (1.0 + 1e-9)) << i;
+    before = offsets.offset_um;
+  }
+}
+
+TEST(Compensator, AHotStartIsGoneIntoAtTheRateOfAStandingMachine) {
+  Compensator compensator(nominal()), slow(nominal(), {.largest_um = 10.0, .rate_um_s = 0.5});
+  const VectorXd row = compensator.channels().defaults();
+  const VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 35.0);
+  const double rate = compensator.limits().rate_um_s;
+  const Offsets first = compensator.step(0.0, row, readings);
+  EXPECT_EQ(first.offset_um.norm(), 0.0);
+  EXPECT_EQ(first.status, Status::limited);
+  const VectorXd wanted = -1e6 * compensator.tcp(compensator.pose()).error.head<3>();
+  ASSERT_GT(wanted.cwiseAbs().maxCoeff(), 30.0);
+  EXPECT_GE(first.std_um.maxCoeff(), wanted.cwiseAbs().maxCoeff()) << "what is kept back is part of the deviation";
+  EXPECT_LE(compensator.step(1.0, row, readings).offset_um.cwiseAbs().maxCoeff(), rate * (1.0 + 1e-9));
+  const Offsets last = compensator.step(300.0, row, readings);
+  EXPECT_NE(last.status, Status::limited);
+  EXPECT_LT((last.offset_um + 1e6 * compensator.tcp(compensator.pose()).error.head<3>()).norm(), 1e-9);
+  slow.step(0.0, row, readings);
+  EXPECT_NEAR(slow.step(4.0, row, readings).offset_um.cwiseAbs().maxCoeff(), 2.0, 1e-9);
+  EXPECT_NEAR(slow.step(400.0, row, readings).offset_um.cwiseAbs().maxCoeff(), 10.0, 1e-9);
+  expect_input_error([] { Compensator(nominal(), {.rate_um_s = -1.0}); }, {"rate_um_s", "0 (by the model)"});
+}
+
+TEST(Compensator, MovesOfTheAxesPassTheGuard) {
+  // A warm machine swings through its workspace at rapid, ten rows a second: no row is held back.
+  Compensator compensator(nominal());
+  const solver::Channels& channels = compensator.channels();
+  VectorXd row = channels.defaults();
+  row[channels.index("spindle.speed_rpm")] = 12000;
+  row[channels.index("air.T_C")] = 26;
+  double time = 0.0;
+  for (int i = 0; i < 400; ++i) compensator.step(time += 60.0, row, {});
+  double moved = 0.0;
+  VectorXd before;
+  for (int i = 0; i < 600; ++i) {
+    const double swing = std::abs(std::fmod(0.1 * i, 1.6) - 0.8);  // s at 1 m/s
+    row[channels.index("axis.X.position_mm")] = 1000.0 * swing - 400.0;
+    row[channels.index("axis.Z.position_mm")] = 500.0 * swing;
+    row[channels.index("axis.B.position_deg")] = 100.0 * swing;
+    const Offsets& offsets = compensator.step(time += 0.1, row, {});
+    ASSERT_LT((offsets.offset_um + 1e6 * compensator.tcp(compensator.pose()).error.head<3>()).norm(), 1e-6) << i;
+    if (i > 0) moved = std::max(moved, (offsets.offset_um - before).norm());
+    before = offsets.offset_um;
+  }
+  EXPECT_GT(moved, 3.0 * 0.1 * compensator.limits().rate_um_s) << "the swing is worth guarding";
+}
+
+TEST(Compensator, TemperaturesThatCannotBeDoNotEnter) {
+  const auto sensors = static_cast<Eigen::Index>(nominal().machine.sensors.size());
+  const VectorXd row = Compensator(nominal()).channels().defaults();
+  const auto run = [&](const VectorXd& readings, Status expected, const char* name) {
+    Compensator compensator(nominal());
+    double largest = 0.0;
+    for (int i = 0; i <= 300; ++i) {
+      const Offsets& offsets = compensator.step(60.0 * i, row, readings);
+      EXPECT_EQ(offsets.status, expected) << name << " row " << i << " " << offsets.failed_sensors;
+      EXPECT_NE(offsets.failed_sensors.find(name), std::string::npos) << offsets.failed_sensors;
+      largest = std::max(largest, offsets.offset_um.cwiseAbs().maxCoeff());
+    }
+    return largest;
+  };
+  EXPECT_LT(run(VectorXd::Constant(sensors, 293.15), Status::sensor_failed, "T_nose=kelvin"), 8.0);
+  EXPECT_LT(run(VectorXd::Constant(sensors, 68.0), Status::sensor_failed, "T_nose=fahrenheit"), 8.0);
+  EXPECT_LT(run(VectorXd::Constant(sensors, 850.0), Status::sensor_failed, "T_nose=implausible"), 8.0);
+  VectorXd one = VectorXd::Constant(sensors, 20.0);
+  one[1] -= 273.15;
+  const std::string id = nominal().machine.sensors[1].id;
+  EXPECT_LT(run(one, Status::sensor_failed, (id + "=implausible").c_str()), 8.0);
+  // Two sensors only, one of them in kelvin: the good one keeps its name.
+  VectorXd two = VectorXd::Constant(sensors, missing);
+  two[0] = 20.0;
+  two[1] = 293.15;
+  Compensator compensator(nominal());
+  for (int i = 0; i <= 300; ++i) EXPECT_EQ(compensator.step(60.0 * i, row, two).failed_sensors, id + "=kelvin");
+  // A machine that is warm all over is believed, and so is one hot sensor.
+  Compensator warm(nominal()), hot(nominal());
+  EXPECT_EQ(warm.step(0.0, row, VectorXd::Constant(sensors, 45.0)).failed_sensors, "");
+  one[1] = 60.0;
+  EXPECT_EQ(hot.step(0.0, row, one).failed_sensors.find("fahrenheit"), std::string::npos);
+}
+
+TEST(Compensator, AnInputInKelvinIsMissingAndNamed) {
+  Compensator compensator(nominal()), without(nominal());
+  VectorXd row = compensator.channels().defaults();
+  const VectorXd usual = row;
+  row[compensator.channels().index("air.T_C")] = 293.15;
+  for (int i = 0; i <= 60; ++i) {
+    const Offsets& offsets = compensator.step(60.0 * i, row, {});
+    EXPECT_EQ(offsets.status, Status::input_missing);
+    EXPECT_EQ(offsets.failed_inputs, "air.T_C=kelvin");
+    EXPECT_EQ(offsets.offset_um, without.step(60.0 * i, usual, {}).offset_um);
+  }
+  row[compensator.channels().index("air.T_C")] = 20.0;
+  EXPECT_EQ(compensator.step(4000.0, row, {}).failed_inputs, "");
+}
+
 TEST(Compensator, TheGuideSensorsReadingDrivesTheChiller) {
   // The machine stays at 20 degC, but the guide sensor says 25: the coolant must warm the spindle.
   Compensator compensator(nominal());

@@ -184,6 +184,7 @@ TEST(OffsetGuard, FollowsHoldsAndReturns) {
   EXPECT_EQ(at(96, 500), 1.0);
   EXPECT_EQ(at(400, 500), 100.0);
   EXPECT_EQ(guard.state(), GuardState::limited);
+  EXPECT_EQ(guard.step(401, Eigen::VectorXd::Constant(1, 0.0), 9.0)[0], 90.0) << "a second and a motion";
   expect_input_error([] { OffsetGuard(1, {100.0, 0.0, 60.0}); }, {"rate_um_s"});
 }
 

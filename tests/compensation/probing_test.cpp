@@ -186,8 +186,8 @@ TEST(Probing, ColumnsOfAStreamAndWrongCalls) {
   }
   std::istringstream in(with), in_blank(without);
   std::ostringstream out, out_blank;
-  EXPECT_EQ(compensate_stream(compensator, nominal().machine, in, "rows", out, StreamOptions{}), 121);
-  EXPECT_EQ(compensate_stream(blank, nominal().machine, in_blank, "rows", out_blank, StreamOptions{}), 121);
+  EXPECT_EQ(compensate_stream(compensator, nominal().machine, in, "rows", out).rows, 121);
+  EXPECT_EQ(compensate_stream(blank, nominal().machine, in_blank, "rows", out_blank).rows, 121);
   EXPECT_EQ(compensator.probed(), 2);
   EXPECT_EQ(blank.probed(), 0);
   const std::string a = out.str(), b = out_blank.str();

@@ -20,11 +20,18 @@ const reduction::ReducedModel& nominal() {
   return model;
 }
 
-std::string streamed(const std::string& text) {
+StreamOptions quiet(bool strict = false) {
+  StreamOptions options;
+  options.strict = strict;
+  options.log = options.warn = [](const std::string&) {};
+  return options;
+}
+
+std::string streamed(const std::string& text, const StreamOptions& options = quiet()) {
   Compensator compensator(nominal());
   std::istringstream in(text);
   std::ostringstream out;
-  compensate_stream(compensator, nominal().machine, in, "rows.csv", out, false);
+  compensate_stream(compensator, nominal().machine, in, "rows.csv", out, options);
   return out.str();
 }
 
@@ -83,7 +90,7 @@ TEST(CompensateStream, AMissingLastNewlineAndBlankLinesAtTheEndAreFine) {
 }
 
 TEST(CompensateStream, MistakesAreNamedWithLineAndColumn) {
-  const auto with = [](const std::string& text) { return [text] { streamed(text); }; };
+  const auto with = [](const std::string& text) { return [text] { streamed(text, quiet(true)); }; };
   expect_input_error(with(""), {"rows.csv", "no header"});
   expect_input_error(with("time_s,spindel.speed_rpm\n"), {"rows.csv:1 column 2", "spindel", "nearest: spindle.speed_rpm"});
   expect_input_error(with("time_s,T_nos_C\n"), {"T_nos_C", "nearest: T_nose_C"});
@@ -109,7 +116,74 @@ TEST(CompensateStream, AFullOutputIsAnError) {
   std::istringstream in("time_s\n0\n60\n");
   std::ostringstream out;
   out.setstate(std::ios::badbit);
-  expect_input_error([&] { compensate_stream(compensator, nominal().machine, in, "rows.csv", out, true); }, {"written"});
+  expect_input_error([&] { compensate_stream(compensator, nominal().machine, in, "rows.csv", out, quiet()); }, {"written"});
+}
+
+TEST(CompensateStream, WhatCannotBeReadIsMissingUnlessAskedToBeStrict) {
+  std::vector<std::string> said;
+  StreamOptions options = quiet();
+  options.warn = [&](const std::string& text) { said.push_back(text); };
+  Compensator compensator(nominal());
+  std::istringstream in("time_s,spindle.speed_rpm,T_nose_C\n0,0,20\n60,fast,20\n120,0,warm\n,0,20\n180,0\n\n240,0,20\n300,-,20\n");
+  std::ostringstream out;
+  const StreamSummary summary = compensate_stream(compensator, nominal().machine, in, "rows.csv", out, options);
+  EXPECT_EQ(summary.rows, 7);
+  EXPECT_EQ(summary.unreadable, 5);
+  EXPECT_EQ(said.size(), 6U);  // and the blank line
+  EXPECT_NE(said[0].find("rows.csv:3 spindle.speed_rpm: 'fast'"), std::string::npos) << said[0];
+  std::istringstream lines(out.str());
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(lines, line);) rows.push_back(line);
+  ASSERT_EQ(rows.size(), 8U);
+  const char* endings[] = {",ok", ",input_missing spindle.speed_rpm=unreadable", ",sensor_failed T_nose_C=unreadable", ",input_missing time_s=missing",
+                           ",input_missing row=unreadable", ",ok", ",input_missing spindle.speed_rpm=unreadable"};
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_TRUE(rows[i + 1].ends_with(endings[i])) << rows[i + 1];
+  // A row without a time gets the answer of the row before once more.
+  EXPECT_EQ(rows[4].substr(0, rows[4].rfind(',')), rows[3].substr(0, rows[3].rfind(',')));
+  EXPECT_EQ(rows[5].substr(0, rows[5].rfind(',')), rows[3].substr(0, rows[3].rfind(',')));
+  // Rows that never fit the header are another file's.
+  expect_input_error([] { streamed("time_s,air.T_C\n0\n60\n"); }, {"rows.csv:2", "1 cells", "2"});
+  expect_input_error([] { streamed("time_s\n5\n4\n"); }, {"backwards"});
+}
+
+TEST(CompensateStream, ALineWithoutEndHasALimit) {
+  class Endless : public std::streambuf {
+   public:
+    explicit Endless(std::string start) : start_(std::move(start)) { setg(start_.data(), start_.data(), start_.data() + start_.size()); }
+    long blocks = 0;
+
+   private:
+    int_type underflow() override {
+      if (++blocks > 100000) return traits_type::eof();
+      setg(digits_.data(), digits_.data(), digits_.data() + digits_.size());
+      return traits_type::to_int_type(digits_.front());
+    }
+    std::string start_, digits_ = std::string(1024, '1');
+  };
+  for (const char* start : {"", "time_s\n0\n6"}) {
+    Endless source(start);
+    std::istream in(&source);
+    std::ostringstream out;
+    Compensator compensator(nominal());
+    expect_input_error([&] { compensate_stream(compensator, nominal().machine, in, "rows", out, quiet()); }, {"a line of more than", "at most 262143 characters"});
+    EXPECT_LT(source.blocks, 300);
+  }
+}
+
+TEST(CompensateStream, RowsOfAnotherMachineAreRefused) {
+  const mesh::Machine& machine = nominal().machine;
+  const std::string rows = "time_s\n0\n60\n", own = fmt::format("# machine {} {}\n", machine.name, machine.hash);
+  EXPECT_EQ(streamed(own + rows), streamed(rows));
+  EXPECT_EQ(streamed("# written by hand\n" + rows), streamed(rows));
+  expect_input_error([&] { streamed("# machine other 0123\n" + rows); }, {"rows.csv:1", "'other'", "'0123'", machine.name.c_str(), machine.hash.c_str()});
+  // The same machine after a change of its file: said, and an error only to the strict.
+  std::string said;
+  StreamOptions options = quiet();
+  options.warn = [&](const std::string& text) { said = text; };
+  EXPECT_EQ(streamed(fmt::format("# machine {} 0123\n", machine.name) + rows, options), streamed(rows));
+  EXPECT_NE(said.find("'0123'"), std::string::npos);
+  options.strict = true;
+  expect_input_error([&] { streamed(fmt::format("# machine {} 0123\n", machine.name) + rows, options); }, {"rows.csv:1"});
 }
 
 /// A stream of rows that are made when they are read, so that memory stays what the code needs.
@@ -164,7 +238,7 @@ TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
     Drain drain;
     std::istream in(&source);
     std::ostream out(&drain);
-    EXPECT_EQ(compensate_stream(fresh, nominal().machine, in, "rows", out, false), count);
+    EXPECT_EQ(compensate_stream(fresh, nominal().machine, in, "rows", out, quiet()).rows, count);
     EXPECT_GT(drain.bytes, 20 * count);
   };
   run(5000);

@@ -19,7 +19,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   long rows = -1;
   try {
     compensation::Compensator compensator(model);
-    rows = compensation::compensate_stream(compensator, model.machine, in, "rows.csv", out, true);
+    compensation::StreamOptions options;
+    options.unbuffered = true;
+    options.log = options.warn = [](const std::string&) {};
+    rows = compensation::compensate_stream(compensator, model.machine, in, "rows.csv", out, options).rows;
   } catch (const core::InputError&) {
   }
   // What was written before an error counts too: a control has used it.
