@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/film_laws.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace thermotwin::solver {
@@ -13,13 +12,6 @@ constexpr double air_viscosity = 16.1e-6;    // m^2/s
 constexpr double prandtl = 0.7;
 constexpr double gravity = 9.81;             // m/s^2
 constexpr double stefan_boltzmann = 5.670374419e-8;
-
-/// From 0 to 1 as x runs from (1 - w) to (1 + w) times the border, smooth at both ends.
-double passed(double x, double border) {
-  constexpr double width = 0.1;
-  const double s = std::clamp((x / border - (1.0 - width)) / (2.0 * width), 0.0, 1.0);
-  return s * s * (3.0 - 2.0 * s);
-}
 
 }  // namespace
 
@@ -43,11 +35,13 @@ double free_convection(mesh::Orientation orientation, double length, double delt
 }
 
 double rotating_disc_nusselt(double reynolds) {
-  const double laminar = 0.355 * std::sqrt(reynolds);
-  const double transition = 8.01e-14 * std::pow(reynolds, 2.8);
-  const double turbulent = 0.0163 * std::pow(reynolds, 0.8);
-  const double to_transition = passed(reynolds, 260e3), to_turbulent = passed(reynolds, 320e3);
-  return (1.0 - to_turbulent) * ((1.0 - to_transition) * laminar + to_transition * transition) + to_turbulent * turbulent;
+  constexpr double ends = 260e3, begins = 320e3;  // laminar up to, turbulent from
+  const auto laminar = [](double re) { return 0.355 * std::sqrt(re); };
+  const auto turbulent = [](double re) { return 0.0163 * std::pow(re, 0.8); };
+  if (reynolds <= ends) return laminar(reynolds);
+  if (reynolds >= begins) return turbulent(reynolds);
+  const double share = std::log(reynolds / ends) / std::log(begins / ends);
+  return std::pow(laminar(ends), 1.0 - share) * std::pow(turbulent(begins), share);
 }
 
 double rotating_disc(double speed, double radius) {

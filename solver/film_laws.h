@@ -2,8 +2,10 @@
 #pragma once
 // Film coefficients in W/(m^2 K) in air: free convection on plates and walls, rotating disc,
 // linearised radiation. Source: Gebhardt (2014) Fig. 5.3, (5.10)-(5.16); the wall law is
-// Churchill-Chu with its square; where the disc's ranges meet (Re 260,000 and 320,000, jumps of the
-// printed laws) their Nusselt numbers are blended over +-10 % of Re.
+// Churchill-Chu with its square. Rotating disc: (5.13) laminar up to Re 260,000, (5.15) turbulent from
+// 320,000, as printed; between them the power of Re that joins both, Re^3.98. The printed transition
+// (5.14) starts 36 % below the laminar law and ends at half of the turbulent one, so it is not used;
+// the exponent agrees with the Re^4 of Popiel and Boguslawski (Int. J. Heat Mass Transfer 18, 1975).
 
 #include "mesh/machine.h"
 
