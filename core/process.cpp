@@ -45,6 +45,7 @@ struct Ending {
   std::array<int, 2> wake{-1, -1};   // pipe: a byte in it starts the clock
   std::atomic<int> status{130};
   std::atomic<bool> leaving{false};
+  std::atomic<bool> watched{false};
   std::unique_ptr<char[]> reserve;   // memory to tidy up with
 };
 
@@ -166,6 +167,7 @@ void watch_for_end() {
   std::call_once(once, [] {
     if (::pipe2(ending().wake.data(), O_CLOEXEC | O_NONBLOCK) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
     std::thread(watch).detach();
+    ending().watched = true;
   });
 }
 
@@ -185,6 +187,7 @@ void leave(int status) {
   std::cout.flush();
   std::fflush(nullptr);
   Ending& end = ending();
+  if (!end.watched) end_now(status);  // no thread could be started: nobody would end a hanging exit handler
   end.status = status;
   end.leaving = true;
   end_soon();

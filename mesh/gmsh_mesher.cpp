@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <functional>
 #include <mutex>
+#include <new>
 #include <numbers>
 #include <unordered_map>
 
@@ -91,6 +92,11 @@ std::string last_error() {
   return text.empty() ? "no details" : text;
 }
 
+/// The mesher's words for exhausted memory; the surface or the file is not to blame then.
+void heed_exhausted_memory(const std::string& text) {
+  if (text.find("ut of memory") != std::string::npos) throw std::bad_alloc();
+}
+
 /// Runs work in a session; whatever Gmsh throws becomes a MeshError that begins with `doing`.
 template <class Result>
 Result in_session(const std::string& place, const std::string& doing, const std::string& allowed,
@@ -100,11 +106,16 @@ Result in_session(const std::string& place, const std::string& doing, const std:
     return work();
   } catch (const core::Error&) {
     throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::string& text) {
+    heed_exhausted_memory(text);
     throw core::MeshError(place, doing + ": " + text, allowed);
   } catch (const std::exception& error) {
+    heed_exhausted_memory(error.what());
     throw core::MeshError(place, doing + ": " + error.what(), allowed);
   } catch (...) {
+    heed_exhausted_memory(last_error());
     throw core::MeshError(place, doing + ": " + last_error(), allowed);
   }
 }
@@ -260,6 +271,7 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
           gmsh::model::occ::importShapes(path.string(), shapes, true);
           gmsh::model::occ::synchronize();
         } catch (...) {
+          heed_exhausted_memory(last_error());
           throw core::MeshError(place, "unreadable (" + last_error() + ")", "a STEP or BREP file");
         }
         gmsh::model::getEntities(solids, 3);

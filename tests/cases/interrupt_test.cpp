@@ -166,7 +166,7 @@ TEST(OutOfMemory, EndsWithAMessage) {
   GTEST_SKIP() << "the sanitizer's shadow needs the address space";
 #endif
   int failed = 0;
-  for (const std::uint64_t megabytes : {400, 600, 700, 800}) {
+  for (const std::uint64_t megabytes : {300, 350, 400, 600, 700, 800}) {
     const core::TemporaryFolder folder;
     Surroundings surroundings;
     surroundings.memory = megabytes << 20;
