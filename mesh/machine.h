@@ -41,6 +41,8 @@ struct BodySpec {
   std::string parent;               ///< body that carries it; empty: the foundation
   std::string axis;                 ///< axis between parent and body; empty: fixed
   bool elastic = true;              ///< false: takes part in heat only (screws)
+  int pieces = 1;                   ///< unconnected parts that the body is meant to have
+  double max_elements = 4e6;        ///< a mesh that would be larger is refused before it is made
 };
 
 enum class AxisKind { linear, rotary };

@@ -68,7 +68,7 @@ std::string lower(std::string text) {
 }
 
 std::filesystem::path read_cad_path(const Node& node, const Draft& draft, bool must_exist) {
-  static const std::vector<std::string> known = {".step", ".stp",  ".brep", ".stl", ".obj", ".ply",
+  static const std::vector<std::string> known = {".step", ".stp",  ".iges", ".igs", ".brep", ".stl", ".obj", ".ply",
                                                  ".3mf",  ".gltf", ".glb",  ".msh", ".vtu", ".inp"};
   const std::string written = node.text("cad");
   const std::filesystem::path folder = std::filesystem::absolute(draft.machine.path).parent_path();
@@ -94,6 +94,8 @@ BodySpec read_body(const Node& node, Draft& draft, bool files_must_exist) {
   body.parent = draft.refer_or_empty(node, "parent", "body");
   body.axis = draft.refer_or_empty(node, "axis", "axis");
   body.elastic = node.boolean_or("elastic", true);
+  body.pieces = node.integer_or("pieces", 1, 1, 1000);
+  body.max_elements = node.number_or("max_elements", body.max_elements, {1000.0, 1e9});
   node.finish();
   return body;
 }
