@@ -296,6 +296,7 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
         const NodeTable nodes;
         std::map<int, std::vector<int>> tets_of;
         RawMesh mesh = take_mesh(path.string(), tets_of, nodes);
+        mesh.solids = static_cast<int>(solids.size());
         for (const auto& [tag, name] : solid_names) {
           auto& set = mesh.element_sets[name];
           set.insert(set.end(), tets_of[tag].begin(), tets_of[tag].end());

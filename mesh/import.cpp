@@ -109,6 +109,7 @@ TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions
     expected += a.dot(b.cross(c)) / 6.0;
   }
   TetMesh mesh = meshes.size() == 1 ? std::move(meshes.front()) : merged(meshes, options.body);
+  mesh.solids = static_cast<int>(meshes.size());
   // A patch that was parametrised wrongly, or a cavity that was filled, shows in the volume.
   if (const double found = mesh.total_volume(); std::abs(found - expected) > 0.1 * expected)
     throw core::MeshError(

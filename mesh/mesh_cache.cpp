@@ -15,8 +15,8 @@ namespace thermotwin::mesh {
 namespace {
 
 // To be raised whenever the same input would give another mesh or another file.
-constexpr const char* mesher_version = "2";
-constexpr std::string_view magic = "thermotwin mesh 2\n";
+constexpr const char* mesher_version = "3";
+constexpr std::string_view magic = "thermotwin mesh 3\n";
 constexpr std::uint32_t byte_order = 0x01020304;
 constexpr std::size_t hash_length = 16;
 
@@ -109,6 +109,7 @@ std::optional<TetMesh> read_cached(const std::filesystem::path& file) {
   reader.matrix(mesh.faces, 3);
   reader.matrix(mesh.face_edges, 3);
   reader.matrix(mesh.face_tet, 1);
+  mesh.solids = reader.number<std::int32_t>();
   const auto groups = reader.number<std::int64_t>();
   for (std::int64_t g = 0; g < groups && reader.ok(); ++g) {
     std::string name(reader.count<char>(), ' ');
@@ -130,6 +131,7 @@ void write_cached(const std::filesystem::path& file, const TetMesh& mesh) {
   writer.matrix(mesh.faces);
   writer.matrix(mesh.face_edges);
   writer.matrix(mesh.face_tet);
+  writer.number<std::int32_t>(mesh.solids);
   writer.number<std::int64_t>(static_cast<std::int64_t>(mesh.groups.size()));
   for (const auto& [name, faces] : mesh.groups) {
     writer.number<std::int64_t>(static_cast<std::int64_t>(name.size()));

@@ -85,6 +85,7 @@ TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
                           "a tetrahedral volume mesh");
   check_tets(raw, options.body);
   TetMesh mesh;
+  mesh.solids = raw.solids;
   const bool quadratic = raw.edges.size() == raw.tets.size();
   std::vector<Eigen::Vector3d> points = raw.points;
   if (quadratic) straighten(raw, options.body, options.unit_m, points);

@@ -22,6 +22,7 @@ struct RawMesh {
   std::vector<int> tet_lines;                             ///< line in the file; empty: unknown
   std::vector<std::array<int, 6>> edges;                  ///< edge nodes of the tets, see tet_edge; empty or
                                                           ///< shorter than tets: some are linear
+  int solids = 0;                                         ///< see TetMesh
   std::map<std::string, std::vector<std::array<int, 3>>> face_sets;
   std::map<std::string, std::vector<int>> node_sets;      ///< faces with all three nodes in it
   std::map<std::string, std::vector<int>> element_sets;   ///< boundary faces of these elements

@@ -26,6 +26,7 @@ struct TetMesh {
   Eigen::Matrix3Xi face_edges;       ///< (3 x boundary triangles) edge nodes; no columns: linear
   Eigen::VectorXi face_tet;          ///< (boundary triangles) the element behind each
   std::map<std::string, std::vector<int>> groups;  ///< named sets of boundary triangles
+  int solids = 0;                    ///< closed volumes of the CAD or surface file; 0: made from a mesh file
 
   Eigen::Index nodes() const { return points.cols(); }
   Eigen::Index elements() const { return tets.cols(); }
