@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/process.h"
 #include "core/progress.h"
+#include "mesh/body_check.h"
 #include "mesh/import.h"
 #include "mesh/mesh_cache.h"
 #include "mesh/selection.h"
@@ -59,10 +60,13 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
     if (machine.order == 1 && made.order() == 2)
       core::warn("body '" + body.id + "': " + body.cad.filename().string() +
                  ": quadratic tetrahedra are used as linear ones, without their edge nodes; order = 2 keeps them");
+    check_pieces(body, made, machine.path.string());
+    warn_of_poor_quality(body, made);
     set_order(made, machine.order);
     result.first_node.push_back(result.first_node.back() + result.bodies.back().nodes());
     progress.advance();
   }
+  check_overlaps(machine, result.bodies);
   result.surfaces = resolve_surfaces(machine, result.bodies);
   check_sensors(machine, result.bodies);
   return result;

@@ -3,27 +3,15 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <limits>
 
 #include "core/error.h"
+#include "mesh/tet_locator.h"
 #include "mesh/triangle_tree.h"
 
 namespace thermotwin::mesh {
 namespace {
-
-bool is_inside(const TetMesh& body, const Eigen::Vector3d& p) {
-  for (Eigen::Index e = 0; e < body.elements(); ++e) {
-    const Eigen::Vector3d a = body.points.col(body.tets(0, e));
-    Eigen::Matrix3d edges;
-    for (int i = 0; i < 3; ++i) edges.col(i) = body.points.col(body.tets(i + 1, e)) - a;
-    if ((p - a).cwiseAbs().maxCoeff() > edges.cwiseAbs().maxCoeff()) continue;
-    const Eigen::Vector3d weights = edges.partialPivLu().solve(p - a);
-    if (weights.minCoeff() >= 0.0 && weights.sum() <= 1.0) return true;
-  }
-  return false;
-}
 
 double distance_to_surface(const TetMesh& body, const Eigen::Vector3d& p) {
   double least = std::numeric_limits<double>::infinity();
@@ -42,7 +30,7 @@ void check_sensors(const Machine& machine, const std::vector<TetMesh>& bodies) {
     if (sensor.body.empty()) continue;
     const auto index = static_cast<std::size_t>(machine.body_index(sensor.body));
     const double distance = distance_to_surface(bodies[index], sensor.point), allowed = machine.bodies[index].element_size;
-    if (distance <= allowed || is_inside(bodies[index], sensor.point)) continue;
+    if (distance <= allowed || TetLocator(bodies[index]).find(sensor.point) >= 0) continue;
     throw core::InputError(
         fmt::format("{} sensor '{}' point_mm", machine.path.string(), sensor.id),
         fmt::format("[{:.6g}, {:.6g}, {:.6g}], {:.3g} mm outside body '{}'", 1e3 * sensor.point[0], 1e3 * sensor.point[1],

@@ -15,7 +15,6 @@
 #include "core/file.h"
 #include "core/progress.h"
 #include "core/text.h"
-#include "mesh/import.h"
 #include "reduction/error_estimate.h"
 #include "reduction/bound_file.h"
 #include "reduction/model_file.h"
@@ -188,64 +187,6 @@ std::string error_table(const ReducedCase& made) {
     table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()), fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / static_cast<double>(e.rms.size()))),
                      fmt::format("{:.2f}", 100 * e.max_um() / e.peak_um()), fmt::format("{:.3f}", e.own_rows_um())});
   return text + "\n\n" + core::format_table(table);
-}
-
-namespace {
-
-/// Grams below 1 kg.
-std::string mass_text(double kg) { return kg < 1.0 ? fmt::format("{:.3g} g", 1e3 * kg) : kg < 10.0 ? fmt::format("{:.2f} kg", kg) : fmt::format("{:.0f} kg", kg); }
-
-}  // namespace
-
-void mesh_machine(const MeshOptions& options) {
-  const std::filesystem::path file = std::filesystem::is_directory(options.machine)
-                                         ? options.machine / "machine.toml"
-                                         : options.machine;
-  mesh::Machine machine = mesh::read_machine(file);
-  if (options.mesh_order > 0) machine.order = options.mesh_order;
-  require_writable(options.out);
-  const mesh::MachineMesh meshed = mesh::build_machine_mesh(
-      machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
-  std::vector<std::vector<std::string>> table{
-      {"body", "material", "nodes", "elements", "quality min", "mean", "edge mm", "mass"}};
-  nlohmann::json json = {{"machine", machine.name}, {"nodes", meshed.nodes()}, {"order", machine.order}};
-  double mass = 0;
-  for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
-    const mesh::TetMesh& body = meshed.bodies[b];
-    const mesh::Quality quality = mesh::quality(body);
-    const double kg = body.total_volume() * machine.material(machine.bodies[b].material).density;
-    mass += kg;
-    table.push_back({machine.bodies[b].id, machine.bodies[b].material, std::to_string(body.nodes()),
-                     std::to_string(body.elements()), fmt::format("{:.3f}", quality.minimum),
-                     fmt::format("{:.2f}", quality.mean),
-                     fmt::format("{:.0f}-{:.0f}", 1e3 * quality.shortest_edge, 1e3 * quality.longest_edge),
-                     mass_text(kg)});
-    json["bodies"].push_back({{"id", machine.bodies[b].id}, {"nodes", body.nodes()},
-                              {"elements", body.elements()}, {"quality_min", quality.minimum},
-                              {"quality_mean", quality.mean}, {"mass_kg", kg}});
-  }
-  core::write_files_by(options.out / "mesh", [&](const std::filesystem::path& staged) {
-    std::vector<std::filesystem::path> files;
-    for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
-      files.emplace_back(machine.bodies[b].id + ".vtu");
-      mesh::write_vtu(staged / files.back(), meshed.bodies[b]);
-    }
-    return files;
-  });
-  std::vector<std::vector<std::string>> surfaces{{"surface", "triangles", "area cm2"}};
-  for (std::size_t s = 0; s < machine.surfaces.size(); ++s) {
-    const double area = meshed.surface_area(static_cast<int>(s));
-    surfaces.push_back({machine.surfaces[s].id, std::to_string(meshed.surfaces[s].size()),
-                        fmt::format("{:.1f}", 1e4 * area)});
-    json["surfaces"].push_back({{"id", machine.surfaces[s].id}, {"area_m2", area}});
-  }
-  json["mass_kg"] = mass;
-  print_summary(options,
-                fmt::format("{}\n{}\n{}: {} bodies, {} nodes of {} tetrahedra, {}; meshes in {}\n",
-                            core::format_table(table), core::format_table(surfaces), machine.name,
-                            machine.bodies.size(), meshed.nodes(), machine.order == 2 ? "quadratic" : "linear", mass_text(mass),
-                            (options.out / "mesh").string()),
-                json.dump());
 }
 
 void campaign(const CampaignOptions& options) {
