@@ -139,7 +139,7 @@ fs::path part_of(const fs::path& target) {
 
 }  // namespace
 
-UnfinishedPath::UnfinishedPath(const fs::path& target) : path_(part_of(target)) {
+UnfinishedPath::UnfinishedPath(const fs::path& target, Name name) : path_(name == Name::as_given ? target : part_of(target)) {
   Ending& end = ending();
   const std::lock_guard lock(end.mutex);
   const fs::path folder = path_.has_parent_path() ? path_.parent_path() : ".";

@@ -13,10 +13,11 @@ namespace thermotwin::core {
 
 /// Where a file is written before it gets its name: model.rom.part-HOST-12.h5 beside model.rom.h5, or
 /// for a folder "out/" (with the slash) out/part-HOST-12. It is removed, with all that is in it, when
-/// this goes out of scope or the process is ended by a signal.
+/// this goes out of scope or the process is ended by a signal. as_given: the target itself.
 class UnfinishedPath {
  public:
-  explicit UnfinishedPath(const std::filesystem::path& target);
+  enum class Name { of_this_process, as_given };
+  explicit UnfinishedPath(const std::filesystem::path& target, Name name = Name::of_this_process);
   ~UnfinishedPath();
   UnfinishedPath(const UnfinishedPath&) = delete;
   UnfinishedPath& operator=(const UnfinishedPath&) = delete;

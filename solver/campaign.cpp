@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
@@ -191,6 +192,10 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
     open.push_back(load);
   }
   for (Block& block : blocks_of_equal_grid(open, options.refine)) blocks.push_back(std::move(block));
+  std::vector<core::FolderLock> locks;  // of all that will be written: refused before anything is computed
+  if (!options.out.empty())
+    for (const Block& block : blocks)
+      for (const LoadProgram* load : block) locks.emplace_back(options.out / load->name());
 
   if (!blocks.empty()) {
     const Eigen::MatrixXd rows = stack_rows(model, poses);

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "reduction/error_estimate.h"
@@ -108,6 +109,7 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
                                const std::vector<mesh::Pose>& bounded) {
   ReducedCase made;
   if (!bounded.empty()) reduction::require_affine(full);
+  const core::FolderLock lock(out);
   const Stopwatch campaign_time;
   solver::CampaignOptions options;
   options.out = options.checkpoints = out / "campaign";

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/file.h"
+#include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "solver/elastic_model.h"
@@ -99,6 +100,7 @@ void simulate(const SimulateOptions& options) {
   const solver::FullModel full = build(machine_case, options.out, options.solver);
 
   const auto folder = options.out / "simulate" / program.name();
+  const core::FolderLock lock(folder);
   solver::CampaignOptions campaign;
   campaign.poses = {pose};
   campaign.start = start_field(options, full, program);
