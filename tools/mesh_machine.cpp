@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "mesh/body_check.h"
 #include "mesh/import.h"
 #include "solver/contact.h"

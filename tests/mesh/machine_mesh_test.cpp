@@ -144,6 +144,7 @@ table_point_mm = [0, 0, 0]
 
 void write_blocks(const samples::Folder& folder) {
   mesh::TetMesh low = samples::box_mesh({0.4, 0.2, 0.1}, 3), high = samples::box_mesh({0.1, 0.1, 0.3}, 2);
+  high.points.row(2).array() += 0.1;  // stands on low
   mesh::write_vtu(folder.path() / "low.vtu", low);
   mesh::write_vtu(folder.path() / "high.vtu", high);
 }
@@ -210,7 +211,9 @@ TEST(MachineMesh, CacheKeepsAndDamageIsNoticed) {
   }
   same(mesh::build_machine_mesh(m, options));
   // Another file content is another mesh.
-  mesh::write_vtu(folder.path() / "high.vtu", samples::box_mesh({0.1, 0.1, 0.3}, 3));
+  mesh::TetMesh finer = samples::box_mesh({0.1, 0.1, 0.3}, 3);
+  finer.points.row(2).array() += 0.1;
+  mesh::write_vtu(folder.path() / "high.vtu", finer);
   EXPECT_EQ(mesh::build_machine_mesh(m, options).bodies[1].nodes(), 64);
 }
 

@@ -219,7 +219,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"poisson = 0.26", "poisson = 0.26\ncolour = 1", {"colour"}},
         Mistake{"id = \"slide\"\nmaterial = \"iron\"", "id = \"slide\"\nmaterial = \"irn\"", {"irn", "iron"}},
         Mistake{"id = \"slide\"", "id = \"bed\"", {"bed"}},
-        Mistake{"cad = \"bed.stl\"", "cad = \"bed.igs\"", {"bed.igs", ".step"}},
+        Mistake{"cad = \"bed.stl\"", "cad = \"bed.sat\"", {"bed.sat", ".step"}},
         Mistake{"unit = \"m\"", "unit = \"ft\"", {"ft", "mm"}},
         Mistake{"element_size_mm = 90", "element_size_mm = 0", {"element_size_mm"}},
         Mistake{"parent = \"slide\"", "parent = \"sldie\"", {"sldie", "slide"}},
