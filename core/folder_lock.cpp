@@ -73,4 +73,13 @@ FolderLock::~FolderLock() {
   if (file_ >= 0) ::close(file_);
 }
 
+void remove_stale_lock(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder / "lock", error)) return;
+  try {
+    const FolderLock own(folder);
+  } catch (const InputError&) {  // somebody works there
+  }
+}
+
 }  // namespace thermotwin::core

@@ -27,4 +27,7 @@ class FolderLock {
   std::unique_ptr<UnfinishedPath> path_;  ///< the file goes when the lock does
 };
 
+/// Removes the lock file that a killed process left in the folder, if there is one.
+void remove_stale_lock(const std::filesystem::path& folder);
+
 }  // namespace thermotwin::core

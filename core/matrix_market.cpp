@@ -159,8 +159,8 @@ Banner read_banner(Scanner& scan) {
   };
   Banner banner;
   banner.coordinate = one_of(2, {"coordinate", "array"}) == 0;
-  const auto field = one_of(3, {"real", "integer", "pattern", "double"});
-  banner.integer = field == 1;
+  const auto field = one_of(3, {"real", "integer", "pattern", "double", "unsigned-integer"});
+  banner.integer = field == 1 || field == 4;
   banner.pattern = field == 2;
   banner.symmetry = static_cast<Banner::Symmetry>(one_of(4, {"general", "symmetric", "skew-symmetric"}));
   if (banner.pattern && !banner.coordinate) scan.fail("'array pattern' in the banner", "coordinate with pattern, or array with real or integer");

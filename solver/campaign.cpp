@@ -186,6 +186,7 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
     if (placed.contains(load.name())) continue;
     if (!options.out.empty() && options.resume)
       if (auto result = read_result(options.out / load.name(), load.name(), hashes[load.name()], options.keep_snapshots)) {
+        core::remove_stale_lock(options.out / load.name());
         finished.emplace(load.name(), std::move(*result));
         continue;
       }

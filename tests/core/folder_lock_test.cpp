@@ -42,7 +42,11 @@ TEST(FolderLock, EndsWithAKilledProcess) {
   }
   ::waitpid(child, nullptr, 0);
   ASSERT_TRUE(std::filesystem::exists(folder / "unit/lock"));
-  EXPECT_NO_THROW(FolderLock(folder / "unit"));
+  remove_stale_lock(folder / "unit");
+  EXPECT_FALSE(std::filesystem::exists(folder / "unit/lock"));
+  const FolderLock again(folder / "unit");
+  remove_stale_lock(folder / "unit");
+  EXPECT_TRUE(std::filesystem::exists(folder / "unit/lock"));
 }
 
 }  // namespace
