@@ -234,8 +234,20 @@ std::string with_own_material(const std::string& text, const std::string& source
   return changed.insert(last, (changed[last - 1] == '\n' ? "" : "\n") + added);
 }
 
-std::string with_cad_paths(const std::string& text, const mesh::Machine& machine) {
+namespace {
+
+/// As machine.toml is read: relative to its folder, ".." taken from the path as it is written.
+std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
+  const std::filesystem::path relative = file.lexically_relative(folder);
+  std::error_code error;
+  return !relative.empty() && std::filesystem::equivalent((folder / relative).lexically_normal(), file, error) ? relative : file;
+}
+
+}  // namespace
+
+std::string with_cad_paths(const std::string& text, const mesh::Machine& machine, const std::filesystem::path& folder) {
   std::string changed = text;
+  const std::filesystem::path from = std::filesystem::absolute(folder).lexically_normal();
   for (const mesh::BodySpec& body : machine.bodies) {
     std::error_code error;
     const std::filesystem::path file = std::filesystem::absolute(body.cad, error).lexically_normal();
@@ -244,7 +256,7 @@ std::string with_cad_paths(const std::string& text, const mesh::Machine& machine
     Section section;
     if (!find_table(changed, all, "body", body.id, 0, all.size(), section)) continue;
     if (const Statement* key = find_key(all, section, "cad"))
-      changed.replace(key->begin, key->end - key->begin, quoted(file.string()));
+      changed.replace(key->begin, key->end - key->begin, quoted(seen_from(from, file).generic_string()));
   }
   return changed;
 }

@@ -24,8 +24,10 @@ std::string changed_text(const std::string& text, const std::string& source, con
 std::string with_own_material(const std::string& text, const std::string& source, const std::string& material,
                               const std::string& copy, const std::string& body);
 
-/// The text with the whole path for each body's CAD file that can be found, so that it may stand in
-/// another folder. @param machine  what was read from the text, at its own place
-std::string with_cad_paths(const std::string& text, const mesh::Machine& machine);
+/// The text for another folder: the path of each body's CAD file that can be found, relative to that folder,
+/// so that case and results may be moved together; whole where no relative path leads there.
+/// @param machine  what was read from the text, at its own place
+/// @param folder   where the text will stand; it need not exist yet
+std::string with_cad_paths(const std::string& text, const mesh::Machine& machine, const std::filesystem::path& folder);
 
 }  // namespace thermotwin::diagnosis

@@ -58,8 +58,8 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
   write_files(out, diagnosis, &model.machine, scene, [&](const path& staged, std::vector<path>& files) {
     if (!extends) return;
     const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
-    const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine);
-    const reduction::ReducedModel extended = model_of_changed(model, mesh::parse_machine(text, model.machine.path));
+    const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine, out / "extended");
+    const reduction::ReducedModel extended = model_of_changed(model, mesh::parse_machine(text, std::filesystem::absolute(out / machine_file)));
     core::write_file(staged / machine_file, text);
     reduction::write_model(staged / model_file, extended);
     files.insert(files.end(), {machine_file, model_file});

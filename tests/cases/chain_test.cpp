@@ -191,6 +191,21 @@ TEST(WholeChain, ExtendedMachineCanBeMeshedAndMeasuresBetter) {
   EXPECT_LT(rms("diagnosis/extended/model.rom.h5"), 0.5 * rms("model.rom.h5"));
 }
 
+TEST(WholeChain, ExtendedMachineMovesWithItsCase) {
+  const Toy toy;
+  toy.take_results();
+  toy.take_measurement();
+  ASSERT_EQ(toy.run({"diagnose", toy.path(), "--data", toy.path() + "/measurement", "--model", toy.result("model.rom.h5").string()}).status, 0);
+  const std::string text = read(toy.result("diagnosis/extended/machine.toml"));
+  EXPECT_EQ(text.find("cad = \"/"), std::string::npos) << text.substr(0, 600);
+  const core::TemporaryFolder elsewhere;
+  const auto from = toy.result("").parent_path().parent_path();
+  std::filesystem::copy(from, elsewhere / "moved", std::filesystem::copy_options::recursive);
+  const std::string moved = (elsewhere / "moved" / std::filesystem::relative(toy.result("diagnosis/extended"), from)).string();
+  std::filesystem::rename(toy.path(), toy.path() + "_gone");
+  EXPECT_EQ(thermotwin({"mesh", moved, "--out", (elsewhere / "out").string()}).status, 0);
+}
+
 // Bit for bit, from the mesh to the diagnosis; toy_run had all cores.
 TEST(WholeChain, DoesNotDependOnThreads) {
   const auto expected = files_in(toy_run());

@@ -303,10 +303,10 @@ TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
   machine.bodies[0].cad = folder / "cad/bed \"old\".stl";
   machine.bodies[1].id = "slide";
   machine.bodies[1].cad = folder / "cad/none.stl";
-  const std::string found = diagnosis::with_cad_paths(text, machine);
+  const std::string found = diagnosis::with_cad_paths(text, machine, folder / "out/extended");
   std::filesystem::remove_all(folder);
-  EXPECT_EQ(found, "[[body]]\nid = \"bed\"\ncad = \"" + folder.string() +
-                       "/cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n");
+  EXPECT_EQ(found, "[[body]]\nid = \"bed\"\ncad = \"../../"
+                       "cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n");
 }
 
 TEST(Hypothesis, a_body_of_a_shared_material_gets_its_own) {
