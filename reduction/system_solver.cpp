@@ -18,7 +18,9 @@ using Eigen::Index;
 void refuse_unstable(const std::string& place, Complex value, bool within_rounding) {
   const std::string shown = value.imag() == 0.0 ? fmt::format("{:.6g}", value.real())
                                                 : fmt::format("{:.6g} +- {:.6g} i", value.real(), std::abs(value.imag()));
-  throw core::InputError(place, fmt::format("not stable: (A, E) has the eigenvalue {}{}", shown, within_rounding ? ", zero within rounding" : ""),
+  throw core::InputError(place,
+                         within_rounding ? fmt::format("not stable: A is singular, (A, E) has the eigenvalue {}, zero within rounding", shown)
+                                         : fmt::format("not stable: (A, E) has the eigenvalue {}", shown),
                          "eigenvalues with negative real parts (a free or undamped part needs a support, a film or damping; "
                          "an unstable part is to be split off before)");
 }

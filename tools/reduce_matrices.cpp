@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "core/error.h"
@@ -84,6 +85,12 @@ std::string hankel_text(const PointResult& point) {
                                                   std::min(shown, point.hankel.size()), point.hankel.size(), point.gramian_steps, point.gramian_residual));
 }
 
+/// What rounding may make of the bound: each Hankel singular value is off by up to n eps of the largest.
+double bound_rounding(const PointResult& point) {
+  const auto n = static_cast<double>(point.hankel.size());
+  return 2.0 * (n - static_cast<double>(point.order)) * n * std::numeric_limits<double>::epsilon() * point.hankel(0);
+}
+
 std::string bound_text(const SystemReduction& reduction, const PointResult& point) {
   const double norm = point.norm.value;
   std::string text = fmt::format("H-infinity  norm {:.6e} at {:.4g} rad/s (sampled, without D)\n", norm, point.norm.frequency);
@@ -98,6 +105,11 @@ std::string bound_text(const SystemReduction& reduction, const PointResult& poin
                 : std::string("            those not computed are not in it: no bound of their sum is known for this system\n");
   text += fmt::format("true error  {:.3e}, {:.2e} of the norm, at {:.4g} rad/s (largest seen; {} frequencies of the full system{})\n", point.error.value,
                       point.error.value / norm, point.error.frequency, point.samples, point.dense ? " and searches between them" : "");
+  if (const double excess = point.error.value - point.bound; balanced && !reduction.joined && excess > 0.0) {
+    const double rounding = bound_rounding(point);
+    text += fmt::format("            the error seen exceeds the bound by {:.1e} of it, {} the rounding of {:.1e} of the Hankel singular values\n", excess / point.bound,
+                        excess <= rounding ? "within" : "beyond", rounding / point.bound);
+  }
   return text;
 }
 
@@ -107,7 +119,9 @@ nlohmann::json point_json(const reduction::LinearSystem& system, const SystemRed
                          {"hankel_complete", point.complete},
                          {"bound", point.bound},
                          {"bound_relative", point.bound / point.norm.value},
-                         {"bound_holds", reduction.method == reduction::Method::balanced && !reduction.joined},
+                         {"bound_holds", reduction.method == reduction::Method::balanced && !reduction.joined &&
+                                             point.error.value <= point.bound + bound_rounding(point)},
+                         {"bound_rounding", bound_rounding(point)},
                          {"hinf_norm_sampled", point.norm.value},
                          {"hinf_norm_frequency_rad_s", point.norm.frequency},
                          {"hinf_error_sampled", point.error.value},

@@ -2,6 +2,8 @@
 // `reduce --matrices` as a user meets it: Matrix Market files in, reduced ones out.
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -81,6 +83,35 @@ TEST(Matrices, FilmsHaveNamesAndValues) {
   EXPECT_SAYS(unknown.err, "nearest: air");
   EXPECT_EQ(matrices.reduce({"--film", "air"}).status, 3);
   EXPECT_EQ(matrices.reduce({"--film", "air=x"}).status, 3);
+}
+
+/// A rod of n lumps, free at both ends: A is singular.
+void write_free_rod(const Matrices& matrices, int n) {
+  std::string a = fmt::format("{}{} {} {}\n", coordinate, n, n, 3 * n - 2), b = fmt::format("{}{} 1 1\n1 1 1\n", coordinate, n), c = fmt::format("{}1 {} 1\n1 {} 1\n", coordinate, n, n);
+  for (int i = 1; i <= n; ++i) {
+    a += fmt::format("{} {} {}\n", i, i, i == 1 || i == n ? -1 : -2);
+    if (i < n) a += fmt::format("{} {} 1\n{} {} 1\n", i, i + 1, i + 1, i);
+  }
+  matrices.write("A", a);
+  matrices.write("B", b);
+  matrices.write("C", c);
+}
+
+TEST(Matrices, ASingularAIsNamedOnBothRoutes) {
+  for (const int n : {200, 3200}) {
+    const Matrices matrices;
+    write_free_rod(matrices, n);
+    const Result result = matrices.reduce();
+    EXPECT_EQ(result.status, 3) << result.err;
+    for (const char* words : {"not stable", "A is singular", "zero within rounding", "needs a support"}) EXPECT_SAYS(result.err, words);
+  }
+}
+
+TEST(Matrices, UnsignedIntegersAreRead) {
+  const Matrices matrices;
+  matrices.write("C", "%%MatrixMarket matrix coordinate unsigned-integer general\n1 3 3\n1 1 1\n1 2 1\n1 3 1\n");
+  const Result result = matrices.reduce({"--order", "2"});
+  EXPECT_EQ(result.status, 0) << result.err;
 }
 
 TEST(Matrices, WrongUsageIsSaid) {
