@@ -12,7 +12,9 @@
 #include "core/file.h"
 #include "core/progress.h"
 #include "mesh/gmsh_mesher.h"
+#include "mesh/import_process.h"
 #include "mesh/raw_mesh.h"
+#include "mesh/surface_healing.h"
 #include "mesh/surface_parts.h"
 #include "mesh/triangle_tree.h"
 
@@ -99,15 +101,9 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
 TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions& options) {
   const Surface surface = read_surface(path, options);
   std::vector<TetMesh> meshes;
-  double expected = 0.0;
+  const double expected = enclosed_volume(surface);
   for (const Surface& piece : pieces(surface, options.body))
     meshes.push_back(mesh_closed_surface(piece, options));
-  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
-    const Eigen::Vector3d a = surface.points.col(surface.triangles(0, t)),
-                          b = surface.points.col(surface.triangles(1, t)),
-                          c = surface.points.col(surface.triangles(2, t));
-    expected += a.dot(b.cross(c)) / 6.0;
-  }
   TetMesh mesh = meshes.size() == 1 ? std::move(meshes.front()) : merged(meshes, options.body);
   mesh.solids = static_cast<int>(meshes.size());
   // A patch that was parametrised wrongly, or a cavity that was filled, shows in the volume.
@@ -132,6 +128,7 @@ Surface read_surface(const std::filesystem::path& path, const ImportOptions& opt
                           "finite coordinates");
   if (const int dropped = weld(surface); dropped > 0)
     core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
+  if (const Healing healed = heal(surface); healed.any()) core::warn(fmt::format("body '{}': the surface was repaired: {}", options.body, healed.brief()));
   check_surface(surface, options.body);
   return surface;
 }
@@ -146,16 +143,24 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& op
                          "a mesh file: .msh, .vtu, .inp");
 }
 
-TetMesh import_body(const std::filesystem::path& path, const ImportOptions& options) {
-  require_sizes(options);
+namespace {
+
+TetMesh import_here(const std::filesystem::path& path, const ImportOptions& options) {
   const std::string type = extension(path);
-  if (is_one_of(type, {".step", ".stp", ".brep"})) return mesh_cad(path, options);
+  if (is_one_of(type, {".step", ".stp", ".iges", ".igs", ".brep"})) return mesh_cad(path, options);
   if (is_one_of(type, {".stl", ".obj", ".ply", ".3mf", ".gltf", ".glb"}))
     return mesh_surface_file(path, options);
   if (is_one_of(type, {".msh", ".vtu", ".inp"})) return read_tet_mesh(path, options);
   throw core::InputError(
       "body '" + options.body + "'", "'" + path.string() + "'",
-      "a file of type .step, .stp, .brep, .stl, .obj, .ply, .3mf, .gltf, .glb, .msh, .vtu, .inp");
+      "a file of type .step, .stp, .iges, .igs, .brep, .stl, .obj, .ply, .3mf, .gltf, .glb, .msh, .vtu, .inp");
+}
+
+}  // namespace
+
+TetMesh import_body(const std::filesystem::path& path, const ImportOptions& options) {
+  require_sizes(options);
+  return mesh_in_child("body '" + options.body + "': " + path.string(), {}, [&] { return import_here(path, options); });
 }
 
 }  // namespace thermotwin::mesh

@@ -23,6 +23,7 @@ TetMesh mesh_body(const BodySpec& body, const MeshOptions& options) {
   import.unit_m = body.unit_m;
   import.element_size_m = body.element_size * options.size_factor;
   import.elements_per_turn = body.elements_per_turn;
+  import.max_elements = body.max_elements;
   const std::string name = options.cache.empty() ? std::string() : cache_name(body.cad, import);
   if (name.empty()) return import_body(body.cad, import);
   const std::filesystem::path file = options.cache / name;

@@ -87,16 +87,27 @@ std::string cache_name(const std::filesystem::path& cad, const ImportOptions& op
   return options.body + "-" + core::content_hash(key + "|" + mesher_version) + ".mesh";
 }
 
-std::optional<TetMesh> read_cached(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
-  std::string text;
-  try {
-    text = core::read_file(file);
-  } catch (const core::Error&) {
-    return std::nullopt;
+std::string pack_mesh(const TetMesh& mesh) {
+  Writer writer;
+  writer.number(byte_order);
+  writer.matrix(mesh.points);
+  writer.matrix(mesh.tets);
+  writer.matrix(mesh.tet_edges);
+  writer.matrix(mesh.faces);
+  writer.matrix(mesh.face_edges);
+  writer.matrix(mesh.face_tet);
+  writer.number<std::int32_t>(mesh.solids);
+  writer.number<std::int64_t>(static_cast<std::int64_t>(mesh.groups.size()));
+  for (const auto& [name, faces] : mesh.groups) {
+    writer.number<std::int64_t>(static_cast<std::int64_t>(name.size()));
+    writer.bytes(name.data(), name.size());
+    writer.number<std::int64_t>(static_cast<std::int64_t>(faces.size()));
+    writer.bytes(faces.data(), faces.size() * sizeof(int));
   }
-  const std::string_view all = text;
+  return std::string(magic) + core::content_hash(writer.text_) + writer.text_;
+}
+
+std::optional<TetMesh> unpack_mesh(std::string_view all) {
   if (all.size() < magic.size() + hash_length || !all.starts_with(magic)) return std::nullopt;
   const std::string_view payload = all.substr(magic.size() + hash_length);
   if (core::content_hash(payload) != all.substr(magic.size(), hash_length)) return std::nullopt;
@@ -122,25 +133,21 @@ std::optional<TetMesh> read_cached(const std::filesystem::path& file) {
   return mesh;
 }
 
-void write_cached(const std::filesystem::path& file, const TetMesh& mesh) {
-  Writer writer;
-  writer.number(byte_order);
-  writer.matrix(mesh.points);
-  writer.matrix(mesh.tets);
-  writer.matrix(mesh.tet_edges);
-  writer.matrix(mesh.faces);
-  writer.matrix(mesh.face_edges);
-  writer.matrix(mesh.face_tet);
-  writer.number<std::int32_t>(mesh.solids);
-  writer.number<std::int64_t>(static_cast<std::int64_t>(mesh.groups.size()));
-  for (const auto& [name, faces] : mesh.groups) {
-    writer.number<std::int64_t>(static_cast<std::int64_t>(name.size()));
-    writer.bytes(name.data(), name.size());
-    writer.number<std::int64_t>(static_cast<std::int64_t>(faces.size()));
-    writer.bytes(faces.data(), faces.size() * sizeof(int));
-  }
+std::optional<TetMesh> read_cached(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return std::nullopt;
+  std::string text;
   try {
-    core::write_file(file, std::string(magic) + core::content_hash(writer.text_) + writer.text_);
+    text = core::read_file(file);
+  } catch (const core::Error&) {
+    return std::nullopt;
+  }
+  return unpack_mesh(text);
+}
+
+void write_cached(const std::filesystem::path& file, const TetMesh& mesh) {
+  try {
+    core::write_file(file, pack_mesh(mesh));
   } catch (const core::Error& error) {
     core::warn(std::string("the mesh is not kept: ") + error.what());
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "mesh/import.h"
 
@@ -14,6 +15,10 @@ namespace thermotwin::mesh {
 /// Name of the body's file: it changes with the CAD file's content, the options and the mesher.
 /// @return empty if the file's content does not say everything (.gltf refers to other files)
 std::string cache_name(const std::filesystem::path& cad, const ImportOptions& options);
+
+/// The mesh as bytes of this build and machine, and back. @return nothing for bytes that are damaged
+std::string pack_mesh(const TetMesh& mesh);
+std::optional<TetMesh> unpack_mesh(std::string_view bytes);
 
 std::optional<TetMesh> read_cached(const std::filesystem::path& file);
 

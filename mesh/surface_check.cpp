@@ -245,6 +245,16 @@ int weld(Surface& surface) {
   return dropped;
 }
 
+double enclosed_volume(const Surface& surface) {
+  double volume = 0.0;
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
+    const Vector3d a = surface.points.col(surface.triangles(0, t)), b = surface.points.col(surface.triangles(1, t)),
+                   c = surface.points.col(surface.triangles(2, t));
+    volume += a.dot(b.cross(c)) / 6.0;
+  }
+  return volume;
+}
+
 std::vector<int> shells(const Surface& surface, int& count) {
   std::vector<int> root(static_cast<std::size_t>(surface.points.cols()));
   std::iota(root.begin(), root.end(), 0);

@@ -25,6 +25,9 @@ std::vector<int> shells(const Surface& surface, int& count);
 /// @throws MeshError for a shell whose direction does not fit its depth ("inside out")
 std::vector<Surface> pieces(const Surface& surface, const std::string& body);
 
+/// m^3, from the divergence theorem; cavities count as such.
+double enclosed_volume(const Surface& surface);
+
 /// @throws MeshError unless the largest extent is within 1 mm .. 50 m
 void check_extent(const Eigen::Matrix3Xd& points, const std::string& body);
 

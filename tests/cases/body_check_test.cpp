@@ -86,5 +86,47 @@ TEST(BodyCheck, PoorElementsAreWarnedOf) {
   EXPECT_SAYS(result.out, " poor");
 }
 
+/// Files that crash a library, or hold it for ever, end in an error that names them.
+TEST(Import, DamagedFilesAreErrors) {
+  std::string machine = body_text("plate", 60);
+  machine.replace(machine.find(".stl"), 4, ".vtu");
+  const OwnCase own(machine);
+  // Cells that refer to points which do not exist.
+  own.write("cad/plate.vtu", R"(<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian"><UnstructuredGrid>
+<Piece NumberOfPoints="4" NumberOfCells="1"><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points>
+<Cells><DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 900000000000</DataArray><DataArray type="Int64" Name="offsets" format="ascii">-400000000</DataArray>
+<DataArray type="UInt8" Name="types" format="ascii">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>)");
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 3) << result.err;
+  EXPECT_SAYS(result.err, "plate");
+}
+
+TEST(Import, AMeshThatWouldBeTooLargeIsRefusedBefore) {
+  const OwnCase own(body_text("block", 0.1));
+  own.blocks("block", {low});
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 3) << result.err;
+  for (const char* words : {"body 'block'", "about 3.5e+09 tetrahedra", "element_size_mm = 0.1", "max_elements = 4e+06", "element_size_mm of 0.956"}) EXPECT_SAYS(result.err, words);
+}
+
+TEST(Import, SlipsOfASurfaceFileAreRepaired) {
+  const OwnCase own(body_text("block", 60));
+  std::string stl = stl_of({low});
+  const std::size_t first = stl.find("facet"), second = stl.find("facet normal", first + 5), end = stl.rfind("endsolid");
+  const std::string triangle = stl.substr(first, second - first);
+  own.write("cad/block.stl", std::string(stl).insert(end, triangle));
+  const Result twice = own.run({"mesh", own.path()});
+  EXPECT_EQ(twice.status, 0) << twice.err;
+  EXPECT_SAYS(twice.err, "body 'block': the surface was repaired: 1 duplicate triangles dropped");
+  // The edge from (0,0,0) to (100,100,0) of the bottom's two triangles, with a corner in its middle on one side only.
+  const std::string split = "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 100 0\nvertex 50 50 0\nendloop\nendfacet\n"
+                            "facet normal 0 0 0\nouter loop\nvertex 50 50 0\nvertex 0 100 0\nvertex 100 100 0\nendloop\nendfacet\n"
+                            "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 50 0\nvertex 100 100 0\nendloop\nendfacet\n";
+  own.write("cad/block.stl", std::string(stl).replace(first, second - first, split));
+  const Result sliver = own.run({"mesh", own.path()});
+  EXPECT_EQ(sliver.status, 0) << sliver.err;
+  EXPECT_SAYS(sliver.err, "1 triangles without area merged into a neighbour");
+}
+
 }  // namespace
 }  // namespace thermotwin::cases

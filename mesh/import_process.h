@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Files of others go through libraries that a damaged file can crash or hold for ever. So a body is read and
+// meshed in a child process with limits; the child's death is an error that names the file.
+
+#include <functional>
+#include <string>
+
+#include "mesh/tet_mesh.h"
+
+namespace thermotwin::mesh {
+
+struct ImportLimits {
+  double processor_s = 1200;   ///< processor time of one body
+  double memory_bytes = 0;     ///< address space; 0: twice the memory of this machine
+};
+
+/// Runs the work in a child process and hands over its mesh, bit by bit, or its exception of thermotwin::core.
+/// SIGINT and SIGTERM are heeded while it runs.
+/// @param place  body and file, for messages
+/// @throws MeshError if the child crashed or came to a limit; what work throws; std::bad_alloc; Interrupted
+TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, const std::function<TetMesh()>& work);
+
+}  // namespace thermotwin::mesh
