@@ -19,6 +19,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "core/blas_buffers.h"
 #include "core/error.h"
 #include "core/progress.h"
 #include "mesh/mesh_cache.h"
@@ -140,6 +141,7 @@ class Child {
 }  // namespace
 
 TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, const std::function<TetMesh()>& work) {
+  core::reserve_blas_buffers();
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
   std::fflush(nullptr);  // else the child writes it a second time

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "solver/blas.h"
+#include "core/blas_buffers.h"
 
 extern "C" {
 using thermotwin_complex = std::complex<double>;
@@ -42,7 +42,7 @@ int extent(Index n) { return static_cast<int>(n); }
 void set_blas_threads(int count) {
   using Setter = void (*)(int);
   static const auto setter = reinterpret_cast<Setter>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
-  solver::reserve_blas_buffers();
+  core::reserve_blas_buffers();
   if (setter) setter(count);
 }
 

@@ -2,18 +2,13 @@
 #include "solver/blas.h"
 
 #include <dlfcn.h>
-#include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <mutex>
 #include <shared_mutex>
 #include <thread>
-#include <vector>
 
-#include "core/error.h"
-#include "core/thread_pool.h"
+#include "core/blas_buffers.h"
 
 extern "C" {
 void dgemm_(const char* a_op, const char* b_op, const int* m, const int* n, const int* k, const double* alpha, const double* a,
@@ -37,37 +32,12 @@ void set_threads(int threads) {
   if (setter) setter(std::max(1, threads));
 }
 
-constexpr std::size_t buffer_bytes = (128u << 20) + (1u << 16);  // as OpenBLAS asks for it
-
-void make_buffers() {
-  using Allocate = void* (*)(int);
-  using Free = void (*)(void*);
-  static const auto allocate = reinterpret_cast<Allocate>(dlsym(RTLD_DEFAULT, "blas_memory_alloc"));
-  static const auto release = reinterpret_cast<Free>(dlsym(RTLD_DEFAULT, "blas_memory_free"));
-  rlimit limit{};
-  if (!allocate || !release || getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
-  std::vector<void*> buffers(static_cast<std::size_t>(core::thread_count()));
-  for (void*& buffer : buffers) buffer = std::malloc(buffer_bytes);
-  const bool room = std::count(buffers.begin(), buffers.end(), nullptr) == 0;
-  for (void* buffer : buffers) std::free(buffer);
-  if (!room)
-    throw core::SolverError(fmt::format("not enough memory for the BLAS: {} buffers of 128 MiB do not fit into the {} MiB of ulimit -v; "
-                                        "--threads 1 needs one", buffers.size(), limit.rlim_cur >> 20));
-  for (void*& buffer : buffers) buffer = allocate(0);
-  for (void* buffer : buffers) release(buffer);  // OpenBLAS keeps them for its next calls
-}
-
 constexpr double one = 1.0, minus_one = -1.0;
 
 }  // namespace
 
-void reserve_blas_buffers() {
-  static std::once_flag once;
-  std::call_once(once, make_buffers);
-}
-
 BlasTurn::BlasTurn(bool many_cores) : many_cores_(many_cores) {
-  reserve_blas_buffers();
+  core::reserve_blas_buffers();
   if (many_cores) {
     turn_mutex().lock();
     set_threads(static_cast<int>(std::thread::hardware_concurrency()));

@@ -20,11 +20,6 @@ class BlasTurn {
   bool many_cores_;
 };
 
-/// Where the address space is limited (ulimit -v), makes the buffers that OpenBLAS asks for once it has
-/// work, one a thread of the pool; without one it would wait for memory without end. Done once, by the
-/// first BlasTurn too. @throws SolverError if there is no room for them
-void reserve_blas_buffers();
-
 /// out (rows x width) -= A y, A (rows x columns) column-major with the stride, y and out row by row.
 void blas_subtract(const double* a, std::int64_t stride, std::int64_t rows, std::int64_t columns, const double* y, double* out,
                    std::int64_t width);
