@@ -234,31 +234,30 @@ std::string with_own_material(const std::string& text, const std::string& source
   return changed.insert(last, (changed[last - 1] == '\n' ? "" : "\n") + added);
 }
 
-namespace {
-
-/// As machine.toml is read: relative to its folder, ".." taken from the path as it is written.
-std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
-  const std::filesystem::path relative = file.lexically_relative(folder);
-  std::error_code error;
-  return !relative.empty() && std::filesystem::equivalent((folder / relative).lexically_normal(), file, error) ? relative : file;
-}
-
-}  // namespace
-
-std::string with_cad_paths(const std::string& text, const mesh::Machine& machine, const std::filesystem::path& folder) {
-  std::string changed = text;
-  const std::filesystem::path from = std::filesystem::absolute(folder).lexically_normal();
+MovableText movable_text(const std::string& text, const mesh::Machine& machine) {
+  MovableText movable{text, {}};
+  const auto name_of = [&](const std::filesystem::path& file) {
+    std::string name = file.filename().string();
+    for (int number = 2;; ++number) {
+      const auto known = std::find_if(movable.files.begin(), movable.files.end(), [&](const auto& copy) { return copy.second == std::filesystem::path("cad") / name; });
+      if (known == movable.files.end() || known->first == file) return name;
+      name = file.stem().string() + "_" + std::to_string(number) + file.extension().string();
+    }
+  };
   for (const mesh::BodySpec& body : machine.bodies) {
     std::error_code error;
     const std::filesystem::path file = std::filesystem::absolute(body.cad, error).lexically_normal();
     if (error || !std::filesystem::is_regular_file(file, error)) continue;
-    const std::vector<Statement> all = outline(changed);
+    const std::vector<Statement> all = outline(movable.text);
     Section section;
-    if (!find_table(changed, all, "body", body.id, 0, all.size(), section)) continue;
-    if (const Statement* key = find_key(all, section, "cad"))
-      changed.replace(key->begin, key->end - key->begin, quoted(seen_from(from, file).generic_string()));
+    if (!find_table(movable.text, all, "body", body.id, 0, all.size(), section)) continue;
+    const Statement* key = find_key(all, section, "cad");
+    if (!key) continue;
+    const std::filesystem::path copy = std::filesystem::path("cad") / name_of(file);
+    movable.text.replace(key->begin, key->end - key->begin, quoted(copy.generic_string()));
+    if (std::find(movable.files.begin(), movable.files.end(), std::pair{file, copy}) == movable.files.end()) movable.files.emplace_back(file, copy);
   }
-  return changed;
+  return movable;
 }
 
 }  // namespace thermotwin::diagnosis

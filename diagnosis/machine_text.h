@@ -4,7 +4,10 @@
 // outline of the text is read (headers, keys, where values begin and end); the file was parsed and
 // checked before.
 
+#include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "diagnosis/machine_value.h"
 #include "mesh/machine.h"
@@ -24,10 +27,12 @@ std::string changed_text(const std::string& text, const std::string& source, con
 std::string with_own_material(const std::string& text, const std::string& source, const std::string& material,
                               const std::string& copy, const std::string& body);
 
-/// The text for another folder: the path of each body's CAD file that can be found, relative to that folder,
-/// so that case and results may be moved together; whole where no relative path leads there.
-/// @param machine  what was read from the text, at its own place
-/// @param folder   where the text will stand; it need not exist yet
-std::string with_cad_paths(const std::string& text, const mesh::Machine& machine, const std::filesystem::path& folder);
+/// A machine that stands by itself: its text names CAD files beside it, so that its folder may be moved or sent.
+struct MovableText {
+  std::string text;
+  std::vector<std::pair<std::filesystem::path, std::filesystem::path>> files;  ///< to be copied: from where, to "cad/NAME" beside the text
+};
+/// Bodies whose CAD file cannot be found keep the path that they have. @param machine  what was read from the text, at its own place
+MovableText movable_text(const std::string& text, const mesh::Machine& machine);
 
 }  // namespace thermotwin::diagnosis

@@ -17,6 +17,7 @@ namespace {
 /// An extension of an earlier diagnosis would contradict this one.
 void remove_extension(const std::filesystem::path& out) {
   std::error_code ignored;
+  std::filesystem::remove_all(out / "extended/cad", ignored);
   for (const char* name : {"extended/machine.toml", "extended/model.rom.h5", "extended"}) std::filesystem::remove(out / name, ignored);
 }
 
@@ -58,9 +59,14 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
   write_files(out, diagnosis, &model.machine, scene, [&](const path& staged, std::vector<path>& files) {
     if (!extends) return;
     const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
-    const std::string text = with_cad_paths(diagnosis.extended_machine_text, model.machine, out / "extended");
-    const reduction::ReducedModel extended = model_of_changed(model, mesh::parse_machine(text, std::filesystem::absolute(out / machine_file)));
-    core::write_file(staged / machine_file, text);
+    const MovableText movable = movable_text(diagnosis.extended_machine_text, model.machine);
+    const reduction::ReducedModel extended = model_of_changed(model, mesh::parse_machine(movable.text, std::filesystem::absolute(out / machine_file)));
+    for (const auto& [from, to] : movable.files) {
+      files.push_back("extended" / to);
+      std::filesystem::create_directories((staged / files.back()).parent_path());
+      std::filesystem::copy_file(from, staged / files.back());
+    }
+    core::write_file(staged / machine_file, movable.text);
     reduction::write_model(staged / model_file, extended);
     files.insert(files.end(), {machine_file, model_file});
   });

@@ -303,10 +303,12 @@ TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
   machine.bodies[0].cad = folder / "cad/bed \"old\".stl";
   machine.bodies[1].id = "slide";
   machine.bodies[1].cad = folder / "cad/none.stl";
-  const std::string found = diagnosis::with_cad_paths(text, machine, folder / "out/extended");
+  const diagnosis::MovableText found = diagnosis::movable_text(text, machine);
   std::filesystem::remove_all(folder);
-  EXPECT_EQ(found, "[[body]]\nid = \"bed\"\ncad = \"../../"
-                       "cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n");
+  EXPECT_EQ(found.text, "[[body]]\nid = \"bed\"\ncad = \"cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n");
+  ASSERT_EQ(found.files.size(), 1u);
+  EXPECT_EQ(found.files[0].first, machine.bodies[0].cad);
+  EXPECT_EQ(found.files[0].second, "cad/bed \"old\".stl");
 }
 
 TEST(Hypothesis, a_body_of_a_shared_material_gets_its_own) {
