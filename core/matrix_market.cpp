@@ -299,4 +299,21 @@ std::string format_matrix_market(const Eigen::MatrixXd& matrix, const std::strin
   return text;
 }
 
+std::string format_matrix_market(const SparseMatrix& matrix, const std::string& comment) {
+  bool symmetric = matrix.rows() == matrix.cols();
+  if (symmetric) {
+    const SparseMatrix difference = matrix - SparseMatrix(matrix.transpose());
+    for (Eigen::Index k = 0; k < difference.nonZeros(); ++k) symmetric = symmetric && difference.valuePtr()[k] == 0.0;
+  }
+  std::string entries;
+  Eigen::Index count = 0;
+  for (int j = 0; j < matrix.outerSize(); ++j)
+    for (SparseMatrix::InnerIterator it(matrix, j); it; ++it) {
+      if (it.value() == 0.0 || (symmetric && it.row() < it.col())) continue;
+      fmt::format_to(std::back_inserter(entries), "{} {} {:.17g}\n", it.row() + 1, it.col() + 1, it.value());
+      ++count;
+    }
+  return fmt::format("%%MatrixMarket matrix coordinate real {}\n% {}\n{} {} {}\n", symmetric ? "symmetric" : "general", comment, matrix.rows(), matrix.cols(), count) + entries;
+}
+
 }  // namespace thermotwin::core

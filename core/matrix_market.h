@@ -27,5 +27,7 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
 /// Array format, 17 significant digits: read again, it is the same matrix.
 /// @param comment  one line
 std::string format_matrix_market(const Eigen::MatrixXd& matrix, const std::string& comment);
+/// Coordinate format; of a matrix that is symmetric to the last bit the lower triangle, with a banner that says so.
+std::string format_matrix_market(const SparseMatrix& matrix, const std::string& comment);
 
 }  // namespace thermotwin::core

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/config.h"
 #include "core/error.h"
 #include "core/matrix_market.h"
+#include "core/text.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -72,6 +74,40 @@ std::vector<ParameterMatrix> read_films(const fs::path& folder, Index n) {
 
 }  // namespace
 
+namespace {
+
+/// Names and values of names.toml.
+void read_names(const fs::path& file, LinearSystem& system) {
+  const core::Config config = core::Config::load(file);
+  const core::Node root = config.root();
+  root.integer("schema", 1, 1);
+  std::vector<std::string> known;
+  for (const ParameterMatrix& film : system.films) known.push_back(film.name);
+  for (const core::Node& table : root.tables("film")) {
+    const std::string name = table.text("name");
+    const auto film = std::find(known.begin(), known.end(), name);
+    if (film == known.end()) throw InputError(table.place("name"), "'" + name + "'", "a NAME of the files A_film_NAME.mtx beside it" + (known.empty() ? std::string() : " (nearest: " + core::nearest(name, known) + ")"));
+    system.films[static_cast<std::size_t>(film - known.begin())].value = table.number("value");
+    table.text_or("unit", "");
+    table.finish();
+  }
+  const auto names = [&](const char* key, Index count, std::vector<std::string>& all) {
+    for (const core::Node& table : root.tables(key)) {
+      all.push_back(table.text("name"));
+      table.text_or("unit", "");
+      if (table.has("value")) table.number("value");
+      table.finish();
+    }
+    if (!all.empty() && static_cast<Index>(all.size()) != count)
+      throw InputError(file.string(), fmt::format("{} [[{}]] tables", all.size(), key), fmt::format("none, or one for each of the {} of the matrices", count));
+  };
+  names("input", system.base.inputs(), system.input_names);
+  names("output", system.base.outputs(), system.output_names);
+  root.finish();
+}
+
+}  // namespace
+
 StateSpace LinearSystem::at(const std::vector<double>& values) const {
   StateSpace system = base;
   for (std::size_t j = 0; j < films.size(); ++j) {
@@ -117,6 +153,7 @@ LinearSystem read_linear_system(const fs::path& folder) {
     system.has_feedthrough = true;
   }
   system.films = read_films(folder, n);
+  if (fs::exists(folder / "names.toml", error)) read_names(folder / "names.toml", system);
 
   base.symmetric = is_symmetric(base.A) && is_symmetric(base.E);
   if (base.symmetric) {

@@ -2,7 +2,8 @@
 #pragma once
 // Systems of other programs, E x' = (A + sum_j p_j A_film_j) x + B u, y = C x + D u, from a folder of
 // Matrix Market files E.mtx (absent: identity), A.mtx, B.mtx, C.mtx, D.mtx (absent: none) and any
-// A_film_NAME.mtx. Numbers are taken as they are: units are those of the writer.
+// A_film_NAME.mtx. Numbers are taken as they are: units are those of the writer. A names.toml beside
+// them, as `export --matrices` writes it, names inputs and outputs and says at what values the films stand.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -29,6 +30,7 @@ struct StateSpace {
 struct ParameterMatrix {
   std::string name;              ///< NAME of A_film_NAME.mtx
   Sparse matrix;
+  double value = 1.0;            ///< of its parameter where nobody says another
 };
 
 struct LinearSystem {
@@ -36,6 +38,7 @@ struct LinearSystem {
   StateSpace base;               ///< without the films
   std::vector<ParameterMatrix> films;  ///< by name
   bool has_feedthrough = false;  ///< D.mtx is there
+  std::vector<std::string> input_names, output_names;  ///< empty: none were given
 
   /// @param values  one per film
   StateSpace at(const std::vector<double>& values) const;

@@ -97,7 +97,7 @@ struct OffsetsOptions : CommonOptions {
 };
 struct EvaluateOptions : CommonOptions {
   std::filesystem::path case_path, data, model, extended, fitted;
-  std::vector<std::filesystem::path> also;
+  std::vector<std::filesystem::path> also, train_data;
   double train_until_h = 0;                 ///< 0: a day, of a short record half
   std::vector<std::string> train_programs, models, check;
   bool cross = false;
@@ -121,7 +121,7 @@ struct ValidateOptions : CommonOptions {
 };
 struct ExportOptions : CommonOptions {
   std::filesystem::path model;              ///< case or machine
-  bool calculix = false, heat_only = false;
+  bool calculix = false, matrices = false, heat_only = false;
   std::string size, load, pose, body;
   int mesh_order = 0;
   double time_step_s = 0;                   ///< 0: the load's own

@@ -31,7 +31,7 @@ double number_of(const std::string& text, const std::string& place) {
   return value;
 }
 
-/// Every combination of the films' values, those not named at 1.
+/// Every combination of the films' values, those not named where they stand.
 std::vector<std::vector<double>> points_of(const std::vector<std::string>& arguments, const reduction::LinearSystem& system) {
   std::vector<std::vector<double>> values(system.films.size());
   std::vector<std::string> names;
@@ -55,8 +55,9 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
   }
   std::vector<std::vector<double>> points{{}};
   constexpr std::size_t most = 64;
-  for (std::vector<double>& list : values) {
-    if (list.empty()) list.push_back(1.0);
+  for (std::size_t j = 0; j < values.size(); ++j) {
+    std::vector<double>& list = values[j];
+    if (list.empty()) list.push_back(system.films[j].value);
     std::vector<std::vector<double>> more;
     for (const auto& point : points)
       for (const double value : list) {
@@ -168,7 +169,8 @@ void reduce_matrices(const ReduceOptions& options) {
   how.points = points_of(options.films, system);
   const double read_seconds = time.seconds();
   const SystemReduction reduced = reduction::reduce_system(system, how);
-  reduction::write_system(options.out, system, reduced);
+  const reduction::SystemNames names{system.input_names, system.output_names, word(reduced.method)};
+  reduction::write_system(options.out, system, reduced, names.inputs.empty() && names.outputs.empty() ? nullptr : &names);
 
   const reduction::StateSpace& base = system.base;
   const PointResult& first = reduced.points.front();
