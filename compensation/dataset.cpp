@@ -6,6 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
+#include "core/error.h"
+
 namespace thermotwin::compensation {
 namespace {
 
@@ -43,6 +47,22 @@ VectorXd held(const VectorXd& values, Index longest) {
   return result;
 }
 
+/// Rows of programs that begin after a pause, and the first row.
+std::vector<Index> find_starts(const VectorXd& time, const std::vector<Program>& programs) {
+  constexpr double least_pause_s = 3600.0, least_intervals = 10.0;
+  std::vector<Index> starts{0};
+  if (programs.empty() || time.size() < 2) return starts;
+  std::vector<double> gaps;
+  for (Index i = 1; i < time.size(); ++i) gaps.push_back(time[i] - time[i - 1]);
+  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
+  const double pause = std::max(least_pause_s, least_intervals * gaps[gaps.size() / 2]);
+  for (const Program& program : programs) {
+    const Index row = std::lower_bound(time.begin(), time.end(), program.from_s) - time.begin();
+    if (row > starts.back() && row < time.size() && time[row] - time[row - 1] > pause) starts.push_back(row);
+  }
+  return starts;
+}
+
 bool names_air(const MeasuredChannel& channel) {
   if (channel.input == "air.T_C") return true;
   for (std::string word : {channel.id, channel.sensor, channel.input, channel.direction}) {
@@ -70,12 +90,16 @@ Dataset make_dataset(const Measurement& measurement) {
   Dataset data;
   data.source = measurement.folder.string();
   data.time = measurement.time();
+  data.starts = find_starts(data.time, measurement.programs);
   std::vector<VectorXd> inputs, targets;
   for (const MeasuredChannel& channel : measurement.channels) {
     VectorXd values = measurement.values(channel);
     if (channel.kind == ChannelKind::displacement) {
-      const Index first = known_range(values).first;
-      if (channel.zero == Zero::first && first >= 0) values.array() -= double(values[first]);
+      for (std::size_t s = 0; channel.zero == Zero::first && s < data.starts.size(); ++s) {
+        auto stretch = values.segment(data.starts[s], data.stretch_end(s) - data.starts[s]);
+        const Index first = known_range(stretch).first;
+        if (first >= 0) stretch.array() -= double(stretch[first]);
+      }
       data.targets.push_back(channel);
       targets.push_back(std::move(values));
     } else if (channel.kind != ChannelKind::position) {
@@ -83,7 +107,13 @@ Dataset make_dataset(const Measurement& measurement) {
       const bool activity = channel.kind == ChannelKind::speed || channel.kind == ChannelKind::power;
       if (activity) values = values.cwiseAbs();  // heat does not know which way an axis turns
       data.inputs.push_back({channel.id, temperature, activity, temperature && names_air(channel), channel.kind == ChannelKind::speed, channel.input});
-      inputs.push_back(held(values, temperature ? typical_gap(values) : values.size()));
+      // Nothing is held over a pause.
+      const Index longest = temperature ? typical_gap(values) : values.size();
+      for (std::size_t s = 0; s < data.starts.size(); ++s) {
+        auto stretch = values.segment(data.starts[s], data.stretch_end(s) - data.starts[s]);
+        stretch = held(stretch, longest);
+      }
+      inputs.push_back(std::move(values));
     }
   }
   data.input_values.resize(data.rows(), static_cast<Index>(inputs.size()));
@@ -91,6 +121,61 @@ Dataset make_dataset(const Measurement& measurement) {
   for (std::size_t i = 0; i < inputs.size(); ++i) data.input_values.col(static_cast<Index>(i)) = inputs[i];
   for (std::size_t i = 0; i < targets.size(); ++i) data.target_values.col(static_cast<Index>(i)) = targets[i];
   return data;
+}
+
+namespace {
+
+/// Index of the item of that id; adds it where it is new. @param kind_of  what has to agree
+template <class Item, class Kind>
+std::size_t place_of(std::vector<Item>& items, const Item& item, const Dataset& data, const Kind& kind_of) {
+  const auto found = std::find_if(items.begin(), items.end(), [&](const Item& known) { return known.id == item.id; });
+  if (found == items.end()) {
+    items.push_back(item);
+    return items.size() - 1;
+  }
+  if (kind_of(*found) != kind_of(item)) {
+    throw core::InputError(data.source, fmt::format("channel '{}' is {}", item.id, kind_of(item)),
+                           fmt::format("{}, as in the other measurement that is trained on", kind_of(*found)));
+  }
+  return static_cast<std::size_t>(found - items.begin());
+}
+
+}  // namespace
+
+Dataset join_datasets(const std::vector<const Dataset*>& parts) {
+  constexpr double pause_s = 2 * 86400.0;
+  Dataset all;
+  all.starts.clear();
+  Index rows = 0;
+  for (const Dataset* part : parts) {
+    all.source += (all.source.empty() ? "" : ", ") + part->source;
+    for (const InputInfo& info : part->inputs)
+      place_of(all.inputs, info, *part, [](const InputInfo& i) { return std::string(i.temperature ? "a temperature" : i.activity ? "a speed or power" : "a flow or state"); });
+    for (const MeasuredChannel& target : part->targets)
+      place_of(all.targets, target, *part, [](const MeasuredChannel& t) { return fmt::format("of quantity '{}' in {}", t.quantity, t.unit); });
+    rows += part->rows();
+  }
+  all.time.resize(rows);
+  all.input_values.resize(rows, static_cast<Index>(all.inputs.size()));
+  for (std::size_t k = 0; k < all.inputs.size(); ++k) all.input_values.col(static_cast<Index>(k)).setConstant(all.inputs[k].activity ? 0.0 : missing);
+  all.target_values = MatrixXd::Constant(rows, static_cast<Index>(all.targets.size()), missing);
+  Index row = 0;
+  for (const Dataset* part : parts) {
+    const Index n = part->rows();
+    const double shift = row == 0 ? 0.0 : all.time[row - 1] + pause_s - part->time[0];
+    all.time.segment(row, n) = part->time.array() + shift;
+    for (const Index start : part->starts) all.starts.push_back(row + start);
+    const auto put = [&](auto& values, const auto& items, const auto& own, const MatrixXd& own_values) {
+      for (std::size_t k = 0; k < own.size(); ++k) {
+        const auto at = std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.id == own[k].id; }) - items.begin();
+        values.col(at).segment(row, n) = own_values.col(static_cast<Index>(k));
+      }
+    };
+    put(all.input_values, all.inputs, part->inputs, part->input_values);
+    put(all.target_values, all.targets, part->targets, part->target_values);
+    row += n;
+  }
+  return all;
 }
 
 std::vector<Index> TrainingData::complete_rows() const {
@@ -108,9 +193,10 @@ Blocks make_blocks(const TrainingData& data, Index most) {
   const double gap = std::max(3.0 * width, 10.0 * span / static_cast<double>(n));
   Blocks blocks{{data.label, data.info, VectorXd(n), MatrixXd(n, data.inputs.cols()), VectorXd(n)}, true};
   Index count = 0;
+  const auto breaks = [&](Index row) { return std::binary_search(data.breaks.begin(), data.breaks.end(), row); };
   for (Index begin = 0; begin < n;) {
     Index end = begin + 1;
-    while (end < n && data.time[end] - data.time[begin] < width && data.time[end] - data.time[end - 1] < gap) ++end;
+    while (end < n && !breaks(end) && data.time[end] - data.time[begin] < width && data.time[end] - data.time[end - 1] < gap) ++end;
     const auto rows = static_cast<double>(end - begin);
     blocks.data.time[count] = data.time[begin] + (data.time.segment(begin, end - begin).array() - data.time[begin]).sum() / rows;
     // A block is known where any of its rows is: a missing reading among many is no gap.

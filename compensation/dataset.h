@@ -30,12 +30,22 @@ struct Dataset {
   std::vector<InputInfo> inputs;
   Eigen::MatrixXd input_values;      ///< (n x inputs) NaN where unknown
   std::vector<MeasuredChannel> targets;
-  Eigen::MatrixXd target_values;     ///< (n x targets) NaN where missing; zero = "first" is at 0 first
+  Eigen::MatrixXd target_values;     ///< (n x targets) NaN where missing; zero = "first": at 0 first in each stretch
+  /// Rows at which a stretch begins: the first row, and each program that begins after a pause of more than an hour and
+  /// more than ten intervals. The machine has been elsewhere meanwhile: models begin anew, from what is measured there.
+  std::vector<Eigen::Index> starts{0};
 
   Eigen::Index rows() const { return time.size(); }
+  /// Row behind the last one of a stretch.
+  Eigen::Index stretch_end(std::size_t stretch) const { return stretch + 1 < starts.size() ? starts[stretch + 1] : rows(); }
 };
 
 Dataset make_dataset(const Measurement& measurement);
+
+/// Measurements of one machine as one, in this order, each two days after the one before: what a fit sees that is given several.
+/// Inputs and targets are matched by id; a speed or power that one lacks is 0 there, anything else unknown.
+/// @throws InputError where an id is of another kind in another measurement
+Dataset join_datasets(const std::vector<const Dataset*>& parts);
 
 /// One target with the inputs that a fit of it may use. Rows that it may not use have target NaN,
 /// but their inputs drive the states of a dynamic model.
@@ -45,13 +55,14 @@ struct TrainingData {
   Eigen::VectorXd time;              ///< (n) s
   Eigen::MatrixXd inputs;            ///< (n x inputs)
   Eigen::VectorXd target;            ///< (n)
+  std::vector<Eigen::Index> breaks{};  ///< rows at which a block of means has to begin
 
   /// Rows with a target and all inputs.
   std::vector<Eigen::Index> complete_rows() const;
 };
 
 /// Means over blocks of equal duration, at most `most` of them, so that a fit's cost does not depend
-/// on the sampling; a record with few rows stays as it is. Blocks end at gaps.
+/// on the sampling; a record with few rows stays as it is. Blocks end at gaps and breaks.
 struct Blocks {
   TrainingData data;
   bool averaged = false;             ///< held inputs then are linear between block centres

@@ -20,6 +20,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+constexpr double nothing_trains = std::numeric_limits<double>::min();  // as train_until_s
+
 void require_displacements(const Measurement& measurement) {
   if (std::any_of(measurement.channels.begin(), measurement.channels.end(), [](const auto& c) { return c.kind == ChannelKind::displacement; })) return;
   throw InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
@@ -40,11 +42,11 @@ void require_channels(const std::vector<std::string>& check, const Measurement& 
 }
 
 /// Another folder is judged as a whole, or by its programs.
-std::vector<EvaluationPart> parts_of_other(const Measurement& other) {
+std::vector<EvaluationPart> parts_of_other(const Measurement& other, bool training) {
   const std::string name = std::filesystem::weakly_canonical(other.folder).filename().string();
   std::vector<EvaluationPart> parts;
-  for (const Program& program : other.programs) parts.push_back({name + "/" + program.name, program.from_s, program.to_s, false});
-  if (parts.empty()) parts.push_back({name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), false});
+  for (const Program& program : other.programs) parts.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
+  if (parts.empty()) parts.push_back({name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), training});
   return parts;
 }
 
@@ -74,15 +76,21 @@ double training_hours(const Judge& judge) {
 }  // namespace
 
 Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model, const EvaluateOptions& options,
-                    const std::vector<Measurement>& others) {
+                    const std::vector<Measurement>& others, const std::vector<Measurement>& training_data) {
   require_displacements(measurement);
   require_channels(options.check, measurement);
   for (const Measurement& other : others) require_displacements(other);
-  Judge judge(measurement, parts_of(measurement, options));
-  std::vector<Judge> other_judges;
-  for (const Measurement& other : others) other_judges.emplace_back(other, parts_of_other(other));
+  for (const Measurement& other : training_data) require_displacements(other);
+  EvaluateOptions own = options;
+  // Whoever brings training data wants the measurement judged, but for what is said to train.
+  if (!training_data.empty() && own.train_until_s == 0.0) own.train_until_s = nothing_trains;
+  Judge judge(measurement, parts_of(measurement, own));
+  std::vector<Judge> other_judges, training_judges;
+  for (const Measurement& other : others) other_judges.emplace_back(other, parts_of_other(other, false));
+  for (const Measurement& other : training_data) training_judges.emplace_back(other, parts_of_other(other, true));
 
   Evaluation result;
+  const TrainingRows rows = training_rows(judge, training_judges);
   const std::vector<bool> training = judge.training();
   if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
     judge.note("all data are training data: nothing is left to judge the fitted models on, the leaderboard shows their fit");
@@ -92,7 +100,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   if (incomplete > 0) judge.note(fmt::format("{} rows lack an input; models that need it leave them out", incomplete));
   for (const ModelSpec* spec : chosen_models(options)) {
     FittedModel fitted(*spec);
-    if (!fit_and_judge(fitted, options.check, judge)) continue;
+    if (!fit_and_judge(fitted, options.check, rows, judge, training_judges)) continue;
     for (Judge& other : other_judges) other.add(fitted.name(), fitted.predict(other.data()), false);
     result.models.push_back(std::move(fitted));
   }
@@ -110,6 +118,10 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   for (std::size_t i = 0; i < others.size(); ++i) {
     result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(), other_judges[i].predictions());
     result.rows.insert(result.rows.end(), other_judges[i].rows.begin(), other_judges[i].rows.end());
+  }
+  for (const Judge& other : training_judges) {
+    result.training_hours += training_hours(other);
+    result.rows.insert(result.rows.end(), other.rows.begin(), other.rows.end());
   }
   // A channel that no fit may use is held out in every part.
   for (EvaluationRow& row : result.rows) {
@@ -154,7 +166,7 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
   Measurement cut = measurement;
   if (cut.programs.empty()) {
     EvaluateOptions by_day;
-    by_day.train_until_s = std::numeric_limits<double>::min();  // every day is a part of its own
+    by_day.train_until_s = nothing_trains;  // every day is a part of its own
     for (const EvaluationPart& part : parts_of(measurement, by_day)) {
       if (!part.training) cut.programs.push_back({part.name, part.from, part.to});
     }
@@ -170,7 +182,8 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
       one.train_programs = {cross.programs[static_cast<std::size_t>(from)]};
       Judge judge(cut, parts_of(cut, one));
       FittedModel model(*spec);
-      const bool fitted = fit_and_judge(model, options.check, judge);
+      std::vector<Judge> none;
+      const bool fitted = fit_and_judge(model, options.check, training_rows(judge), judge, none);
       // A fit that runs away in one channel is refused as a whole: the others alone would look better than it is.
       for (const std::string& reason : model.refused()) cross.notes.push_back("fitted on " + cross.programs[static_cast<std::size_t>(from)] + ", refused: " + reason);
       if (!fitted || !model.refused().empty()) continue;

@@ -58,9 +58,11 @@ struct Evaluation {
 };
 
 /// @param model   nullptr where there is no machine
-/// @param others  further measurements with the same channels, none of whose rows a fit sees
-Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model,
-                    const EvaluateOptions& options, const std::vector<Measurement>& others = {});
+/// @param others         further measurements with the same channels, none of whose rows a fit sees
+/// @param training_data  further measurements of the machine, all of whose rows fits see, each beginning anew; the measurement
+///   itself then trains only as far as the options say
+Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model, const EvaluateOptions& options,
+                    const std::vector<Measurement>& others = {}, const std::vector<Measurement>& training_data = {});
 
 /// Models fitted before, on another machine of the type: as they are (`<model>_as_is`) and with one
 /// factor a channel from the training part (`<model>_corrected`); document 002, 5.2.

@@ -120,11 +120,14 @@ void Judge::add(const std::string& model, std::size_t target, const VectorXd& gi
   const MeasuredChannel& channel = data_.targets[target];
   const VectorXd measured = data_.target_values.col(static_cast<Index>(target));
   VectorXd predicted = given;
-  if (!fitted && channel.zero == Zero::first) {
-    // What was not fitted to this record knows nothing of its zero.
-    for (Index i = 0; i < predicted.size(); ++i) {
+  const std::vector<bool> seen = training();
+  for (std::size_t s = 0; channel.zero == Zero::first && s < data_.starts.size(); ++s) {
+    const Index from = data_.starts[s], to = data_.stretch_end(s);
+    // What was not fitted to this stretch knows nothing of its zero.
+    if (fitted && std::find(seen.begin() + from, seen.begin() + to, true) != seen.begin() + to) continue;
+    for (Index i = from; i < to; ++i) {
       if (!std::isfinite(measured[i]) || !std::isfinite(predicted[i])) continue;
-      predicted.array() -= double(predicted[i]) - measured[i];
+      predicted.segment(from, to - from).array() -= double(predicted[i]) - measured[i];
       break;
     }
   }
@@ -162,9 +165,25 @@ std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options) {
   return chosen;
 }
 
-bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Judge& judge) {
+TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further) {
+  if (further.empty()) return {judge.data(), judge.training()};
+  std::vector<const Judge*> judges;
+  for (const Judge& other : further) judges.push_back(&other);
+  judges.push_back(&judge);
+  TrainingRows rows;
+  std::vector<const Dataset*> parts;
+  for (const Judge* one : judges) {
+    parts.push_back(&one->data());
+    const std::vector<bool> used = one->training();
+    rows.used.insert(rows.used.end(), used.begin(), used.end());
+  }
+  rows.data = join_datasets(parts);
+  return rows;
+}
+
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge, std::vector<Judge>& further) {
   try {
-    model.fit(judge.data(), judge.training(), check);
+    model.fit(rows.data, rows.used, check);
   } catch (const InputError& error) {
     judge.note(model.name() + " left out: " + error.what());
     return false;
@@ -174,12 +193,13 @@ bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Ju
     judge.note("left out: " + model.left_out().front());
     return false;
   }
-  MatrixXd predicted = model.predict(judge.data());
-  model.refuse_diverging(judge.data(), judge.training(), predicted);
+  MatrixXd predicted = model.predict(rows.data);
+  model.refuse_diverging(rows.data, rows.used, predicted);
   for (const std::string& reason : model.left_out()) judge.note("left out: " + reason);
   for (const std::string& reason : model.refused()) judge.note("refused: " + reason);
   if (model.empty()) return false;
-  judge.add(model.name(), predicted, true);
+  judge.add(model.name(), further.empty() ? predicted : model.predict(judge.data()), true);
+  for (Judge& other : further) other.add(model.name(), model.predict(other.data()), true);
   return true;
 }
 

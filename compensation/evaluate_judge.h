@@ -45,8 +45,17 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
 /// Models of the options; all without any. @throws InputError for an unknown name
 std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options);
 
-/// Fits a model and judges it; what could not be done is noted. @return whether anything was fitted
-bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, Judge& judge);
+/// What a fit sees: rows of the judged measurement, or of several.
+struct TrainingRows {
+  Dataset data;
+  std::vector<bool> used;            ///< (rows)
+};
+/// @param further  measurements that train beside the judged one; they come first in time
+TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further = {});
+
+/// Fits a model and judges it, on further measurements that it was trained on too; what could not be done is noted in the first.
+/// @return whether anything was fitted
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge, std::vector<Judge>& further);
 
 /// @param models  whose cautions put them last
 std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models);

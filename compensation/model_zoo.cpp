@@ -53,16 +53,34 @@ std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& t
 
 std::string group_of(const MeasuredChannel& channel) { return channel.quantity.empty() ? channel.direction : channel.quantity; }
 
-/// Rows up to the last one that a fit may use; targets of the others are unknown to it.
+/// Rows up to the last one that a fit may use; targets of the others are unknown to it. A stretch that begins after a pause has its
+/// first inputs from right after the end of the one before: over the pause nothing is held, and what is slow comes to rest.
 TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
   const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
+  std::vector<Index> order;           // row of the data, of each row here
+  std::vector<bool> before_a_stretch; // whether it is one of the added rows
   TrainingData part;
-  part.label = model + " " + data.targets[static_cast<std::size_t>(target)].id;
-  part.time = data.time.head(rows);
-  part.inputs = data.input_values(Eigen::all, used).topRows(rows);
-  part.target = data.target_values.col(target).head(rows);
   for (Index i = 0; i < rows; ++i) {
-    if (!training[static_cast<std::size_t>(i)]) part.target[i] = missing;
+    if (i > 0 && std::binary_search(data.starts.begin(), data.starts.end(), i)) {
+      part.breaks.push_back(static_cast<Index>(order.size()));
+      part.breaks.push_back(static_cast<Index>(order.size()) + 1);
+      order.push_back(i);
+      before_a_stretch.push_back(true);
+    }
+    order.push_back(i);
+    before_a_stretch.push_back(false);
+  }
+  part.label = model + " " + data.targets[static_cast<std::size_t>(target)].id;
+  part.time = data.time(order);
+  part.inputs = data.input_values(order, used);
+  part.target = data.target_values(order, target);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const auto row = static_cast<Index>(i);
+    if (before_a_stretch[i]) {
+      const double last = part.time[row - 1], interval = row > 1 ? last - part.time[row - 2] : 1.0;
+      part.time[row] = last + std::min(interval, 0.5 * (part.time[row] - last));
+    }
+    if (before_a_stretch[i] || !training[static_cast<std::size_t>(order[i])]) part.target[row] = missing;
   }
   for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
   return part;
@@ -352,7 +370,11 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
         if (data.inputs[column].id == part.inputs[k].id) inputs.col(static_cast<Index>(k)) = data.input_values.col(static_cast<Index>(column));
       }
     }
-    series.push_back(part.model->predict(data.time, inputs));
+    VectorXd& whole = series.emplace_back(data.rows());
+    for (std::size_t s = 0; s < data.starts.size(); ++s) {
+      const Index from = data.starts[s], count = data.stretch_end(s) - from;
+      whole.segment(from, count) = part.model->predict(data.time.segment(from, count), inputs.middleRows(from, count));
+    }
   }
   const VectorXd level = levels_of_rows(data, level_input_, levels_);
   MatrixXd result = MatrixXd::Constant(data.rows(), static_cast<Index>(data.targets.size()), missing);

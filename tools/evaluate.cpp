@@ -56,8 +56,9 @@ void study_lengths(const EvaluateOptions& options, const compensation::Measureme
 
 void evaluate(const EvaluateOptions& options) {
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
-  std::vector<compensation::Measurement> others;
+  std::vector<compensation::Measurement> others, training_data;
   for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
+  for (const auto& folder : options.train_data) training_data.push_back(compensation::read_measurement(folder));
   compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};
   std::optional<reduction::ReducedModel> extended;
   if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));
@@ -68,9 +69,9 @@ void evaluate(const EvaluateOptions& options) {
     evaluation = compensation::transfer(measurement, compensation::FittedModel::read(options.fitted), settings);
   } else if (!options.model.empty() || !options.case_path.empty()) {
     const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
-    evaluation = compensation::evaluate(measurement, &model, settings, others);
+    evaluation = compensation::evaluate(measurement, &model, settings, others, training_data);
   } else {
-    evaluation = compensation::evaluate(measurement, nullptr, settings, others);
+    evaluation = compensation::evaluate(measurement, nullptr, settings, others, training_data);
   }
 
   const auto folder = options.out / "evaluation";

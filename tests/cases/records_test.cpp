@@ -24,7 +24,7 @@ struct Row {
   double z = 0;                      ///< um
 };
 
-/// A record of one displacement z and temperatures T1, T2, ... each five minutes.
+/// A record of one displacement z and temperatures T1, T2, ... each five minutes; a row without temperatures is left out.
 void write_record(const Toy& toy, const std::string& name, double hours, const std::function<Row(double hour)>& row_at) {
   std::string data, channels = "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n";
   for (int i = 0; i * interval_s < 3600.0 * hours; ++i) {
@@ -38,6 +38,7 @@ void write_record(const Toy& toy, const std::string& name, double hours, const s
       }
       data += "\n";
     }
+    if (row.temperatures.empty()) continue;
     data += std::to_string(i * interval_s) + "," + std::to_string(row.z);
     for (const double temperature : row.temperatures) data += "," + std::to_string(temperature);
     data += "\n";
@@ -169,6 +170,77 @@ Row uninformative(double hour, std::mt19937_64& random) {
   const double a = together + 0.02 * normal(random), b = together + (hour < 16 ? 0.0 : 3.0 * std::sin(hour / 3)) + 0.02 * normal(random),
                c = together + (hour < 16 ? 0.0 : 3.0 * std::cos(hour / 5) - 3.0 * std::cos(16.0 / 5)) + 0.02 * normal(random);
   return {{20 + a, 20 + b, 20 + c}, 3 * a + 2 * b - 2 * c + 0.1 * normal(random)};
+}
+
+/// A machine that follows its motor within an hour: two programs, each from the room's temperature on.
+struct Motor {
+  double z = 0;
+  /// Temperature and displacement after five minutes more of a program. @param heat  K above the room that the motor goes to
+  Row step(std::mt19937_64& random, double heat) {
+    std::normal_distribution<double> normal;
+    z += (8.0 * heat - z) * (1.0 - std::exp(-interval_s / 3600.0));
+    return {{20.0 + heat + 0.01 * normal(random)}, z + 0.05 * normal(random)};
+  }
+};
+double heat_of(int program, double hour) {
+  return program == 0 ? (hour < 1.0 ? 0.0 : std::fmod(hour, 4.0) < 2.0 ? 4.0 : 2.0) : (hour < 1.0 ? 0.0 : hour < 5.0 ? 3.0 : 1.0);
+}
+
+/// Least reduction of RMS that a row of this model and part says, %.
+double least_reduction(const json& answer, const std::string& model, const std::string& part) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const json& row : answer["rows"])
+    if (row["model"] == model && row["part"] == part) least = std::min(least, row["rms_reduction_percent"].get<double>());
+  return least;
+}
+
+// What a machine did two days ago is neither held over the pause nor remembered by a model.
+TEST(EvaluateRecord, AProgramAfterAPauseBeginsAnew) {
+  const Toy toy;
+  std::mt19937_64 random(5);
+  Motor motor;
+  write_record(toy, "record", 72, [&](double hour) {
+    if (hour >= 12.0 && hour < 60.0) return motor = {}, Row{};
+    return motor.step(random, hour < 12.0 ? heat_of(0, hour) : heat_of(1, hour - 60.0));
+  });
+  toy.write("record/channels.toml", read(toy.file("record/channels.toml")) +
+                                        "[[program]]\nname = \"first\"\nfrom_s = 0\nto_s = 43200\n[[program]]\nname = \"second\"\nfrom_s = 216000\nto_s = 260000\n");
+  for (const auto& [train, judged] : {std::pair{"first", "second"}, {"second", "first"}}) {
+    const Result result = toy.run({"evaluate", "--data", toy.file("record"), "--train-programs", train, "--models", "arx,output_error,grey_box", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* model : {"arx", "output_error", "grey_box"}) {
+      EXPECT_GT(least_reduction(json::parse(result.out), model, train), 95.0) << model;
+      EXPECT_GT(least_reduction(json::parse(result.out), model, judged), 95.0) << model << " fitted on " << train;
+    }
+  }
+}
+
+TEST(EvaluateRecord, TrainsOnSeveralFolders) {
+  const Toy toy;
+  std::mt19937_64 random(6);
+  // Neither folder alone tells both sensors apart: in each one of them stays.
+  for (const char* name : {"first", "second", "both"}) {
+    Motor one, other;
+    write_record(toy, name, 12, [&](double hour) {
+      Row a = one.step(random, name == std::string("second") ? 0.0 : heat_of(0, hour)), b = other.step(random, name == std::string("first") ? 0.0 : heat_of(1, hour));
+      return Row{{a.temperatures[0], b.temperatures[0]}, a.z - 2.0 * b.z};
+    });
+  }
+  const Result result = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.file("second"), "--models", "arx", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json answer = json::parse(result.out);
+  EXPECT_GT(least_reduction(answer, "arx", "day 0"), 95.0) << result.out;
+  for (const char* part : {"first", "second"}) EXPECT_GT(least_reduction(answer, "arx", part), 95.0);
+  for (const json& row : answer["rows"]) EXPECT_EQ(row["seen_by_fit"].get<bool>(), row["part"] != "day 0") << row;
+  EXPECT_NEAR(answer["training_hours"].get<double>(), 24.0, 0.5);
+  // A channel of another kind in one of them.
+  std::string channels = read(toy.file("second/channels.toml"));
+  const std::string temperature = "\"temperature\"\nunit = \"degC\"";
+  channels.replace(channels.find(temperature), temperature.size(), "\"speed\"\nunit = \"rpm\"");
+  toy.write("second/channels.toml", channels);
+  const Result wrong = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.file("second"), "--models", "arx"});
+  EXPECT_EQ(wrong.status, 3);
+  EXPECT_SAYS(wrong.err, "T1");
 }
 
 TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {
