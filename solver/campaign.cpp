@@ -12,6 +12,7 @@
 #include "core/units.h"
 #include "solver/campaign_files.h"
 #include "solver/campaign_recorder.h"
+#include "solver/isolated_check.h"
 #include "solver/radiation_check.h"
 #include "solver/tcp.h"
 #include "solver/thermal_adaptive.h"
@@ -148,6 +149,7 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
 FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions& options, SolverChoice choice) {
   mesh::MachineMesh mesh = mesh::build_machine_mesh(machine, options);
   ThermalSystem thermal = assemble_thermal(mesh);
+  for (const std::string& sentence : isolated_parts(mesh, thermal)) core::warn(sentence);
   MemoryPlan memory;
   memory.heat = heat_memory_need(thermal, choice, memory.wide);
   ElasticOptions elastic_options;

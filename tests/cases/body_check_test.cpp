@@ -29,6 +29,33 @@ TEST(BodyCheck, UnconnectedPiecesAreAnErrorUnlessStated) {
   EXPECT_SAYS(one.err, "body 'block' has 1 unconnected piece; allowed: pieces = 2 as machine.toml states, or pieces = 1");
 }
 
+TEST(BodyCheck, APartThatNothingTakesHeatFromIsWarnedOf) {
+  const std::string film = R"(
+[[surface]]
+id = "floor"
+body = "block"
+rule = {normal = [0, 0, -1], box_min_mm = [-1, -1, -1], box_max_mm = [101, 101, 1]}
+[[ambient]]
+id = "air"
+default_C = 20
+[[film]]
+id = "floor"
+surfaces = ["floor"]
+film_coefficient_W_m2K = 20
+)";
+  const OwnCase own(body_text("block", 60, "pieces = 2\nelastic = false") + film);
+  own.blocks("block", {low, high});
+  const Result two = own.run({"simulate", own.path(), "--load", "hour"});
+  ASSERT_EQ(two.status, 0) << two.err;
+  EXPECT_SAYS(two.err, "nothing takes heat from a part of 'block'");
+  EXPECT_SAYS(two.err, "75.1] mm");
+  const OwnCase one(body_text("block", 60, "elastic = false") + film);
+  one.blocks("block", {low});
+  const Result whole = one.run({"simulate", one.path(), "--load", "hour"});
+  ASSERT_EQ(whole.status, 0) << whole.err;
+  EXPECT_EQ(whole.err.find("nothing takes heat"), std::string::npos) << whole.err;
+}
+
 TEST(BodyCheck, TwoBodiesInOnePlaceAreAnError) {
   const OwnCase own(body_text("bed", 60) + body_text("ram", 60));
   own.blocks("bed", {low});
