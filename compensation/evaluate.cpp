@@ -20,7 +20,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double nothing_trains = std::numeric_limits<double>::min();  // as train_until_s
+constexpr double nothing_trains = -1.0;  // as train_until_s
 
 void require_displacements(const Measurement& measurement) {
   if (std::any_of(measurement.channels.begin(), measurement.channels.end(), [](const auto& c) { return c.kind == ChannelKind::displacement; })) return;

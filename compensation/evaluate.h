@@ -17,7 +17,7 @@
 namespace thermotwin::compensation {
 
 struct EvaluateOptions {
-  /// Models that are fitted see so much from the first row on, s; 0: 24 h, of a record below 30 h half.
+  /// Models that are fitted see so much from the first row on, s; 0: 24 h, of a record below 30 h half; negative: nothing.
   double train_until_s = 0;
   std::vector<std::string> train_programs;  ///< instead: these programs of the measurement
   std::vector<std::string> models;          ///< by name; empty: all

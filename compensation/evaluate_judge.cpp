@@ -71,7 +71,7 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   }
   // Hours and days count from the first row: a clock may start anywhere.
   const double origin = time[0];
-  const double until = origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(measurement, time));
+  const double until = options.train_until_s < 0.0 ? -forever : origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(measurement, time));
   if (!measurement.programs.empty()) {
     for (const Program& program : measurement.programs) {
       // A program that the training's end cuts is judged from there on.

@@ -226,12 +226,14 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
       return Row{{a.temperatures[0], b.temperatures[0]}, a.z - 2.0 * b.z};
     });
   }
+  // Named as a program, the judged folder is judged as a whole, from its first row on.
+  toy.write("both/channels.toml", read(toy.file("both/channels.toml")) + "[[program]]\nname = \"judged\"\nfrom_s = 0\nto_s = 43200\n");
   const Result result = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.file("second"), "--models", "arx", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json answer = json::parse(result.out);
-  EXPECT_GT(least_reduction(answer, "arx", "day 0"), 95.0) << result.out;
+  EXPECT_GT(least_reduction(answer, "arx", "judged"), 95.0) << result.out;
   for (const char* part : {"first", "second"}) EXPECT_GT(least_reduction(answer, "arx", part), 95.0);
-  for (const json& row : answer["rows"]) EXPECT_EQ(row["seen_by_fit"].get<bool>(), row["part"] != "day 0") << row;
+  for (const json& row : answer["rows"]) EXPECT_EQ(row["seen_by_fit"].get<bool>(), row["part"] != "judged") << row;
   EXPECT_NEAR(answer["training_hours"].get<double>(), 24.0, 0.5);
   // A channel of another kind in one of them.
   std::string channels = read(toy.file("second/channels.toml"));
