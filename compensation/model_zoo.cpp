@@ -53,36 +53,43 @@ std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& t
 
 std::string group_of(const MeasuredChannel& channel) { return channel.quantity.empty() ? channel.direction : channel.quantity; }
 
-/// Rows up to the last one that a fit may use; targets of the others are unknown to it. A stretch that begins after a pause has its
-/// first inputs from right after the end of the one before: over the pause nothing is held, and what is slow comes to rest.
+/// Inputs before the first row of a stretch: what is measured there, but the machine has rested.
+void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd> inputs) {
+  for (std::size_t k = 0; k < info.size(); ++k)
+    if (info[k].activity && std::isfinite(inputs[static_cast<Index>(k)])) inputs[static_cast<Index>(k)] = 0.0;
+}
+
+/// Rows up to the last one that a fit may use; targets of the others are unknown to it. Each stretch has a row of rest before its first
+/// one: over the pause nothing is held, what is slow comes to rest, and what a stretch begins with begins there.
 TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
   const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
-  std::vector<Index> order;           // row of the data, of each row here
-  std::vector<bool> before_a_stretch; // whether it is one of the added rows
-  TrainingData part;
+  std::vector<Index> order;  // row of the data, of each row here
+  std::vector<Index> rests;  // rows here that were added
   for (Index i = 0; i < rows; ++i) {
-    if (i > 0 && std::binary_search(data.starts.begin(), data.starts.end(), i)) {
-      part.breaks.push_back(static_cast<Index>(order.size()));
-      part.breaks.push_back(static_cast<Index>(order.size()) + 1);
+    if (std::binary_search(data.starts.begin(), data.starts.end(), i)) {
+      rests.push_back(static_cast<Index>(order.size()));
       order.push_back(i);
-      before_a_stretch.push_back(true);
     }
     order.push_back(i);
-    before_a_stretch.push_back(false);
   }
+  TrainingData part;
+  for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
   part.label = model + " " + data.targets[static_cast<std::size_t>(target)].id;
   part.time = data.time(order);
   part.inputs = data.input_values(order, used);
   part.target = data.target_values(order, target);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const auto row = static_cast<Index>(i);
-    if (before_a_stretch[i]) {
-      const double last = part.time[row - 1], interval = row > 1 ? last - part.time[row - 2] : 1.0;
-      part.time[row] = last + std::min(interval, 0.5 * (part.time[row] - last));
-    }
-    if (before_a_stretch[i] || !training[static_cast<std::size_t>(order[i])]) part.target[row] = missing;
+  for (Index i = 0; i < part.time.size(); ++i)
+    if (!training[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])]) part.target[i] = missing;
+  for (const Index row : rests) {
+    part.target[row] = missing;
+    part.breaks.insert(part.breaks.end(), {row, row + 1});
+    Eigen::RowVectorXd inputs = part.inputs.row(row);
+    let_rest(part.info, inputs);
+    part.inputs.row(row) = inputs;
+    // Right after the end of the stretch before, or an interval before the first one.
+    const double interval = row + 2 < part.time.size() ? part.time[row + 2] - part.time[row + 1] : 1.0;
+    part.time[row] = row == 0 ? part.time[0] - interval : part.time[row - 1] + std::min(interval, 0.5 * (part.time[row + 1] - part.time[row - 1]));
   }
-  for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
   return part;
 }
 
@@ -373,7 +380,14 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
     VectorXd& whole = series.emplace_back(data.rows());
     for (std::size_t s = 0; s < data.starts.size(); ++s) {
       const Index from = data.starts[s], count = data.stretch_end(s) - from;
-      whole.segment(from, count) = part.model->predict(data.time.segment(from, count), inputs.middleRows(from, count));
+      VectorXd time(count + 1);
+      MatrixXd rested(count + 1, inputs.cols());
+      time << data.time[from] - (count > 1 ? data.time[from + 1] - data.time[from] : 1.0), data.time.segment(from, count);
+      rested << inputs.row(from), inputs.middleRows(from, count);
+      Eigen::RowVectorXd rest = rested.row(0);
+      let_rest(part.inputs, rest);
+      rested.row(0) = rest;
+      whole.segment(from, count) = part.model->predict(time, rested).tail(count);
     }
   }
   const VectorXd level = levels_of_rows(data, level_input_, levels_);

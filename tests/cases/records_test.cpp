@@ -9,6 +9,7 @@
 #include <random>
 #include <regex>
 #include <set>
+#include <tuple>
 
 #include "tests/cases/toy.h"
 
@@ -212,6 +213,32 @@ TEST(EvaluateRecord, AProgramAfterAPauseBeginsAnew) {
       EXPECT_GT(least_reduction(json::parse(result.out), model, train), 95.0) << model;
       EXPECT_GT(least_reduction(json::parse(result.out), model, judged), 95.0) << model << " fitted on " << train;
     }
+  }
+}
+
+// A spindle that runs from the first row on: the machine was cold, not settled at that speed.
+TEST(EvaluateRecord, AProgramThatBeginsAtFullSpeedBeginsAtRest) {
+  const Toy toy;
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  for (const auto& [name, first, second] : {std::tuple{"trained", 6000, 3000}, {"judged", 4000, 8000}}) {
+    double z = 0.0;
+    std::string data = "time_s,n,z\n";
+    for (int i = 0; i < 144; ++i) {
+      const int speed = i < 48 ? first : i < 96 ? 0 : second;
+      data += std::to_string(i * interval_s) + "," + std::to_string(speed) + "," + std::to_string(z + 0.05 * normal(random)) + "\n";
+      z += (4e-3 * speed - z) * (1.0 - std::exp(-interval_s / 3600.0));
+    }
+    toy.write(std::string(name) + "/data.csv", data);
+    toy.write(std::string(name) + "/channels.toml", "[[channel]]\nid = \"n\"\nkind = \"speed\"\nunit = \"rpm\"\nuncertainty = 1\n"
+                                                    "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n");
+  }
+  const Result result = toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("trained"), "--models", "output_error_activity,phenomenological", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  for (const char* model : {"output_error_activity", "phenomenological"}) {
+    const double least = least_reduction(json::parse(result.out), model, "day 0");
+    EXPECT_GT(least, 95.0) << model;
+    EXPECT_TRUE(std::isfinite(least)) << model << " was not judged";
   }
 }
 
