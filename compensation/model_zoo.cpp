@@ -59,14 +59,14 @@ void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd>
     if (info[k].activity && std::isfinite(inputs[static_cast<Index>(k)])) inputs[static_cast<Index>(k)] = 0.0;
 }
 
-/// Rows up to the last one that a fit may use; targets of the others are unknown to it. Each stretch has a row of rest before its first
-/// one: over the pause nothing is held, what is slow comes to rest, and what a stretch begins with begins there.
+/// Rows up to the last one that a fit may use; targets of the others are unknown to it. After a stretch comes a row of rest: over
+/// the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins there.
 TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
   const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
   std::vector<Index> order;  // row of the data, of each row here
   std::vector<Index> rests;  // rows here that were added
   for (Index i = 0; i < rows; ++i) {
-    if (std::binary_search(data.starts.begin(), data.starts.end(), i)) {
+    if (i > 0 && std::binary_search(data.starts.begin(), data.starts.end(), i)) {
       rests.push_back(static_cast<Index>(order.size()));
       order.push_back(i);
     }
@@ -86,9 +86,8 @@ TrainingData training_data(const Dataset& data, const std::vector<bool>& trainin
     Eigen::RowVectorXd inputs = part.inputs.row(row);
     let_rest(part.info, inputs);
     part.inputs.row(row) = inputs;
-    // Right after the end of the stretch before, or an interval before the first one.
-    const double interval = row + 2 < part.time.size() ? part.time[row + 2] - part.time[row + 1] : 1.0;
-    part.time[row] = row == 0 ? part.time[0] - interval : part.time[row - 1] + std::min(interval, 0.5 * (part.time[row + 1] - part.time[row - 1]));
+    const double last = part.time[row - 1], interval = row > 1 ? last - part.time[row - 2] : 1.0;
+    part.time[row] = last + std::min(interval, 0.5 * (part.time[row] - last));
   }
   return part;
 }
@@ -380,14 +379,7 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
     VectorXd& whole = series.emplace_back(data.rows());
     for (std::size_t s = 0; s < data.starts.size(); ++s) {
       const Index from = data.starts[s], count = data.stretch_end(s) - from;
-      VectorXd time(count + 1);
-      MatrixXd rested(count + 1, inputs.cols());
-      time << data.time[from] - (count > 1 ? data.time[from + 1] - data.time[from] : 1.0), data.time.segment(from, count);
-      rested << inputs.row(from), inputs.middleRows(from, count);
-      Eigen::RowVectorXd rest = rested.row(0);
-      let_rest(part.inputs, rest);
-      rested.row(0) = rest;
-      whole.segment(from, count) = part.model->predict(time, rested).tail(count);
+      whole.segment(from, count) = part.model->predict(data.time.segment(from, count), inputs.middleRows(from, count));
     }
   }
   const VectorXd level = levels_of_rows(data, level_input_, levels_);
