@@ -19,6 +19,9 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/progress.h"
+#include "mesh/disc_patches.h"
+#include "mesh/import_process.h"
 
 namespace thermotwin::mesh {
 
@@ -97,8 +100,8 @@ void heed_exhausted_memory(const std::string& text) {
   if (text.find("ut of memory") != std::string::npos) throw std::bad_alloc();
 }
 
-/// Runs work in a session; whatever Gmsh throws becomes a MeshError that begins with `doing`.
-template <class Result>
+/// Runs work in a session; whatever Gmsh throws becomes an Error that begins with `doing`.
+template <class Error, class Result>
 Result in_session(const std::string& place, const std::string& doing, const std::string& allowed,
                   const std::function<Result()>& work) {
   const Session session;
@@ -110,13 +113,13 @@ Result in_session(const std::string& place, const std::string& doing, const std:
     throw;
   } catch (const std::string& text) {
     heed_exhausted_memory(text);
-    throw core::MeshError(place, doing + ": " + text, allowed);
+    throw Error(place, doing + ": " + text, allowed);
   } catch (const std::exception& error) {
     heed_exhausted_memory(error.what());
-    throw core::MeshError(place, doing + ": " + error.what(), allowed);
+    throw Error(place, doing + ": " + error.what(), allowed);
   } catch (...) {
     heed_exhausted_memory(last_error());
-    throw core::MeshError(place, doing + ": " + last_error(), allowed);
+    throw Error(place, doing + ": " + last_error(), allowed);
   }
 }
 
@@ -264,9 +267,158 @@ void generate() {
   gmsh::model::mesh::optimize("", true);
 }
 
+/// A fault of the mesh that the mesher made is the mesher's.
+TetMesh finish_meshed(const RawMesh& raw, const ImportOptions& options, double unit) {
+  ImportOptions as_meshed = options;
+  as_meshed.unit_m = unit;
+  try {
+    return finish(raw, as_meshed);
+  } catch (const core::MeshError& error) {
+    throw MesherError("body '" + options.body + "'", std::string("the mesher left a mesh that cannot be used (") + error.what() + ")",
+                      "another element_size_mm, or simpler geometry");
+  }
+}
+
+/// Gaps up to this, over the extent, are closed where faces enclose no solid, each tried in turn.
+constexpr double sewing_gaps[] = {1e-7, 1e-6, 1e-5, 1e-4};
+constexpr double largest_volume_error = 0.2;
+
+double extent_of_model() {
+  double box[6];
+  gmsh::model::getBoundingBox(-1, -1, box[0], box[1], box[2], box[3], box[4], box[5]);
+  return std::max({box[3] - box[0], box[4] - box[1], box[5] - box[2]});
+}
+
+int solids_of_model() {
+  DimTags solids;
+  gmsh::model::getEntities(solids, 3);
+  return static_cast<int>(solids.size());
+}
+
+/// Whether the solids hold more than rounding.
+bool bounds_a_volume(double extent) {
+  DimTags solids;
+  gmsh::model::getEntities(solids, 3);
+  double volume = 0.0;
+  for (const auto& [dim, tag] : solids) {
+    double mass = 0.0;
+    gmsh::model::occ::getMass(dim, tag, mass);
+    volume += mass;
+  }
+  return volume > 1e-9 * extent * extent * extent;
+}
+
+/// Volumes that no face bounds: an assembly's empty bodies.
+int drop_empty_solids(const DimTags& shapes) {
+  int dropped = 0;
+  for (const auto& shape : shapes) {
+    double mass = 0.0;
+    if (shape.first == 3) gmsh::model::occ::getMass(shape.first, shape.second, mass);
+    if (shape.first != 3 || mass != 0.0) continue;
+    gmsh::model::occ::remove({shape});
+    ++dropped;
+  }
+  return dropped;
+}
+
+/// The file's solids in the current model. @throws MeshError
+void read_shapes(const std::filesystem::path& path, const std::string& place, const ImportOptions& options, const Attempt& attempt) {
+  const auto read = [&] {
+    try {
+      DimTags shapes;
+      gmsh::model::occ::importShapes(path.string(), shapes, true);
+      const int dropped = drop_empty_solids(shapes);
+      gmsh::model::occ::synchronize();
+      return dropped;
+    } catch (...) {
+      heed_exhausted_memory(last_error());
+      throw core::MeshError(place, "unreadable (" + last_error() + ")", "a STEP, IGES or BREP file");
+    }
+  };
+  const int dropped = read();
+  if (dropped > 0 && attempt.first) core::warn(fmt::format("body '{}': {} solids without volume were dropped", options.body, dropped));
+  const double extent = extent_of_model();
+  const bool has_solid = solids_of_model() > 0;
+  const auto heal_faces = [&](double gap, bool sew) {
+    DimTags healed;
+    try {
+      gmsh::model::occ::healShapes(healed, {}, gap, true, true, true, sew, sew);
+      gmsh::model::occ::synchronize();
+    } catch (...) {  // shapes that cannot be healed stay as they are
+      heed_exhausted_memory(last_error());
+    }
+  };
+  if (has_solid) {
+    if (attempt.heal > 0.0) heal_faces(attempt.heal * extent, false);
+    return;
+  }
+  DimTags faces;
+  gmsh::model::getEntities(faces, 2);
+  for (const double gap : sewing_gaps) {
+    if (faces.empty()) break;
+    gmsh::model::remove();
+    gmsh::model::add("body");
+    read();
+    heal_faces(gap * extent, true);
+    if (solids_of_model() == 0 || !bounds_a_volume(extent)) continue;
+    if (attempt.first)
+      core::warn(fmt::format("body '{}': {} faces were sewn into {} solids (gaps up to {:.2g} of the extent)", options.body, faces.size(),
+                             solids_of_model(), gap));
+    return;
+  }
+  throw core::MeshError(place, faces.empty() ? "no solid" : fmt::format("no solid: its {} faces enclose no volume", faces.size()),
+                        "one or more closed solids (open surfaces or wires are not enough)");
+}
+
+/// The surface as discrete faces that bound a volume.
+void add_surface(const Surface& surface, double unit, Attempt::Patches patches) {
+  const std::vector<int> patch = patches == Attempt::Patches::discs ? disc_patches(surface) : std::vector<int>(static_cast<std::size_t>(surface.triangles.cols()), 0);
+  Tags node_tags;
+  std::vector<double> coordinates;
+  for (Eigen::Index i = 0; i < surface.points.cols(); ++i) {
+    node_tags.push_back(static_cast<std::size_t>(i) + 1);
+    for (int k = 0; k < 3; ++k) coordinates.push_back(surface.points(k, i) / unit);
+  }
+  std::map<int, Tags> corners;
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
+    for (int k = 0; k < 3; ++k) corners[patch[static_cast<std::size_t>(t)]].push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
+  for (const auto& [number, corner] : corners) {
+    const int entity = gmsh::model::addDiscreteEntity(2);
+    if (number == 0) gmsh::model::mesh::addNodes(2, entity, node_tags, coordinates);
+    gmsh::model::mesh::addElementsByType(entity, tri3, {}, corner);
+  }
+  constexpr double sharp = 40.0 * std::numbers::pi / 180.0;
+  if (patches == Attempt::Patches::as_in_file) return;
+  if (patches == Attempt::Patches::by_angle)
+    gmsh::model::mesh::classifySurfaces(sharp, true, true, std::numbers::pi);
+  else
+    gmsh::model::mesh::createTopology();
+  gmsh::model::mesh::createGeometry();
+}
+
 }  // namespace
 
-TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options) {
+const std::vector<Attempt>& attempts_on_cad() {
+  static const std::vector<Attempt> list = [] {
+    std::vector<Attempt> all(3);
+    all[1] = {false, "without finer elements at curved faces", Attempt::Patches::by_angle, false, 1, 0.0};
+    all[2] = {false, "after removing edges and faces below 1e-5 of the extent", Attempt::Patches::by_angle, true, 6, 1e-5};
+    return all;
+  }();
+  return list;
+}
+
+const std::vector<Attempt>& attempts_on_surfaces() {
+  static const std::vector<Attempt> list = [] {
+    std::vector<Attempt> all(3);
+    all[1] = {false, "by cutting its surface into small discs", Attempt::Patches::discs, false, 6, 0.0};
+    all[2] = {false, "by keeping the triangles of its file, whose shape limits the quality", Attempt::Patches::as_in_file, false, 6, 0.0};
+    return all;
+  }();
+  return list;
+}
+
+TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
   const std::string place = "body '" + options.body + "': " + path.string();
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
@@ -275,25 +427,14 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
   const double unit = extension == ".brep" ? options.unit_m : 1e-3;  // STEP and IGES state their unit
-  const bool faces_only = extension == ".iges" || extension == ".igs";
-  const RawMesh raw = in_session<RawMesh>(
+  double volume = 0.0;
+  const RawMesh raw = in_session<MesherError, RawMesh>(
       place, "meshing failed", "a valid solid (try another element_size_mm, or repair the CAD file)", [&] {
-        DimTags shapes, solids;
-        if (faces_only) {
-          gmsh::option::setNumber("Geometry.OCCSewFaces", 1);
-          gmsh::option::setNumber("Geometry.OCCMakeSolids", 1);
-        }
-        try {
-          gmsh::model::occ::importShapes(path.string(), shapes, true);
-          gmsh::model::occ::synchronize();
-        } catch (...) {
-          heed_exhausted_memory(last_error());
-          throw core::MeshError(place, "unreadable (" + last_error() + ")", "a STEP, IGES or BREP file");
-        }
+        // IGES is brought to mm by its reader, which cannot be told a unit.
+        if (extension == ".iges" || extension == ".igs") gmsh::option::setString("Geometry.OCCTargetUnit", "");
+        read_shapes(path, place, options, attempt);
+        DimTags solids;
         gmsh::model::getEntities(solids, 3);
-        if (solids.empty())
-          throw core::MeshError(place, "no solid",
-                                "one or more closed solids (surfaces or wires are not enough)");
         std::map<int, std::string> face_names;
         if (solids.size() == 1) {
           DimTags faces;
@@ -308,7 +449,6 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
         Eigen::Matrix3Xd ends(3, 2);
         ends << box[0], box[3], box[1], box[4], box[2], box[5];
         check_extent(unit * ends, options.body);  // before a mesh of a billion elements
-        double volume = 0.0;
         gmsh::model::getEntities(solids, 3);
         for (const auto& [dim, tag] : solids) {
           double mass = 0.0;
@@ -316,7 +456,8 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
           volume += mass * unit * unit * unit;
         }
         require_affordable(volume, options, place);
-        set_sizes(options, unit, options.elements_per_turn);
+        gmsh::option::setNumber("Mesh.Algorithm", attempt.algorithm);
+        set_sizes(options, unit, attempt.curvature ? options.elements_per_turn : 0);
         generate();
         const NodeTable nodes;
         std::map<int, std::vector<int>> tets_of;
@@ -333,49 +474,36 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
         }
         return mesh;
       });
-  ImportOptions as_meshed = options;
-  as_meshed.unit_m = unit;
-  return finish(raw, as_meshed);
+  TetMesh mesh = finish_meshed(raw, options, unit);
+  // Chords of 8 elements on a turn lose a tenth of a round bar; coarser ones more.
+  if (const double found = mesh.total_volume(); std::abs(found - volume) > largest_volume_error * volume)
+    throw MesherError(place, fmt::format("the mesh has a volume of {:.4g} mm^3, the solid one of {:.4g} mm^3", 1e9 * found, 1e9 * volume),
+                      fmt::format("a difference below {:.0f} % (try a smaller element_size_mm)", 100.0 * largest_volume_error));
+  return mesh;
 }
 
-TetMesh mesh_closed_surface(const Surface& surface, const ImportOptions& options) {
+TetMesh mesh_closed_surface(const Surface& surface, const ImportOptions& options, const Attempt& attempt) {
   const std::string place = "body '" + options.body + "'";
   constexpr double unit = 1e-3;
   require_affordable(enclosed_volume(surface), options, place);
-  const RawMesh raw =
-      in_session<RawMesh>(place, "the surface could not be meshed",
-                          "a surface of well-shaped patches (try STEP, or another element_size_mm)", [&] {
-                            const int entity = gmsh::model::addDiscreteEntity(2);
-                            Tags node_tags, corner;
-                            std::vector<double> coordinates;
-                            for (Eigen::Index i = 0; i < surface.points.cols(); ++i) {
-                              node_tags.push_back(static_cast<std::size_t>(i) + 1);
-                              for (int k = 0; k < 3; ++k) coordinates.push_back(surface.points(k, i) / unit);
-                            }
-                            for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
-                              for (int k = 0; k < 3; ++k)
-                                corner.push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
-                            gmsh::model::mesh::addNodes(2, entity, node_tags, coordinates);
-                            gmsh::model::mesh::addElementsByType(entity, tri3, {}, corner);
-                            const double sharp = 40.0 * std::numbers::pi / 180.0;
-                            gmsh::model::mesh::classifySurfaces(sharp, true, true, std::numbers::pi);
-                            gmsh::model::mesh::createGeometry();
-                            DimTags faces;
-                            gmsh::model::getEntities(faces, 2);
-                            std::vector<int> tags;
-                            for (const auto& face : faces) tags.push_back(face.second);
-                            gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop(tags)});
-                            gmsh::model::geo::synchronize();
-                            // The curvature of a faceted surface is noise: the size alone counts.
-                            set_sizes(options, unit, 0);
-                            generate();
-                            const NodeTable nodes;
-                            std::map<int, std::vector<int>> tets_of;
-                            return take_mesh("surface mesh", tets_of, nodes);
-                          });
-  ImportOptions as_meshed = options;
-  as_meshed.unit_m = unit;
-  return finish(raw, as_meshed);
+  const RawMesh raw = in_session<MesherError, RawMesh>(
+      place, "the surface could not be meshed", "a surface of well-shaped patches (try STEP, or another element_size_mm)", [&] {
+        add_surface(surface, unit, attempt.patches);
+        DimTags faces;
+        gmsh::model::getEntities(faces, 2);
+        std::vector<int> tags;
+        for (const auto& face : faces) tags.push_back(face.second);
+        gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop(tags)});
+        gmsh::model::geo::synchronize();
+        gmsh::option::setNumber("Mesh.Algorithm", attempt.algorithm);
+        // The curvature of a faceted surface is noise: the size alone counts.
+        set_sizes(options, unit, 0);
+        generate();
+        const NodeTable nodes;
+        std::map<int, std::vector<int>> tets_of;
+        return take_mesh("surface mesh", tets_of, nodes);
+      });
+  return finish_meshed(raw, options, unit);
 }
 
 RawMesh read_msh(const std::filesystem::path& path) {
@@ -383,7 +511,7 @@ RawMesh read_msh(const std::filesystem::path& path) {
   const std::string start = core::read_file(path).substr(0, 4096);
   if (start.find("$MeshFormat") == std::string::npos)
     throw core::MeshError(path.string(), "no $MeshFormat section", "a Gmsh mesh file, version 4.1 or 2.2");
-  return in_session<RawMesh>(path.string(), "unreadable", "a complete Gmsh mesh file, version 4.1 or 2.2",
+  return in_session<core::MeshError, RawMesh>(path.string(), "unreadable", "a complete Gmsh mesh file, version 4.1 or 2.2",
                              [&] {
                                gmsh::open(path.string());
                                const NodeTable nodes;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -98,17 +99,32 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
   }
 }
 
-TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions& options) {
-  const Surface surface = read_surface(path, options);
+Surface read_checked(const std::filesystem::path& path, const ImportOptions& options, bool warn) {
+  require_sizes(options);
+  Surface surface = read_triangles(path, options.body);
+  surface.points *= options.unit_m;
+  if (!surface.points.allFinite())
+    throw core::MeshError("body '" + options.body + "'", "a corner whose place is not a number",
+                          "finite coordinates");
+  if (const int dropped = weld(surface); dropped > 0 && warn)
+    core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
+  if (const Healing healed = heal(surface); healed.any() && warn)
+    core::warn(fmt::format("body '{}': the surface was repaired: {}", options.body, healed.brief()));
+  check_surface(surface, options.body);
+  return surface;
+}
+
+TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
+  const Surface surface = read_checked(path, options, attempt.first);
   std::vector<TetMesh> meshes;
   const double expected = enclosed_volume(surface);
   for (const Surface& piece : pieces(surface, options.body))
-    meshes.push_back(mesh_closed_surface(piece, options));
+    meshes.push_back(mesh_closed_surface(piece, options, attempt));
   TetMesh mesh = meshes.size() == 1 ? std::move(meshes.front()) : merged(meshes, options.body);
   mesh.solids = static_cast<int>(meshes.size());
   // A patch that was parametrised wrongly, or a cavity that was filled, shows in the volume.
   if (const double found = mesh.total_volume(); std::abs(found - expected) > 0.1 * expected)
-    throw core::MeshError(
+    throw MesherError(
         "body '" + options.body + "'",
         fmt::format("the mesh has a volume of {:.4g} mm^3, the surface encloses {:.4g} mm^3", 1e9 * found,
                     1e9 * expected),
@@ -119,19 +135,7 @@ TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions
 
 }  // namespace
 
-Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) {
-  require_sizes(options);
-  Surface surface = read_triangles(path, options.body);
-  surface.points *= options.unit_m;
-  if (!surface.points.allFinite())
-    throw core::MeshError("body '" + options.body + "'", "a corner whose place is not a number",
-                          "finite coordinates");
-  if (const int dropped = weld(surface); dropped > 0)
-    core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
-  if (const Healing healed = heal(surface); healed.any()) core::warn(fmt::format("body '{}': the surface was repaired: {}", options.body, healed.brief()));
-  check_surface(surface, options.body);
-  return surface;
-}
+Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) { return read_checked(path, options, true); }
 
 TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& options) {
   require_sizes(options);
@@ -145,11 +149,13 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& op
 
 namespace {
 
-TetMesh import_here(const std::filesystem::path& path, const ImportOptions& options) {
+bool is_cad(const std::string& type) { return is_one_of(type, {".step", ".stp", ".iges", ".igs", ".brep"}); }
+bool is_surface(const std::string& type) { return is_one_of(type, {".stl", ".obj", ".ply", ".3mf", ".gltf", ".glb"}); }
+
+TetMesh import_here(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
   const std::string type = extension(path);
-  if (is_one_of(type, {".step", ".stp", ".iges", ".igs", ".brep"})) return mesh_cad(path, options);
-  if (is_one_of(type, {".stl", ".obj", ".ply", ".3mf", ".gltf", ".glb"}))
-    return mesh_surface_file(path, options);
+  if (is_cad(type)) return mesh_cad(path, options, attempt);
+  if (is_surface(type)) return mesh_surface_file(path, options, attempt);
   if (is_one_of(type, {".msh", ".vtu", ".inp"})) return read_tet_mesh(path, options);
   throw core::InputError(
       "body '" + options.body + "'", "'" + path.string() + "'",
@@ -160,7 +166,18 @@ TetMesh import_here(const std::filesystem::path& path, const ImportOptions& opti
 
 TetMesh import_body(const std::filesystem::path& path, const ImportOptions& options) {
   require_sizes(options);
-  return mesh_in_child("body '" + options.body + "': " + path.string(), {}, [&] { return import_here(path, options); });
+  const std::string type = extension(path), place = "body '" + options.body + "': " + path.string();
+  const std::vector<Attempt> once(1);
+  const std::vector<Attempt>& attempts = is_cad(type) ? attempts_on_cad() : is_surface(type) ? attempts_on_surfaces() : once;
+  std::optional<MesherError> first;  // the one that is told if no attempt succeeds
+  for (const Attempt& attempt : attempts) try {
+      TetMesh mesh = mesh_in_child(place, {}, [&] { return import_here(path, options, attempt); });
+      if (!attempt.first) core::warn(fmt::format("body '{}': it could only be meshed {}", options.body, attempt.words));
+      return mesh;
+    } catch (const MesherError& error) {
+      if (!first) first = error;
+    }
+  throw MesherError(*first);
 }
 
 }  // namespace thermotwin::mesh

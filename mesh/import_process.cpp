@@ -29,7 +29,7 @@ namespace thermotwin::mesh {
 namespace {
 
 // First byte of what the child sends.
-enum class Answer : char { mesh = 'm', mesh_error = 'e', input_error = 'i', solver_error = 's', no_memory = 'n' };
+enum class Answer : char { mesh = 'm', mesher_error = 'f', mesh_error = 'e', input_error = 'i', solver_error = 's', no_memory = 'n' };
 constexpr int status_of_no_memory = 4;  // as core/process ends the program where memory runs out
 
 double default_memory() { return 2.0 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE)); }
@@ -70,6 +70,8 @@ void send(int to, std::string_view bytes) {
   };
   try {
     answer(Answer::mesh, pack_mesh(work()));
+  } catch (const MesherError& error) {
+    answer(Answer::mesher_error, error.what());
   } catch (const core::MeshError& error) {
     answer(Answer::mesh_error, error.what());
   } catch (const core::InputError& error) {
@@ -160,14 +162,16 @@ TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, cons
   const int status = child.wait();
   if (bytes.empty() || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     if (WIFEXITED(status) && WEXITSTATUS(status) == status_of_no_memory) throw std::bad_alloc();
-    throw core::MeshError(place, end_of(status, limits),
-                          "a file that is not damaged (write it anew from CAD, or in another format), a larger element_size_mm, or simpler geometry");
+    const char* allowed = "a file that is not damaged (write it anew from CAD, or in another format), a larger element_size_mm, or simpler geometry";
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) throw core::MeshError(place, end_of(status, limits), allowed);
+    throw MesherError(place, end_of(status, limits), allowed);
   }
   const std::string_view rest = std::string_view(bytes).substr(1);
   switch (static_cast<Answer>(bytes[0])) {
     case Answer::mesh:
       if (auto mesh = unpack_mesh(rest)) return std::move(*mesh);
       throw core::MeshError(place, "the mesh did not arrive whole", "a second attempt");
+    case Answer::mesher_error: throw_again<MesherError>(std::string(rest));
     case Answer::mesh_error: throw_again<core::MeshError>(std::string(rest));
     case Answer::input_error: throw_again<core::InputError>(std::string(rest));
     case Answer::no_memory: throw std::bad_alloc();

@@ -6,9 +6,16 @@
 #include <functional>
 #include <string>
 
+#include "core/error.h"
 #include "mesh/tet_mesh.h"
 
 namespace thermotwin::mesh {
+
+/// The mesher failed on geometry that has no fault of its own: other settings may succeed.
+class MesherError : public core::MeshError {
+ public:
+  using core::MeshError::MeshError;
+};
 
 struct ImportLimits {
   double processor_s = 1200;   ///< processor time of one body
@@ -18,7 +25,8 @@ struct ImportLimits {
 /// Runs the work in a child process and hands over its mesh, bit by bit, or its exception of thermotwin::core.
 /// SIGINT and SIGTERM are heeded while it runs.
 /// @param place  body and file, for messages
-/// @throws MeshError if the child crashed or came to a limit; what work throws; std::bad_alloc; Interrupted
+/// @throws MesherError if the child crashed; MeshError if it came to its limit of time; what work throws; std::bad_alloc;
+///         Interrupted
 TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, const std::function<TetMesh()>& work);
 
 }  // namespace thermotwin::mesh
