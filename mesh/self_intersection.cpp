@@ -6,7 +6,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
-#include <climits>
 
 #include "core/error.h"
 #include "core/thread_pool.h"
@@ -95,35 +94,50 @@ class Finder {
 
 }  // namespace
 
-void check_self_intersection(const Surface& surface, const std::string& body) {
+std::vector<std::pair<int, int>> cutting_triangles(const Surface& surface) {
+  if (surface.triangles.cols() == 0) return {};
   const TriangleTree tree(surface.points, surface.triangles);
   const Finder finder(surface);
   const auto count = static_cast<std::size_t>(surface.triangles.cols());
-  std::vector<int> partner(count, -1);
+  std::vector<std::vector<int>> partners(count);
   core::parallel_for(
       0, count,
       [&](std::size_t i) {
         const int a = static_cast<int>(i);
         std::vector<int> near;
         tree.find(tree.box(a), near);
-        int best = INT_MAX;
         for (const int b : near)
-          if (b > a && b < best && finder.meet(a, b)) best = b;
-        if (best != INT_MAX) partner[i] = best;
+          if (b > a && finder.meet(a, b)) partners[i].push_back(b);
+        std::sort(partners[i].begin(), partners[i].end());
       },
       256);
-  const auto first = std::find_if(partner.begin(), partner.end(), [](int b) { return b >= 0; });
-  if (first == partner.end()) return;
-  const auto total = std::count_if(partner.begin(), partner.end(), [](int b) { return b >= 0; });
-  const int a = static_cast<int>(first - partner.begin());
-  const Corners at = finder.corners(a);
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t i = 0; i < count; ++i)
+    for (const int b : partners[i]) pairs.emplace_back(static_cast<int>(i), b);
+  return pairs;
+}
+
+void check_self_intersection(const Surface& surface, const std::string& body) {
+  const auto pairs = cutting_triangles(surface);
+  if (pairs.empty()) return;
+  const auto [a, b] = pairs.front();
+  long total = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    if (i == 0 || pairs[i].first != pairs[i - 1].first) ++total;
+  int count = 0;
+  const std::vector<int> shell = shells(surface, count);
+  const auto between = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+    return shell[static_cast<std::size_t>(pair.first)] != shell[static_cast<std::size_t>(pair.second)];
+  });
+  const Corners at = Finder(surface).corners(a);
   const Vector3d centre = 1e3 / 3.0 * (at[0] + at[1] + at[2]);
   throw core::MeshError(
       "body '" + body + "'",
       fmt::format("triangle {} at ({:.4g}, {:.4g}, {:.4g}) mm and triangle {} cut each other "
-                  "({} triangles in all do so)",
-                  a, centre.x(), centre.y(), centre.z(), *first, total),
-      "a surface without self-intersection");
+                  "({} triangles in all do so{})",
+                  a, centre.x(), centre.y(), centre.z(), b, total,
+                  between > 0 ? fmt::format("; {} pairs are of two shells, whose solids overlap", between) : ""),
+      between > 0 ? "solids that do not overlap (unite them before)" : "a surface without self-intersection");
 }
 
 }  // namespace thermotwin::mesh

@@ -141,7 +141,8 @@ double signed_volume(const Surface& surface) {
   return sum;
 }
 
-/// Turns of the surface around the point: +-1 inside, 0 outside (sum of solid angles / 4 pi).
+}  // namespace
+
 double winding(const Surface& surface, const Vector3d& point) {
   double sum = 0.0;
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
@@ -182,8 +183,6 @@ Surface select(const Surface& surface, const std::vector<char>& take) {
   }
   return part;
 }
-
-}  // namespace
 
 int weld(Surface& surface) {
   const Eigen::Index count = surface.points.cols();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/text.h"
+#include "mesh/surface_repairs.h"
 
 namespace thermotwin::mesh {
 
@@ -18,10 +19,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
-using Triangles = std::vector<std::pair<Vector3i, int>>;  // corners, part
 
-constexpr std::size_t longest_hole = 12;
-constexpr double largest_hole = 0.01;  // of the surface's area
 constexpr double no_area = 1e-9;       // of the square of the longest edge, as check_surface has it
 
 double area(const Surface& s, const Vector3i& t) {
@@ -41,6 +39,15 @@ int drop_duplicates(Triangles& triangles) {
   const auto before = triangles.size();
   std::erase_if(triangles, [&](const auto& t) { return !seen.insert(turned(t.first)).second; });
   return static_cast<int>(before - triangles.size());
+}
+
+/// A fold without thickness, or the wall between two solids that touch: both triangles go.
+int drop_opposites(Triangles& triangles) {
+  std::set<std::array<int, 3>> all;
+  for (const auto& [t, part] : triangles) all.insert(turned(t));
+  const auto before = triangles.size();
+  std::erase_if(triangles, [&](const auto& t) { return all.contains(turned({t.first[0], t.first[2], t.first[1]})); });
+  return static_cast<int>(before - triangles.size()) / 2;
 }
 
 /// A triangle whose corner c lies on its longest edge from a to b: the neighbour at that edge, with the corner d,
@@ -80,7 +87,21 @@ int split_at_slivers(const Surface& s, Triangles& triangles) {
   return healed;
 }
 
-/// Loops of edges that belong to one triangle only, in the direction of that triangle.
+}  // namespace
+
+std::string Healing::brief() const {
+  std::vector<std::string> parts;
+  if (duplicates > 0) parts.push_back(fmt::format("{} duplicate triangles dropped", duplicates));
+  if (opposites > 0) parts.push_back(fmt::format("{} pairs of opposite triangles in one place dropped", opposites));
+  if (slivers > 0) parts.push_back(fmt::format("{} triangles without area merged into a neighbour", slivers));
+  if (cracks > 0) parts.push_back(fmt::format("cracks closed at {} corners and edges", cracks));
+  if (flipped > 0) parts.push_back(fmt::format("{} flipped triangles turned over", flipped));
+  if (holes > 0) parts.push_back(fmt::format("{} small holes closed by {} triangles", holes, triangles));
+  if (cuts > 0) parts.push_back(fmt::format("{} triangles that cut each other, or are next to such, replaced", cuts));
+  if (shells > 0) parts.push_back(fmt::format("{} shells that were inside out turned over", shells));
+  return core::join(parts);
+}
+
 std::vector<std::vector<int>> holes_of(const Triangles& triangles) {
   std::set<std::pair<int, int>> edges;
   for (const auto& [t, part] : triangles)
@@ -109,22 +130,9 @@ std::vector<std::vector<int>> holes_of(const Triangles& triangles) {
   return holes;
 }
 
-}  // namespace
+namespace {
 
-std::string Healing::brief() const {
-  std::vector<std::string> parts;
-  if (duplicates > 0) parts.push_back(fmt::format("{} duplicate triangles dropped", duplicates));
-  if (slivers > 0) parts.push_back(fmt::format("{} triangles without area merged into a neighbour", slivers));
-  if (holes > 0) parts.push_back(fmt::format("{} small holes closed by {} triangles", holes, triangles));
-  return core::join(parts);
-}
-
-Healing heal(Surface& surface) {
-  Healing done;
-  Triangles triangles;
-  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) triangles.emplace_back(surface.triangles.col(t), surface.part[static_cast<std::size_t>(t)]);
-  done.duplicates = drop_duplicates(triangles);
-  done.slivers = split_at_slivers(surface, triangles);
+void close_holes(Surface& surface, Triangles& triangles, Healing& done) {
   double whole = 0.0;
   std::map<std::pair<int, int>, int> part_of;
   for (const auto& [t, part] : triangles) {
@@ -157,13 +165,46 @@ Healing heal(Surface& surface) {
     done.triangles += static_cast<int>(lid.size());
     triangles.insert(triangles.end(), lid.begin(), lid.end());
   }
-  if (!done.any()) return done;
-  surface.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
-  surface.part.resize(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) {
-    surface.triangles.col(static_cast<Eigen::Index>(t)) = triangles[t].first;
-    surface.part[t] = triangles[t].second;
+}
+
+bool in_range(const Surface& surface) {
+  return surface.triangles.cols() > 0 && surface.points.allFinite() && surface.triangles.minCoeff() >= 0 && surface.triangles.maxCoeff() < surface.points.cols();
+}
+
+/// Whether each edge belongs to two triangles that turn opposite ways.
+bool closed(const Surface& surface) {
+  std::set<std::pair<int, int>> edges;
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
+    for (int i = 0; i < 3; ++i)
+      if (!edges.insert({surface.triangles(i, t), surface.triangles((i + 1) % 3, t)}).second) return false;
+  return std::all_of(edges.begin(), edges.end(), [&](const auto& edge) { return edges.contains({edge.second, edge.first}); });
+}
+
+}  // namespace
+
+Healing heal(Surface& surface) {
+  Healing done;
+  if (!in_range(surface)) return done;
+  Triangles triangles = triangles_of(surface);
+  const auto clean = [&] {
+    done.duplicates += drop_duplicates(triangles);
+    done.opposites += drop_opposites(triangles);
+    done.slivers += split_at_slivers(surface, triangles);
+    set_triangles(surface, triangles);
+  };
+  clean();
+  if (triangles.empty()) return done;
+  if ((done.cracks = close_cracks(surface)) > 0) {
+    triangles = triangles_of(surface);
+    clean();
   }
+  done.flipped = make_consistent(surface);
+  triangles = triangles_of(surface);
+  close_holes(surface, triangles, done);
+  set_triangles(surface, triangles);
+  if (!closed(surface)) return done;
+  done.cuts = mend_cuts(surface);
+  done.shells = turn_outward(surface);
   return done;
 }
 

@@ -31,6 +31,15 @@ double enclosed_volume(const Surface& surface);
 /// @throws MeshError unless the largest extent is within 1 mm .. 50 m
 void check_extent(const Eigen::Matrix3Xd& points, const std::string& body);
 
+/// Pairs of triangles that cut or cover each other, ascending, the smaller index first.
+std::vector<std::pair<int, int>> cutting_triangles(const Surface& surface);
+
+/// Turns of the surface around the point: +-1 inside, 0 outside (sum of solid angles / 4 pi).
+double winding(const Surface& surface, const Eigen::Vector3d& point);
+
+/// The triangles with take != 0 and their points.
+Surface select(const Surface& surface, const std::vector<char>& take);
+
 /// @throws MeshError at the first two triangles that cut or cover each other
 void check_self_intersection(const Surface& surface, const std::string& body);
 
