@@ -9,6 +9,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -219,6 +220,44 @@ std::string label(int dim, int tag) {
   return name.find("Open CASCADE") != std::string::npos ? std::string() : name;
 }
 
+std::map<int, std::string> names_of(const DimTags& solids) {
+  std::map<int, std::string> names;
+  for (const auto& [dim, tag] : solids)
+    if (std::string name = label(dim, tag); !name.empty()) names[tag] = std::move(name);
+  return names;
+}
+
+double volume_of(const DimTags& solids) {
+  double volume = 0.0;
+  for (const auto& [dim, tag] : solids) {
+    double mass = 0.0;
+    gmsh::model::occ::getMass(dim, tag, mass);
+    volume += mass;
+  }
+  return volume;
+}
+
+/// Solids that are not joined must not fill one place twice.
+void require_apart(const DimTags& solids, const std::string& place) {
+  for (std::size_t i = 0; i < solids.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      std::array<double, 6> a{}, b{};
+      gmsh::model::occ::getBoundingBox(3, solids[i].second, a[0], a[1], a[2], a[3], a[4], a[5]);
+      gmsh::model::occ::getBoundingBox(3, solids[j].second, b[0], b[1], b[2], b[3], b[4], b[5]);
+      if (a[0] >= b[3] || b[0] >= a[3] || a[1] >= b[4] || b[1] >= a[4] || a[2] >= b[5] || b[2] >= a[5]) continue;
+      DimTags first, second, both;
+      std::vector<DimTags> from;
+      gmsh::model::occ::copy({solids[i]}, first);
+      gmsh::model::occ::copy({solids[j]}, second);
+      gmsh::model::occ::intersect(first, second, both, from);
+      const double shared = volume_of(both);
+      if (!both.empty()) gmsh::model::occ::remove(both, true);
+      if (shared > 1e-3 * std::min(volume_of({solids[i]}), volume_of({solids[j]})))
+        throw core::MeshError(place, fmt::format("solids {} and {} of the file overlap ({:.3g} of its cubic units)", j + 1, i + 1, shared),
+                              "solids that do not overlap");
+    }
+}
+
 /// Makes the solids share their faces. @return name of each volume that has one
 std::map<int, std::string> join_solids(const DimTags& solids) {
   std::map<int, std::string> names;
@@ -299,13 +338,7 @@ int solids_of_model() {
 bool bounds_a_volume(double extent) {
   DimTags solids;
   gmsh::model::getEntities(solids, 3);
-  double volume = 0.0;
-  for (const auto& [dim, tag] : solids) {
-    double mass = 0.0;
-    gmsh::model::occ::getMass(dim, tag, mass);
-    volume += mass;
-  }
-  return volume > 1e-9 * extent * extent * extent;
+  return volume_of(solids) > 1e-9 * extent * extent * extent;
 }
 
 /// Volumes that no face bounds: an assembly's empty bodies.
@@ -400,9 +433,15 @@ void add_surface(const Surface& surface, double unit, Attempt::Patches patches) 
 
 const std::vector<Attempt>& attempts_on_cad() {
   static const std::vector<Attempt> list = [] {
-    std::vector<Attempt> all(3);
-    all[1] = {false, "without finer elements at curved faces", Attempt::Patches::by_angle, false, 1, 0.0};
-    all[2] = {false, "after removing edges and faces below 1e-5 of the extent", Attempt::Patches::by_angle, true, 6, 1e-5};
+    std::vector<Attempt> all(4);
+    for (auto later = all.begin() + 1; later != all.end(); ++later) later->first = false;
+    all[1].words = "without finer elements at curved faces";
+    all[1].curvature = false;
+    all[1].algorithm = 1;
+    all[2].words = "by leaving its solids unconnected where they touch (no heat passes between them)";
+    all[2].join = false;
+    all[3].words = "after removing edges and faces below 1e-5 of the extent";
+    all[3].heal = 1e-5;
     return all;
   }();
   return list;
@@ -411,8 +450,11 @@ const std::vector<Attempt>& attempts_on_cad() {
 const std::vector<Attempt>& attempts_on_surfaces() {
   static const std::vector<Attempt> list = [] {
     std::vector<Attempt> all(3);
-    all[1] = {false, "by cutting its surface into small discs", Attempt::Patches::discs, false, 6, 0.0};
-    all[2] = {false, "by keeping the triangles of its file, whose shape limits the quality", Attempt::Patches::as_in_file, false, 6, 0.0};
+    for (auto later = all.begin() + 1; later != all.end(); ++later) later->first = false;
+    all[1].words = "by cutting its surface into small discs";
+    all[1].patches = Attempt::Patches::discs;
+    all[2].words = "by keeping the triangles of its file, whose shape limits the quality";
+    all[2].patches = Attempt::Patches::as_in_file;
     return all;
   }();
   return list;
@@ -443,18 +485,16 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
             if (std::string name = label(dim, tag); !name.empty()) face_names[tag] = std::move(name);
         }
         const int count = static_cast<int>(solids.size());
-        const std::map<int, std::string> solid_names = join_solids(solids);
+        if (!attempt.join && count == 1) throw MesherError(place, "a single solid", "solids that touch");
+        const std::map<int, std::string> solid_names = attempt.join ? join_solids(solids) : names_of(solids);
+        if (!attempt.join) require_apart(solids, place);
         double box[6];
         gmsh::model::getBoundingBox(-1, -1, box[0], box[1], box[2], box[3], box[4], box[5]);
         Eigen::Matrix3Xd ends(3, 2);
         ends << box[0], box[3], box[1], box[4], box[2], box[5];
         check_extent(unit * ends, options.body);  // before a mesh of a billion elements
         gmsh::model::getEntities(solids, 3);
-        for (const auto& [dim, tag] : solids) {
-          double mass = 0.0;
-          gmsh::model::occ::getMass(dim, tag, mass);
-          volume += mass * unit * unit * unit;
-        }
+        volume = volume_of(solids) * unit * unit * unit;
         require_affordable(volume, options, place);
         gmsh::option::setNumber("Mesh.Algorithm", attempt.algorithm);
         set_sizes(options, unit, attempt.curvature ? options.elements_per_turn : 0);

@@ -22,6 +22,7 @@ struct Attempt {
   Patches patches = Patches::by_angle;
   bool curvature = true;      ///< finer elements where CAD faces are curved
   int algorithm = 6;          ///< of Gmsh for faces: 6 frontal Delaunay, 5 Delaunay, 1 MeshAdapt
+  bool join = true;           ///< CAD solids that touch share their nodes; else each is a piece of its own
   double heal = 0.0;          ///< of the extent: CAD faces and edges smaller than this are removed
 };
 const std::vector<Attempt>& attempts_on_cad();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numeric>
@@ -19,6 +20,8 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 using Edge = std::pair<int, int>;
+
+constexpr std::size_t longest_gap = 40;  // edges around triangles that were dropped
 
 double area(const Vector3d& a, const Vector3d& b, const Vector3d& c) { return 0.5 * (b - a).cross(c - a).norm(); }
 
@@ -164,6 +167,46 @@ std::vector<Vector3i> lid_of(const Surface& s, const std::vector<int>& loop, con
   return lid;
 }
 
+/// Loops around the gaps that dropped triangles leave. Where two gaps meet in a corner, each has its own loop.
+std::vector<std::vector<int>> gaps_of(const Triangles& triangles) {
+  std::map<Edge, int> third;  // corner beyond each directed edge
+  for (const auto& [t, part] : triangles)
+    for (int i = 0; i < 3; ++i) third[{t[i], t[(i + 1) % 3]}] = t[(i + 2) % 3];
+  std::map<int, std::vector<int>> leaving;
+  for (const auto& [edge, corner] : third)
+    if (!third.contains({edge.second, edge.first})) leaving[edge.first].push_back(edge.second);
+  // The open edge that leaves the end of the edge bounds the same fan of triangles there.
+  const auto end_of_fan = [&](const Edge& edge) {
+    int far = third.at(edge);
+    for (std::size_t turns = 0; turns < triangles.size(); ++turns) {
+      const auto beyond = third.find({far, edge.second});  // the triangle on the other side of the spoke
+      if (beyond == third.end()) return far;
+      far = beyond->second;
+    }
+    return -1;
+  };
+  std::set<Edge> left;
+  for (const auto& [from, ends] : leaving)
+    for (const int to : ends) left.insert({from, to});
+  std::vector<std::vector<int>> gaps;
+  while (!left.empty()) {
+    Edge edge = *left.begin();
+    std::vector<int> loop;
+    while (left.erase(edge) > 0) {
+      loop.push_back(edge.first);
+      const auto& ends = leaving[edge.second];
+      if (ends.empty() || ends.size() > 2) break;
+      int to = ends[0];
+      if (ends.size() == 2 && to == end_of_fan(edge)) to = ends[1];
+      edge = {edge.second, to};
+    }
+    std::vector<int> sorted = loop;
+    std::sort(sorted.begin(), sorted.end());
+    if (edge.first == loop.front() && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) gaps.push_back(loop);
+  }
+  return gaps;
+}
+
 /// Without the triangles whose take is 0, and without what is then a small sheet of its own.
 Triangles kept(const Surface& s, const Triangles& triangles, const std::vector<char>& drop) {
   Surface rest;
@@ -200,8 +243,8 @@ bool replace(Surface& s, const Triangles& triangles, std::vector<char>& drop, do
       part_of[{t[i], t[(i + 1) % 3]}] = part;
     }
   Triangles added;
-  for (const std::vector<int>& loop : holes_of(rest)) {
-    if (loop.size() > longest_hole) continue;
+  for (const std::vector<int>& loop : gaps_of(rest)) {
+    if (loop.size() > longest_gap) continue;
     for (const Vector3i& t : lid_of(s, loop, edges)) {
       added.emplace_back(t, part_of[{loop[0], loop[1]}]);
       for (int i = 0; i < 3; ++i) edges.insert(std::minmax(t[i], t[(i + 1) % 3]));
@@ -219,6 +262,41 @@ bool replace(Surface& s, const Triangles& triangles, std::vector<char>& drop, do
     for (const int corner : triangles[t].first)
       if (rim.contains(corner)) drop[t] = 1;
   return false;
+}
+
+/// Joins the ends of the shortest edge of triangles that cut others, where it is below 1e-4 of the extent and the surface stays
+/// one. @return edges joined
+int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
+  const double shortest = 1e-4 * (s.points.rowwise().maxCoeff() - s.points.rowwise().minCoeff()).maxCoeff();
+  Triangles triangles = triangles_of(s);
+  std::map<int, std::set<int>> around;
+  for (const auto& [t, part] : triangles)
+    for (int i = 0; i < 3; ++i) around[t[i]].insert({t[(i + 1) % 3], t[(i + 2) % 3]});
+  std::set<int> cutting, touched;
+  for (const auto& [a, b] : pairs) cutting.insert({a, b});
+  std::map<int, int> becomes;
+  for (const int number : cutting) {
+    const Vector3i& t = triangles[static_cast<std::size_t>(number)].first;
+    Edge edge{-1, -1};
+    double length = shortest;
+    for (int i = 0; i < 3; ++i)
+      if (const double found = (s.points.col(t[i]) - s.points.col(t[(i + 1) % 3])).norm(); found < length) length = found, edge = std::minmax(t[i], t[(i + 1) % 3]);
+    if (edge.first < 0) continue;
+    const std::set<int>&near = around[edge.first], &far = around[edge.second];
+    std::vector<int> common;
+    std::set_intersection(near.begin(), near.end(), far.begin(), far.end(), std::back_inserter(common));
+    std::set<int> region(near);
+    region.insert(far.begin(), far.end());
+    if (common.size() != 2 || std::any_of(region.begin(), region.end(), [&](int corner) { return touched.contains(corner); })) continue;
+    touched.insert(region.begin(), region.end());
+    becomes[edge.second] = edge.first;
+  }
+  for (auto& [t, part] : triangles)
+    for (int& corner : t)
+      if (const auto found = becomes.find(corner); found != becomes.end()) corner = found->second;
+  std::erase_if(triangles, [](const auto& t) { return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0]; });
+  set_triangles(s, triangles);
+  return static_cast<int>(becomes.size());
 }
 
 }  // namespace
@@ -258,11 +336,20 @@ int close_cracks(Surface& surface) {
 
 int mend_cuts(Surface& surface) {
   constexpr std::size_t most_pairs = 1000;
-  constexpr int rounds = 4, widenings = 3;
+  constexpr int rounds = 5, widenings = 3;
   constexpr double volume_change = 0.01;
   Surface now = surface;
   const double most = largest_hole * area_of(surface, triangles_of(surface)), before = enclosed_volume(surface);
   int dropped = 0;
+  for (int pass = 0; pass < rounds; ++pass) {
+    const auto pairs = cutting_triangles(now);
+    if (pairs.empty() || pairs.size() > most_pairs) break;
+    Surface joined = now;
+    const int count = collapse_at(joined, pairs);
+    if (count == 0 || cutting_triangles(joined).size() >= pairs.size()) break;
+    now = joined;
+    dropped += 2 * count;
+  }
   for (int round = 0; round <= rounds; ++round) {
     const auto pairs = cutting_triangles(now);
     if (pairs.empty()) {
@@ -278,7 +365,14 @@ int mend_cuts(Surface& surface) {
     if (overlap || pairs.size() > most_pairs || round == rounds) return 0;
     const Triangles triangles = triangles_of(now);
     std::vector<char> drop(triangles.size(), 0);
-    for (const auto& [a, b] : pairs) drop[static_cast<std::size_t>(a)] = drop[static_cast<std::size_t>(b)] = 1;
+    std::vector<int> cuts(triangles.size(), 0);
+    for (const auto& [a, b] : pairs) ++cuts[static_cast<std::size_t>(a)], ++cuts[static_cast<std::size_t>(b)];
+    for (const auto& [a, b] : pairs) {
+      const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+      // First the one of each pair that has more cuts; later both.
+      if (round > 0 || cuts[i] >= cuts[j]) drop[i] = 1;
+      if (round > 0 || cuts[j] > cuts[i]) drop[j] = 1;
+    }
     for (int ring = 0; ring < round; ++ring) {
       std::set<int> near;
       for (std::size_t t = 0; t < triangles.size(); ++t)
