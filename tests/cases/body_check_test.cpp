@@ -1,8 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Bodies in pieces, bodies in one place, poor elements, and what `mesh` says of joints.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/cases/own_case.h"
 
@@ -153,6 +159,142 @@ TEST(Import, SlipsOfASurfaceFileAreRepaired) {
   const Result sliver = own.run({"mesh", own.path()});
   EXPECT_EQ(sliver.status, 0) << sliver.err;
   EXPECT_SAYS(sliver.err, "1 triangles without area merged into a neighbour");
+}
+
+/// Volume in cm3 that `mesh` reports of the only body, by the mass of steel.
+double volume_cm3(const OwnCase& own) {
+  const Result result = own.run({"mesh", own.path(), "--json", "--quiet"});
+  if (result.status != 0) ADD_FAILURE() << result.err;
+  return result.status != 0 ? 0.0 : nlohmann::json::parse(result.out)["bodies"][0]["mass_kg"].get<double>() / 7850 * 1e6;
+}
+
+std::string facet(const std::string& corners) { return "facet normal 0 0 0\nouter loop\n" + corners + "endloop\nendfacet\n"; }
+
+/// The STL with some of its facets turned over.
+std::string turned(const std::string& stl, const std::vector<int>& which) {
+  std::vector<std::string> lines;
+  std::istringstream in(stl);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  for (const int facet_number : which) std::swap(lines[static_cast<std::size_t>(1 + 7 * facet_number + 3)], lines[static_cast<std::size_t>(1 + 7 * facet_number + 4)]);
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+TEST(Import, FlippedAndInsideOutTrianglesAreTurned) {
+  const OwnCase own(body_text("block", 60));
+  own.write("cad/block.stl", turned(stl_of({low}), {2, 5, 7}));
+  const Result flipped = own.run({"mesh", own.path()});
+  EXPECT_EQ(flipped.status, 0) << flipped.err;
+  EXPECT_SAYS(flipped.err, "3 flipped triangles turned over");
+  EXPECT_NEAR(volume_cm3(own), 500.0, 1e-6);
+  own.write("cad/block.stl", turned(stl_of({low}), {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
+  const Result over = own.run({"mesh", own.path()});
+  EXPECT_EQ(over.status, 0) << over.err;
+  EXPECT_SAYS(over.err, "1 shells that were inside out turned over");
+  EXPECT_NEAR(volume_cm3(own), 500.0, 1e-6);
+}
+
+TEST(Import, TrianglesBackToBackAreDropped) {
+  // Two blocks that touch on a whole side: the wall between them goes.
+  const OwnCase own(body_text("block", 60));
+  // The sides in x have their diagonals in one place.
+  own.blocks("block", {{{0, 0, 0}, {100, 100, 50}}});
+  const std::string left = stl_of({low});
+  std::string right = stl_of({{{100, 0, 0}, {200, 100, 50}}});
+  // The last four facets are those at low and high x; the diagonal of low x runs from (0,0) to (1,1) as that of high x does.
+  const std::string mirrored = facet("vertex 100 0 0\nvertex 100 0 50\nvertex 100 100 50\n") + facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 100 0\n");
+  std::vector<std::size_t> starts;
+  for (std::size_t at = right.find("facet normal"); at != std::string::npos; at = right.find("facet normal", at + 1)) starts.push_back(at);
+  right.replace(starts[8], starts[10] - starts[8], mirrored);
+  starts.clear();
+  std::string both = left.substr(0, left.rfind("endsolid"));
+  for (std::size_t at = both.find("facet normal"); at != std::string::npos; at = both.find("facet normal", at + 1)) starts.push_back(at);
+  both.replace(starts[10], both.size() - starts[10],
+               facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 0 50\n") + facet("vertex 100 0 0\nvertex 100 100 0\nvertex 100 100 50\n"));
+  own.write("cad/block.stl", both + right.substr(right.find("facet")));
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.err, "2 pairs of opposite triangles in one place dropped");
+  EXPECT_NEAR(volume_cm3(own), 1000.0, 1e-6);
+}
+
+TEST(Import, CracksAreClosed) {
+  const OwnCase own(body_text("block", 60));
+  // The top (facets 2 and 3) with corners 0.004 mm off, and split along one side in the middle: corners of its own.
+  std::string stl = stl_of({low});
+  std::vector<std::size_t> starts;
+  for (std::size_t at = stl.find("facet normal"); at != std::string::npos; at = stl.find("facet normal", at + 1)) starts.push_back(at);
+  stl.replace(starts[2], starts[4] - starts[2],
+              facet("vertex 0 0 50.004\nvertex 50 0 50\nvertex 100 100.004 50\n") + facet("vertex 50 0 50\nvertex 100 0 50\nvertex 100 100.004 50\n") +
+                  facet("vertex 0 0 50.004\nvertex 100 100.004 50\nvertex 0 100 50\n"));
+  own.write("cad/block.stl", stl);
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.err, "cracks closed at 4 corners and edges");
+  EXPECT_NEAR(volume_cm3(own), 500.0, 0.05);
+}
+
+/// A block of 100 x 100 x 50 mm, its sides cut into 20 x 20 fields of two triangles, with its corners moved as told.
+std::string fields_of(const std::function<void(std::array<double, 3>&)>& move) {
+  constexpr int n = 20;
+  std::string text = "solid fields\n";
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const bool upper : {false, true})
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) {
+          std::array<std::array<double, 3>, 4> corner{};
+          for (std::size_t c = 0; c < 4; ++c) {
+            const int u = i + (c == 1 || c == 2 ? 1 : 0), v = j + (c >= 2 ? 1 : 0);
+            auto& p = corner[c];
+            p[axis] = upper ? 1.0 : 0.0;
+            p[(axis + 1) % 3] = static_cast<double>(u) / n;
+            p[(axis + 2) % 3] = static_cast<double>(v) / n;
+            p = {100 * p[0], 100 * p[1], 50 * p[2]};
+            move(p);
+          }
+          // The higher diagonal, so that ridges stay.
+          const bool other = corner[1][2] + corner[3][2] > corner[0][2] + corner[2][2];
+          for (const auto& triangle : other ? std::array<std::array<std::size_t, 3>, 2>{{{0, 1, 3}, {1, 2, 3}}} : std::array<std::array<std::size_t, 3>, 2>{{{0, 1, 2}, {0, 2, 3}}}) {
+            std::string corners;
+            for (std::size_t k = 0; k < 3; ++k) {
+              const auto& p = corner[triangle[upper ? k : 2 - k]];
+              corners += fmt::format("vertex {} {} {}\n", p[0], p[1], p[2]);
+            }
+            text += facet(corners);
+          }
+        }
+  return text + "endsolid fields\n";
+}
+
+TEST(Import, AFewTrianglesThatCutEachOtherAreReplaced) {
+  const OwnCase own(body_text("block", 60));
+  // One corner in the middle of the top lies beyond its neighbour: a fold.
+  own.write("cad/block.stl", fields_of([](std::array<double, 3>& p) {
+              if (p == std::array<double, 3>{50, 50, 50}) p = {57, 51, 50};
+            }));
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.err, "triangles that cut each other, or are next to such, replaced");
+  EXPECT_NEAR(volume_cm3(own), 500.0, 1e-3);
+  // Two solids that overlap stay an error that says so.
+  own.blocks("block", {low, {{50, 50, 20}, {150, 150, 70}}});
+  const Result overlap = own.run({"mesh", own.path()});
+  EXPECT_EQ(overlap.status, 3);
+  EXPECT_SAYS(overlap.err, "of two shells, whose solids overlap");
+}
+
+TEST(Import, ASurfaceThatCannotBeMappedIsCutIntoDiscs) {
+  // Two pyramids on the top whose bases touch at a corner: the rim of the flat rest passes that corner twice.
+  const OwnCase own(body_text("block", 60));
+  own.write("cad/block.stl", fields_of([](std::array<double, 3>& p) {
+              if (p[2] != 50) return;
+              for (const double at : {40.0, 60.0}) p[2] += 2.0 * std::max(0.0, 10.0 - std::max(std::abs(p[0] - at), std::abs(p[1] - at)));
+            }));
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.err, "body 'block': it could only be meshed by cutting its surface into small discs");
+  EXPECT_NEAR(volume_cm3(own), 500.0 + 2 * 20 * 20 * 20 / 3e3, 0.5);
 }
 
 }  // namespace
