@@ -284,17 +284,40 @@ TEST(Import, AFewTrianglesThatCutEachOtherAreReplaced) {
   EXPECT_SAYS(overlap.err, "of two shells, whose solids overlap");
 }
 
-TEST(Import, ASurfaceThatCannotBeMappedIsCutIntoDiscs) {
-  // Two pyramids on the top whose bases touch at a corner: the rim of the flat rest passes that corner twice.
-  const OwnCase own(body_text("block", 60));
-  own.write("cad/block.stl", fields_of([](std::array<double, 3>& p) {
-              if (p[2] != 50) return;
-              for (const double at : {40.0, 60.0}) p[2] += 2.0 * std::max(0.0, 10.0 - std::max(std::abs(p[0] - at), std::abs(p[1] - at)));
-            }));
+/// A block as an IGES file in mm: six bilinear patches, no solid.
+std::string iges_of(const Block& block) {
+  constexpr int sides[6][4] = {{0, 1, 2, 3}, {4, 5, 6, 7}, {0, 1, 4, 5}, {2, 3, 6, 7}, {0, 2, 4, 6}, {1, 3, 5, 7}};
+  std::string directory, parameters;
+  int lines = 0;
+  for (int side = 0; side < 6; ++side) {
+    std::string data = "128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,";
+    for (const int corner : sides[side])
+      for (std::size_t k = 0; k < 3; ++k) data += fmt::format("{:.3f},", (corner >> k & 1) != 0 ? block.high[k] : block.low[k]);
+    data += "0.,1.,0.,1.;";
+    const int first = lines + 1, entry = 2 * side + 1;
+    while (!data.empty()) {
+      const std::size_t cut = data.size() <= 64 ? data.size() : data.rfind(',', 63) + 1;
+      parameters += fmt::format("{:<64}{:>8}P{:>7}\n", data.substr(0, cut), entry, ++lines);
+      data.erase(0, cut);
+    }
+    directory += fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}D{:>7}\n", 128, first, 0, 0, 0, 0, 0, 0, "00000000", entry);
+    directory += fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}D{:>7}\n", 128, 0, 0, lines - first + 1, 0, "", "", "", 0, entry + 1);
+  }
+  const std::string global = "1H,,1H;,5Hblock,5Hblock,4Htest,4Htest,32,38,6,308,15,5Hblock,1.,2,2HMM,";
+  const std::string more = "1,0.01,13H260101.000000,1E-6,1000.,4Htest,4Htest,10,0,13H260101.000000;";
+  return fmt::format("{:<72}S{:>7}\n", "a block of six patches", 1) + fmt::format("{:<72}G{:>7}\n{:<72}G{:>7}\n", global, 1, more, 2) + directory + parameters +
+         fmt::format("{:<72}T{:>7}\n", fmt::format("S{:>7}G{:>7}D{:>7}P{:>7}", 1, 2, 12, lines), 1);
+}
+
+TEST(Import, FacesOfAnIgesFileAreSewn) {
+  std::string machine = body_text("block", 60);
+  machine.replace(machine.find(".stl"), 4, ".igs");
+  const OwnCase own(machine);
+  own.write("cad/block.igs", iges_of(low));
   const Result result = own.run({"mesh", own.path()});
   EXPECT_EQ(result.status, 0) << result.err;
-  EXPECT_SAYS(result.err, "body 'block': it could only be meshed by cutting its surface into small discs");
-  EXPECT_NEAR(volume_cm3(own), 500.0 + 2 * 20 * 20 * 20 / 3e3, 0.5);
+  EXPECT_SAYS(result.err, "body 'block': 6 faces were sewn into 1 solids");
+  EXPECT_NEAR(volume_cm3(own), 500.0, 1e-6);
 }
 
 }  // namespace
