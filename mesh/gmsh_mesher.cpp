@@ -405,7 +405,8 @@ void read_shapes(const std::filesystem::path& path, const std::string& place, co
 
 /// The surface as discrete faces that bound a volume.
 void add_surface(const Surface& surface, double unit, Attempt::Patches patches) {
-  const std::vector<int> patch = patches == Attempt::Patches::discs ? disc_patches(surface) : std::vector<int>(static_cast<std::size_t>(surface.triangles.cols()), 0);
+  std::vector<int> patch(static_cast<std::size_t>(surface.triangles.cols()), 0);
+  if (patches == Attempt::Patches::discs) patch = disc_patches(surface);
   Tags node_tags;
   std::vector<double> coordinates;
   for (Eigen::Index i = 0; i < surface.points.cols(); ++i) {

@@ -168,7 +168,8 @@ void close_holes(Surface& surface, Triangles& triangles, Healing& done) {
 }
 
 bool in_range(const Surface& surface) {
-  return surface.triangles.cols() > 0 && surface.points.allFinite() && surface.triangles.minCoeff() >= 0 && surface.triangles.maxCoeff() < surface.points.cols();
+  if (surface.triangles.cols() == 0 || !surface.points.allFinite()) return false;
+  return surface.triangles.minCoeff() >= 0 && surface.triangles.maxCoeff() < surface.points.cols();
 }
 
 /// Whether each edge belongs to two triangles that turn opposite ways.

@@ -280,7 +280,10 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
     Edge edge{-1, -1};
     double length = shortest;
     for (int i = 0; i < 3; ++i)
-      if (const double found = (s.points.col(t[i]) - s.points.col(t[(i + 1) % 3])).norm(); found < length) length = found, edge = std::minmax(t[i], t[(i + 1) % 3]);
+      if (const double found = (s.points.col(t[i]) - s.points.col(t[(i + 1) % 3])).norm(); found < length) {
+        length = found;
+        edge = std::minmax(t[i], t[(i + 1) % 3]);
+      }
     if (edge.first < 0) continue;
     const std::set<int>&near = around[edge.first], &far = around[edge.second];
     std::vector<int> common;

@@ -175,7 +175,7 @@ std::string turned(const std::string& stl, const std::vector<int>& which) {
   std::vector<std::string> lines;
   std::istringstream in(stl);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
-  for (const int facet_number : which) std::swap(lines[static_cast<std::size_t>(1 + 7 * facet_number + 3)], lines[static_cast<std::size_t>(1 + 7 * facet_number + 4)]);
+  for (const int number : which) std::swap(lines[static_cast<std::size_t>(7 * number + 4)], lines[static_cast<std::size_t>(7 * number + 5)]);
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   return text;
@@ -255,7 +255,8 @@ std::string fields_of(const std::function<void(std::array<double, 3>&)>& move) {
           }
           // The higher diagonal, so that ridges stay.
           const bool other = corner[1][2] + corner[3][2] > corner[0][2] + corner[2][2];
-          for (const auto& triangle : other ? std::array<std::array<std::size_t, 3>, 2>{{{0, 1, 3}, {1, 2, 3}}} : std::array<std::array<std::size_t, 3>, 2>{{{0, 1, 2}, {0, 2, 3}}}) {
+          using Two = std::array<std::array<std::size_t, 3>, 2>;
+          for (const auto& triangle : other ? Two{{{0, 1, 3}, {1, 2, 3}}} : Two{{{0, 1, 2}, {0, 2, 3}}}) {
             std::string corners;
             for (std::size_t k = 0; k < 3; ++k) {
               const auto& p = corner[triangle[upper ? k : 2 - k]];
