@@ -137,7 +137,7 @@ void set_sizes(const ImportOptions& options, double unit, int elements_per_turn)
 void require_affordable(double volume, const ImportOptions& options, const std::string& place) {
   constexpr double per_cube = 7.0;
   const double size = options.element_size_m, expected = per_cube * volume / (size * size * size);
-  if (expected <= options.max_elements) return;
+  if (expected <= options.max_elements) return limit_time_by(expected);
   throw core::MeshError(place, fmt::format("about {:.2g} tetrahedra with element_size_mm = {:.4g} (after the size factor of --size)", expected, 1e3 * size),
                         fmt::format("at most max_elements = {:.2g}: element_size_mm of {:.3g} or more, or a larger max_elements of the body", options.max_elements,
                                     1e3 * std::cbrt(per_cube * volume / options.max_elements)));

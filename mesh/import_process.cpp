@@ -43,6 +43,8 @@ void lower_limit(int resource, double to) {
   ::setrlimit(static_cast<__rlimit_resource_t>(resource), &limit);
 }
 
+bool is_child = false;
+
 void send(int to, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t sent = ::write(to, bytes.data(), bytes.size());
@@ -59,6 +61,7 @@ void send(int to, std::string_view bytes) {
   if (::getppid() != parent) ::_exit(1);
   lower_limit(RLIMIT_CORE, 0);
   lower_limit(RLIMIT_CPU, limits.processor_s);
+  is_child = true;
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // their shadow needs the address space
   lower_limit(RLIMIT_AS, limits.memory_bytes > 0.0 ? limits.memory_bytes : default_memory());
 #endif
@@ -108,9 +111,9 @@ template <class Error>
   throw Error(text.substr(0, first), text.substr(first + 2, second - first - 2), text.substr(second + allowed.size()));
 }
 
-std::string end_of(int status, const ImportLimits& limits) {
+std::string end_of(int status, double seconds) {
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
-    return fmt::format("not read and meshed within {:.0f} s of processor time", limits.processor_s);
+    return fmt::format("not read and meshed within {:.0f} s of processor time", seconds);
   if (WIFSIGNALED(status)) return fmt::format("reading or meshing it crashed the library that does so ({})", ::strsignal(WTERMSIG(status)));
   return fmt::format("reading or meshing it ended early (status {})", WIFEXITED(status) ? WEXITSTATUS(status) : -1);
 }
@@ -129,15 +132,20 @@ class Child {
   Child& operator=(const Child&) = delete;
   int wait() {
     int status = 0;
-    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    rusage used{};
+    while (::wait4(pid_, &status, 0, &used) < 0 && errno == EINTR) {
     }
     pid_ = -1;
+    seconds_ = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
     return status;
   }
+  /// Processor time that it took.
+  double seconds() const { return seconds_; }
 
  private:
   pid_t pid_;
   int from_;
+  double seconds_ = 0;
 };
 
 }  // namespace
@@ -163,8 +171,8 @@ TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, cons
   if (bytes.empty() || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     if (WIFEXITED(status) && WEXITSTATUS(status) == status_of_no_memory) throw std::bad_alloc();
     const char* allowed = "a file that is not damaged (write it anew from CAD, or in another format), a larger element_size_mm, or simpler geometry";
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) throw core::MeshError(place, end_of(status, limits), allowed);
-    throw MesherError(place, end_of(status, limits), allowed);
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) throw core::MeshError(place, end_of(status, child.seconds()), allowed);
+    throw MesherError(place, end_of(status, child.seconds()), allowed);
   }
   const std::string_view rest = std::string_view(bytes).substr(1);
   switch (static_cast<Answer>(bytes[0])) {
@@ -178,6 +186,11 @@ TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, cons
     case Answer::solver_error: break;
   }
   throw core::SolverError(std::string(rest));
+}
+
+void limit_time_by(double tetrahedra) {
+  constexpr double least_s = 300.0, of_one_s = 1e-3;
+  if (is_child) lower_limit(RLIMIT_CPU, least_s + of_one_s * tetrahedra);
 }
 
 }  // namespace thermotwin::mesh

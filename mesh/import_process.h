@@ -29,4 +29,8 @@ struct ImportLimits {
 ///         Interrupted
 TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, const std::function<TetMesh()>& work);
 
+/// Once the work knows how large the mesh will be, the limit of time follows: five minutes and a millisecond a tetrahedron, ten times
+/// what Gmsh usually takes, but never more than before. Outside of a child nothing happens.
+void limit_time_by(double tetrahedra);
+
 }  // namespace thermotwin::mesh

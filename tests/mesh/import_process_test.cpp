@@ -2,6 +2,7 @@
 #include "mesh/import_process.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <csignal>
 #include <new>
@@ -29,6 +30,26 @@ TEST(ImportProcess, ErrorsKeepTheirWordsAndType) {
   EXPECT_EQ(message([] { throw core::MeshError("body 'a': b.stl: line 3", "x: y", "z; or w"); }), "body 'a': b.stl: line 3: x: y; allowed: z; or w");
   EXPECT_THROW(mesh::mesh_in_child("body", {}, []() -> mesh::TetMesh { throw core::SolverError("diverged"); }), core::SolverError);
   EXPECT_THROW(mesh::mesh_in_child("body", {}, []() -> mesh::TetMesh { throw std::bad_alloc(); }), std::bad_alloc);
+}
+
+TEST(ImportProcess, TheLimitOfTimeFollowsTheSizeOfTheMesh) {
+  const auto limit_in_child = [](double tetrahedra) {
+    return samples::message_of([&] {
+      mesh::mesh_in_child("body", {}, [&]() -> mesh::TetMesh {
+        mesh::limit_time_by(tetrahedra);
+        rlimit limit{};
+        ::getrlimit(RLIMIT_CPU, &limit);
+        throw core::MeshError("limit", std::to_string(limit.rlim_cur), "-");
+      });
+    });
+  };
+  EXPECT_NE(limit_in_child(2e4).find("limit: 320;"), std::string::npos) << limit_in_child(2e4);
+  EXPECT_NE(limit_in_child(4e6).find("limit: 1200;"), std::string::npos) << limit_in_child(4e6);
+  rlimit before{}, after{};
+  ::getrlimit(RLIMIT_CPU, &before);
+  mesh::limit_time_by(1.0);  // no child: its own limit stays
+  ::getrlimit(RLIMIT_CPU, &after);
+  EXPECT_EQ(before.rlim_cur, after.rlim_cur);
 }
 
 TEST(ImportProcess, ACrashAndALoopWithoutEndAreErrors) {
