@@ -186,10 +186,17 @@ std::vector<Index> TrainingData::complete_rows() const {
   return rows;
 }
 
+double TrainingData::measured_time() const {
+  if (time.size() == 0) return 0.0;
+  double sum = time[time.size() - 1] - time[0];
+  for (std::size_t i = 0; i + 1 < breaks.size(); i += 2) sum -= time[breaks[i + 1]] - time[breaks[i]];
+  return sum;
+}
+
 Blocks make_blocks(const TrainingData& data, Index most) {
   const Index n = data.time.size();
   if (n <= most) return {data, false};
-  const double span = data.time[n - 1] - data.time[0], width = span / static_cast<double>(most);
+  const double span = data.measured_time(), width = span / static_cast<double>(most);
   const double gap = std::max(3.0 * width, 10.0 * span / static_cast<double>(n));
   Blocks blocks{{data.label, data.info, VectorXd(n), MatrixXd(n, data.inputs.cols()), VectorXd(n)}, true};
   Index count = 0;

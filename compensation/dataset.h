@@ -55,7 +55,10 @@ struct TrainingData {
   Eigen::VectorXd time;              ///< (n) s
   Eigen::MatrixXd inputs;            ///< (n x inputs)
   Eigen::VectorXd target;            ///< (n)
-  std::vector<Eigen::Index> breaks{};  ///< rows at which a block of means has to begin
+  std::vector<Eigen::Index> breaks{};  ///< rows at which a block of means has to begin: before and behind each pause
+
+  /// s, without pauses
+  double measured_time() const;
 
   /// Rows with a target and all inputs.
   std::vector<Eigen::Index> complete_rows() const;

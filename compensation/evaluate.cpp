@@ -41,6 +41,23 @@ void require_channels(const std::vector<std::string>& check, const Measurement& 
   }
 }
 
+/// The same channel must mean the same in all folders.
+void require_same_channels(const Measurement& measurement, const Measurement& other) {
+  for (const MeasuredChannel& channel : other.channels)
+    for (const MeasuredChannel& known : measurement.channels) {
+      if (channel.id != known.id || (channel.unit == known.unit && channel.quantity == known.quantity)) continue;
+      const auto words = [](const MeasuredChannel& c) { return fmt::format("{}{}in {}", c.quantity, c.quantity.empty() ? "" : " ", c.unit); };
+      throw InputError((other.folder / "channels.toml").string(), fmt::format("channel '{}': {}", channel.id, words(channel)),
+                       fmt::format("{}, as in {}", words(known), measurement.folder.string()));
+    }
+}
+
+/// Rows of the channels that the measurement has: others cannot be compared.
+void add_rows(const std::vector<EvaluationRow>& rows, const Judge& judge, Evaluation& result) {
+  for (const EvaluationRow& row : rows)
+    if (std::any_of(judge.data().targets.begin(), judge.data().targets.end(), [&](const MeasuredChannel& c) { return c.id == row.channel; })) result.rows.push_back(row);
+}
+
 /// Another folder is judged as a whole, or by its programs.
 std::vector<EvaluationPart> parts_of_other(const Measurement& other, bool training) {
   const std::string name = std::filesystem::weakly_canonical(other.folder).filename().string();
@@ -81,6 +98,8 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   require_channels(options.check, measurement);
   for (const Measurement& other : others) require_displacements(other);
   for (const Measurement& other : training_data) require_displacements(other);
+  for (const auto* all : {&others, &training_data})
+    for (const Measurement& other : *all) require_same_channels(measurement, other);
   EvaluateOptions own = options;
   // Whoever brings training data wants the measurement judged, but for what is said to train.
   if (!training_data.empty() && own.train_until_s == 0.0) own.train_until_s = nothing_trains;
@@ -117,11 +136,11 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   result.inputs = judge.data().input_values.cols();
   for (std::size_t i = 0; i < others.size(); ++i) {
     result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(), other_judges[i].predictions());
-    result.rows.insert(result.rows.end(), other_judges[i].rows.begin(), other_judges[i].rows.end());
+    add_rows(other_judges[i].rows, judge, result);
   }
   for (const Judge& other : training_judges) {
     result.training_hours += training_hours(other);
-    result.rows.insert(result.rows.end(), other.rows.begin(), other.rows.end());
+    add_rows(other.rows, judge, result);
   }
   // A channel that no fit may use is held out in every part.
   for (EvaluationRow& row : result.rows) {

@@ -60,7 +60,8 @@ void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd>
 }
 
 /// Rows up to the last one that a fit may use; targets of the others are unknown to it. After a stretch comes a row of rest: over
-/// the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins there.
+/// the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins there. How long it was does not
+/// matter: twice the longest stretch is enough for all that one can show.
 TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
   const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
   std::vector<Index> order;  // row of the data, of each row here
@@ -89,6 +90,13 @@ TrainingData training_data(const Dataset& data, const std::vector<bool>& trainin
     const double last = part.time[row - 1], interval = row > 1 ? last - part.time[row - 2] : 1.0;
     part.time[row] = last + std::min(interval, 0.5 * (part.time[row] - last));
   }
+  double longest = 0.0;
+  for (std::size_t s = 0; s <= rests.size(); ++s) {
+    const Index from = s == 0 ? 0 : rests[s - 1] + 1, to = s < rests.size() ? rests[s] : part.time.size() - 1;
+    longest = std::max(longest, part.time[to] - part.time[from]);
+  }
+  for (const Index row : rests)
+    if (const double more = part.time[row + 1] - part.time[row] - 2.0 * longest; more > 0.0) part.time.tail(part.time.size() - row - 1).array() -= more;
   return part;
 }
 
@@ -372,6 +380,7 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
   for (const Part& part : parts_) {
     MatrixXd inputs = MatrixXd::Constant(data.rows(), static_cast<Index>(part.inputs.size()), missing);
     for (std::size_t k = 0; k < part.inputs.size(); ++k) {
+      if (part.inputs[k].activity) inputs.col(static_cast<Index>(k)).setZero();  // nothing of the kind ran
       for (std::size_t column = 0; column < data.inputs.size(); ++column) {
         if (data.inputs[column].id == part.inputs[k].id) inputs.col(static_cast<Index>(k)) = data.input_values.col(static_cast<Index>(column));
       }

@@ -299,7 +299,7 @@ class TransferModel final : public ChannelModel {
 
     double least = std::numeric_limits<double>::infinity();
     std::string refused;
-    std::vector<double> steps{std::max({interval, span / 400.0, (data.time[n - 1] - data.time[0]) / most_samples})};
+    std::vector<double> steps{std::max({interval, span / 400.0, data.measured_time() / most_samples})};
     if (const double coarse = span / 130.0; coarse > 1.5 * steps[0]) steps.push_back(coarse);
     for (const double step : steps) {
       const Grid grid = make_grid(data, std::ceil(step / interval - 1e-3) * interval);

@@ -59,6 +59,15 @@ void evaluate(const EvaluateOptions& options) {
   std::vector<compensation::Measurement> others, training_data;
   for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
   for (const auto& folder : options.train_data) training_data.push_back(compensation::read_measurement(folder));
+  std::vector<std::filesystem::path> folders{options.data};
+  for (const auto* more : {&options.also, &options.train_data})
+    for (const auto& folder : *more) {
+      std::error_code ignored;
+      for (const auto& known : folders)
+        if (std::filesystem::equivalent(folder, known, ignored))
+          throw core::InputError(folder.string(), "named twice", "each measurement folder once: in --data, --also or --train-data");
+      folders.push_back(folder);
+    }
   compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};
   std::optional<reduction::ReducedModel> extended;
   if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));

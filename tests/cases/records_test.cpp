@@ -270,6 +270,25 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
   const Result wrong = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.file("second"), "--models", "arx"});
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "T1");
+  const Result twice = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.path() + "/./first", "--models", "arx"});
+  EXPECT_EQ(twice.status, 3);
+  EXPECT_SAYS(twice.err, "named twice");
+}
+
+// Neither the length of a pause nor the number of folders makes a fit coarser.
+TEST(EvaluateRecord, PausesAndManyFoldersDoNotBlurAFit) {
+  const Toy toy;
+  std::mt19937_64 random(8);
+  std::string folders;
+  for (int k = 0; k < 25; ++k) {
+    Motor motor;
+    const std::string name = k == 0 ? "judged" : "f" + std::to_string(k);
+    write_record(toy, name, 12, [&](double hour) { return motor.step(random, heat_of(k % 2, hour)); });
+    if (k > 0) folders += (k > 1 ? "," : "") + toy.file(name);
+  }
+  const Result result = toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", folders, "--models", "arx,output_error", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  for (const char* model : {"arx", "output_error"}) EXPECT_GT(least_reduction(json::parse(result.out), model, "day 0"), 98.5) << model;
 }
 
 TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {
