@@ -81,19 +81,27 @@ void read_names(const fs::path& file, LinearSystem& system) {
   const core::Config config = core::Config::load(file);
   const core::Node root = config.root();
   root.integer("schema", 1, 1);
-  std::vector<std::string> known;
+  system.names_text = config.text();
+  std::vector<std::string> known, told;
   for (const ParameterMatrix& film : system.films) known.push_back(film.name);
+  const auto require_new = [](const core::Node& table, std::vector<std::string>& names, const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) != names.end()) throw InputError(table.place("name"), "'" + name + "' named twice", "each name once");
+    names.push_back(name);
+  };
   for (const core::Node& table : root.tables("film")) {
     const std::string name = table.text("name");
     const auto film = std::find(known.begin(), known.end(), name);
     if (film == known.end()) throw InputError(table.place("name"), "'" + name + "'", "a NAME of the files A_film_NAME.mtx beside it" + (known.empty() ? std::string() : " (nearest: " + core::nearest(name, known) + ")"));
+    require_new(table, told, name);
     system.films[static_cast<std::size_t>(film - known.begin())].value = table.number("value");
     table.text_or("unit", "");
     table.finish();
   }
+  if (!told.empty() && told.size() != known.size())
+    throw InputError(file.string(), fmt::format("{} [[film]] tables", told.size()), fmt::format("none, or one for each of the {} films", known.size()));
   const auto names = [&](const char* key, Index count, std::vector<std::string>& all) {
     for (const core::Node& table : root.tables(key)) {
-      all.push_back(table.text("name"));
+      require_new(table, all, table.text("name"));
       table.text_or("unit", "");
       if (table.has("value")) table.number("value");
       table.finish();

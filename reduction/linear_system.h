@@ -39,6 +39,7 @@ struct LinearSystem {
   std::vector<ParameterMatrix> films;  ///< by name
   bool has_feedthrough = false;  ///< D.mtx is there
   std::vector<std::string> input_names, output_names;  ///< empty: none were given
+  std::string names_text;        ///< names.toml as it is; empty: there is none
 
   /// @param values  one per film
   StateSpace at(const std::vector<double>& values) const;

@@ -84,7 +84,7 @@ void remove_leftovers(const fs::path& folder, const std::vector<fs::path>& files
   if (!fs::exists(folder / system_file_name, error)) return;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const fs::path name = entry.path().filename();
-    const bool ours = name == "D.mtx" || (name.string().starts_with("A_film_") && name.extension() == ".mtx");
+    const bool ours = name == "D.mtx" || name == "names.toml" || (name.string().starts_with("A_film_") && name.extension() == ".mtx");
     if (ours && std::find(files.begin(), files.end(), name) == files.end()) fs::remove(entry.path(), error);
   }
 }
@@ -117,6 +117,10 @@ void write_system(const fs::path& folder, const LinearSystem& system, const Syst
       add("C", model.C);
       if (system.has_feedthrough) add("D", model.D);
       for (std::size_t j = 0; j < system.films.size(); ++j) add("A_film_" + system.films[j].name, model.films[j]);
+      if (!system.names_text.empty()) {
+        files.emplace_back("names.toml");
+        core::write_file(staged / files.back(), system.names_text);
+      }
       files.emplace_back(system_file_name);
       core::write_file(staged / system_file_name, bytes_of(folder / system_file_name, system, reduction, names));
       remove_leftovers(folder, files);

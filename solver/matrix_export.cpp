@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/error.h"
 #include "core/file.h"
 #include "core/matrix_market.h"
 #include "core/units.h"
@@ -129,6 +130,7 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   make_unique(made.names.outputs);
 
   const auto sensors = static_cast<Index>(machine.sensors.size());
+  if (made.names.outputs.empty()) throw core::InputError(machine.path.string(), "neither a [[sensor]] nor [tcp]", "one of them: the matrices need an output");
   Eigen::MatrixXd rows(static_cast<Index>(made.names.outputs.size()), thermal.size);
   rows.topRows(sensors) = Eigen::MatrixXd(thermal.sensors.topRows(sensors));
   if (rows.rows() > sensors) {
@@ -166,10 +168,10 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (name.starts_with("A_film_") && name.ends_with(".mtx") && std::find(made.files.begin(), made.files.end(), name) == made.files.end())
+    if ((name == "D.mtx" || (name.starts_with("A_film_") && name.ends_with(".mtx"))) && std::find(made.files.begin(), made.files.end(), name) == made.files.end())
       fs::remove(entry.path(), ignored);
   }
-  if (thermal.local) made.notes.emplace_back("radiation = \"exact\" depends on the temperature from place to place and is not in the matrices");
+  if (thermal.local) made.notes.emplace_back("radiation = \"exact\" is linearised at the reference temperature here: a part of the films' values");
   if (OperatingModel(machine, thermal.layout).follows_temperature())
     made.notes.emplace_back("films, conductances or coolers that follow temperatures: the laws are not in the matrices, their values are parameters and inputs");
   if (rows.rows() == sensors) made.notes.emplace_back("no [tcp]: outputs are the sensors alone");

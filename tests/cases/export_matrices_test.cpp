@@ -45,6 +45,10 @@ TEST(ExportMatrices, ComeBackAsTheSameReducedModel) {
   const Result reduced = thermotwin({"reduce", "--matrices", folder.string(), "--tolerance", "1e-6", "--out", out, "--json"});
   ASSERT_EQ(reduced.status, 0) << reduced.err;
   EXPECT_TRUE(json::parse(reduced.out)["bound_holds"].get<bool>());
+  // What comes out is again such a folder, with the names and values that it had.
+  EXPECT_EQ(read(std::filesystem::path(out) / "names.toml"), read(folder / "names.toml"));
+  const Result again = thermotwin({"reduce", "--matrices", out, "--order", "20", "--out", toy.file("again"), "--json"});
+  EXPECT_EQ(again.status, 0) << again.err;
   std::vector<std::string> film_names;
   const reduction::ReducedLinearSystem back = reduction::read_system(std::filesystem::path(out) / reduction::system_file_name, &film_names);
   ASSERT_EQ(back.films.size(), films.size());
@@ -115,6 +119,12 @@ TEST(ExportMatrices, BadNamesAreRefused) {
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "filn.");
   EXPECT_SAYS(wrong.err, "nearest: film.");
+  const auto of_film = text.find("[[film]]");
+  text.erase(of_film, text.find("[[film]]", of_film + 1) - of_film);
+  core::write_file(toy.result("matrices/names.toml"), text);
+  const Result fewer = thermotwin({"reduce", "--matrices", toy.result("matrices").string(), "--out", toy.file("reduced")});
+  EXPECT_EQ(fewer.status, 3);
+  EXPECT_SAYS(fewer.err, "one for each of the");
   EXPECT_EQ(toy.run({"export", toy.path(), "--matrices", "--calculix"}).status, 2);
   EXPECT_EQ(toy.run({"export", toy.path()}).status, 2);
 }
