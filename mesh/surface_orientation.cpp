@@ -92,15 +92,18 @@ int turn_outward(Surface& surface) {
     alone.push_back(select(surface, take));
   }
   const auto within = [&](std::size_t inner, std::size_t outer) { return inner != outer && std::abs(winding(alone[outer], alone[inner].points.col(0))) > 0.5; };
+  const auto depth = [&](std::size_t inner) {
+    int shells_around = 0;
+    for (std::size_t outer = 0; outer < n; ++outer) shells_around += within(inner, outer);
+    return shells_around;
+  };
   std::vector<char> over(n, 0);
   int turned = 0;
   for (std::size_t s = 0; s < n; ++s) {
-    if (volume[s] >= 0.0) continue;
-    bool outermost = true;
-    for (std::size_t other = 0; other < n && outermost; ++other) outermost = !within(s, other);
-    if (!outermost) continue;
+    if (volume[s] >= 0.0 || depth(s) > 0) continue;
+    // In it, what turns as its depth asks is right already.
     for (std::size_t inner = 0; inner < n; ++inner)
-      if (inner == s || within(inner, s)) over[inner] = 1;
+      if (inner == s || (within(inner, s) && (volume[inner] > 0.0) != (depth(inner) % 2 == 0))) over[inner] = 1;
   }
   for (std::size_t s = 0; s < n; ++s) turned += over[s];
   for (std::size_t t = 0; t < shell.size(); ++t)

@@ -24,7 +24,8 @@ int close_cracks(Surface& surface);
 /// @return triangles turned
 int make_consistent(Surface& surface);
 
-/// Turns outermost shells over whose normals point inwards, with all shells in them. Closed, consistent shells only.
+/// Turns outermost shells over whose normals point inwards, and those in them that do not turn as their depth asks. Closed,
+/// consistent shells only.
 /// @return shells turned
 int turn_outward(Surface& surface);
 

@@ -207,7 +207,7 @@ std::vector<std::vector<int>> gaps_of(const Triangles& triangles) {
   return gaps;
 }
 
-/// Without the triangles whose take is 0, and without what is then a small sheet of its own.
+/// Without the triangles that are marked, and without what is then a small sheet of its own.
 Triangles kept(const Surface& s, const Triangles& triangles, const std::vector<char>& drop) {
   Surface rest;
   rest.points = s.points;

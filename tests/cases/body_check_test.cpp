@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <sstream>
 
 #include "tests/cases/own_case.h"
@@ -195,6 +196,21 @@ TEST(Import, FlippedAndInsideOutTrianglesAreTurned) {
   EXPECT_NEAR(volume_cm3(own), 500.0, 1e-6);
 }
 
+// A cavity turns inwards: it is judged by where it lies, whatever its outer shell does.
+TEST(Import, ACavityIsTurnedAsItsDepthAsks) {
+  const OwnCase own(body_text("block", 30));
+  const std::string text = stl_of({low, {{30, 30, 15}, {70, 70, 35}}});
+  std::vector<int> outer(12), all(24);
+  std::iota(outer.begin(), outer.end(), 0);
+  std::iota(all.begin(), all.end(), 0);
+  for (const auto& facets : {all, outer}) {
+    own.write("cad/block.stl", turned(text, facets));
+    const Result result = own.run({"mesh", own.path()});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_NEAR(volume_cm3(own), 500.0 - 32.0, 1e-6);
+  }
+}
+
 TEST(Import, TrianglesBackToBackAreDropped) {
   // Two blocks that touch on a whole side: the wall between them goes.
   const OwnCase own(body_text("block", 60));
@@ -204,12 +220,15 @@ TEST(Import, TrianglesBackToBackAreDropped) {
   std::string right = stl_of({{{100, 0, 0}, {200, 100, 50}}});
   // The last four facets are those at low and high x; the diagonal of low x runs from (0,0) to (1,1) as that of high x does.
   const std::string mirrored = facet("vertex 100 0 0\nvertex 100 0 50\nvertex 100 100 50\n") + facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 100 0\n");
-  std::vector<std::size_t> starts;
-  for (std::size_t at = right.find("facet normal"); at != std::string::npos; at = right.find("facet normal", at + 1)) starts.push_back(at);
+  const auto facets_of = [](const std::string& text) {
+    std::vector<std::size_t> starts;
+    for (std::size_t at = text.find("facet normal"); at != std::string::npos; at = text.find("facet normal", at + 1)) starts.push_back(at);
+    return starts;
+  };
+  std::vector<std::size_t> starts = facets_of(right);
   right.replace(starts[8], starts[10] - starts[8], mirrored);
-  starts.clear();
   std::string both = left.substr(0, left.rfind("endsolid"));
-  for (std::size_t at = both.find("facet normal"); at != std::string::npos; at = both.find("facet normal", at + 1)) starts.push_back(at);
+  starts = facets_of(both);
   both.replace(starts[10], both.size() - starts[10],
                facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 0 50\n") + facet("vertex 100 0 0\nvertex 100 100 0\nvertex 100 100 50\n"));
   own.write("cad/block.stl", both + right.substr(right.find("facet")));
