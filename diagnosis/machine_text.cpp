@@ -253,9 +253,11 @@ MovableText movable_text(const std::string& text, const mesh::Machine& machine) 
     if (!find_table(movable.text, all, "body", body.id, 0, all.size(), section)) continue;
     const Statement* key = find_key(all, section, "cad");
     if (!key) continue;
-    const std::filesystem::path copy = std::filesystem::path("cad") / name_of(file);
+    // Its buffers lie beside it under names of their own.
+    const bool has_buffers = file.extension() == ".gltf";
+    const std::filesystem::path copy = has_buffers ? file : std::filesystem::path("cad") / name_of(file);
     movable.text.replace(key->begin, key->end - key->begin, quoted(copy.generic_string()));
-    if (std::find(movable.files.begin(), movable.files.end(), std::pair{file, copy}) == movable.files.end()) movable.files.emplace_back(file, copy);
+    if (!has_buffers && std::find(movable.files.begin(), movable.files.end(), std::pair{file, copy}) == movable.files.end()) movable.files.emplace_back(file, copy);
   }
   return movable;
 }

@@ -32,7 +32,7 @@ struct MovableText {
   std::string text;
   std::vector<std::pair<std::filesystem::path, std::filesystem::path>> files;  ///< to be copied: from where, to "cad/NAME" beside the text
 };
-/// Bodies whose CAD file cannot be found keep the path that they have. @param machine  what was read from the text, at its own place
+/// Bodies whose CAD file cannot be found keep the path that they have; a .gltf, which has buffers beside it, is named where it is. @param machine  what was read from the text, at its own place
 MovableText movable_text(const std::string& text, const mesh::Machine& machine);
 
 }  // namespace thermotwin::diagnosis

@@ -21,6 +21,12 @@ namespace thermotwin::tools {
 void diagnose(const DiagnoseOptions& options) {
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
   const auto folder = options.out / "diagnosis";
+  for (const auto& read : {options.model, options.case_path}) {
+    std::error_code ignored;
+    const auto place = std::filesystem::is_directory(read, ignored) ? read : read.parent_path();
+    if (!read.empty() && std::filesystem::equivalent(place, folder / "extended", ignored))
+      throw core::InputError(read.string(), "a result that this diagnosis would replace", "another --out");
+  }
   diagnosis::DiagnoseOptions how;
   how.displacement_error_percent = options.displacement_error_percent.value_or(how.displacement_error_percent);
   how.temperature_error_percent = options.temperature_error_percent.value_or(how.temperature_error_percent);

@@ -196,6 +196,12 @@ TEST(WholeChain, ExtendedMachineStandsByItself) {
   toy.take_results();
   toy.take_measurement();
   ASSERT_EQ(toy.run({"diagnose", toy.path(), "--data", toy.path() + "/measurement", "--model", toy.result("model.rom.h5").string()}).status, 0);
+  // What a diagnosis reads it must not replace.
+  const auto before = files_in(toy.result("diagnosis/extended"));
+  const Result again = toy.run({"diagnose", "--data", toy.path() + "/measurement", "--model", toy.result("diagnosis/extended/model.rom.h5").string()});
+  EXPECT_EQ(again.status, 3);
+  EXPECT_SAYS(again.err, "another --out");
+  EXPECT_EQ(files_in(toy.result("diagnosis/extended")), before);
   const core::TemporaryFolder elsewhere;
   std::filesystem::copy(toy.result("diagnosis/extended"), elsewhere / "sent", std::filesystem::copy_options::recursive);
   std::filesystem::rename(toy.path(), toy.path() + "_gone");

@@ -295,17 +295,22 @@ TEST(Hypothesis, two_changes_follow_each_other) {
 TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
   const auto folder = std::filesystem::temp_directory_path() / ("thermotwin_cad_" + std::to_string(::getpid()));
   core::write_file(folder / "cad/bed \"old\".stl", "solid");
+  core::write_file(folder / "cad/ram.gltf", "{}");  // names its buffers by paths beside it
   const std::string text =
-      "[[body]]\nid = \"bed\"\ncad = 'cad/bed \"old\".stl'  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n";
+      "[[body]]\nid = \"bed\"\ncad = 'cad/bed \"old\".stl'  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n"
+      "[[body]]\nid = \"ram\"\ncad = \"cad/ram.gltf\"\n";
   mesh::Machine machine;
-  machine.bodies.resize(2);
+  machine.bodies.resize(3);
+  machine.bodies[2].id = "ram";
+  machine.bodies[2].cad = folder / "cad/ram.gltf";
   machine.bodies[0].id = "bed";
   machine.bodies[0].cad = folder / "cad/bed \"old\".stl";
   machine.bodies[1].id = "slide";
   machine.bodies[1].cad = folder / "cad/none.stl";
   const diagnosis::MovableText found = diagnosis::movable_text(text, machine);
   std::filesystem::remove_all(folder);
-  EXPECT_EQ(found.text, "[[body]]\nid = \"bed\"\ncad = \"cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n");
+  EXPECT_EQ(found.text, "[[body]]\nid = \"bed\"\ncad = \"cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n[[body]]\nid = \"ram\"\ncad = \"" +
+                            machine.bodies[2].cad.string() + "\"\n");
   ASSERT_EQ(found.files.size(), 1u);
   EXPECT_EQ(found.files[0].first, machine.bodies[0].cad);
   EXPECT_EQ(found.files[0].second, "cad/bed \"old\".stl");
