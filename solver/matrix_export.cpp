@@ -66,8 +66,11 @@ std::string input_name(const mesh::Machine& machine, const Layout& layout, const
 }
 
 std::string input_unit(const Layout& layout, const Input& input) {
+  // A parameter times a temperature, or times a gradient.
   if (input.kind == InputKind::source) return "W";
-  return term_unit(layout.terms[static_cast<std::size_t>(input.term)]) + (input.kind == InputKind::film_gradient ? " K/m" : " K");
+  if (input.kind == InputKind::film_gradient) return "W/m^3";
+  const std::string of = term_unit(layout.terms[static_cast<std::size_t>(input.term)]);
+  return of == "kg/s" ? "kg K/s" : of == "W/K" ? "W" : "W/m^2";
 }
 
 void make_unique(std::vector<NamedValue>& all) {
@@ -113,9 +116,11 @@ MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& mach
     names.inputs.push_back({input_name(machine, thermal.layout, thermal.layout.inputs[k]), input_unit(thermal.layout, thermal.layout.inputs[k]),
                             standing.q[static_cast<Index>(k)]});
   for (const mesh::SensorSpec& sensor : machine.sensors) names.outputs.push_back({plain(sensor.id) + "_K", "K"});
-  if (!machine.has_tcp()) return names;
-  for (const char* name : {"dx_um", "dy_um", "dz_um"}) names.outputs.push_back({name, "um"});
-  for (const char* name : {"ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) names.outputs.push_back({name, "um/m"});
+  if (machine.has_tcp()) {
+    for (const char* name : {"dx_um", "dy_um", "dz_um"}) names.outputs.push_back({name, "um"});
+    for (const char* name : {"ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) names.outputs.push_back({name, "um/m"});
+  }
+  for (auto* all : {&names.films, &names.inputs, &names.outputs}) make_unique(*all);
   return names;
 }
 
@@ -125,9 +130,6 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   MatrixFiles made;
   made.size = thermal.size;
   made.names = matrix_names(thermal, machine, pose);
-  make_unique(made.names.films);
-  make_unique(made.names.inputs);
-  make_unique(made.names.outputs);
 
   const auto sensors = static_cast<Index>(machine.sensors.size());
   if (made.names.outputs.empty()) throw core::InputError(machine.path.string(), "neither a [[sensor]] nor [tcp]", "one of them: the matrices need an output");
