@@ -6,10 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include <fmt/format.h>
-
-#include "core/error.h"
-
 namespace thermotwin::compensation {
 namespace {
 
@@ -125,19 +121,10 @@ Dataset make_dataset(const Measurement& measurement) {
 
 namespace {
 
-/// Index of the item of that id; adds it where it is new. @param kind_of  what has to agree
-template <class Item, class Kind>
-std::size_t place_of(std::vector<Item>& items, const Item& item, const Dataset& data, const Kind& kind_of) {
-  const auto found = std::find_if(items.begin(), items.end(), [&](const Item& known) { return known.id == item.id; });
-  if (found == items.end()) {
-    items.push_back(item);
-    return items.size() - 1;
-  }
-  if (kind_of(*found) != kind_of(item)) {
-    throw core::InputError(data.source, fmt::format("channel '{}' is {}", item.id, kind_of(item)),
-                           fmt::format("{}, as in the other measurement that is trained on", kind_of(*found)));
-  }
-  return static_cast<std::size_t>(found - items.begin());
+template <class Item>
+void add_new(std::vector<Item>& items, const std::vector<Item>& more) {
+  for (const Item& item : more)
+    if (std::none_of(items.begin(), items.end(), [&](const Item& known) { return known.id == item.id; })) items.push_back(item);
 }
 
 }  // namespace
@@ -149,10 +136,8 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
   Index rows = 0;
   for (const Dataset* part : parts) {
     all.source += (all.source.empty() ? "" : ", ") + part->source;
-    for (const InputInfo& info : part->inputs)
-      place_of(all.inputs, info, *part, [](const InputInfo& i) { return std::string(i.temperature ? "a temperature" : i.activity ? "a speed or power" : "a flow or state"); });
-    for (const MeasuredChannel& target : part->targets)
-      place_of(all.targets, target, *part, [](const MeasuredChannel& t) { return fmt::format("of quantity '{}' in {}", t.quantity, t.unit); });
+    add_new(all.inputs, part->inputs);
+    add_new(all.targets, part->targets);
     rows += part->rows();
   }
   all.time.resize(rows);

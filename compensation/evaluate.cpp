@@ -98,8 +98,12 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   require_channels(options.check, measurement);
   for (const Measurement& other : others) require_displacements(other);
   for (const Measurement& other : training_data) require_displacements(other);
-  for (const auto* all : {&others, &training_data})
-    for (const Measurement& other : *all) require_same_channels(measurement, other);
+  std::vector<const Measurement*> all{&measurement};
+  for (const auto* more : {&others, &training_data})
+    for (const Measurement& other : *more) {
+      for (const Measurement* known : all) require_same_channels(*known, other);
+      all.push_back(&other);
+    }
   EvaluateOptions own = options;
   // Whoever brings training data wants the measurement judged, but for what is said to train.
   if (!training_data.empty() && own.train_until_s == 0.0) own.train_until_s = nothing_trains;

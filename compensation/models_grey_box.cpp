@@ -42,7 +42,7 @@ class GreyBox final : public ChannelModel {
     const double span = longest_stretch(whole);
     if (!(span > 0.0)) throw InputError(whole.label, fmt::format("displacements over {} s", span), "a record with a duration");
     // Blocks resolve the part with displacements; a long record around it does not make them longer.
-    const double share = std::max(span / (whole.time[whole.time.size() - 1] - whole.time[0]), 0.05);
+    const double share = std::max(span / whole.measured_time(), 0.05);
     const Blocks blocks = make_blocks(whole, static_cast<Index>(most_blocks / share));
     const TrainingData& data = blocks.data;
     info_ = data.info;

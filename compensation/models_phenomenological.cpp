@@ -92,7 +92,7 @@ class Phenomenological final : public ChannelModel {
     if (others < least_rows || counted - others < least_rows) std::fill(states.begin(), states.end(), 0);
     sets_ = others < least_rows || counted - others < least_rows ? 1 : 2;
 
-    const double interval = (data.time[data.time.size() - 1] - data.time[0]) / static_cast<double>(data.time.size() - 1);
+    const double interval = whole.measured_time() / static_cast<double>(data.time.size() - 1);
     const double fastest = std::log(std::min(0.5 * interval, span / 8.0)), slowest = std::log(span / 2.0);
     const auto bounded = [&](const VectorXd& x) { return VectorXd(x.cwiseMax(fastest).cwiseMin(slowest).array().exp()); };
     const auto line = [&](const VectorXd& tau) { return fit_line(responses(data, states, tau), data.target, data.label); };

@@ -275,6 +275,23 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
   EXPECT_SAYS(twice.err, "named twice");
 }
 
+TEST(EvaluateRecord, AModelThatPredictsNothingOfTheJudgedFolderIsNoted) {
+  const Toy toy;
+  std::mt19937_64 random(9);
+  for (const char* name : {"trained", "judged"}) {
+    Motor motor;
+    write_record(toy, name, 12, [&](double hour) { return motor.step(random, heat_of(0, hour)); });
+  }
+  std::string channels = read(toy.file("judged/channels.toml")), data = read(toy.file("judged/data.csv"));
+  for (std::string* text : {&channels, &data})
+    for (std::size_t at = 0; (at = text->find("T1", at)) != std::string::npos; at += 2) text->replace(at, 2, "T9");
+  toy.write("judged/channels.toml", channels);
+  toy.write("judged/data.csv", data);
+  const Result result = toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("trained"), "--models", "arx"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.out, "arx predicts nothing of");
+}
+
 // Neither the length of a pause nor the number of folders makes a fit coarser.
 TEST(EvaluateRecord, PausesAndManyFoldersDoNotBlurAFit) {
   const Toy toy;
