@@ -124,7 +124,8 @@ namespace {
 template <class Item>
 void add_new(std::vector<Item>& items, const std::vector<Item>& more) {
   for (const Item& item : more)
-    if (std::none_of(items.begin(), items.end(), [&](const Item& known) { return known.id == item.id; })) items.push_back(item);
+    if (std::none_of(items.begin(), items.end(), [&](const Item& known) { return known.id == item.id; }))
+      items.push_back(item);
 }
 
 }  // namespace
@@ -142,7 +143,8 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
   }
   all.time.resize(rows);
   all.input_values.resize(rows, static_cast<Index>(all.inputs.size()));
-  for (std::size_t k = 0; k < all.inputs.size(); ++k) all.input_values.col(static_cast<Index>(k)).setConstant(all.inputs[k].activity ? 0.0 : missing);
+  for (std::size_t k = 0; k < all.inputs.size(); ++k)
+    all.input_values.col(static_cast<Index>(k)).setConstant(all.inputs[k].activity ? 0.0 : missing);
   all.target_values = MatrixXd::Constant(rows, static_cast<Index>(all.targets.size()), missing);
   Index row = 0;
   for (const Dataset* part : parts) {
@@ -152,7 +154,9 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
     for (const Index start : part->starts) all.starts.push_back(row + start);
     const auto put = [&](auto& values, const auto& items, const auto& own, const MatrixXd& own_values) {
       for (std::size_t k = 0; k < own.size(); ++k) {
-        const auto at = std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.id == own[k].id; }) - items.begin();
+        const auto at =
+            std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.id == own[k].id; }) -
+            items.begin();
         values.col(at).segment(row, n) = own_values.col(static_cast<Index>(k));
       }
     };
@@ -188,7 +192,9 @@ Blocks make_blocks(const TrainingData& data, Index most) {
   const auto breaks = [&](Index row) { return std::binary_search(data.breaks.begin(), data.breaks.end(), row); };
   for (Index begin = 0; begin < n;) {
     Index end = begin + 1;
-    while (end < n && !breaks(end) && data.time[end] - data.time[begin] < width && data.time[end] - data.time[end - 1] < gap) ++end;
+    while (end < n && !breaks(end) && data.time[end] - data.time[begin] < width &&
+           data.time[end] - data.time[end - 1] < gap)
+      ++end;
     const auto rows = static_cast<double>(end - begin);
     blocks.data.time[count] = data.time[begin] + (data.time.segment(begin, end - begin).array() - data.time[begin]).sum() / rows;
     // A block is known where any of its rows is: a missing reading among many is no gap.

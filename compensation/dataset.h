@@ -37,13 +37,15 @@ struct Dataset {
 
   Eigen::Index rows() const { return time.size(); }
   /// Row behind the last one of a stretch.
-  Eigen::Index stretch_end(std::size_t stretch) const { return stretch + 1 < starts.size() ? starts[stretch + 1] : rows(); }
+  Eigen::Index stretch_end(std::size_t stretch) const {
+    return stretch + 1 < starts.size() ? starts[stretch + 1] : rows();
+  }
 };
 
 Dataset make_dataset(const Measurement& measurement);
 
-/// Measurements of one machine as one, in this order, each two days after the one before: what a fit sees that is given several.
-/// Inputs and targets are matched by id; a speed or power that one lacks is 0 there, anything else unknown.
+/// Measurements of one machine as one, in this order, each two days after the one before: what a fit sees that is given
+/// several. Inputs and targets are matched by id; a speed or power that one lacks is 0 there, anything else unknown.
 /// @param parts  in which an id means the same everywhere
 Dataset join_datasets(const std::vector<const Dataset*>& parts);
 

@@ -46,8 +46,11 @@ void require_same_channels(const Measurement& measurement, const Measurement& ot
   for (const MeasuredChannel& channel : other.channels)
     for (const MeasuredChannel& known : measurement.channels) {
       if (channel.id != known.id || (channel.unit == known.unit && channel.quantity == known.quantity)) continue;
-      const auto words = [](const MeasuredChannel& c) { return fmt::format("{}{}in {}", c.quantity, c.quantity.empty() ? "" : " ", c.unit); };
-      throw InputError((other.folder / "channels.toml").string(), fmt::format("channel '{}': {}", channel.id, words(channel)),
+      const auto words = [](const MeasuredChannel& c) {
+        return fmt::format("{}{}in {}", c.quantity, c.quantity.empty() ? "" : " ", c.unit);
+      };
+      throw InputError((other.folder / "channels.toml").string(),
+                       fmt::format("channel '{}': {}", channel.id, words(channel)),
                        fmt::format("{}, as in {}", words(known), measurement.folder.string()));
     }
 }
@@ -55,15 +58,20 @@ void require_same_channels(const Measurement& measurement, const Measurement& ot
 /// Rows of the channels that the measurement has: others cannot be compared.
 void add_rows(const std::vector<EvaluationRow>& rows, const Judge& judge, Evaluation& result) {
   for (const EvaluationRow& row : rows)
-    if (std::any_of(judge.data().targets.begin(), judge.data().targets.end(), [&](const MeasuredChannel& c) { return c.id == row.channel; })) result.rows.push_back(row);
+    if (std::any_of(judge.data().targets.begin(), judge.data().targets.end(),
+                    [&](const MeasuredChannel& c) { return c.id == row.channel; }))
+      result.rows.push_back(row);
 }
 
 /// Another folder is judged as a whole, or by its programs.
 std::vector<EvaluationPart> parts_of_other(const Measurement& other, bool training) {
   const std::string name = std::filesystem::weakly_canonical(other.folder).filename().string();
   std::vector<EvaluationPart> parts;
-  for (const Program& program : other.programs) parts.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
-  if (parts.empty()) parts.push_back({name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), training});
+  for (const Program& program : other.programs)
+    parts.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
+  if (parts.empty())
+    parts.push_back(
+        {name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), training});
   return parts;
 }
 

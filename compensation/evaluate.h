@@ -17,7 +17,8 @@
 namespace thermotwin::compensation {
 
 struct EvaluateOptions {
-  /// Models that are fitted see so much from the first row on, s; 0: 24 h, of a record below 30 h half; negative: nothing.
+  /// Models that are fitted see so much from the first row on, s; 0: 24 h, of a record below 30 h half;
+  /// negative: nothing.
   double train_until_s = 0;
   std::vector<std::string> train_programs;  ///< instead: these programs of the measurement
   std::vector<std::string> models;          ///< by name; empty: all
@@ -59,10 +60,11 @@ struct Evaluation {
 
 /// @param model   nullptr where there is no machine
 /// @param others         further measurements with the same channels, none of whose rows a fit sees
-/// @param training_data  further measurements of the machine, all of whose rows fits see, each beginning anew; the measurement
-///   itself then trains only as far as the options say
-Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model, const EvaluateOptions& options,
-                    const std::vector<Measurement>& others = {}, const std::vector<Measurement>& training_data = {});
+/// @param training_data  further measurements of the machine, all of whose rows fits see, each beginning anew;
+///   the measurement itself then trains only as far as the options say
+Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model,
+                    const EvaluateOptions& options, const std::vector<Measurement>& others = {},
+                    const std::vector<Measurement>& training_data = {});
 
 /// Models fitted before, on another machine of the type: as they are (`<model>_as_is`) and with one
 /// factor a channel from the training part (`<model>_corrected`); document 002, 5.2.

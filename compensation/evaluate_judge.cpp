@@ -71,7 +71,10 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   }
   // Hours and days count from the first row: a clock may start anywhere.
   const double origin = time[0];
-  const double until = options.train_until_s < 0.0 ? -forever : origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(measurement, time));
+  const double until =
+      options.train_until_s < 0.0
+          ? -forever
+          : origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(measurement, time));
   if (!measurement.programs.empty()) {
     for (const Program& program : measurement.programs) {
       // A program that the training's end cuts is judged from there on.
@@ -141,7 +144,9 @@ void Judge::add(const std::string& model, std::size_t target, const VectorXd& gi
 }
 
 void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted) {
-  if (known_range(predicted.reshaped()).first < 0) note(fmt::format("{} predicts nothing of {}: it lacks an input that the model was fitted with", model, data_.source));
+  if (known_range(predicted.reshaped()).first < 0)
+    note(fmt::format("{} predicts nothing of {}: it lacks an input that the model was fitted with", model,
+                     data_.source));
   for (std::size_t t = 0; t < data_.targets.size(); ++t) {
     const VectorXd series = predicted.col(static_cast<Index>(t));
     if (known_range(series).first >= 0) add(model, t, series, fitted);
@@ -182,7 +187,8 @@ TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further
   return rows;
 }
 
-bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge, std::vector<Judge>& further) {
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge,
+                   std::vector<Judge>& further) {
   try {
     model.fit(rows.data, rows.used, check);
   } catch (const InputError& error) {

@@ -53,9 +53,11 @@ struct TrainingRows {
 /// @param further  measurements that train beside the judged one; they come first in time
 TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further = {});
 
-/// Fits a model and judges it, on further measurements that it was trained on too; what could not be done is noted in the first.
+/// Fits a model and judges it, on further measurements that it was trained on too; what could not be done is noted in
+/// the first.
 /// @return whether anything was fitted
-bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge, std::vector<Judge>& further);
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge,
+                   std::vector<Judge>& further);
 
 /// @param models  whose cautions put them last
 std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models);

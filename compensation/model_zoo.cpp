@@ -59,9 +59,9 @@ void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd>
     if (info[k].activity && std::isfinite(inputs[static_cast<Index>(k)])) inputs[static_cast<Index>(k)] = 0.0;
 }
 
-/// Rows up to the last one that a fit may use; targets of the others are unknown to it. After a stretch comes a row of rest: over
-/// the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins there. How long it was does not
-/// matter: twice the longest stretch is enough for all that one can show.
+/// Rows up to the last one that a fit may use; targets of the others are unknown to it. After a stretch comes a row of
+/// rest: over the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins
+/// there. How long it was does not matter: twice the longest stretch is enough for all that one can show.
 TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
   const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
   std::vector<Index> order;  // row of the data, of each row here
@@ -96,7 +96,8 @@ TrainingData training_data(const Dataset& data, const std::vector<bool>& trainin
     longest = std::max(longest, part.time[to] - part.time[from]);
   }
   for (const Index row : rests)
-    if (const double more = part.time[row + 1] - part.time[row] - 2.0 * longest; more > 0.0) part.time.tail(part.time.size() - row - 1).array() -= more;
+    if (const double more = part.time[row + 1] - part.time[row] - 2.0 * longest; more > 0.0)
+      part.time.tail(part.time.size() - row - 1).array() -= more;
   return part;
 }
 

@@ -115,7 +115,8 @@ class Composite final : public ChannelModel {
     // Features of every row, as at work, then means over blocks.
     const auto rows_of = [&](double tau) {
       Features features(info_, tau, bend_, false);
-      TrainingData row_data{data.label, {}, data.time, MatrixXd(data.time.size(), features.size()), data.target, data.breaks};
+      TrainingData row_data{data.label,  {},         data.time, MatrixXd(data.time.size(), features.size()),
+                            data.target, data.breaks};
       row_data.info.resize(static_cast<std::size_t>(features.size()));
       for (Index i = 0; i < data.time.size(); ++i) row_data.inputs.row(i) = features.step(data.time[i], data.inputs.row(i));
       return make_blocks(row_data, most_blocks).data;

@@ -31,8 +31,10 @@ void make_buffers() {
   const bool room = std::count(buffers.begin(), buffers.end(), nullptr) == 0;
   for (void* buffer : buffers) std::free(buffer);
   if (!room)
-    throw SolverError(fmt::format("not enough memory for the BLAS: {} buffers of 128 MiB do not fit into the {} MiB of ulimit -v; "
-                                        "--threads 1 needs one", buffers.size(), limit.rlim_cur >> 20));
+    throw SolverError(
+        fmt::format("not enough memory for the BLAS: {} buffers of 128 MiB do not fit into the {} MiB of ulimit -v; "
+                    "--threads 1 needs one",
+                    buffers.size(), limit.rlim_cur >> 20));
   for (void*& buffer : buffers) buffer = allocate(0);
   for (void* buffer : buffers) release(buffer);  // OpenBLAS keeps them for its next calls
 }

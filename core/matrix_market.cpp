@@ -313,7 +313,9 @@ std::string format_matrix_market(const SparseMatrix& matrix, const std::string& 
       fmt::format_to(std::back_inserter(entries), "{} {} {:.17g}\n", it.row() + 1, it.col() + 1, it.value());
       ++count;
     }
-  return fmt::format("%%MatrixMarket matrix coordinate real {}\n% {}\n{} {} {}\n", symmetric ? "symmetric" : "general", comment, matrix.rows(), matrix.cols(), count) + entries;
+  return fmt::format("%%MatrixMarket matrix coordinate real {}\n% {}\n{} {} {}\n", symmetric ? "symmetric" : "general",
+                     comment, matrix.rows(), matrix.cols(), count) +
+         entries;
 }
 
 }  // namespace thermotwin::core

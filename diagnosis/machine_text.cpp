@@ -239,7 +239,9 @@ MovableText movable_text(const std::string& text, const mesh::Machine& machine) 
   const auto name_of = [&](const std::filesystem::path& file) {
     std::string name = file.filename().string();
     for (int number = 2;; ++number) {
-      const auto known = std::find_if(movable.files.begin(), movable.files.end(), [&](const auto& copy) { return copy.second == std::filesystem::path("cad") / name; });
+      const auto known = std::find_if(movable.files.begin(), movable.files.end(), [&](const auto& copy) {
+        return copy.second == std::filesystem::path("cad") / name;
+      });
       if (known == movable.files.end() || known->first == file) return name;
       name = file.stem().string() + "_" + std::to_string(number) + file.extension().string();
     }
@@ -257,7 +259,9 @@ MovableText movable_text(const std::string& text, const mesh::Machine& machine) 
     const bool has_buffers = file.extension() == ".gltf";
     const std::filesystem::path copy = has_buffers ? file : std::filesystem::path("cad") / name_of(file);
     movable.text.replace(key->begin, key->end - key->begin, quoted(copy.generic_string()));
-    if (!has_buffers && std::find(movable.files.begin(), movable.files.end(), std::pair{file, copy}) == movable.files.end()) movable.files.emplace_back(file, copy);
+    if (!has_buffers &&
+        std::find(movable.files.begin(), movable.files.end(), std::pair{file, copy}) == movable.files.end())
+      movable.files.emplace_back(file, copy);
   }
   return movable;
 }

@@ -30,9 +30,11 @@ std::string with_own_material(const std::string& text, const std::string& source
 /// A machine that stands by itself: its text names CAD files beside it, so that its folder may be moved or sent.
 struct MovableText {
   std::string text;
-  std::vector<std::pair<std::filesystem::path, std::filesystem::path>> files;  ///< to be copied: from where, to "cad/NAME" beside the text
+  std::vector<std::pair<std::filesystem::path, std::filesystem::path>>
+      files;  ///< to be copied: from where, to "cad/NAME" beside the text
 };
-/// Bodies whose CAD file cannot be found keep the path that they have; a .gltf, which has buffers beside it, is named where it is. @param machine  what was read from the text, at its own place
+/// Bodies whose CAD file cannot be found keep the path that they have; a .gltf, which has buffers beside it, is named
+/// where it is. @param machine  what was read from the text, at its own place
 MovableText movable_text(const std::string& text, const mesh::Machine& machine);
 
 }  // namespace thermotwin::diagnosis

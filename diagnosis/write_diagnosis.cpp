@@ -60,7 +60,8 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
     if (!extends) return;
     const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
     const MovableText movable = movable_text(diagnosis.extended_machine_text, model.machine);
-    const reduction::ReducedModel extended = model_of_changed(model, mesh::parse_machine(movable.text, std::filesystem::absolute(out / machine_file)));
+    const reduction::ReducedModel extended =
+        model_of_changed(model, mesh::parse_machine(movable.text, std::filesystem::absolute(out / machine_file)));
     for (const auto& [from, to] : movable.files) {
       files.push_back("extended" / to);
       std::filesystem::create_directories((staged / files.back()).parent_path());

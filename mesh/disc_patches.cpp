@@ -59,7 +59,8 @@ std::vector<int> disc_patches(const Surface& surface) {
       const Eigen::Vector3i corner = surface.triangles.col(static_cast<Eigen::Index>(t));
       int shared = 0, opposite = -1;
       for (std::size_t i = 0; i < 3; ++i)
-        if (beyond[t][i] >= 0 && patch[static_cast<std::size_t>(beyond[t][i])] == own) ++shared, opposite = corner[(static_cast<int>(i) + 2) % 3];
+        if (beyond[t][i] >= 0 && patch[static_cast<std::size_t>(beyond[t][i])] == own)
+          ++shared, opposite = corner[(static_cast<int>(i) + 2) % 3];
       // A single edge in common, and the corner opposite already there: the patch would become a ring.
       if (shared == 1 && corners.contains(opposite)) continue;
       patch[t] = own;

@@ -132,8 +132,9 @@ void set_sizes(const ImportOptions& options, double unit, int elements_per_turn)
   gmsh::option::setNumber("Mesh.MeshSizeFromCurvature", elements_per_turn);
 }
 
-/// Tetrahedra in a volume: an upper bound for blocks of three elements across and more. Gmsh's Delaunay meshes of blocks have
-/// 4.6 to 5.3 a cube of the element size from 5 elements across on, up to 6.8 with 3. Thin walls and small radii give more.
+/// Tetrahedra in a volume: an upper bound for blocks of three elements across and more. Gmsh's Delaunay meshes of
+/// blocks have 4.6 to 5.3 a cube of the element size from 5 elements across on, up to 6.8 with 3. Thin walls and small
+/// radii give more.
 void require_affordable(double volume, const ImportOptions& options, const std::string& place) {
   constexpr double per_cube = 7.0;
   const double size = options.element_size_m, expected = per_cube * volume / (size * size * size);
@@ -253,8 +254,10 @@ void require_apart(const DimTags& solids, const std::string& place) {
       const double shared = volume_of(both);
       if (!both.empty()) gmsh::model::occ::remove(both, true);
       if (shared > 1e-3 * std::min(volume_of({solids[i]}), volume_of({solids[j]})))
-        throw core::MeshError(place, fmt::format("solids {} and {} of the file overlap ({:.3g} of its cubic units)", j + 1, i + 1, shared),
-                              "solids that do not overlap");
+        throw core::MeshError(
+            place,
+            fmt::format("solids {} and {} of the file overlap ({:.3g} of its cubic units)", j + 1, i + 1, shared),
+            "solids that do not overlap");
     }
 }
 
@@ -313,7 +316,8 @@ TetMesh finish_meshed(const RawMesh& raw, const ImportOptions& options, double u
   try {
     return finish(raw, as_meshed);
   } catch (const core::MeshError& error) {
-    throw MesherError("body '" + options.body + "'", std::string("the mesher left a mesh that cannot be used (") + error.what() + ")",
+    throw MesherError("body '" + options.body + "'",
+                      std::string("the mesher left a mesh that cannot be used (") + error.what() + ")",
                       "another element_size_mm, or simpler geometry");
   }
 }
@@ -355,7 +359,8 @@ int drop_empty_solids(const DimTags& shapes) {
 }
 
 /// The file's solids in the current model. @throws MeshError
-void read_shapes(const std::filesystem::path& path, const std::string& place, const ImportOptions& options, const Attempt& attempt) {
+void read_shapes(const std::filesystem::path& path, const std::string& place, const ImportOptions& options,
+                 const Attempt& attempt) {
   const auto read = [&] {
     try {
       DimTags shapes;
@@ -369,7 +374,8 @@ void read_shapes(const std::filesystem::path& path, const std::string& place, co
     }
   };
   const int dropped = read();
-  if (dropped > 0 && attempt.first) core::warn(fmt::format("body '{}': {} solids without volume were dropped", options.body, dropped));
+  if (dropped > 0 && attempt.first)
+    core::warn(fmt::format("body '{}': {} solids without volume were dropped", options.body, dropped));
   const double extent = extent_of_model();
   const bool has_solid = solids_of_model() > 0;
   const auto heal_faces = [&](double gap, bool sew) {
@@ -395,12 +401,13 @@ void read_shapes(const std::filesystem::path& path, const std::string& place, co
     heal_faces(gap * extent, true);
     if (solids_of_model() == 0 || !bounds_a_volume(extent)) continue;
     if (attempt.first)
-      core::warn(fmt::format("body '{}': {} faces were sewn into {} solids (gaps up to {:.2g} of the extent)", options.body, faces.size(),
-                             solids_of_model(), gap));
+      core::warn(fmt::format("body '{}': {} faces were sewn into {} solids (gaps up to {:.2g} of the extent)",
+                             options.body, faces.size(), solids_of_model(), gap));
     return;
   }
-  throw core::MeshError(place, faces.empty() ? "no solid" : fmt::format("no solid: its {} faces enclose no volume", faces.size()),
-                        "one or more closed solids (open surfaces or wires are not enough)");
+  throw core::MeshError(
+      place, faces.empty() ? "no solid" : fmt::format("no solid: its {} faces enclose no volume", faces.size()),
+      "one or more closed solids (open surfaces or wires are not enough)");
 }
 
 /// The surface as discrete faces that bound a volume.
@@ -415,7 +422,8 @@ void add_surface(const Surface& surface, double unit, Attempt::Patches patches) 
   }
   std::map<int, Tags> corners;
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
-    for (int k = 0; k < 3; ++k) corners[patch[static_cast<std::size_t>(t)]].push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
+    for (int k = 0; k < 3; ++k)
+      corners[patch[static_cast<std::size_t>(t)]].push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
   for (const auto& [number, corner] : corners) {
     const int entity = gmsh::model::addDiscreteEntity(2);
     if (number == 0) gmsh::model::mesh::addNodes(2, entity, node_tags, coordinates);
@@ -518,8 +526,10 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
   TetMesh mesh = finish_meshed(raw, options, unit);
   // Chords of 8 elements on a turn lose a tenth of a round bar; coarser ones more.
   if (const double found = mesh.total_volume(); std::abs(found - volume) > largest_volume_error * volume)
-    throw MesherError(place, fmt::format("the mesh has a volume of {:.4g} mm^3, the solid one of {:.4g} mm^3", 1e9 * found, 1e9 * volume),
-                      fmt::format("a difference below {:.0f} % (try a smaller element_size_mm)", 100.0 * largest_volume_error));
+    throw MesherError(
+        place,
+        fmt::format("the mesh has a volume of {:.4g} mm^3, the solid one of {:.4g} mm^3", 1e9 * found, 1e9 * volume),
+        fmt::format("a difference below {:.0f} % (try a smaller element_size_mm)", 100.0 * largest_volume_error));
   return mesh;
 }
 
@@ -527,23 +537,23 @@ TetMesh mesh_closed_surface(const Surface& surface, const ImportOptions& options
   const std::string place = "body '" + options.body + "'";
   constexpr double unit = 1e-3;
   require_affordable(enclosed_volume(surface), options, place);
-  const RawMesh raw = in_session<MesherError, RawMesh>(
-      place, "the surface could not be meshed", "a surface of well-shaped patches (try STEP, or another element_size_mm)", [&] {
-        add_surface(surface, unit, attempt.patches);
-        DimTags faces;
-        gmsh::model::getEntities(faces, 2);
-        std::vector<int> tags;
-        for (const auto& face : faces) tags.push_back(face.second);
-        gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop(tags)});
-        gmsh::model::geo::synchronize();
-        gmsh::option::setNumber("Mesh.Algorithm", attempt.algorithm);
-        // The curvature of a faceted surface is noise: the size alone counts.
-        set_sizes(options, unit, 0);
-        generate();
-        const NodeTable nodes;
-        std::map<int, std::vector<int>> tets_of;
-        return take_mesh("surface mesh", tets_of, nodes);
-      });
+  const std::string allowed = "a surface of well-shaped patches (try STEP, or another element_size_mm)";
+  const RawMesh raw = in_session<MesherError, RawMesh>(place, "the surface could not be meshed", allowed, [&] {
+    add_surface(surface, unit, attempt.patches);
+    DimTags faces;
+    gmsh::model::getEntities(faces, 2);
+    std::vector<int> tags;
+    for (const auto& face : faces) tags.push_back(face.second);
+    gmsh::model::geo::addVolume({gmsh::model::geo::addSurfaceLoop(tags)});
+    gmsh::model::geo::synchronize();
+    gmsh::option::setNumber("Mesh.Algorithm", attempt.algorithm);
+    // The curvature of a faceted surface is noise: the size alone counts.
+    set_sizes(options, unit, 0);
+    generate();
+    const NodeTable nodes;
+    std::map<int, std::vector<int>> tets_of;
+    return take_mesh("surface mesh", tets_of, nodes);
+  });
   return finish_meshed(raw, options, unit);
 }
 
@@ -552,34 +562,34 @@ RawMesh read_msh(const std::filesystem::path& path) {
   const std::string start = core::read_file(path).substr(0, 4096);
   if (start.find("$MeshFormat") == std::string::npos)
     throw core::MeshError(path.string(), "no $MeshFormat section", "a Gmsh mesh file, version 4.1 or 2.2");
-  return in_session<core::MeshError, RawMesh>(path.string(), "unreadable", "a complete Gmsh mesh file, version 4.1 or 2.2",
-                             [&] {
-                               gmsh::open(path.string());
-                               const NodeTable nodes;
-                               std::map<int, std::vector<int>> tets_of;
-                               RawMesh raw = take_mesh(path.string(), tets_of, nodes);
-                               DimTags groups;
-                               gmsh::model::getPhysicalGroups(groups);
-                               for (const auto& [dim, tag] : groups) {
-                                 if (dim < 2) continue;
-                                 std::string name;
-                                 gmsh::model::getPhysicalName(dim, tag, name);
-                                 if (name.empty()) name = std::to_string(tag);
-                                 std::vector<int> entities;
-                                 gmsh::model::getEntitiesForPhysicalGroup(dim, tag, entities);
-                                 for (const int entity : entities) {
-                                   if (dim == 2) {
-                                     const auto triangles = triangles_on(entity, nodes);
-                                     auto& set = raw.face_sets[name];
-                                     set.insert(set.end(), triangles.begin(), triangles.end());
-                                   } else {
-                                     auto& set = raw.element_sets[name];
-                                     set.insert(set.end(), tets_of[entity].begin(), tets_of[entity].end());
-                                   }
-                                 }
-                               }
-                               return raw;
-                             });
+  return in_session<core::MeshError, RawMesh>(
+      path.string(), "unreadable", "a complete Gmsh mesh file, version 4.1 or 2.2", [&] {
+        gmsh::open(path.string());
+        const NodeTable nodes;
+        std::map<int, std::vector<int>> tets_of;
+        RawMesh raw = take_mesh(path.string(), tets_of, nodes);
+        DimTags groups;
+        gmsh::model::getPhysicalGroups(groups);
+        for (const auto& [dim, tag] : groups) {
+          if (dim < 2) continue;
+          std::string name;
+          gmsh::model::getPhysicalName(dim, tag, name);
+          if (name.empty()) name = std::to_string(tag);
+          std::vector<int> entities;
+          gmsh::model::getEntitiesForPhysicalGroup(dim, tag, entities);
+          for (const int entity : entities) {
+            if (dim == 2) {
+              const auto triangles = triangles_on(entity, nodes);
+              auto& set = raw.face_sets[name];
+              set.insert(set.end(), triangles.begin(), triangles.end());
+            } else {
+              auto& set = raw.element_sets[name];
+              set.insert(set.end(), tets_of[entity].begin(), tets_of[entity].end());
+            }
+          }
+        }
+        return raw;
+      });
 }
 
 }  // namespace thermotwin::mesh

@@ -135,7 +135,9 @@ TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions
 
 }  // namespace
 
-Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) { return read_checked(path, options, true); }
+Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) {
+  return read_checked(path, options, true);
+}
 
 TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& options) {
   require_sizes(options);
@@ -168,7 +170,9 @@ TetMesh import_body(const std::filesystem::path& path, const ImportOptions& opti
   require_sizes(options);
   const std::string type = extension(path), place = "body '" + options.body + "': " + path.string();
   const std::vector<Attempt> once(1);
-  const std::vector<Attempt>& attempts = is_cad(type) ? attempts_on_cad() : is_surface(type) ? attempts_on_surfaces() : once;
+  const std::vector<Attempt>& attempts = is_cad(type)       ? attempts_on_cad()
+                                         : is_surface(type) ? attempts_on_surfaces()
+                                                            : once;
   std::optional<MesherError> first;  // the one that is told if no attempt succeeds
   for (const Attempt& attempt : attempts) try {
       TetMesh mesh = mesh_in_child(place, {}, [&] { return import_here(path, options, attempt); });

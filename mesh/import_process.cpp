@@ -29,7 +29,14 @@ namespace thermotwin::mesh {
 namespace {
 
 // First byte of what the child sends.
-enum class Answer : char { mesh = 'm', mesher_error = 'f', mesh_error = 'e', input_error = 'i', solver_error = 's', no_memory = 'n' };
+enum class Answer : char {
+  mesh = 'm',
+  mesher_error = 'f',
+  mesh_error = 'e',
+  input_error = 'i',
+  solver_error = 's',
+  no_memory = 'n'
+};
 constexpr int status_of_no_memory = 4;  // as core/process ends the program where memory runs out
 
 double default_memory() { return 2.0 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE)); }
@@ -136,7 +143,8 @@ class Child {
     while (::wait4(pid_, &status, 0, &used) < 0 && errno == EINTR) {
     }
     pid_ = -1;
-    seconds_ = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+    seconds_ = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+               1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
     return status;
   }
   /// Processor time that it took.
@@ -170,8 +178,11 @@ TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, cons
   const int status = child.wait();
   if (bytes.empty() || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     if (WIFEXITED(status) && WEXITSTATUS(status) == status_of_no_memory) throw std::bad_alloc();
-    const char* allowed = "a file that is not damaged (write it anew from CAD, or in another format), a larger element_size_mm, or simpler geometry";
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU) throw core::MeshError(place, end_of(status, child.seconds()), allowed);
+    const char* allowed =
+        "a file that is not damaged (write it anew from CAD, or in another format), a larger element_size_mm, or "
+        "simpler geometry";
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
+      throw core::MeshError(place, end_of(status, child.seconds()), allowed);
     throw MesherError(place, end_of(status, child.seconds()), allowed);
   }
   const std::string_view rest = std::string_view(bytes).substr(1);

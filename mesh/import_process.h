@@ -25,12 +25,12 @@ struct ImportLimits {
 /// Runs the work in a child process and hands over its mesh, bit by bit, or its exception of thermotwin::core.
 /// SIGINT and SIGTERM are heeded while it runs.
 /// @param place  body and file, for messages
-/// @throws MesherError if the child crashed; MeshError if it came to its limit of time; what work throws; std::bad_alloc;
-///         Interrupted
+/// @throws MesherError if the child crashed; MeshError if it came to its limit of time; what work throws;
+///         std::bad_alloc; Interrupted
 TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, const std::function<TetMesh()>& work);
 
-/// Once the work knows how large the mesh will be, the limit of time follows: five minutes and a millisecond a tetrahedron, ten times
-/// what Gmsh usually takes, but never more than before. Outside of a child nothing happens.
+/// Once the work knows how large the mesh will be, the limit of time follows: five minutes and a millisecond a
+/// tetrahedron, ten times what Gmsh usually takes, but never more than before. Outside of a child nothing happens.
 void limit_time_by(double tetrahedra);
 
 }  // namespace thermotwin::mesh

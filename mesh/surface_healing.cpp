@@ -178,7 +178,9 @@ bool closed(const Surface& surface) {
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
     for (int i = 0; i < 3; ++i)
       if (!edges.insert({surface.triangles(i, t), surface.triangles((i + 1) % 3, t)}).second) return false;
-  return std::all_of(edges.begin(), edges.end(), [&](const auto& edge) { return edges.contains({edge.second, edge.first}); });
+  return std::all_of(edges.begin(), edges.end(), [&](const auto& edge) {
+    return edges.contains({edge.second, edge.first});
+  });
 }
 
 }  // namespace

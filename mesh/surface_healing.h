@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Slips of triangulated files that have one sensible repair: a triangle twice, a triangle without area between
-// two corners and a third on the line between them, a hole of a few edges, a crack, two triangles back to back, triangles that
-// turn the wrong way, a few triangles that cut each other.
+// two corners and a third on the line between them, a hole of a few edges, a crack, two triangles back to back,
+// triangles that turn the wrong way, a few triangles that cut each other.
 
 #include <string>
 

@@ -13,7 +13,8 @@ namespace thermotwin::mesh {
 namespace {
 
 double area(const Surface& s, Eigen::Index t) {
-  const Eigen::Vector3d a = s.points.col(s.triangles(0, t)), b = s.points.col(s.triangles(1, t)), c = s.points.col(s.triangles(2, t));
+  const Eigen::Vector3d a = s.points.col(s.triangles(0, t)), b = s.points.col(s.triangles(1, t)),
+                        c = s.points.col(s.triangles(2, t));
   return 0.5 * (b - a).cross(c - a).norm();
 }
 
@@ -79,7 +80,8 @@ int turn_outward(Surface& surface) {
   std::vector<double> volume(n, 0.0);
   const Eigen::Vector3d middle = surface.points.rowwise().mean();
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
-    const Eigen::Vector3d a = surface.points.col(surface.triangles(0, t)) - middle, b = surface.points.col(surface.triangles(1, t)) - middle,
+    const Eigen::Vector3d a = surface.points.col(surface.triangles(0, t)) - middle,
+                          b = surface.points.col(surface.triangles(1, t)) - middle,
                           c = surface.points.col(surface.triangles(2, t)) - middle;
     volume[static_cast<std::size_t>(shell[static_cast<std::size_t>(t)])] += a.dot(b.cross(c)) / 6.0;
   }
@@ -88,10 +90,13 @@ int turn_outward(Surface& surface) {
   std::vector<Surface> alone;
   for (std::size_t s = 0; s < n; ++s) {
     std::vector<char> take(shell.size());
-    std::transform(shell.begin(), shell.end(), take.begin(), [&](int number) { return static_cast<std::size_t>(number) == s; });
+    std::transform(shell.begin(), shell.end(), take.begin(),
+                   [&](int number) { return static_cast<std::size_t>(number) == s; });
     alone.push_back(select(surface, take));
   }
-  const auto within = [&](std::size_t inner, std::size_t outer) { return inner != outer && std::abs(winding(alone[outer], alone[inner].points.col(0))) > 0.5; };
+  const auto within = [&](std::size_t inner, std::size_t outer) {
+    return inner != outer && std::abs(winding(alone[outer], alone[inner].points.col(0))) > 0.5;
+  };
   const auto depth = [&](std::size_t inner) {
     int shells_around = 0;
     for (std::size_t outer = 0; outer < n; ++outer) shells_around += within(inner, outer);

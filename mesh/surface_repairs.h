@@ -15,8 +15,8 @@ using Triangles = std::vector<std::pair<Eigen::Vector3i, int>>;  ///< corners, p
 Triangles triangles_of(const Surface& surface);
 void set_triangles(Surface& surface, const Triangles& triangles);
 
-/// Makes one corner of corners of open edges that are closer than the tolerance, and splits open edges at corners of open
-/// edges that lie on them within it. Tolerances: 1e-6, 1e-5 and 1e-4 of the extent, while edges are open.
+/// Makes one corner of corners of open edges that are closer than the tolerance, and splits open edges at corners of
+/// open edges that lie on them within it. Tolerances: 1e-6, 1e-5 and 1e-4 of the extent, while edges are open.
 /// @return corners joined and edges split
 int close_cracks(Surface& surface);
 
@@ -24,8 +24,8 @@ int close_cracks(Surface& surface);
 /// @return triangles turned
 int make_consistent(Surface& surface);
 
-/// Turns outermost shells over whose normals point inwards, and those in them that do not turn as their depth asks. Closed,
-/// consistent shells only.
+/// Turns outermost shells over whose normals point inwards, and those in them that do not turn as their depth asks.
+/// Closed, consistent shells only.
 /// @return shells turned
 int turn_outward(Surface& surface);
 

@@ -65,7 +65,8 @@ class Along {
   }
   template <class Visit>
   void between(double low, double high, const Visit& visit) const {
-    for (auto at = std::lower_bound(corners_.begin(), corners_.end(), low, [&](int c, double value) { return x(c) < value; });
+    for (auto at =
+             std::lower_bound(corners_.begin(), corners_.end(), low, [&](int c, double value) { return x(c) < value; });
          at != corners_.end() && x(*at) <= high; ++at)
       visit(*at);
   }
@@ -92,7 +93,9 @@ int join_corners(const Surface& s, Triangles& triangles, double tolerance) {
   for (auto& [t, part] : triangles)
     for (int& corner : t)
       if (const auto found = becomes.find(corner); found != becomes.end()) corner = found->second;
-  std::erase_if(triangles, [](const auto& t) { return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0]; });
+  std::erase_if(triangles, [](const auto& t) {
+    return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0];
+  });
   return static_cast<int>(becomes.size());
 }
 
@@ -116,7 +119,8 @@ int split_edges(const Surface& s, Triangles& triangles, double tolerance) {
       if (corner == edge.from || corner == edge.to || corner == third) return;
       const Vector3d p = s.points.col(corner);
       const double at = (p - a).dot(direction) / length;
-      if (at > tolerance && at < length - tolerance && (a + at / length * direction - p).norm() <= tolerance) on.emplace_back(at, corner);
+      if (at > tolerance && at < length - tolerance && (a + at / length * direction - p).norm() <= tolerance)
+        on.emplace_back(at, corner);
     });
     if (on.empty()) continue;
     std::sort(on.begin(), on.end());
@@ -134,7 +138,8 @@ int split_edges(const Surface& s, Triangles& triangles, double tolerance) {
   return split;
 }
 
-/// Flat lid of a loop of edges: the triangulation of least area that makes no edge a second time; empty if there is none.
+/// Flat lid of a loop of edges: the triangulation of least area that makes no edge a second time; empty if there is
+/// none.
 std::vector<Vector3i> lid_of(const Surface& s, const std::vector<int>& loop, const std::set<Edge>& edges) {
   const std::size_t n = loop.size();
   constexpr double never = std::numeric_limits<double>::infinity();
@@ -202,7 +207,8 @@ std::vector<std::vector<int>> gaps_of(const Triangles& triangles) {
     }
     std::vector<int> sorted = loop;
     std::sort(sorted.begin(), sorted.end());
-    if (edge.first == loop.front() && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end()) gaps.push_back(loop);
+    if (edge.first == loop.front() && std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end())
+      gaps.push_back(loop);
   }
   return gaps;
 }
@@ -222,7 +228,8 @@ Triangles kept(const Surface& s, const Triangles& triangles, const std::vector<c
   std::vector<int> corners;
   for (const OpenEdge& edge : open_edges(all, corners)) open[static_cast<std::size_t>(sheet[edge.triangle])] = 1;
   for (std::size_t t = 0; t < all.size(); ++t)
-    size[static_cast<std::size_t>(sheet[t])] += area(s.points.col(all[t].first[0]), s.points.col(all[t].first[1]), s.points.col(all[t].first[2]));
+    size[static_cast<std::size_t>(sheet[t])] +=
+        area(s.points.col(all[t].first[0]), s.points.col(all[t].first[1]), s.points.col(all[t].first[2]));
   const double whole = std::accumulate(size.begin(), size.end(), 0.0);
   Triangles result;
   for (std::size_t t = 0; t < all.size(); ++t) {
@@ -232,7 +239,8 @@ Triangles kept(const Surface& s, const Triangles& triangles, const std::vector<c
   return result;
 }
 
-/// Drops the marked triangles and closes the gaps. @return whether all of them could be closed; more is marked where not
+/// Drops the marked triangles and closes the gaps. Where not all of them can be closed, more is marked.
+/// @return whether all are closed
 bool replace(Surface& s, const Triangles& triangles, std::vector<char>& drop, double most) {
   Triangles rest = kept(s, triangles, drop);
   std::set<Edge> edges;
@@ -264,8 +272,8 @@ bool replace(Surface& s, const Triangles& triangles, std::vector<char>& drop, do
   return false;
 }
 
-/// Joins the ends of the shortest edge of triangles that cut others, where it is below 1e-4 of the extent and the surface stays
-/// one. @return edges joined
+/// Joins the ends of the shortest edge of triangles that cut others, where it is below 1e-4 of the extent and the
+/// surface stays one. @return edges joined
 int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
   const double shortest = 1e-4 * (s.points.rowwise().maxCoeff() - s.points.rowwise().minCoeff()).maxCoeff();
   Triangles triangles = triangles_of(s);
@@ -290,14 +298,18 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
     std::set_intersection(near.begin(), near.end(), far.begin(), far.end(), std::back_inserter(common));
     std::set<int> region(near);
     region.insert(far.begin(), far.end());
-    if (common.size() != 2 || std::any_of(region.begin(), region.end(), [&](int corner) { return touched.contains(corner); })) continue;
+    if (common.size() != 2 ||
+        std::any_of(region.begin(), region.end(), [&](int corner) { return touched.contains(corner); }))
+      continue;
     touched.insert(region.begin(), region.end());
     becomes[edge.second] = edge.first;
   }
   for (auto& [t, part] : triangles)
     for (int& corner : t)
       if (const auto found = becomes.find(corner); found != becomes.end()) corner = found->second;
-  std::erase_if(triangles, [](const auto& t) { return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0]; });
+  std::erase_if(triangles, [](const auto& t) {
+    return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0];
+  });
   set_triangles(s, triangles);
   return static_cast<int>(becomes.size());
 }
@@ -306,7 +318,8 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
 
 Triangles triangles_of(const Surface& surface) {
   Triangles triangles;
-  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) triangles.emplace_back(surface.triangles.col(t), surface.part[static_cast<std::size_t>(t)]);
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
+    triangles.emplace_back(surface.triangles.col(t), surface.part[static_cast<std::size_t>(t)]);
   return triangles;
 }
 

@@ -85,20 +85,25 @@ void read_names(const fs::path& file, LinearSystem& system) {
   std::vector<std::string> known, told;
   for (const ParameterMatrix& film : system.films) known.push_back(film.name);
   const auto require_new = [](const core::Node& table, std::vector<std::string>& names, const std::string& name) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) throw InputError(table.place("name"), "'" + name + "' named twice", "each name once");
+    if (std::find(names.begin(), names.end(), name) != names.end())
+      throw InputError(table.place("name"), "'" + name + "' named twice", "each name once");
     names.push_back(name);
   };
   for (const core::Node& table : root.tables("film")) {
     const std::string name = table.text("name");
     const auto film = std::find(known.begin(), known.end(), name);
-    if (film == known.end()) throw InputError(table.place("name"), "'" + name + "'", "a NAME of the files A_film_NAME.mtx beside it" + (known.empty() ? std::string() : " (nearest: " + core::nearest(name, known) + ")"));
+    if (film == known.end())
+      throw InputError(table.place("name"), "'" + name + "'",
+                       "a NAME of the files A_film_NAME.mtx beside it" +
+                           (known.empty() ? std::string() : " (nearest: " + core::nearest(name, known) + ")"));
     require_new(table, told, name);
     system.films[static_cast<std::size_t>(film - known.begin())].value = table.number("value");
     table.text_or("unit", "");
     table.finish();
   }
   if (!told.empty() && told.size() != known.size())
-    throw InputError(file.string(), fmt::format("{} [[film]] tables", told.size()), fmt::format("none, or one for each of the {} films", known.size()));
+    throw InputError(file.string(), fmt::format("{} [[film]] tables", told.size()),
+                     fmt::format("none, or one for each of the {} films", known.size()));
   const auto names = [&](const char* key, Index count, std::vector<std::string>& all) {
     for (const core::Node& table : root.tables(key)) {
       require_new(table, all, table.text("name"));
@@ -107,7 +112,8 @@ void read_names(const fs::path& file, LinearSystem& system) {
       table.finish();
     }
     if (!all.empty() && static_cast<Index>(all.size()) != count)
-      throw InputError(file.string(), fmt::format("{} [[{}]] tables", all.size(), key), fmt::format("none, or one for each of the {} of the matrices", count));
+      throw InputError(file.string(), fmt::format("{} [[{}]] tables", all.size(), key),
+                       fmt::format("none, or one for each of the {} of the matrices", count));
   };
   names("input", system.base.inputs(), system.input_names);
   names("output", system.base.outputs(), system.output_names);

@@ -84,7 +84,8 @@ void remove_leftovers(const fs::path& folder, const std::vector<fs::path>& files
   if (!fs::exists(folder / system_file_name, error)) return;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const fs::path name = entry.path().filename();
-    const bool ours = name == "D.mtx" || name == "names.toml" || (name.string().starts_with("A_film_") && name.extension() == ".mtx");
+    const bool ours =
+        name == "D.mtx" || name == "names.toml" || (name.string().starts_with("A_film_") && name.extension() == ".mtx");
     if (ours && std::find(files.begin(), files.end(), name) == files.end()) fs::remove(entry.path(), error);
   }
 }

@@ -18,7 +18,9 @@ using Eigen::Index;
 /// Unknowns that exchange heat with each other.
 class Groups {
  public:
-  explicit Groups(Index size) : root_(static_cast<std::size_t>(size)) { std::iota(root_.begin(), root_.end(), Index{0}); }
+  explicit Groups(Index size) : root_(static_cast<std::size_t>(size)) {
+    std::iota(root_.begin(), root_.end(), Index{0});
+  }
   Index find(Index i) {
     while (at(i) != i) i = at(i) = at(at(i));
     return i;
@@ -45,7 +47,8 @@ std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const The
   for (Index i = 0; i < thermal.size; ++i) leads_away.emplace(groups.find(i), false);
   for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k) {
     if (thermal.layout.inputs[k].term < 0) continue;
-    for (SparseMatrix::InnerIterator it(thermal.inputs, static_cast<Index>(k)); it; ++it) leads_away[groups.find(it.row())] = true;
+    for (SparseMatrix::InnerIterator it(thermal.inputs, static_cast<Index>(k)); it; ++it)
+      leads_away[groups.find(it.row())] = true;
   }
   struct Part {
     Index nodes = 0;
@@ -60,14 +63,17 @@ std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const The
       Part& part = parts[root];
       ++part.nodes;
       part.middle += mesh.bodies[b].points.col(n);
-      if (const std::string& id = mesh.machine.bodies[b].id; part.bodies.empty() || part.bodies.back() != id) part.bodies.push_back(id);
+      if (const std::string& id = mesh.machine.bodies[b].id; part.bodies.empty() || part.bodies.back() != id)
+        part.bodies.push_back(id);
     }
   std::vector<std::string> sentences;
   for (const auto& [root, part] : parts) {
     const Eigen::Vector3d at = 1e3 * part.middle / static_cast<double>(part.nodes);
-    sentences.push_back(fmt::format("nothing takes heat from {} of '{}' ({} nodes around [{:.3g}, {:.3g}, {:.3g}] mm): no film, joint or coolant leads from there to an "
-                                    "ambient or an inlet, and what is let in stays",
-                                    part.bodies.size() == 1 ? "a part" : "parts", core::join(part.bodies), part.nodes, at.x(), at.y(), at.z()));
+    sentences.push_back(fmt::format(
+        "nothing takes heat from {} of '{}' ({} nodes around [{:.3g}, {:.3g}, {:.3g}] mm): no film, joint or coolant "
+        "leads from there to an "
+        "ambient or an inlet, and what is let in stays",
+        part.bodies.size() == 1 ? "a part" : "parts", core::join(part.bodies), part.nodes, at.x(), at.y(), at.z()));
   }
   return sentences;
 }

@@ -37,9 +37,11 @@ std::string term_name(const mesh::Machine& machine, const Term& term) {
     case TermKind::film: return "film." + id_of(machine.films, term.item);
     case TermKind::contact: return fmt::format("contact.{}.{}", id_of(machine.joints, term.item), term.part + 1);
     case TermKind::coolant_wall:
-      return fmt::format("wall.{}.{}", id_of(machine.coolants, term.item), id_of(machine.coolants[static_cast<std::size_t>(term.item)].segments, term.part));
+      return fmt::format("wall.{}.{}", id_of(machine.coolants, term.item),
+                         id_of(machine.coolants[static_cast<std::size_t>(term.item)].segments, term.part));
     case TermKind::coolant_flow: return "flow." + id_of(machine.coolants, term.item);
-    case TermKind::volume_exchange: return fmt::format("exchange.{}.{}", id_of(machine.volumes, term.item), term.part + 1);
+    case TermKind::volume_exchange:
+      return fmt::format("exchange.{}.{}", id_of(machine.volumes, term.item), term.part + 1);
     case TermKind::volume_given: return "given." + id_of(machine.volumes, term.item);
   }
   return "term";
@@ -55,7 +57,8 @@ std::string term_unit(const Term& term) {
 }
 
 std::string input_name(const mesh::Machine& machine, const Layout& layout, const Input& input) {
-  if (input.kind == InputKind::source) return fmt::format("source.{}.{}.{}", id_of(machine.sources, input.item), input.place + 1, input.node + 1);
+  if (input.kind == InputKind::source)
+    return fmt::format("source.{}.{}.{}", id_of(machine.sources, input.item), input.place + 1, input.node + 1);
   const std::string of = term_name(machine, layout.terms[static_cast<std::size_t>(input.term)]);
   switch (input.kind) {
     case InputKind::coolant_inlet: return of + ".inlet";
@@ -86,7 +89,8 @@ Eigen::VectorXd standing_row(const OperatingModel& operating, const mesh::Machin
   Eigen::VectorXd row = operating.channels().defaults();
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const bool linear = machine.axes[i].kind == mesh::AxisKind::linear;
-    const int channel = operating.channels().index("axis." + machine.axes[i].id + (linear ? ".position_mm" : ".position_deg"));
+    const int channel =
+        operating.channels().index("axis." + machine.axes[i].id + (linear ? ".position_mm" : ".position_deg"));
     if (channel >= 0) row[channel] = pose[static_cast<Index>(i)] / (linear ? core::units::mm : core::units::deg);
   }
   return row;
@@ -96,7 +100,9 @@ std::string table(const char* name, const std::vector<NamedValue>& all, bool wit
   std::string text;
   for (const NamedValue& one : all) {
     text += fmt::format("\n[[{}]]\nname = \"{}\"\nunit = \"{}\"\n", name, one.name, one.unit);
-    if (with_value) text += fmt::format("value = {}{}\n", one.value, one.value == std::floor(one.value) && std::abs(one.value) < 1e15 ? ".0" : "");
+    if (with_value)
+      text += fmt::format("value = {}{}\n", one.value,
+                          one.value == std::floor(one.value) && std::abs(one.value) < 1e15 ? ".0" : "");
   }
   return text;
 }
@@ -111,10 +117,11 @@ MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& mach
   const Coefficients standing = operating.coefficients(row, inlet);
   MatrixNames names;
   for (std::size_t j = 0; j < thermal.layout.terms.size(); ++j)
-    names.films.push_back({term_name(machine, thermal.layout.terms[j]), term_unit(thermal.layout.terms[j]), standing.p[static_cast<Index>(j)]});
+    names.films.push_back({term_name(machine, thermal.layout.terms[j]), term_unit(thermal.layout.terms[j]),
+                           standing.p[static_cast<Index>(j)]});
   for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k)
-    names.inputs.push_back({input_name(machine, thermal.layout, thermal.layout.inputs[k]), input_unit(thermal.layout, thermal.layout.inputs[k]),
-                            standing.q[static_cast<Index>(k)]});
+    names.inputs.push_back({input_name(machine, thermal.layout, thermal.layout.inputs[k]),
+                            input_unit(thermal.layout, thermal.layout.inputs[k]), standing.q[static_cast<Index>(k)]});
   for (const mesh::SensorSpec& sensor : machine.sensors) names.outputs.push_back({plain(sensor.id) + "_K", "K"});
   if (machine.has_tcp()) {
     for (const char* name : {"dx_um", "dy_um", "dz_um"}) names.outputs.push_back({name, "um"});
@@ -132,13 +139,16 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   made.names = matrix_names(thermal, machine, pose);
 
   const auto sensors = static_cast<Index>(machine.sensors.size());
-  if (made.names.outputs.empty()) throw core::InputError(machine.path.string(), "neither a [[sensor]] nor [tcp]", "one of them: the matrices need an output");
+  if (made.names.outputs.empty())
+    throw core::InputError(machine.path.string(), "neither a [[sensor]] nor [tcp]",
+                           "one of them: the matrices need an output");
   Eigen::MatrixXd rows(static_cast<Index>(made.names.outputs.size()), thermal.size);
   rows.topRows(sensors) = Eigen::MatrixXd(thermal.sensors.topRows(sensors));
   if (rows.rows() > sensors) {
     const OutputRows parts = full.elastic.output_rows(pose);
     for (Index i = 0; i < thermal.size; ++i) {
-      const Vector6 error = tcp_error(machine, pose, parts.tool.col(i), parts.table_axis.col(i), parts.table_own.col(i)).error;
+      const Vector6 error =
+          tcp_error(machine, pose, parts.tool.col(i), parts.table_axis.col(i), parts.table_own.col(i)).error;
       rows.col(i).tail(6) << error.head<3>() / core::units::um, error.tail<3>() / core::units::um_per_m;
     }
   }
@@ -153,14 +163,17 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
     add("E", thermal.capacity, "capacities, J/K");
     add("A", -thermal.conduction, "conduction within the bodies, W/K, with a minus");
     for (std::size_t j = 0; j < thermal.terms.size(); ++j)
-      add("A_film_" + made.names.films[j].name, -thermal.terms[j], fmt::format("W/K for 1 {}, with a minus", made.names.films[j].unit));
+      add("A_film_" + made.names.films[j].name, -thermal.terms[j],
+          fmt::format("W/K for 1 {}, with a minus", made.names.films[j].unit));
     add("B", thermal.inputs, "a column an input, see names.toml");
     add("C", outputs, "a row an output, see names.toml");
-    std::string names = "# " + machine.name +
-                        ": what parameters (films), inputs and outputs of these matrices are; values as the machine stands.\n"
-                        "# The state is in K above the machine's reference temperature; of inputs that an ambient drives the value is\n"
-                        "# the parameter times the ambient's temperature above the reference.\nschema = 1\n";
-    names += table("film", made.names.films, true) + table("input", made.names.inputs, true) + table("output", made.names.outputs, false);
+    std::string names =
+        "# " + machine.name +
+        ": what parameters (films), inputs and outputs of these matrices are; values as the machine stands.\n"
+        "# The state is in K above the machine's reference temperature; of inputs that an ambient drives the value is\n"
+        "# the parameter times the ambient's temperature above the reference.\nschema = 1\n";
+    names += table("film", made.names.films, true) + table("input", made.names.inputs, true) +
+             table("output", made.names.outputs, false);
     core::write_file(staged / "names.toml", names);
     files.emplace_back("names.toml");
     for (const fs::path& file : files) made.files.push_back(file.string());
@@ -170,12 +183,17 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if ((name == "D.mtx" || (name.starts_with("A_film_") && name.ends_with(".mtx"))) && std::find(made.files.begin(), made.files.end(), name) == made.files.end())
+    if ((name == "D.mtx" || (name.starts_with("A_film_") && name.ends_with(".mtx"))) &&
+        std::find(made.files.begin(), made.files.end(), name) == made.files.end())
       fs::remove(entry.path(), ignored);
   }
-  if (thermal.local) made.notes.emplace_back("radiation = \"exact\" is linearised at the reference temperature here: a part of the films' values");
+  if (thermal.local)
+    made.notes.emplace_back(
+        "radiation = \"exact\" is linearised at the reference temperature here: a part of the films' values");
   if (OperatingModel(machine, thermal.layout).follows_temperature())
-    made.notes.emplace_back("films, conductances or coolers that follow temperatures: the laws are not in the matrices, their values are parameters and inputs");
+    made.notes.emplace_back(
+        "films, conductances or coolers that follow temperatures: the laws are not in the matrices, their values are "
+        "parameters and inputs");
   if (rows.rows() == sensors) made.notes.emplace_back("no [tcp]: outputs are the sensors alone");
   return made;
 }

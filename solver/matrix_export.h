@@ -2,9 +2,10 @@
 #pragma once
 // The affine equation of a machine as Matrix Market files, for programs that know nothing of machine.toml:
 //   E x' = (A + sum_j p_j A_film_j) x + B q,   y = C x,   x in K above the machine's reference temperature.
-// E.mtx (J/K), A.mtx = -K0 (W/K), A_film_NAME.mtx = -K_j for p_j = 1, B.mtx = s_k for q_k = 1, C.mtx: temperatures of the
-// sensors, then the TCP error at one pose. names.toml says what each parameter, input and output is, with its unit and, of
-// parameters and inputs, the value that it has on a machine that stands at this pose. `reduce --matrices` reads the folder back.
+// E.mtx (J/K), A.mtx = -K0 (W/K), A_film_NAME.mtx = -K_j for p_j = 1, B.mtx = s_k for q_k = 1, C.mtx: temperatures of
+// the sensors, then the TCP error at one pose. names.toml says what each parameter, input and output is, with its unit
+// and, of parameters and inputs, the value that it has on a machine that stands at this pose. `reduce --matrices` reads
+// the folder back.
 
 #include <filesystem>
 #include <string>

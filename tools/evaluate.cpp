@@ -65,7 +65,8 @@ void evaluate(const EvaluateOptions& options) {
       std::error_code ignored;
       for (const auto& known : folders)
         if (std::filesystem::equivalent(folder, known, ignored))
-          throw core::InputError(folder.string(), "named twice", "each measurement folder once: in --data, --also or --train-data");
+          throw core::InputError(folder.string(), "named twice",
+                                 "each measurement folder once: in --data, --also or --train-data");
       folders.push_back(folder);
     }
   compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};

@@ -37,24 +37,33 @@ namespace {
 
 void export_matrices(const ExportOptions& options, const solver::Case& machine_case) {
   const mesh::Machine& machine = machine_case.machine;
-  const mesh::Pose pose = options.pose.empty() ? mesh::home_pose(machine) : mesh::parse_pose(machine, options.pose, "--pose");
+  const mesh::Pose pose =
+      options.pose.empty() ? mesh::home_pose(machine) : mesh::parse_pose(machine, options.pose, "--pose");
   require_writable(options.out);
   const solver::FullModel full = build(machine_case, options.out);
   const std::filesystem::path folder = options.out / "matrices";
   const solver::MatrixFiles made = solver::write_matrices(folder, full, pose);
-  std::string text = fmt::format("{}: {} states, {} parameters (films), {} inputs, {} outputs; what they are is in names.toml\n", machine.name, made.size,
-                                 made.names.films.size(), made.names.inputs.size(), made.names.outputs.size());
+  std::string text = fmt::format(
+      "{}: {} states, {} parameters (films), {} inputs, {} outputs; what they are is in names.toml\n", machine.name,
+      made.size, made.names.films.size(), made.names.inputs.size(), made.names.outputs.size());
   for (const std::string& note : made.notes) text += "- " + note + "\n";
-  text += fmt::format("{} files in {}; reduce them: thermotwin reduce --matrices {}\n", made.files.size(), folder.string(), folder.string());
-  const nlohmann::json json = {{"folder", folder.string()},  {"files", made.files}, {"states", made.size}, {"films", made.names.films.size()},
-                               {"inputs", made.names.inputs.size()}, {"outputs", made.names.outputs.size()}, {"notes", made.notes}};
+  text += fmt::format("{} files in {}; reduce them: thermotwin reduce --matrices {}\n", made.files.size(),
+                      folder.string(), folder.string());
+  const nlohmann::json json = {{"folder", folder.string()},
+                               {"files", made.files},
+                               {"states", made.size},
+                               {"films", made.names.films.size()},
+                               {"inputs", made.names.inputs.size()},
+                               {"outputs", made.names.outputs.size()},
+                               {"notes", made.notes}};
   print_summary(options, text, json.dump());
 }
 
 }  // namespace
 
 void export_model(const ExportOptions& options) {
-  if (options.calculix == options.matrices) throw core::UsageError("export: what to write is missing, or two are named; allowed: --calculix or --matrices");
+  if (options.calculix == options.matrices)
+    throw core::UsageError("export: what to write is missing, or two are named; allowed: --calculix or --matrices");
   const solver::Case machine_case = open_machine(options);
   if (options.matrices) return export_matrices(options, machine_case);
   const mesh::Machine& machine = machine_case.machine;

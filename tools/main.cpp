@@ -280,8 +280,11 @@ int parse_and_run(int argc, char** argv) {
   verb->add_option("CASE", evaluate.case_path, "case folder (absent: no machine model)");
   verb->add_option("--data", evaluate.data, "measurement folder")->required();
   verb->add_option("--also", evaluate.also, "further folders with the same channels, none of which a fit sees: A,B")->delimiter(',');
-  auto* train_data = verb->add_option("--train-data", evaluate.train_data, "further folders that fitted models see whole; --data then trains only by one of the next two: A,B")
-                         ->delimiter(',');
+  auto* train_data =
+      verb->add_option(
+              "--train-data", evaluate.train_data,
+              "further folders that fitted models see whole; --data then trains only by one of the next two: A,B")
+          ->delimiter(',');
   verb->add_option("--model", evaluate.model, "model.rom.h5 (absent: made from the case)");
   auto* extended = verb->add_option("--extended", evaluate.extended, "diagnosis/extended/model.rom.h5, judged beside the nominal model");
   auto* until = verb->add_option("--train-until", evaluate.train_until_h, "hours from the first row that fitted models may see (absent: 24, of a record below 30 h half)")
@@ -291,10 +294,12 @@ int parse_and_run(int argc, char** argv) {
       ->excludes(until);
   verb->add_option("--models", evaluate.models, "only these fitted models: static_regression,grey_box,... (absent: all)")->delimiter(',');
   verb->add_option("--check", evaluate.check, "displacement channels that no fit may use, predicted over the workspace: dx@2,dy@2")->delimiter(',');
-  verb->add_option("--fitted", evaluate.fitted, "models.toml of another machine of the type: as it is, and with one factor a channel")
+  verb->add_option("--fitted", evaluate.fitted,
+                   "models.toml of another machine of the type: as it is, and with one factor a channel")
       ->excludes(extended)
       ->excludes(train_data);
-  verb->add_flag("--cross", evaluate.cross, "fit on each program (or day), judge on all the others")->excludes(train_data);
+  verb->add_flag("--cross", evaluate.cross, "fit on each program (or day), judge on all the others")
+      ->excludes(train_data);
   verb->add_option("--length-study", evaluate.length_study, "MODEL CHANNEL: how long a measurement the model needs, as box plots")->expected(2);
 
   tools::DiagnoseOptions diagnose;
@@ -339,14 +344,19 @@ int parse_and_run(int argc, char** argv) {
       ->capture_default_str();
 
   tools::ExportOptions exported;
-  verb = add_verb(app, "export", "the machine for another program: a CalculiX deck (heat.inp, static.inp, mesh.inp), or its matrices (Matrix Market)",
-                  "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
-                  "  cd out/calculix && ccx heat && ccx static\n"
-                  "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced",
-                  exported, &tools::export_model);
+  verb =
+      add_verb(app, "export",
+               "the machine for another program: a CalculiX deck (heat.inp, static.inp, mesh.inp), or its matrices "
+               "(Matrix Market)",
+               "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
+               "  cd out/calculix && ccx heat && ccx static\n"
+               "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced",
+               exported, &tools::export_model);
   verb->add_option("MODEL", exported.model, "case folder, case.toml or machine.toml")->required();
   verb->add_flag("--calculix", exported.calculix, "decks for ccx 2.20: heat transfer, then thermo-elastic displacement, SI units and degC");
-  auto* matrices = verb->add_flag("--matrices", exported.matrices, "E, A, a matrix for each film, contact and flow, B, C, and names.toml: what `reduce --matrices` reads");
+  auto* matrices = verb->add_flag(
+      "--matrices", exported.matrices,
+      "E, A, a matrix for each film, contact and flow, B, C, and names.toml: what `reduce --matrices` reads");
   auto* load = verb->add_option("--load", exported.load, "load program, as amplitudes (absent: steady state of the machine as it stands)");
   auto* step = verb->add_option("--time-step", exported.time_step_s, "longest increment, s (absent: time_step_s of the load)")
                    ->check(CLI::PositiveNumber)
@@ -355,7 +365,9 @@ int parse_and_run(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber)
       ->needs(load)
       ->excludes(step);
-  verb->add_option("--pose", exported.pose, "axis positions, mm and deg, where the bodies are put, and whose TCP error the matrices give (absent: home)");
+  verb->add_option(
+      "--pose", exported.pose,
+      "axis positions, mm and deg, where the bodies are put, and whose TCP error the matrices give (absent: home)");
   auto* body = verb->add_option("--body", exported.body, "only this body, without its joints to others");
   auto* heat_only = verb->add_flag("--heat-only", exported.heat_only, "no static.inp");
   for (CLI::Option* of_calculix : {load, body, heat_only}) matrices->excludes(of_calculix);

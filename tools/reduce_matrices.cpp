@@ -170,7 +170,8 @@ void reduce_matrices(const ReduceOptions& options) {
   const double read_seconds = time.seconds();
   const SystemReduction reduced = reduction::reduce_system(system, how);
   const reduction::SystemNames names{system.input_names, system.output_names, word(reduced.method)};
-  reduction::write_system(options.out, system, reduced, names.inputs.empty() && names.outputs.empty() ? nullptr : &names);
+  reduction::write_system(options.out, system, reduced,
+                          names.inputs.empty() && names.outputs.empty() ? nullptr : &names);
 
   const reduction::StateSpace& base = system.base;
   const PointResult& first = reduced.points.front();

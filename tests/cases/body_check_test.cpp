@@ -166,17 +166,21 @@ TEST(Import, SlipsOfASurfaceFileAreRepaired) {
 double volume_cm3(const OwnCase& own) {
   const Result result = own.run({"mesh", own.path(), "--json", "--quiet"});
   if (result.status != 0) ADD_FAILURE() << result.err;
-  return result.status != 0 ? 0.0 : nlohmann::json::parse(result.out)["bodies"][0]["mass_kg"].get<double>() / 7850 * 1e6;
+  return result.status != 0 ? 0.0
+                            : nlohmann::json::parse(result.out)["bodies"][0]["mass_kg"].get<double>() / 7850 * 1e6;
 }
 
-std::string facet(const std::string& corners) { return "facet normal 0 0 0\nouter loop\n" + corners + "endloop\nendfacet\n"; }
+std::string facet(const std::string& corners) {
+  return "facet normal 0 0 0\nouter loop\n" + corners + "endloop\nendfacet\n";
+}
 
 /// The STL with some of its facets turned over.
 std::string turned(const std::string& stl, const std::vector<int>& which) {
   std::vector<std::string> lines;
   std::istringstream in(stl);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
-  for (const int number : which) std::swap(lines[static_cast<std::size_t>(7 * number + 4)], lines[static_cast<std::size_t>(7 * number + 5)]);
+  for (const int number : which)
+    std::swap(lines[static_cast<std::size_t>(7 * number + 4)], lines[static_cast<std::size_t>(7 * number + 5)]);
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   return text;
@@ -218,11 +222,14 @@ TEST(Import, TrianglesBackToBackAreDropped) {
   own.blocks("block", {{{0, 0, 0}, {100, 100, 50}}});
   const std::string left = stl_of({low});
   std::string right = stl_of({{{100, 0, 0}, {200, 100, 50}}});
-  // The last four facets are those at low and high x; the diagonal of low x runs from (0,0) to (1,1) as that of high x does.
-  const std::string mirrored = facet("vertex 100 0 0\nvertex 100 0 50\nvertex 100 100 50\n") + facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 100 0\n");
+  // The last four facets are those at low and high x; the diagonal of low x runs from (0,0) to (1,1) as that of high x
+  // does.
+  const std::string mirrored = facet("vertex 100 0 0\nvertex 100 0 50\nvertex 100 100 50\n") +
+                               facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 100 0\n");
   const auto facets_of = [](const std::string& text) {
     std::vector<std::size_t> starts;
-    for (std::size_t at = text.find("facet normal"); at != std::string::npos; at = text.find("facet normal", at + 1)) starts.push_back(at);
+    for (std::size_t at = text.find("facet normal"); at != std::string::npos; at = text.find("facet normal", at + 1))
+      starts.push_back(at);
     return starts;
   };
   std::vector<std::size_t> starts = facets_of(right);
@@ -230,7 +237,8 @@ TEST(Import, TrianglesBackToBackAreDropped) {
   std::string both = left.substr(0, left.rfind("endsolid"));
   starts = facets_of(both);
   both.replace(starts[10], both.size() - starts[10],
-               facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 0 50\n") + facet("vertex 100 0 0\nvertex 100 100 0\nvertex 100 100 50\n"));
+               facet("vertex 100 0 0\nvertex 100 100 50\nvertex 100 0 50\n") +
+                   facet("vertex 100 0 0\nvertex 100 100 0\nvertex 100 100 50\n"));
   own.write("cad/block.stl", both + right.substr(right.find("facet")));
   const Result result = own.run({"mesh", own.path()});
   EXPECT_EQ(result.status, 0) << result.err;
@@ -243,9 +251,11 @@ TEST(Import, CracksAreClosed) {
   // The top (facets 2 and 3) with corners 0.004 mm off, and split along one side in the middle: corners of its own.
   std::string stl = stl_of({low});
   std::vector<std::size_t> starts;
-  for (std::size_t at = stl.find("facet normal"); at != std::string::npos; at = stl.find("facet normal", at + 1)) starts.push_back(at);
+  for (std::size_t at = stl.find("facet normal"); at != std::string::npos; at = stl.find("facet normal", at + 1))
+    starts.push_back(at);
   stl.replace(starts[2], starts[4] - starts[2],
-              facet("vertex 0 0 50.004\nvertex 50 0 50\nvertex 100 100.004 50\n") + facet("vertex 50 0 50\nvertex 100 0 50\nvertex 100 100.004 50\n") +
+              facet("vertex 0 0 50.004\nvertex 50 0 50\nvertex 100 100.004 50\n") +
+                  facet("vertex 50 0 50\nvertex 100 0 50\nvertex 100 100.004 50\n") +
                   facet("vertex 0 0 50.004\nvertex 100 100.004 50\nvertex 0 100 50\n"));
   own.write("cad/block.stl", stl);
   const Result result = own.run({"mesh", own.path()});
@@ -312,7 +322,8 @@ std::string iges_of(const Block& block) {
   for (int side = 0; side < 6; ++side) {
     std::string data = "128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,";
     for (const int corner : sides[side])
-      for (std::size_t k = 0; k < 3; ++k) data += fmt::format("{:.3f},", (corner >> k & 1) != 0 ? block.high[k] : block.low[k]);
+      for (std::size_t k = 0; k < 3; ++k)
+        data += fmt::format("{:.3f},", (corner >> k & 1) != 0 ? block.high[k] : block.low[k]);
     data += "0.,1.,0.,1.;";
     const int first = lines + 1, entry = 2 * side + 1;
     while (!data.empty()) {
@@ -320,12 +331,15 @@ std::string iges_of(const Block& block) {
       parameters += fmt::format("{:<64}{:>8}P{:>7}\n", data.substr(0, cut), entry, ++lines);
       data.erase(0, cut);
     }
-    directory += fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}D{:>7}\n", 128, first, 0, 0, 0, 0, 0, 0, "00000000", entry);
-    directory += fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}D{:>7}\n", 128, 0, 0, lines - first + 1, 0, "", "", "", 0, entry + 1);
+    directory += fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}D{:>7}\n", 128, first, 0, 0, 0, 0, 0, 0,
+                             "00000000", entry);
+    directory += fmt::format("{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}D{:>7}\n", 128, 0, 0, lines - first + 1, 0,
+                             "", "", "", 0, entry + 1);
   }
   const std::string global = "1H,,1H;,5Hblock,5Hblock,4Htest,4Htest,32,38,6,308,15,5Hblock,1.,2,2HMM,";
   const std::string more = "1,0.01,13H260101.000000,1E-6,1000.,4Htest,4Htest,10,0,13H260101.000000;";
-  return fmt::format("{:<72}S{:>7}\n", "a block of six patches", 1) + fmt::format("{:<72}G{:>7}\n{:<72}G{:>7}\n", global, 1, more, 2) + directory + parameters +
+  return fmt::format("{:<72}S{:>7}\n", "a block of six patches", 1) +
+         fmt::format("{:<72}G{:>7}\n{:<72}G{:>7}\n", global, 1, more, 2) + directory + parameters +
          fmt::format("{:<72}T{:>7}\n", fmt::format("S{:>7}G{:>7}D{:>7}P{:>7}", 1, 2, 12, lines), 1);
 }
 

@@ -198,7 +198,8 @@ TEST(WholeChain, ExtendedMachineStandsByItself) {
   ASSERT_EQ(toy.run({"diagnose", toy.path(), "--data", toy.path() + "/measurement", "--model", toy.result("model.rom.h5").string()}).status, 0);
   // What a diagnosis reads it must not replace.
   const auto before = files_in(toy.result("diagnosis/extended"));
-  const Result again = toy.run({"diagnose", "--data", toy.path() + "/measurement", "--model", toy.result("diagnosis/extended/model.rom.h5").string()});
+  const Result again = toy.run({"diagnose", "--data", toy.path() + "/measurement", "--model",
+                                toy.result("diagnosis/extended/model.rom.h5").string()});
   EXPECT_EQ(again.status, 3);
   EXPECT_SAYS(again.err, "another --out");
   EXPECT_EQ(files_in(toy.result("diagnosis/extended")), before);

@@ -22,8 +22,10 @@ using nlohmann::json;
 using Eigen::MatrixXcd;
 
 /// C (s E - A)^-1 B.
-MatrixXcd transfer(const Eigen::MatrixXd& e, const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, const Eigen::MatrixXd& c, double frequency) {
-  const MatrixXcd pencil = std::complex<double>(0.0, frequency) * e.cast<std::complex<double>>() - a.cast<std::complex<double>>();
+MatrixXcd transfer(const Eigen::MatrixXd& e, const Eigen::MatrixXd& a, const Eigen::MatrixXd& b,
+                   const Eigen::MatrixXd& c, double frequency) {
+  const MatrixXcd pencil =
+      std::complex<double>(0.0, frequency) * e.cast<std::complex<double>>() - a.cast<std::complex<double>>();
   return c.cast<std::complex<double>>() * pencil.partialPivLu().solve(b.cast<std::complex<double>>());
 }
 
@@ -42,7 +44,8 @@ TEST(ExportMatrices, ComeBackAsTheSameReducedModel) {
 
   // At the values as the machine stands, both reductions are of the same system.
   const std::string out = toy.file("reduced");
-  const Result reduced = thermotwin({"reduce", "--matrices", folder.string(), "--tolerance", "1e-6", "--out", out, "--json"});
+  const Result reduced =
+      thermotwin({"reduce", "--matrices", folder.string(), "--tolerance", "1e-6", "--out", out, "--json"});
   ASSERT_EQ(reduced.status, 0) << reduced.err;
   EXPECT_TRUE(json::parse(reduced.out)["bound_holds"].get<bool>());
   // What comes out is again such a folder, with the names and values that it had.
@@ -50,7 +53,8 @@ TEST(ExportMatrices, ComeBackAsTheSameReducedModel) {
   const Result again = thermotwin({"reduce", "--matrices", out, "--order", "20", "--out", toy.file("again"), "--json"});
   EXPECT_EQ(again.status, 0) << again.err;
   std::vector<std::string> film_names;
-  const reduction::ReducedLinearSystem back = reduction::read_system(std::filesystem::path(out) / reduction::system_file_name, &film_names);
+  const reduction::ReducedLinearSystem back =
+      reduction::read_system(std::filesystem::path(out) / reduction::system_file_name, &film_names);
   ASSERT_EQ(back.films.size(), films.size());
   const reduction::ReducedModel own = reduction::read_model(toy.result("model.rom.h5"));
   const reduction::ReducedSystem& system = own.system;
@@ -78,7 +82,8 @@ TEST(ExportMatrices, ComeBackAsTheSameReducedModel) {
   ASSERT_EQ(outputs.size(), static_cast<std::size_t>(sensors) + 6);
   EXPECT_EQ(outputs[static_cast<std::size_t>(sensors)].text("name"), "dx_um");
   for (const double frequency : {0.0, 1e-5, 1e-4, 1e-3}) {
-    const MatrixXcd a = transfer(system.capacity, own_a, system.inputs * drive, system.sensors.topRows(sensors), frequency);
+    const MatrixXcd a =
+        transfer(system.capacity, own_a, system.inputs * drive, system.sensors.topRows(sensors), frequency);
     const MatrixXcd b = transfer(back.E, back_a, back.B * drive, back.C.topRows(sensors), frequency);
     EXPECT_LT((a - b).norm(), 5e-3 * a.norm()) << frequency;
   }
@@ -87,22 +92,28 @@ TEST(ExportMatrices, ComeBackAsTheSameReducedModel) {
 TEST(ExportMatrices, AreTheEquationOfTheMachine) {
   const Toy toy;
   const solver::Case machine_case = solver::read_case(toy.path());
-  const solver::FullModel full = solver::build_full_model(machine_case.machine, {mesh::size_factor(machine_case.machine, machine_case.size), {}});
+  const solver::FullModel full =
+      solver::build_full_model(machine_case.machine, {mesh::size_factor(machine_case.machine, machine_case.size), {}});
   ASSERT_EQ(toy.run({"export", toy.path(), "--matrices", "--quiet"}).status, 0);
   const reduction::LinearSystem read = reduction::read_linear_system(toy.result("matrices"));
   // Whoever reads makes a matrix symmetric that is so but for rounding.
-  const auto same = [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return (a - b).norm() <= 1e-15 * b.norm(); };
+  const auto same = [](const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+    return (a - b).norm() <= 1e-15 * b.norm();
+  };
   EXPECT_TRUE(same(read.base.E, full.thermal.capacity));
   EXPECT_TRUE(same(read.base.A, -full.thermal.conduction));
   EXPECT_TRUE(same(read.base.B, full.thermal.inputs));
   const auto sensors = static_cast<Eigen::Index>(full.mesh.machine.sensors.size());
   EXPECT_TRUE(same(read.base.C.topRows(sensors), full.thermal.sensors.topRows(sensors)));
-  const solver::MatrixNames names = solver::matrix_names(full.thermal, full.mesh.machine, mesh::Pose::Zero(static_cast<Eigen::Index>(full.mesh.machine.axes.size())));
+  const solver::MatrixNames names = solver::matrix_names(
+      full.thermal, full.mesh.machine, mesh::Pose::Zero(static_cast<Eigen::Index>(full.mesh.machine.axes.size())));
   ASSERT_EQ(read.films.size(), full.thermal.terms.size());
   for (const reduction::ParameterMatrix& film : read.films) {
-    const auto at = std::find_if(names.films.begin(), names.films.end(), [&](const auto& named) { return named.name == film.name; });
+    const auto at = std::find_if(names.films.begin(), names.films.end(),
+                                 [&](const auto& named) { return named.name == film.name; });
     ASSERT_NE(at, names.films.end()) << film.name;
-    EXPECT_TRUE(same(film.matrix, -full.thermal.terms[static_cast<std::size_t>(at - names.films.begin())])) << film.name;
+    EXPECT_TRUE(same(film.matrix, -full.thermal.terms[static_cast<std::size_t>(at - names.films.begin())]))
+        << film.name;
     EXPECT_EQ(film.value, at->value) << film.name;
   }
 }
@@ -115,14 +126,16 @@ TEST(ExportMatrices, BadNamesAreRefused) {
   ASSERT_NE(at, std::string::npos);
   text.replace(at, 13, "name = \"filn.");
   core::write_file(toy.result("matrices/names.toml"), text);
-  const Result wrong = thermotwin({"reduce", "--matrices", toy.result("matrices").string(), "--out", toy.file("reduced")});
+  const Result wrong =
+      thermotwin({"reduce", "--matrices", toy.result("matrices").string(), "--out", toy.file("reduced")});
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "filn.");
   EXPECT_SAYS(wrong.err, "nearest: film.");
   const auto of_film = text.find("[[film]]");
   text.erase(of_film, text.find("[[film]]", of_film + 1) - of_film);
   core::write_file(toy.result("matrices/names.toml"), text);
-  const Result fewer = thermotwin({"reduce", "--matrices", toy.result("matrices").string(), "--out", toy.file("reduced")});
+  const Result fewer =
+      thermotwin({"reduce", "--matrices", toy.result("matrices").string(), "--out", toy.file("reduced")});
   EXPECT_EQ(fewer.status, 3);
   EXPECT_SAYS(fewer.err, "one for each of the");
   EXPECT_EQ(toy.run({"export", toy.path(), "--matrices", "--calculix"}).status, 2);

@@ -25,7 +25,8 @@ struct Row {
   double z = 0;                      ///< um
 };
 
-/// A record of one displacement z and temperatures T1, T2, ... each five minutes; a row without temperatures is left out.
+/// A record of one displacement z and temperatures T1, T2, ... each five minutes; a row without temperatures is left
+/// out.
 void write_record(const Toy& toy, const std::string& name, double hours, const std::function<Row(double hour)>& row_at) {
   std::string data, channels = "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n";
   for (int i = 0; i * interval_s < 3600.0 * hours; ++i) {
@@ -176,7 +177,8 @@ Row uninformative(double hour, std::mt19937_64& random) {
 /// A machine that follows its motor within an hour: two programs, each from the room's temperature on.
 struct Motor {
   double z = 0;
-  /// Temperature and displacement after five minutes more of a program. @param heat  K above the room that the motor goes to
+  /// Temperature and displacement after five minutes more of a program. @param heat  K above the room that the motor
+  /// goes to
   Row step(std::mt19937_64& random, double heat) {
     std::normal_distribution<double> normal;
     z += (8.0 * heat - z) * (1.0 - std::exp(-interval_s / 3600.0));
@@ -184,14 +186,20 @@ struct Motor {
   }
 };
 double heat_of(int program, double hour) {
-  return program == 0 ? (hour < 1.0 ? 0.0 : std::fmod(hour, 4.0) < 2.0 ? 4.0 : 2.0) : (hour < 1.0 ? 0.0 : hour < 5.0 ? 3.0 : 1.0);
+  return program == 0 ? (hour < 1.0                   ? 0.0
+                         : std::fmod(hour, 4.0) < 2.0 ? 4.0
+                                                      : 2.0)
+                      : (hour < 1.0   ? 0.0
+                         : hour < 5.0 ? 3.0
+                                      : 1.0);
 }
 
 /// Least reduction of RMS that a row of this model and part says, %.
 double least_reduction(const json& answer, const std::string& model, const std::string& part) {
   double least = std::numeric_limits<double>::infinity();
   for (const json& row : answer["rows"])
-    if (row["model"] == model && row["part"] == part) least = std::min(least, row["rms_reduction_percent"].get<double>());
+    if (row["model"] == model && row["part"] == part)
+      least = std::min(least, row["rms_reduction_percent"].get<double>());
   return least;
 }
 
@@ -205,9 +213,11 @@ TEST(EvaluateRecord, AProgramAfterAPauseBeginsAnew) {
     return motor.step(random, hour < 12.0 ? heat_of(0, hour) : heat_of(1, hour - 60.0));
   });
   toy.write("record/channels.toml", read(toy.file("record/channels.toml")) +
-                                        "[[program]]\nname = \"first\"\nfrom_s = 0\nto_s = 43200\n[[program]]\nname = \"second\"\nfrom_s = 216000\nto_s = 260000\n");
+                                        "[[program]]\nname = \"first\"\nfrom_s = 0\nto_s = 43200\n[[program]]\nname = "
+                                        "\"second\"\nfrom_s = 216000\nto_s = 260000\n");
   for (const auto& [train, judged] : {std::pair{"first", "second"}, {"second", "first"}}) {
-    const Result result = toy.run({"evaluate", "--data", toy.file("record"), "--train-programs", train, "--models", "arx,output_error,grey_box", "--json"});
+    const Result result = toy.run({"evaluate", "--data", toy.file("record"), "--train-programs", train, "--models",
+                                   "arx,output_error,grey_box", "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     for (const char* model : {"arx", "output_error", "grey_box"}) {
       EXPECT_GT(least_reduction(json::parse(result.out), model, train), 95.0) << model;
@@ -216,24 +226,30 @@ TEST(EvaluateRecord, AProgramAfterAPauseBeginsAnew) {
   }
 }
 
-// A spindle that runs from the first row on: the machine was cold, it had not run at that speed through the pause before.
+// A spindle that runs from the first row on: the machine was cold, it had not run at that speed through the pause
+// before.
 TEST(EvaluateRecord, AProgramThatBeginsAtFullSpeedBeginsAtRest) {
   const Toy toy;
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  for (const auto& [name, first, second] : {std::tuple{"first", 6000, 3000}, {"second", 9000, 0}, {"judged", 4000, 8000}}) {
+  for (const auto& [name, first, second] :
+       {std::tuple{"first", 6000, 3000}, {"second", 9000, 0}, {"judged", 4000, 8000}}) {
     double z = 0.0;
     std::string data = "time_s,n,z\n";
     for (int i = 0; i < 144; ++i) {
       const int speed = i < 48 ? first : i < 96 ? 0 : second;
-      data += std::to_string(i * interval_s) + "," + std::to_string(speed) + "," + std::to_string(z + 0.05 * normal(random)) + "\n";
+      data += std::to_string(i * interval_s) + "," + std::to_string(speed) + "," +
+              std::to_string(z + 0.05 * normal(random)) + "\n";
       z += (4e-3 * speed - z) * (1.0 - std::exp(-interval_s / 3600.0));
     }
     toy.write(std::string(name) + "/data.csv", data);
-    toy.write(std::string(name) + "/channels.toml", "[[channel]]\nid = \"n\"\nkind = \"speed\"\nunit = \"rpm\"\nuncertainty = 1\n"
-                                                    "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n");
+    toy.write(std::string(name) + "/channels.toml",
+              "[[channel]]\nid = \"n\"\nkind = \"speed\"\nunit = \"rpm\"\nuncertainty = 1\n"
+              "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n");
   }
-  const Result result = toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("first") + "," + toy.file("second"), "--models", "output_error_activity,phenomenological", "--json"});
+  const Result result =
+      toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("first") + "," + toy.file("second"),
+               "--models", "output_error_activity,phenomenological", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   for (const char* model : {"output_error_activity", "phenomenological"}) {
     const double least = least_reduction(json::parse(result.out), model, "day 0");
@@ -249,13 +265,16 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
   for (const char* name : {"first", "second", "both"}) {
     Motor one, other;
     write_record(toy, name, 12, [&](double hour) {
-      Row a = one.step(random, name == std::string("second") ? 0.0 : heat_of(0, hour)), b = other.step(random, name == std::string("first") ? 0.0 : heat_of(1, hour));
+      Row a = one.step(random, name == std::string("second") ? 0.0 : heat_of(0, hour)),
+          b = other.step(random, name == std::string("first") ? 0.0 : heat_of(1, hour));
       return Row{{a.temperatures[0], b.temperatures[0]}, a.z - 2.0 * b.z};
     });
   }
   // Named as a program, the judged folder is judged as a whole, from its first row on.
-  toy.write("both/channels.toml", read(toy.file("both/channels.toml")) + "[[program]]\nname = \"judged\"\nfrom_s = 0\nto_s = 43200\n");
-  const Result result = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.file("second"), "--models", "arx", "--json"});
+  toy.write("both/channels.toml",
+            read(toy.file("both/channels.toml")) + "[[program]]\nname = \"judged\"\nfrom_s = 0\nto_s = 43200\n");
+  const Result result = toy.run({"evaluate", "--data", toy.file("both"), "--train-data",
+                                 toy.file("first") + "," + toy.file("second"), "--models", "arx", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json answer = json::parse(result.out);
   EXPECT_GT(least_reduction(answer, "arx", "judged"), 95.0) << result.out;
@@ -267,10 +286,12 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
   const std::string temperature = "\"temperature\"\nunit = \"degC\"";
   channels.replace(channels.find(temperature), temperature.size(), "\"speed\"\nunit = \"rpm\"");
   toy.write("second/channels.toml", channels);
-  const Result wrong = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.file("second"), "--models", "arx"});
+  const Result wrong = toy.run({"evaluate", "--data", toy.file("both"), "--train-data",
+                                toy.file("first") + "," + toy.file("second"), "--models", "arx"});
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "T1");
-  const Result twice = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("first") + "," + toy.path() + "/./first", "--models", "arx"});
+  const Result twice = toy.run({"evaluate", "--data", toy.file("both"), "--train-data",
+                                toy.file("first") + "," + toy.path() + "/./first", "--models", "arx"});
   EXPECT_EQ(twice.status, 3);
   EXPECT_SAYS(twice.err, "named twice");
 }
@@ -287,7 +308,8 @@ TEST(EvaluateRecord, AModelThatPredictsNothingOfTheJudgedFolderIsNoted) {
     for (std::size_t at = 0; (at = text->find("T1", at)) != std::string::npos; at += 2) text->replace(at, 2, "T9");
   toy.write("judged/channels.toml", channels);
   toy.write("judged/data.csv", data);
-  const Result result = toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("trained"), "--models", "arx"});
+  const Result result =
+      toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("trained"), "--models", "arx"});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_SAYS(result.out, "arx predicts nothing of");
 }
@@ -303,9 +325,11 @@ TEST(EvaluateRecord, PausesAndManyFoldersDoNotBlurAFit) {
     write_record(toy, name, 12, [&](double hour) { return motor.step(random, heat_of(k % 2, hour)); });
     if (k > 0) folders += (k > 1 ? "," : "") + toy.file(name);
   }
-  const Result result = toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", folders, "--models", "arx,output_error", "--json"});
+  const Result result = toy.run(
+      {"evaluate", "--data", toy.file("judged"), "--train-data", folders, "--models", "arx,output_error", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
-  for (const char* model : {"arx", "output_error"}) EXPECT_GT(least_reduction(json::parse(result.out), model, "day 0"), 98.5) << model;
+  for (const char* model : {"arx", "output_error"})
+    EXPECT_GT(least_reduction(json::parse(result.out), model, "day 0"), 98.5) << model;
 }
 
 TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {

@@ -309,8 +309,10 @@ TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
   machine.bodies[1].cad = folder / "cad/none.stl";
   const diagnosis::MovableText found = diagnosis::movable_text(text, machine);
   std::filesystem::remove_all(folder);
-  EXPECT_EQ(found.text, "[[body]]\nid = \"bed\"\ncad = \"cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n[[body]]\nid = \"ram\"\ncad = \"" +
-                            machine.bodies[2].cad.string() + "\"\n");
+  EXPECT_EQ(found.text,
+            "[[body]]\nid = \"bed\"\ncad = \"cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = "
+            "\"cad/none.stl\"\n[[body]]\nid = \"ram\"\ncad = \"" +
+                machine.bodies[2].cad.string() + "\"\n");
   ASSERT_EQ(found.files.size(), 1u);
   EXPECT_EQ(found.files[0].first, machine.bodies[0].cad);
   EXPECT_EQ(found.files[0].second, "cad/bed \"old\".stl");

@@ -23,7 +23,8 @@ mesh::Surface torus(int turns, int sides) {
   const auto corner = [&](int i, int j) { return (i % turns) * sides + j % sides; };
   for (int i = 0; i < turns; ++i)
     for (int j = 0; j < sides; ++j) {
-      const double u = 2.0 * std::numbers::pi * i / turns, v = 2.0 * std::numbers::pi * j / sides, r = 0.1 + 0.04 * std::cos(v);
+      const double u = 2.0 * std::numbers::pi * i / turns, v = 2.0 * std::numbers::pi * j / sides,
+                   r = 0.1 + 0.04 * std::cos(v);
       s.points.col(corner(i, j)) << r * std::cos(u), r * std::sin(u), 0.04 * std::sin(v);
       s.triangles.col(2 * corner(i, j)) << corner(i, j), corner(i + 1, j), corner(i + 1, j + 1);
       s.triangles.col(2 * corner(i, j) + 1) << corner(i, j), corner(i + 1, j + 1), corner(i, j + 1);
@@ -50,7 +51,8 @@ TEST(DiscPatches, EachIsADiscWhoseRimPassesNoCornerTwice) {
         edges.insert(std::minmax(a, b));
         directed.insert({a, b});
       }
-    EXPECT_EQ(static_cast<long>(corners.size()) - static_cast<long>(edges.size()) + static_cast<long>(own.size()), 1) << number;
+    EXPECT_EQ(static_cast<long>(corners.size()) - static_cast<long>(edges.size()) + static_cast<long>(own.size()), 1)
+        << number;
     std::map<int, int> leaving;
     for (const auto& [a, b] : directed)
       if (!directed.contains({b, a})) {
