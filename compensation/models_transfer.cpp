@@ -292,7 +292,6 @@ class TransferModel final : public ChannelModel {
     TrainingData data = whole;
     for (Index i = 0; i < data.inputs.rows(); ++i) relate_to_ambient(data.info, data.inputs.row(i));
     all_ = data.info;
-    const Index n = data.time.size();
     const double span = longest_stretch(data);
     if (!(span > 0.0)) throw InputError(data.label, "no displacement over time", "a record with a duration");
     const double interval = usual_interval(data.time);
