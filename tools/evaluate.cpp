@@ -59,16 +59,17 @@ void evaluate(const EvaluateOptions& options) {
   std::vector<compensation::Measurement> others, training_data;
   for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
   for (const auto& folder : options.train_data) training_data.push_back(compensation::read_measurement(folder));
-  std::vector<std::filesystem::path> folders{options.data};
-  for (const auto* more : {&options.also, &options.train_data})
-    for (const auto& folder : *more) {
-      std::error_code ignored;
-      for (const auto& known : folders)
-        if (std::filesystem::equivalent(folder, known, ignored))
-          throw core::InputError(folder.string(), "named twice",
-                                 "each measurement folder once: in --data, --also or --train-data");
-      folders.push_back(folder);
-    }
+  // What trains is not judged and counts once; --also may name the folder of --data.
+  std::vector<std::filesystem::path> known{options.data};
+  known.insert(known.end(), options.also.begin(), options.also.end());
+  for (const auto& folder : options.train_data) {
+    std::error_code ignored;
+    for (const auto& other : known)
+      if (std::filesystem::equivalent(folder, other, ignored))
+        throw core::InputError(folder.string(), "named twice",
+                               "in --train-data: each folder once, and none that --data or --also judges");
+    known.push_back(folder);
+  }
   compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};
   std::optional<reduction::ReducedModel> extended;
   if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));

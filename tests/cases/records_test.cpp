@@ -294,6 +294,9 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
                                 toy.file("first") + "," + toy.path() + "/./first", "--models", "arx"});
   EXPECT_EQ(twice.status, 3);
   EXPECT_SAYS(twice.err, "named twice");
+  const Result leaked = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("both")});
+  EXPECT_EQ(leaked.status, 3);
+  EXPECT_SAYS(leaked.err, "--data or --also judges");
 }
 
 TEST(EvaluateRecord, AModelThatPredictsNothingOfTheJudgedFolderIsNoted) {
