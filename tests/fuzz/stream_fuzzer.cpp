@@ -7,13 +7,13 @@
 
 #include "compensation/compensator.h"
 #include "core/error.h"
-#include "tests/compensation/five_axis.h"
 #include "tests/fuzz/require.h"
+#include "tests/fuzz/two_lumps.h"
 
 using namespace thermotwin;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const reduction::ReducedModel model = compensation::test::lumped_model();
+  static const reduction::ReducedModel model = test::two_lumps();
   std::istringstream in(std::string(reinterpret_cast<const char*>(data), size));
   std::ostringstream out;
   long rows = -1;
