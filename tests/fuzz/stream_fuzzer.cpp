@@ -7,13 +7,13 @@
 
 #include "compensation/compensator.h"
 #include "core/error.h"
+#include "tests/diagnosis/lumped_machine.h"
 #include "tests/fuzz/require.h"
-#include "tests/fuzz/two_lumps.h"
 
 using namespace thermotwin;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const reduction::ReducedModel model = test::two_lumps();
+  static const reduction::ReducedModel model = lumped::model(lumped::machine(), 2);
   std::istringstream in(std::string(reinterpret_cast<const char*>(data), size));
   std::ostringstream out;
   long rows = -1;
