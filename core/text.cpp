@@ -153,21 +153,14 @@ std::size_t after_quotes(std::string_view toml, std::size_t start) {
 }  // namespace
 
 std::optional<std::size_t> find_bare_non_ascii(std::string_view toml) {
-  constexpr std::string_view opening = "\n\r\t =,[{\xBF";  // before a quoted text; BF ends a byte order mark
   std::size_t i = toml.starts_with("\xEF\xBB\xBF") ? 3 : 0;
   while (i < toml.size()) {
     const char c = toml[i];
     if (static_cast<unsigned char>(c) >= 0x80) return i;
-    const bool quote = c == '"' || c == '\'';
     if (c == '#') {
       i = std::min(toml.find('\n', i), toml.size());
-    } else if (quote && i > 0 && opening.find(toml[i - 1]) == std::string_view::npos) {
-      // To the parser 60"x" is one bare word, a."x" a key: nothing on this line is passed over.
-      const std::size_t end = std::min(toml.find('\n', i), toml.size());
-      while (i < end && static_cast<unsigned char>(toml[i]) < 0x80) ++i;
-      if (i < end) return i;
     } else {
-      i = quote ? after_quotes(toml, i) : i + 1;
+      i = c == '"' || c == '\'' ? after_quotes(toml, i) : i + 1;
     }
   }
   return std::nullopt;

@@ -183,8 +183,10 @@ TEST(Config, BrokenFilesSayLineAndColumn) {
   expect_holds(problem("a = 1\nb = \n"), {"machine.toml:2:"});
   expect_holds(problem("a = 1\na = 2\n"), {"machine.toml:2:"});
   expect_holds(problem("a = 1\nb = \"\xCC\x83\xCC\""), {"machine.toml:2:8", "0xcc", "UTF-8"});
-  // The parser reads on through quotes that follow a bare word.
-  expect_holds(problem("a = 1\nb = [60of\"ä\"]"), {"machine.toml:2:11", "0xc3", "outside of quotes"});
+  // Letters that the parser meets outside of quotes as it sees them: behind a bare word, and behind an empty text.
+  expect_holds(problem("a = 1\nb = [60of\"ä\"]"), {"machine.toml:2:"});
+  expect_holds(problem("\"\"\"\"es\\\\\xEF\xBB\xBEurat_mi=0-o"), {"machine.toml:1:"});
+  EXPECT_EQ(config_of("a.\"b\" = \"ä\" # ä\n").root().table("a").text("b"), "ä");
   expect_holds(problem("\xFF"), {"machine.toml:1:1"});
   expect_holds(problem("a = \"ä\" # ä\nb = ä\n"), {"machine.toml:2:5", "0xc3", "quotes"});
 }

@@ -69,11 +69,6 @@ TEST(Text, OtherLettersMayStandInQuotesAndComments) {
   EXPECT_EQ(find_bare_non_ascii("a = '\\'ä"), 7U);
   EXPECT_EQ(find_bare_non_ascii("a = '''x'''ä"), 11U);
   EXPECT_EQ(find_bare_non_ascii("# c\nä"), 4U);
-  // A bare word goes on through quotes.
-  EXPECT_EQ(find_bare_non_ascii("a = [60of\"ä\"]"), 10U);
-  EXPECT_EQ(find_bare_non_ascii("a = 60.\"ä\""), 8U);
-  EXPECT_EQ(find_bare_non_ascii("a.\"#\" = ä"), 8U);
-  EXPECT_EQ(find_bare_non_ascii("a.\"b\" = 1 # c\nd = 'ä'"), std::nullopt);
 }
 
 }  // namespace
