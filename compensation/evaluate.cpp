@@ -47,7 +47,8 @@ void require_same_channels(const Measurement& measurement, const Measurement& ot
     for (const MeasuredChannel& known : measurement.channels) {
       if (channel.id != known.id || (channel.unit == known.unit && channel.quantity == known.quantity)) continue;
       const auto words = [](const MeasuredChannel& c) {
-        return fmt::format("{}{}in {}", c.quantity, c.quantity.empty() ? "" : " ", c.unit);
+        return fmt::format("unit \"{}\", {}", c.unit,
+                           c.quantity.empty() ? "no quantity" : "quantity \"" + c.quantity + "\"");
       };
       throw InputError((other.folder / "channels.toml").string(),
                        fmt::format("channel '{}': {}", channel.id, words(channel)),

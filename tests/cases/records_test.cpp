@@ -284,12 +284,22 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
   // A channel of another kind in one of them.
   std::string channels = read(toy.file("second/channels.toml"));
   const std::string temperature = "\"temperature\"\nunit = \"degC\"";
-  channels.replace(channels.find(temperature), temperature.size(), "\"speed\"\nunit = \"rpm\"");
+  const std::string speed = "\"speed\"\nunit = \"rpm\"";
+  channels.replace(channels.find(temperature), temperature.size(), speed);
   toy.write("second/channels.toml", channels);
   const Result wrong = toy.run({"evaluate", "--data", toy.file("both"), "--train-data",
                                 toy.file("first") + "," + toy.file("second"), "--models", "arx"});
   EXPECT_EQ(wrong.status, 3);
   EXPECT_SAYS(wrong.err, "T1");
+  // The same unit, but one of them does not say which quantity it is.
+  channels.replace(channels.find(speed), speed.size(), temperature);
+  const std::string displacement = "unit = \"um\"";
+  channels.replace(channels.find(displacement), displacement.size(), displacement + "\nquantity = \"dz\"");
+  toy.write("second/channels.toml", channels);
+  const Result unnamed = toy.run({"evaluate", "--data", toy.file("both"), "--train-data",
+                                  toy.file("first") + "," + toy.file("second"), "--models", "arx"});
+  EXPECT_EQ(unnamed.status, 3);
+  for (const char* words : {"quantity \"dz\"", "no quantity"}) EXPECT_SAYS(unnamed.err, words);
   const Result twice = toy.run({"evaluate", "--data", toy.file("both"), "--train-data",
                                 toy.file("first") + "," + toy.path() + "/./first", "--models", "arx"});
   EXPECT_EQ(twice.status, 3);
