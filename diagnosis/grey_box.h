@@ -1,26 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Diagnosis of data that no machine model belongs to. The simulation is a grey box fitted on the first
-// part of the record (the first day): each displacement is a sum of first-order elements
-//   d(t) = c + sum_i g_i y_i(t),   tau_i dy_i/dt = u_i - y_i,
-// one for each measured temperature (or other input), gains with a Gaussian prior, time constants from
-// a grid by marginal likelihood, what is left as an Ornstein-Uhlenbeck process and noise. The parts
-// after it tell what is wrong; hypotheses are fitted on all but the last part, and judged there.
+// The simulation of data that no machine model belongs to: a grey box, fitted on the first part of the
+// record. Each displacement is a sum of first-order elements
+//   d(t) = c + sum_i sum_k g_ik y_ik(t),   tau_k dy_ik/dt = u_i - y_ik,
+// with every time constant of a grid for each measured temperature (or other input), since heat reaches
+// a tool by several ways. Gains have independent Gaussian priors, one width for all elements of an input;
+// what is left is an Ornstein-Uhlenbeck process and noise. Widths, process and noise have the largest
+// marginal likelihood; gains keep their whole posterior, so that what the first part does not tell widens
+// what is expected of the others.
 
 #include <Eigen/Core>
 #include <string>
 #include <vector>
 
-#include "diagnosis/diagnose.h"
+#include "compensation/measurement.h"
+#include "diagnosis/covariance.h"
 
 namespace thermotwin::diagnosis {
 
 /// Inputs and targets on one grid of interval means; NaN where nothing was measured.
 struct DataRecord {
   Eigen::VectorXd time;                  ///< (n) s, middle of each interval
-  Eigen::MatrixXd inputs;                ///< (n x inputs), gaps filled with the last value
+  Eigen::MatrixXd inputs;                ///< (n x inputs); temperatures interpolated over gaps, others with the last value
   std::vector<std::string> input_names, input_units;
-  Eigen::MatrixXd targets;               ///< (n x targets)
+  Eigen::MatrixXd targets, counts;       ///< (n x targets); the second: readings in each mean
   std::vector<compensation::MeasuredChannel> channels;  ///< of the targets
   double interval = 0;                   ///< s
 };
@@ -28,30 +31,29 @@ struct DataRecord {
 /// @throws InputError: no input, no displacement, a record too short to be divided
 DataRecord data_record(const compensation::Measurement& measurement, double interval_s);
 
+/// Standard deviation of the finite values; 0 of fewer than two.
+double spread_of(const Eigen::VectorXd& values);
+
 /// One target's elements with the process that is left.
 struct GreyBox {
-  Eigen::VectorXd time_constants;        ///< (inputs) s, 0: follows at once
-  double wander_std = 0, wander_time = 0, noise_std = 0;
-  Eigen::VectorXd gains;                 ///< (inputs + 1) posterior means, the constant last
+  std::vector<double> time_constants;    ///< s, of each input's elements; 0: follows at once
+  Eigen::VectorXd prior_std;             ///< (inputs * time constants + 1) of the gains, the constant last
+  double wander_std = 0, wander_time = 0;  ///< um (or the target's unit), s
+  Eigen::VectorXd noise_std;             ///< (n) of each interval's mean
+  Eigen::VectorXd gains;                 ///< posterior means
   Eigen::MatrixXd covariance;            ///< of the gains
-  double log_evidence = 0;
+  double log_evidence = 0, chi_square = 0;
+  Eigen::Index fitted = 0;               ///< values
 
-  /// (n x inputs + 1) columns of the elements and of the constant.
+  /// (n x gains) columns of the elements and of the constant.
   Eigen::MatrixXd columns(const DataRecord& record) const;
+  /// What the elements leave over in these rows, without the uncertainty of gains.
+  ChannelCovariance left_over(const DataRecord& record, const std::vector<Eigen::Index>& rows) const;
+  /// What the target moves, seconds after a step of one unit of the input.
+  double step_response(Eigen::Index input, double seconds) const;
 };
-/// @param rows  of the record that are fitted (NaN targets are left out)
-/// @param start  time constants to begin with; empty: half an hour. None is longer than the rows last
-GreyBox fit_grey_box(const DataRecord& record, Eigen::Index target, const std::vector<Eigen::Index>& rows,
-                     const Eigen::VectorXd& start = {});
 
-struct TimeConstant {
-  double value = 0, std = 0;             ///< s
-};
-/// Of one element, over the grid of the search and with the spacing of that grid in its deviation; all others as fitted.
-TimeConstant time_constant_of(const DataRecord& record, Eigen::Index target, const std::vector<Eigen::Index>& rows, const GreyBox& box,
-                              Eigen::Index input);
-
-/// @param options  interval_s is used; the parts are days, or thirds of a shorter record
-Diagnosis diagnose_data(const compensation::Measurement& measurement, const DiagnoseOptions& options);
+/// @param rows  of the record that are fitted (NaN targets are left out). No time constant is longer than they last
+GreyBox fit_grey_box(const DataRecord& record, Eigen::Index target, const std::vector<Eigen::Index>& rows);
 
 }  // namespace thermotwin::diagnosis

@@ -2,6 +2,8 @@
 #include "diagnosis/statistics.h"
 
 #include <algorithm>
+#include <boost/math/special_functions/beta.hpp>
+#include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -10,40 +12,12 @@ namespace thermotwin::diagnosis {
 
 using Eigen::Index;
 
-namespace {
-
-/// Upper regularised incomplete gamma function: series below, Lentz's continued fraction above a + 1.
-double gamma_q(double a, double x) {
-  if (x <= 0.0) return 1.0;
-  const double front = std::exp(-x + a * std::log(x) - std::lgamma(a));
-  if (x < a + 1.0) {
-    double term = 1.0 / a, sum = term;
-    for (int i = 1; i < 10000 && std::abs(term) > 1e-15 * std::abs(sum); ++i) {
-      term *= x / (a + i);
-      sum += term;
-    }
-    return std::clamp(1.0 - front * sum, 0.0, 1.0);
-  }
-  constexpr double tiny = 1e-300;
-  double b = x + 1.0 - a, c = 1.0 / tiny, d = 1.0 / b, h = d;
-  for (int i = 1; i < 10000; ++i) {
-    const double an = -i * (i - a);
-    b += 2.0;
-    d = an * d + b;
-    if (std::abs(d) < tiny) d = tiny;
-    c = b + an / c;
-    if (std::abs(c) < tiny) c = tiny;
-    d = 1.0 / d;
-    h *= d * c;
-    if (std::abs(d * c - 1.0) < 1e-15) break;
-  }
-  return std::clamp(front * h, 0.0, 1.0);
+double chi_square_tail(double value, double degrees_of_freedom) {
+  return value > 0.0 ? boost::math::gamma_q(0.5 * degrees_of_freedom, 0.5 * value) : 1.0;
 }
 
-}  // namespace
-
-double chi_square_tail(double value, double degrees_of_freedom) {
-  return gamma_q(0.5 * degrees_of_freedom, 0.5 * value);
+double f_tail(double ratio, double above, double below) {
+  return ratio > 0.0 ? boost::math::ibeta(0.5 * below, 0.5 * above, below / (below + above * ratio)) : 1.0;
 }
 
 double white_noise_p_value(const Eigen::VectorXd& series, int lags) {

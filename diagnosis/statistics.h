@@ -11,6 +11,9 @@ namespace thermotwin::diagnosis {
 /// Probability that a chi-square variable of so many degrees of freedom exceeds the value.
 double chi_square_tail(double value, double degrees_of_freedom);
 
+/// Probability that a variance ratio F of so many degrees of freedom above and below exceeds the value.
+double f_tail(double ratio, double above, double below);
+
 /// Ljung-Box test of white noise: p value. 1 where the series is too short or constant.
 /// @param lags  at most a quarter of the length is used
 double white_noise_p_value(const Eigen::VectorXd& series, int lags = 10);

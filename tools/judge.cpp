@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 #include "diagnosis/diagnose.h"
-#include "diagnosis/grey_box.h"
+#include "diagnosis/data_diagnosis.h"
 #include "diagnosis/words.h"
 #include "reduction/model_file.h"
 #include "tools/chain.h"

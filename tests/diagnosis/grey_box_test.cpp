@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "diagnosis/grey_box.h"
+#include "diagnosis/data_diagnosis.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,7 @@
 #include <random>
 
 #include "core/error.h"
+#include "diagnosis/grey_box.h"
 
 namespace {
 
@@ -61,15 +62,26 @@ std::string listed(const diagnosis::Diagnosis& d) {
   return text;
 }
 
-TEST(GreyBox, finds_gains_and_time_constants) {
+TEST(GreyBox, finds_what_a_step_of_each_input_does) {
   const diagnosis::DataRecord data = diagnosis::data_record(record([](double) { return 0.0; }), 600);
   std::vector<Index> rows;
   for (Index i = 0; i < data.time.size(); ++i) rows.push_back(i);
   const diagnosis::GreyBox box = diagnosis::fit_grey_box(data, 0, rows);
-  EXPECT_EQ(box.time_constants[0], 7200.0);
-  EXPECT_NEAR(box.time_constants[1], 1200.0, 700.0);
-  EXPECT_NEAR(box.gains[0], 6.0, 0.6);
-  EXPECT_NEAR(box.gains[1], -4.0, 1.0);
+  for (const double hours : {1.0, 4.0, 24.0}) {
+    EXPECT_NEAR(box.step_response(0, 3600 * hours), 6.0 * (1.0 - std::exp(-hours / 2.0)), 0.5) << hours;
+    EXPECT_NEAR(box.step_response(1, 3600 * hours), -4.0 * (1.0 - std::exp(-hours * 3.0)), 0.7) << hours;
+  }
+}
+
+TEST(GreyBox, a_gap_in_a_temperature_is_a_straight_line) {
+  auto m = record([](double) { return 0.0; });
+  for (Index i = 0; i < m.data.rows(); ++i) {
+    m.data.values(i, 1) = 20.0 + 0.01 * static_cast<double>(i);
+    if (i % 24 != 0 && i + 1 != m.data.rows()) m.data.values(i, 1) = std::nan("");
+  }
+  const diagnosis::DataRecord data = diagnosis::data_record(m, 600);
+  for (Index i = 0; i < data.time.size(); ++i)
+    EXPECT_NEAR(data.inputs(i, 0), 20.0 + 0.01 * data.time[i] / 300.0, 0.02) << i;
 }
 
 TEST(DataDiagnosis, days_that_follow_the_first_are_no_discrepancy) {
@@ -88,6 +100,32 @@ TEST(DataDiagnosis, a_drift_that_no_sensor_follows_is_named_and_holds) {
   EXPECT_EQ(d.causes[0].parameter.where, "z");
   EXPECT_GT(d.ci95_low_percent, 0.0);
   EXPECT_LT(d.heldout_rms_after_um, d.heldout_rms_before_um);
+}
+
+TEST(DataDiagnosis, a_slow_drift_is_never_called_no_discrepancy) {
+  for (const double rate : {0.1, 0.25, -0.25, 1.0, -3.0}) {
+    const diagnosis::Diagnosis d = run(record([&](double hour) { return hour < 24 ? 0.0 : rate * (hour - 24); }));
+    ASSERT_EQ(d.verdict, "explained") << rate << "\n" << listed(d);
+    ASSERT_EQ(d.causes.size(), 1u) << rate;
+    EXPECT_EQ(d.causes[0].parameter.kind, "probe_drift");
+    EXPECT_NEAR(d.causes[0].value, rate, 0.15 * std::abs(rate) + 0.02);
+  }
+}
+
+TEST(DataDiagnosis, two_elements_on_one_input_are_no_discrepancy) {
+  auto m = record([](double) { return 0.0; });
+  double slow = 0;
+  for (Index i = 0; i < m.data.rows(); ++i) {
+    slow += (m.data.values(i, 2) - 20.0 - slow) * (1 - std::exp(-300.0 / 25000.0));
+    m.data.values(i, 3) += 12.0 * slow;
+  }
+  const diagnosis::Diagnosis d = run(m);
+  EXPECT_EQ(d.verdict, "no_discrepancy") << listed(d);
+  for (const auto& cause : d.ranking) {
+    if (cause.parameter.kind == "none") {
+      EXPECT_LT(cause.probability, 1.0) << "a prior that nothing moved is not certain";
+    }
+  }
 }
 
 TEST(DataDiagnosis, a_swing_that_nothing_follows_is_unexplained) {
