@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/error.h"
 #include "core/text.h"
 #include "diagnosis/data_hypotheses.h"
 #include "diagnosis/statistics.h"
@@ -26,8 +27,9 @@ constexpr double hour = 3600.0;
 constexpr double sure = 0.9, discrepant = 0.01;  ///< probability of a cause; p value of a residual
 constexpr double too_wide = 0.5;  ///< expected spread over a channel's own, above which a discrepancy as large as the signal would pass
 constexpr double shares = 0.05;   ///< probability of a cause that stays in an ambiguous set
-constexpr double doubtful = 0.1;  ///< probability of none, below which a record without a discrepancy is not called clean
-constexpr double moves = 2.0;     ///< times its uncertainty, by which a channel varies that has something to be explained
+constexpr double doubtful =
+    0.1;                       ///< probability of none, below which a record without a discrepancy is not called clean
+constexpr double moves = 2.0;  ///< times its uncertainty, by which a channel varies that has something to be explained
 
 /// Time by which a residual forgets itself, from its correlation one interval apart; s. Infinite where it does not.
 double memory_of(const VectorXd& residual, const std::vector<Index>& rows, double interval) {
@@ -51,11 +53,14 @@ double correlation(const VectorXd& a, const VectorXd& b) {
 void keep_prior(JudgedChannel& judged) {
   judged.none = prior_none;
   judged.unknown = prior_unknown;
-  for (Extension& extension : judged.extensions) extension.probability = prior_cause / static_cast<double>(judged.extensions.size());
+  for (Extension& extension : judged.extensions)
+    extension.probability = prior_cause / static_cast<double>(judged.extensions.size());
 }
 
 /// The first part leaves so much open that a discrepancy of the signal's own size would pass, and none larger shows.
-bool cannot_tell(const JudgedChannel& judged, double signal) { return judged.expected > too_wide * signal && judged.seen <= 2.0 * judged.expected; }
+bool cannot_tell(const JudgedChannel& judged, double signal) {
+  return judged.expected > too_wide * signal && judged.seen <= 2.0 * judged.expected;
+}
 
 /// Sums of squares per interval of the last part.
 Interval last_interval(const VectorXd& before, const VectorXd& after, const std::vector<Index>& rows, double interval) {
@@ -85,7 +90,8 @@ struct OnLastPart {
   Interval gain;                          ///< percent
 };
 
-std::vector<OnLastPart> on_last_part(const DataRecord& record, Index target, const JudgedChannel& judged, const std::vector<Index>& last) {
+std::vector<OnLastPart> on_last_part(const DataRecord& record, Index target, const JudgedChannel& judged,
+                                     const std::vector<Index>& last) {
   std::vector<OnLastPart> all;
   for (const Extension& extension : judged.extensions) {
     const VectorXd after = record.targets.col(target) - extension.predicted;
@@ -107,11 +113,13 @@ RankedCause no_cause(const std::string& kind, double probability) {
 /// In words, with when it begins.
 std::string described(const Extension& extension) {
   if (extension.kind != "probe_drift") return extension.kind;
-  return fmt::format("{} of {:+.3g} +- {:.2g} {} from hour {:.0f} on", extension.kind, extension.value, extension.std, extension.unit, extension.begins / hour);
+  return fmt::format("{} of {:+.3g} +- {:.2g} {} from hour {:.0f} on", extension.kind, extension.value, extension.std,
+                     extension.unit, extension.begins / hour);
 }
 
 /// What would have to be measured so that the next record tells: the input whose gain is least known, or a sensor where no input follows the channel.
-NextMeasurement needed(const DataRecord& record, const JudgedChannel& judged, Index target, const RecordParts& parts, double signal) {
+NextMeasurement needed(const DataRecord& record, const JudgedChannel& judged, Index target, const RecordParts& parts,
+                       double signal) {
   const std::vector<Index> later = joined(parts.middle, parts.last);
   const std::string& channel = record.channels[static_cast<std::size_t>(target)].id;
   const MatrixXd columns = judged.box.columns(record)(later, Eigen::all), told = columns * judged.box.covariance;
@@ -140,12 +148,13 @@ NextMeasurement needed(const DataRecord& record, const JudgedChannel& judged, In
                           record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(), first.maxCoeff(), fitted_hours);
   const auto own = judged.box.covariance.block(least_known * elements, least_known * elements, elements, elements);
   next.why = fmt::format("its steady gain is known to {:.3g} +- {:.2g} um per {} only; {}",
-                         judged.box.step_response(least_known, std::numeric_limits<double>::infinity()), std::sqrt(std::max(own.sum(), 0.0)),
-                         record.input_units[input], goal);
+                         judged.box.step_response(least_known, std::numeric_limits<double>::infinity()),
+                         std::sqrt(std::max(own.sum(), 0.0)), record.input_units[input], goal);
   return next;
 }
 
-std::string what_is_known(const DataRecord& record, const JudgedChannel& judged, const std::string& channel, const std::vector<Index>& later) {
+std::string what_is_known(const DataRecord& record, const JudgedChannel& judged, const std::string& channel,
+                          const std::vector<Index>& later) {
   const VectorXd residual = judged.before(later);
   double strongest = 0.0;
   std::string follows;
@@ -162,11 +171,26 @@ std::string what_is_known(const DataRecord& record, const JudgedChannel& judged,
                      strongest, follows);
 }
 
+/// @throws InputError where a displacement has no value to fit, to compare or to judge
+void refuse_empty_parts(const DataRecord& record, const RecordParts& parts, const std::string& place) {
+  for (Index t = 0; t < record.targets.cols(); ++t)
+    for (const std::vector<Index>* part : {&parts.first, &parts.middle, &parts.last})
+      if (finite_rows(record.targets.col(t), *part).empty())
+        throw core::InputError(
+            place,
+            fmt::format("no value of {} from hour {:.3g} to {:.3g}", record.channels[static_cast<std::size_t>(t)].id,
+                        (record.time[part->front()] - record.time[0]) / hour,
+                        (record.time[part->back()] - record.time[0]) / hour),
+            "displacements with values in each part: one to fit, one to compare and one to judge; "
+            "leave the channel out of channels.toml");
+}
+
 }  // namespace
 
 Diagnosis diagnose_data(const compensation::Measurement& measurement, const DiagnoseOptions& options) {
   const DataRecord record = data_record(measurement, options.interval_s);
   const RecordParts parts = divide(record);
+  refuse_empty_parts(record, parts, measurement.folder.string());
   Diagnosis d;
   d.measurement = measurement.folder.filename().string();
   d.heldout_from_s = parts.last_start;
@@ -213,15 +237,20 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
       const OnLastPart& led = last_part[best];
       const bool holds = led.gain.low > 0.0, names = discrepancy && holds && leading.probability >= sure;
       const bool open = (untold_here || doubt) && !names;
-      d.notes.push_back(fmt::format("{}: {} (probability {:.2f}) changes the last part's RMS from {:.2f} to {:.2f} ({} %, 95 % interval {} to {}): {}.",
-                                    channel.id, described(leading), leading.probability, rms_before, led.rms, percent_text(led.explained_percent),
-                                    percent_text(led.gain.low), percent_text(led.gain.high), holds ? "it holds" : "it does not hold there"));
+      d.notes.push_back(fmt::format(
+          "{}: {} (probability {:.2f}) changes the last part's RMS from {:.2f} to {:.2f} ({} %, 95 % interval {} to "
+          "{}): {}.",
+          channel.id, described(leading), leading.probability, rms_before, led.rms, percent_text(led.explained_percent),
+          percent_text(led.gain.low), percent_text(led.gain.high), holds ? "it holds" : "it does not hold there"));
       d.notes.push_back(what_is_known(record, judged, channel.id, later) + ".");
       std::vector<std::size_t> holding;
       for (std::size_t i = 0; i < judged.extensions.size(); ++i)
-        if (last_part[i].gain.low > 0.0 && (i == best || judged.extensions[i].probability >= shares)) holding.push_back(i);
+        if (last_part[i].gain.low > 0.0 && (i == best || judged.extensions[i].probability >= shares))
+          holding.push_back(i);
       if (open && untold_here) keep_prior(judged);
-      const auto cause = [&](std::size_t i) { return ranked(judged.extensions[i], channel.id, last_part[i].explained_percent); };
+      const auto cause = [&](std::size_t i) {
+        return ranked(judged.extensions[i], channel.id, last_part[i].explained_percent);
+      };
       for (std::size_t i = 0; i < judged.extensions.size(); ++i) d.ranking.push_back(cause(i));
       // None, where all later hours refuse it: what it had on the middle part alone is nobody's.
       none = open ? std::min(none, judged.none) : 0.0;
@@ -234,12 +263,16 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
           if (discrepancy || !untold_here) rivals.push_back(cause(i));
         if (!untold_here) {
           doubted.push_back(channel.id);
-          d.notes.push_back(fmt::format("{}: what follows lies within what is expected, but that nothing changed has a probability of {:.2f} only.",
-                                        channel.id, judged.none));
+          d.notes.push_back(
+              fmt::format("{}: what follows lies within what is expected, but that nothing changed has a probability "
+                          "of {:.2f} only.",
+                          channel.id, judged.none));
         } else {
           untold.push_back(channel.id);
-          d.notes.push_back(fmt::format("{}: its expected spread of {:.3g} {} after the first part is more than half of the {:.3g} {} by which it varies, so a discrepancy would not show.",
-                                        channel.id, judged.expected, channel.unit, signal, channel.unit));
+          d.notes.push_back(
+              fmt::format("{}: its expected spread of {:.3g} {} after the first part is more than half of the {:.3g} "
+                          "{} by which it varies, so a discrepancy would not show.",
+                          channel.id, judged.expected, channel.unit, signal, channel.unit));
         }
         if (const double wide = judged.expected / std::max(signal, 1e-12); untold_here && wide > widest) {
           widest = wide;
@@ -253,10 +286,15 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
       }
     }
     std::string steps;
-    for (Index i = 0; i < record.inputs.cols(); ++i)
-      steps += fmt::format("{}{:+.2f}, {:+.2f} and {:+.2f} per {} of {}", i > 0 ? "; " : "", judged.box.step_response(i, hour), judged.box.step_response(i, 6.0 * hour),
-                           judged.box.step_response(i, 24.0 * hour), record.input_units[static_cast<std::size_t>(i)], record.input_names[static_cast<std::size_t>(i)]);
-    d.notes.push_back(fmt::format("Grey box of {} on the first {:.0f} h; {} moved 1, 6 and 24 h after a step: {}.", channel.id, fitted_hours, channel.unit, steps));
+    for (Index i = 0; i < record.inputs.cols(); ++i) {
+      steps += fmt::format("{}per {} of {}", i > 0 ? "; " : "", record.input_units[static_cast<std::size_t>(i)],
+                           record.input_names[static_cast<std::size_t>(i)]);
+      for (const double share : {1.0 / 24.0, 0.25, 1.0})
+        steps += fmt::format(" {:+.2f} ({:.3g} h)", judged.box.step_response(i, share * fitted_hours * hour),
+                             share * fitted_hours);
+    }
+    d.notes.push_back(fmt::format("Grey box of {} on the first {:.0f} h, {} moved so long after a step: {}.",
+                                  channel.id, fitted_hours, channel.unit, steps));
     ChannelResidual residual;
     residual.id = channel.id;
     residual.unit = channel.unit;
@@ -274,7 +312,8 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
       count += 1.0;
     }
     for (const char* suffix : {"", "_before", "_after", "_std"}) d.series.columns.push_back(channel.id + suffix);
-    d.series.values.middleCols(1 + 4 * t, 4) << record.targets.col(t), judged.before, after_extension, judged.expected_std;
+    d.series.values.middleCols(1 + 4 * t, 4) << record.targets.col(t), judged.before, after_extension,
+        judged.expected_std;
   }
   d.ranking.push_back(no_cause("none", none));
   d.ranking.push_back(no_cause("unknown", unknown));
@@ -302,8 +341,11 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
     d.sentence = fmt::format("Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}", fitted_hours, core::join(shared), beside);
   } else if (!doubted.empty() && untold.empty()) {
     d.verdict = "ambiguous";
-    d.sentence = fmt::format("Ambiguous: {} follows the grey box of the first {:.0f} h within its uncertainty, but {} may have changed it.{}", core::join(doubted),
-                             fitted_hours, shared.empty() ? "something that the notes describe" : core::join(shared), beside);
+    d.sentence = fmt::format(
+        "Ambiguous: {} follows the grey box of the first {:.0f} h within its uncertainty, but {} may have changed "
+        "it.{}",
+        core::join(doubted), fitted_hours, shared.empty() ? "something that the notes describe" : core::join(shared),
+        beside);
   } else if (!untold.empty()) {
     d.verdict = "ambiguous";
     d.sentence = fmt::format("This record cannot tell whether {} changed after its first {:.0f} h: {} (one standard deviation each).{} To decide, measure {} under {}: {}.",

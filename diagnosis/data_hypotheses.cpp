@@ -19,11 +19,12 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double day = 86400.0, hour = 3600.0;
-constexpr double daily_days = 3.0;        ///< length of a record that tells a daily swing from a drift
-constexpr int drift_starts = 8;           ///< of a drift, evenly over the parts that are fitted
-constexpr double gain_width = 2.0;        ///< prior of a slow element's gain: this times target's spread over input's spread
-constexpr double slower[] = {2.0, 4.0};   ///< time constants of slow elements, times the longest of the box
-constexpr double unknown_sizes[] = {0.03, 0.1, 0.3, 1.0};  ///< of what wanders for no known reason, of the target's size
+constexpr double daily_days = 3.0;  ///< length of a record that tells a daily swing from a drift
+constexpr int drift_starts = 8;     ///< of a drift, evenly over the parts that are fitted
+constexpr double gain_width = 2.0;  ///< prior of a slow element's gain: this times target's spread over input's spread
+constexpr double slower[] = {2.0, 4.0};  ///< time constants of slow elements, times the longest of the box
+constexpr double unknown_sizes[] = {0.03, 0.1, 0.3,
+                                    1.0};  ///< of what wanders for no known reason, of the target's size
 constexpr double unknown_times[] = {3600, 10800, 43200, 172800};  ///< s
 
 /// Further columns with their priors; value: what names the variant (start of a drift, time constant), s.
@@ -43,8 +44,14 @@ double log_mean_exp(const std::vector<double>& logs) {
 /// The rows that are fitted, with the box's columns.
 class Fitted {
  public:
-  Fitted(const DataRecord& record, const GreyBox& box, const MatrixXd& columns, const VectorXd& value, std::vector<Index> rows)
-      : box_(box), columns_(columns), value_(value), rows_(std::move(rows)), left_over_(box.left_over(record, rows_)), white_({left_over_}) {}
+  Fitted(const DataRecord& record, const GreyBox& box, const MatrixXd& columns, const VectorXd& value,
+         std::vector<Index> rows)
+      : box_(box),
+        columns_(columns),
+        value_(value),
+        rows_(std::move(rows)),
+        left_over_(box.left_over(record, rows_)),
+        white_({left_over_}) {}
 
   struct Result {
     double log_evidence = 0;
@@ -57,15 +64,16 @@ class Fitted {
     VectorXd prior(own + added);
     prior << box_.prior_std, variant.prior_std;
     const LinearEvidence evidence(white_.whiten(MatrixXd(all(rows_, Eigen::all))), white_.whiten(value_(rows_)), prior);
-    return {evidence.log_evidence() - 0.5 * white_.log_determinant(), all * evidence.mean(), evidence.mean().tail(added),
-            evidence.covariance().diagonal().tail(added).cwiseMax(0.0).cwiseSqrt()};
+    return {evidence.log_evidence() - 0.5 * white_.log_determinant(), all * evidence.mean(),
+            evidence.mean().tail(added), evidence.covariance().diagonal().tail(added).cwiseMax(0.0).cwiseSqrt()};
   }
   /// With something that wanders for no known reason.
   double log_evidence_of(const OrnsteinUhlenbeck& unknown) const {
     ChannelCovariance wide = left_over_;
     wide.wander.push_back(unknown);
     const Whitener white({wide});
-    const LinearEvidence evidence(white.whiten(MatrixXd(columns_(rows_, Eigen::all))), white.whiten(value_(rows_)), box_.prior_std);
+    const LinearEvidence evidence(white.whiten(MatrixXd(columns_(rows_, Eigen::all))), white.whiten(value_(rows_)),
+                                  box_.prior_std);
     return evidence.log_evidence() - 0.5 * white.log_determinant();
   }
 
@@ -82,8 +90,9 @@ std::vector<Variant> drifts(const DataRecord& record, const RecordParts& parts, 
   std::vector<Variant> all;
   const double start = record.time[0] - 0.5 * record.interval, fitted = parts.last_start - start;
   for (int i = 0; i < drift_starts; ++i) {
-    const double begins = start + fitted * i / drift_starts;
-    all.push_back({((record.time.array() - begins).cwiseMax(0.0) / hour).matrix(), VectorXd::Constant(1, size / 24.0), begins});
+    const double begins = fitted * i / drift_starts;
+    all.push_back({((record.time.array() - start - begins).cwiseMax(0.0) / hour).matrix(),
+                   VectorXd::Constant(1, size / 24.0), begins});
   }
   return all;
 }
@@ -96,11 +105,13 @@ Variant daily_swing(const DataRecord& record, double size) {
 }
 
 /// Elements of all inputs that are slower than the first part could show.
-std::vector<Variant> slow_elements(const DataRecord& record, const GreyBox& box, const std::vector<Index>& first, double size) {
+std::vector<Variant> slow_elements(const DataRecord& record, const GreyBox& box, const std::vector<Index>& first,
+                                   double size) {
   std::vector<Variant> all;
   const Index inputs = record.inputs.cols();
   for (const double factor : slower) {
-    Variant slow{MatrixXd(record.time.size(), inputs), VectorXd(inputs), factor * std::max(box.time_constants.back(), record.interval)};
+    Variant slow{MatrixXd(record.time.size(), inputs), VectorXd(inputs),
+                 factor * std::max(box.time_constants.back(), record.interval)};
     for (Index i = 0; i < inputs; ++i) {
       slow.columns.col(i) = lagged(record.time, record.inputs.col(i).array() - record.inputs(0, i), slow.value);
       slow.prior_std[i] = gain_width * size / std::max(spread_of(record.inputs(first, i)), 1e-9);
@@ -123,7 +134,8 @@ struct Mixture {
 };
 
 /// All variants, weighed by their evidence.
-Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, const std::string& kind, const std::string& name, const std::string& unit) {
+Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, const std::string& kind,
+                   const std::string& name, const std::string& unit) {
   Extension extension{kind, name, unit, 0, 0, 0, 0, 0, {}};
   std::vector<Fitted::Result> results;
   std::vector<double> logs;
@@ -140,7 +152,8 @@ Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, c
     extension.predicted += weight * results[i].predicted;
     begins.add(weight, variants[i].value, 0.0);
     if (kind == "time_constant")
-      value.add(weight, variants[i].value, variants[i].value / std::sqrt(12.0));  // as wide as the steps between variants
+      value.add(weight, variants[i].value,
+                variants[i].value / std::sqrt(12.0));  // as wide as the steps between variants
     else if (results[i].mean.size() == 1)
       value.add(weight, results[i].mean[0], results[i].std[0]);
     else
@@ -153,9 +166,11 @@ Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, c
 }
 
 /// Of the residual after the first part, see the header.
-double discrepancy_p_value(const DataRecord& record, const JudgedChannel& judged, const MatrixXd& columns, const std::vector<Index>& later) {
+double discrepancy_p_value(const DataRecord& record, const JudgedChannel& judged, const MatrixXd& columns,
+                           const std::vector<Index>& later) {
   const MatrixXd used = columns(later, Eigen::all);
-  const Eigen::LLT<MatrixXd> factor(judged.box.left_over(record, later).matrix() + used * judged.box.covariance * used.transpose());
+  const Eigen::LLT<MatrixXd> factor(judged.box.left_over(record, later).matrix() +
+                                    used * judged.box.covariance * used.transpose());
   const VectorXd white = factor.matrixL().solve(judged.before(later));
   const auto n = static_cast<double>(later.size()), fitted = static_cast<double>(judged.box.fitted);
   const double variance = std::max(1.0, judged.box.chi_square / fitted);
@@ -171,13 +186,17 @@ double discrepancy_p_value(const DataRecord& record, const JudgedChannel& judged
 }  // namespace
 
 RecordParts divide(const DataRecord& record) {
-  const double start = record.time[0] - 0.5 * record.interval, length = record.time[record.time.size() - 1] - record.time[0];
+  const double start = record.time[0] - 0.5 * record.interval,
+               length = record.time[record.time.size() - 1] - record.time[0];
   RecordParts parts;
   const double part = length >= 2.25 * day ? day : length / 3.0;
   parts.first_end = start + part;
   parts.last_start = start + 2.0 * part;
   for (Index i = 0; i < record.time.size(); ++i)
-    (record.time[i] < parts.first_end ? parts.first : record.time[i] < parts.last_start ? parts.middle : parts.last).push_back(i);
+    (record.time[i] < parts.first_end    ? parts.first
+     : record.time[i] < parts.last_start ? parts.middle
+                                         : parts.last)
+        .push_back(i);
   return parts;
 }
 
@@ -203,18 +222,22 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   const GreyBox& box = judged.box;
   const MatrixXd columns = box.columns(record);
   judged.before = value - columns * box.gains;
-  judged.expected_std = ((columns * box.covariance).cwiseProduct(columns).rowwise().sum().array() + box.wander_std * box.wander_std +
-                         box.noise_std.array().square()).sqrt();
+  judged.expected_std = ((columns * box.covariance).cwiseProduct(columns).rowwise().sum().array() +
+                         box.wander_std * box.wander_std + box.noise_std.array().square())
+                            .sqrt();
   judged.expected = root_mean_square(judged.expected_std(later));
   judged.seen = root_mean_square(judged.before(later));
   judged.p_value = discrepancy_p_value(record, judged, columns, later);
 
   const Fitted fitted(record, box, columns, value, joined(first, middle));
   const double size = std::max({root_mean_square(judged.before(middle)), spread_of(value(first)), 1e-6});
-  judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), "probe_drift", "drift", "um/h"));
+  const std::string& unit = record.channels[static_cast<std::size_t>(target)].unit;
+  judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), "probe_drift", "drift", unit + "/h"));
   if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day)
-    judged.extensions.push_back(averaged(fitted, {daily_swing(record, size)}, "unmeasured_temperature", "daily_amplitude", "um"));
-  judged.extensions.push_back(averaged(fitted, slow_elements(record, box, first, size), "time_constant", "slowest", "s"));
+    judged.extensions.push_back(
+        averaged(fitted, {daily_swing(record, size)}, "unmeasured_temperature", "daily_amplitude", unit));
+  judged.extensions.push_back(
+      averaged(fitted, slow_elements(record, box, first, size), "time_constant", "slowest", "s"));
 
   const double log_none = fitted.with({MatrixXd(record.time.size(), 0), VectorXd(0), 0.0}).log_evidence;
   std::vector<double> unknown;
@@ -228,7 +251,8 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   const double total = log_mean_exp(logs) + std::log(static_cast<double>(logs.size()));
   judged.none = std::exp(logs[0] - total);
   judged.unknown = std::exp(logs[1] - total);
-  for (std::size_t i = 0; i < judged.extensions.size(); ++i) judged.extensions[i].probability = std::exp(logs[i + 2] - total);
+  for (std::size_t i = 0; i < judged.extensions.size(); ++i)
+    judged.extensions[i].probability = std::exp(logs[i + 2] - total);
   return judged;
 }
 

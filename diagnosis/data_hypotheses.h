@@ -26,7 +26,7 @@ struct Extension {
   std::string kind, name, unit;
   double probability = 0, log_evidence = 0;  ///< the second against none
   double value = 0, std = 0;                 ///< of the parameter
-  double begins = 0;                         ///< s in the record; of a drift
+  double begins = 0;                         ///< s after the record's start; of a drift
   Eigen::VectorXd predicted;                 ///< (n) the target
 };
 
@@ -39,7 +39,8 @@ struct JudgedChannel {
   std::vector<Extension> extensions;
 };
 
-inline constexpr double prior_none = 0.5, prior_cause = 0.45, prior_unknown = 0.05;  ///< the second is shared by all extensions
+inline constexpr double prior_none = 0.5, prior_cause = 0.45,
+                        prior_unknown = 0.05;  ///< the second is shared by all extensions
 
 /// p value: of two F tests under the posterior of the first part, all values after it and their mean and slope
 /// (one slow direction hardly moves the sum over all), twice the smaller. The variance is that of the stated

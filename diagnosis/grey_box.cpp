@@ -26,9 +26,11 @@ namespace {
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr double grid_s[] = {0, 600, 1800, 3600, 7200, 14400, 28800, 57600};
 constexpr double wander_levels[] = {0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.4}, wander_times[] = {3600, 10800, 43200};
-constexpr double widths[] = {0.02, 0.1, 0.3, 1.0, 3.0};  ///< prior of a gain: this times target's spread over input's spread
-constexpr double noise_factors[] = {1, 1.2, 1.5, 2, 3, 5, 10, 30};  ///< of the stated uncertainty, as if independent between readings
-constexpr double least_noise = 1e-3;  ///< of the target's spread
+constexpr double widths[] = {0.02, 0.1, 0.3, 1.0,
+                             3.0};  ///< prior of a gain: this times target's spread over input's spread
+constexpr double noise_factors[] = {1, 1.2, 1.5, 2, 3,
+                                    5, 10,  30};  ///< of the stated uncertainty, as if independent between readings
+constexpr double least_noise = 1e-3;              ///< of the target's spread
 constexpr int sweeps = 3;
 
 struct IntervalMeans {
@@ -158,9 +160,9 @@ GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<I
   best.fitted = static_cast<Index>(good.size());
   best.log_evidence = -std::numeric_limits<double>::infinity();
   const MatrixXd columns = best.columns(record)(good, Eigen::all);
-  const VectorXd least =
-      (record.channels[static_cast<std::size_t>(target)].uncertainty * record.counts.col(target).cwiseMax(1.0).cwiseSqrt().cwiseInverse())
-          .cwiseMax(least_noise * size);
+  const VectorXd least = (record.channels[static_cast<std::size_t>(target)].uncertainty *
+                          record.counts.col(target).cwiseMax(1.0).cwiseSqrt().cwiseInverse())
+                             .cwiseMax(least_noise * size);
 
   struct Levels {
     VectorXd widths;
@@ -171,7 +173,8 @@ GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<I
     GreyBox box = best;
     box.prior_std = VectorXd::Constant(inputs * elements + 1, 3.0 * size);
     for (Index i = 0; i < inputs; ++i)
-      box.prior_std.segment(i * elements, elements).setConstant(tried.widths[i] * size / std::max(spread_of(record.inputs(good, i)), 1e-9));
+      box.prior_std.segment(i * elements, elements)
+          .setConstant(tried.widths[i] * size / std::max(spread_of(record.inputs(good, i)), 1e-9));
     box.wander_std = tried.wander * size;
     box.wander_time = tried.wander_time;
     box.noise_std = tried.noise * least;

@@ -21,9 +21,9 @@ namespace thermotwin::diagnosis {
 /// Inputs and targets on one grid of interval means; NaN where nothing was measured.
 struct DataRecord {
   Eigen::VectorXd time;                  ///< (n) s, middle of each interval
-  Eigen::MatrixXd inputs;                ///< (n x inputs); temperatures interpolated over gaps, others with the last value
+  Eigen::MatrixXd inputs;  ///< (n x inputs); temperatures interpolated over gaps, others with the last value
   std::vector<std::string> input_names, input_units;
-  Eigen::MatrixXd targets, counts;       ///< (n x targets); the second: readings in each mean
+  Eigen::MatrixXd targets, counts;                      ///< (n x targets); the second: readings in each mean
   std::vector<compensation::MeasuredChannel> channels;  ///< of the targets
   double interval = 0;                   ///< s
 };
@@ -36,14 +36,14 @@ double spread_of(const Eigen::VectorXd& values);
 
 /// One target's elements with the process that is left.
 struct GreyBox {
-  std::vector<double> time_constants;    ///< s, of each input's elements; 0: follows at once
-  Eigen::VectorXd prior_std;             ///< (inputs * time constants + 1) of the gains, the constant last
+  std::vector<double> time_constants;      ///< s, of each input's elements; 0: follows at once
+  Eigen::VectorXd prior_std;               ///< (inputs * time constants + 1) of the gains, the constant last
   double wander_std = 0, wander_time = 0;  ///< um (or the target's unit), s
-  Eigen::VectorXd noise_std;             ///< (n) of each interval's mean
-  Eigen::VectorXd gains;                 ///< posterior means
+  Eigen::VectorXd noise_std;               ///< (n) of each interval's mean
+  Eigen::VectorXd gains;                   ///< posterior means
   Eigen::MatrixXd covariance;            ///< of the gains
   double log_evidence = 0, chi_square = 0;
-  Eigen::Index fitted = 0;               ///< values
+  Eigen::Index fitted = 0;  ///< values
 
   /// (n x gains) columns of the elements and of the constant.
   Eigen::MatrixXd columns(const DataRecord& record) const;

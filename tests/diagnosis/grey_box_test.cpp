@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "diagnosis/data_diagnosis.h"
+#include "diagnosis/grey_box.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 
 #include "core/error.h"
-#include "diagnosis/grey_box.h"
+#include "diagnosis/data_diagnosis.h"
 
 namespace {
 
@@ -155,6 +155,10 @@ TEST(DataDiagnosis, records_that_say_too_little_are_refused) {
   still.data.values.col(2).setConstant(20.0);
   EXPECT_THROW(run(still), core::InputError);
   EXPECT_THROW(run(record([](double) { return 0.0; }, 0.1)), core::InputError);
+  auto lost = record([](double) { return 0.0; });
+  for (Index i = 0; i < lost.data.rows(); ++i)
+    if (lost.data.values(i, 0) >= 86400.0) lost.data.values(i, 3) = std::nan("");
+  EXPECT_THROW(run(lost), core::InputError);
   auto blind = record([](double) { return 0.0; });
   blind.channels.pop_back();
   EXPECT_THROW(run(blind), core::InputError);

@@ -28,6 +28,14 @@ TEST(Statistics, chi_square_tail_has_known_values) {
   EXPECT_NEAR(chi_square_tail(124.342, 100), 0.05, 1e-5);
 }
 
+TEST(Statistics, f_tail_has_known_values) {
+  // Two degrees of freedom above: (1 + 2 F / below)^(-below / 2).
+  for (const double below : {4.0, 10.0, 144.0})
+    for (const double ratio : {0.5, 3.0, 9.0})
+      EXPECT_NEAR(f_tail(ratio, 2, below), std::pow(1 + 2 * ratio / below, -below / 2), 1e-12);
+  EXPECT_EQ(f_tail(0.0, 5, 10), 1.0);
+}
+
 TEST(Statistics, white_noise_is_told_from_a_drift) {
   int low = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) low += white_noise_p_value(noise(200, seed)) < 0.05;
