@@ -22,6 +22,7 @@ namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr double day_s = 86400.0;
+constexpr double least_day_s = 3600.0;   // a rest shorter than that belongs to the day before
 constexpr std::size_t most_parts = 100;  // a record of years: the rest in one part
 
 VectorXd within(const VectorXd& time, const VectorXd& values, const EvaluationPart& part) {
@@ -93,6 +94,8 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
     day = at_day;
     parts.push_back({training ? "training" : fmt::format("day {:.0f}", day), time[i], forever, training});
   }
+  if (parts.size() > 1 && !parts[parts.size() - 2].training && time[time.size() - 1] - parts.back().from < least_day_s)
+    parts.pop_back();
   if (!parts.empty()) {
     const double end = std::nextafter(time[time.size() - 1], forever);
     parts.back().to = parts.back().training ? std::min(until, end) : end;

@@ -100,15 +100,27 @@ MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose) {
   return columns;
 }
 
-void require_affine(const solver::FullModel& full) {
-  if (full.thermal.local)
-    throw core::InputError(full.mesh.machine.path.string(), "radiation = \"exact\"", "radiation = \"linear\": a bound needs the affine equation");
+void require_affine(const mesh::Machine& machine) {
+  const auto refuse = [&](const char* table, const std::string& id, const char* value, const char* allowed) {
+    throw core::InputError(fmt::format("{}: [[{}]] id = \"{}\"", machine.path.string(), table, id), value,
+                           fmt::format("{}: a bound needs an equation that is affine in its coefficients", allowed));
+  };
+  for (const mesh::FilmSpec& film : machine.films)
+    if (film.emissivity > 0.0 && film.exact_radiation)
+      refuse("film", film.id, "radiation = \"exact\"", "radiation = \"linear\"");
+  for (const mesh::BodySpec& body : machine.bodies) {
+    const mesh::Material& material = machine.material(body.material);
+    if (!material.conductivity_table.at.empty())
+      refuse("material", material.id, "conductivity_table", "conductivity_W_mK");
+    if (!material.specific_heat_table.at.empty())
+      refuse("material", material.id, "specific_heat_table", "specific_heat_J_kgK");
+  }
 }
 
 BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis, const TrainedRange& range,
                             const std::vector<mesh::Pose>& poses, const BoundOptions& options, MatrixXd* space) {
   const solver::ThermalSystem& thermal = full.thermal;
-  require_affine(full);
+  require_affine(full.mesh.machine);
   const auto terms = static_cast<Index>(thermal.terms.size());
   if (range.low.size() != terms || basis.rows() != thermal.size || poses.empty())
     throw core::SolverError(fmt::format("bound: {} coefficients of {}, a basis of {} rows, {} poses", range.low.size(), terms, basis.rows(), poses.size()));

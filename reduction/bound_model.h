@@ -40,8 +40,8 @@ struct BoundModel {
   std::vector<Eigen::MatrixXd> rest;       ///< of each pose (probes x 6): the output's part beside E W
 };
 
-/// @throws InputError: the machine radiates by fourth powers
-void require_affine(const solver::FullModel& full);
+/// @throws InputError: a film radiates by fourth powers, a material has a table over temperature
+void require_affine(const mesh::Machine& machine);
 
 /// @param basis  of the model whose error is to be bounded, and more columns, which make the bound smaller (size x r)
 /// @param range  coefficients that runs will have; below its lower end bounds grow

@@ -16,15 +16,6 @@ constexpr double same_place = 1e-9;    ///< m, rad
 
 const char* outputs[] = {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"};
 
-/// Rows of a tcp table at one pose, in order of time.
-std::vector<Eigen::Index> rows_at(const std::vector<mesh::Pose>& poses, const mesh::Pose& pose, Eigen::Index rows) {
-  const auto at = std::find_if(poses.begin(), poses.end(), [&](const mesh::Pose& other) { return (other - pose).lpNorm<Eigen::Infinity>() <= same_place; });
-  std::vector<Eigen::Index> list;
-  if (at == poses.end()) return list;
-  for (Eigen::Index row = at - poses.begin(); row < rows; row += static_cast<Eigen::Index>(poses.size())) list.push_back(row);
-  return list;
-}
-
 double quantile(std::vector<double>& values, double share) {
   if (values.empty()) return 0.0;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -33,6 +24,15 @@ double quantile(std::vector<double>& values, double share) {
 }
 
 }  // namespace
+
+std::vector<Eigen::Index> rows_at(const std::vector<mesh::Pose>& poses, const mesh::Pose& pose, Eigen::Index rows) {
+  const auto same = [&](const mesh::Pose& other) { return (other - pose).lpNorm<Eigen::Infinity>() <= same_place; };
+  const auto at = std::find_if(poses.begin(), poses.end(), same);
+  std::vector<Eigen::Index> list;
+  if (at == poses.end()) return list;
+  for (Eigen::Index row = at - poses.begin(); row < rows; row += std::ssize(poses)) list.push_back(row);
+  return list;
+}
 
 std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound, const mesh::Machine& machine,
                                      const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& full) {

@@ -108,7 +108,6 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
                                const reduction::ReduceOptions& wanted, bool resume, const std::filesystem::path& out,
                                const std::vector<mesh::Pose>& bounded) {
   ReducedCase made;
-  if (!bounded.empty()) reduction::require_affine(full);
   const core::FolderLock lock(out);
   const Stopwatch campaign_time;
   solver::CampaignOptions options;

@@ -78,6 +78,9 @@ std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const
                                      const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& full);
 std::string bound_table(const ReducedCase& made);
 
+/// Rows of a tcp table at one pose, in order of time; none if the pose is not one of the table's.
+std::vector<Eigen::Index> rows_at(const std::vector<mesh::Pose>& poses, const mesh::Pose& pose, Eigen::Index rows);
+
 /// Warns of chillers and films that follow the machine's own temperatures: the bound takes theirs from the
 /// reduced run, and a full run has slightly others.
 void tell_what_no_bound_covers(const mesh::Machine& machine);

@@ -78,8 +78,9 @@ void add_matrices(CLI::App& verb, tools::ReduceOptions& reduce, CLI::Option& of_
       ->capture_default_str();
   verb.add_flag("--absolute", reduce.absolute, "the tolerance is the bound itself")->needs(matrices);
   verb.add_flag("--compare", reduce.compare, "true errors of all methods at several orders");
-  verb.add_option("--film", reduce.films, "of --matrices: NAME=VALUE[,VALUE...], factor of A_film_NAME where the bases are made "
-                  "(absent: 1); several values: bases for each, joined")
+  verb.add_option("--film", reduce.films,
+                  "of --matrices: NAME=VALUE[,VALUE...], factor of A_film_NAME where the bases are made "
+                  "(absent: 1); several values: a basis of --order for each combination, joined")
       ->needs(matrices);
 }
 

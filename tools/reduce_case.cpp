@@ -193,6 +193,7 @@ void reduce(const ReduceOptions& options) {
     const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine_case.machine);
     bounded.push_back(grid[grid.size() / 2]);
   }
+  if (!bounded.empty()) reduction::require_affine(machine_case.machine);
   const solver::FullModel full = build(machine_case, options.out, options.solver);
   const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out, bounded);
   const TransientTime transient = time_transient(full, machine_case);

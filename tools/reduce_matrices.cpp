@@ -31,6 +31,13 @@ double number_of(const std::string& text, const std::string& place) {
   return value;
 }
 
+std::string films_allowed(const std::string& name, const std::vector<std::string>& names) {
+  constexpr std::size_t most_listed = 12;
+  const std::string nearest = "nearest: " + core::nearest(name, names);
+  if (names.size() <= most_listed) return "one of: " + core::join(names) + " (" + nearest + ")";
+  return fmt::format("one of the {} NAMEs of A_film_NAME.mtx ({})", names.size(), nearest);
+}
+
 /// Every combination of the films' values, those not named where they stand.
 std::vector<std::vector<double>> points_of(const std::vector<std::string>& arguments, const reduction::LinearSystem& system) {
   std::vector<std::vector<double>> values(system.films.size());
@@ -43,8 +50,9 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
     const std::string name = argument.substr(0, equals);
     const auto known = std::find(names.begin(), names.end(), name);
     if (known == names.end())
-      throw core::InputError(place, "'" + name + "'", names.empty() ? "films whose A_film_NAME.mtx is there; there is none"
-                                                                     : "one of: " + core::join(names) + " (nearest: " + core::nearest(name, names) + ")");
+      throw core::InputError(
+          place, "'" + name + "'",
+          names.empty() ? "films whose A_film_NAME.mtx is there; there is none" : films_allowed(name, names));
     std::vector<double>& list = values[static_cast<std::size_t>(known - names.begin())];
     if (!list.empty()) throw core::InputError(place, "'" + name + "' named twice", "each film once, with all its values");
     for (std::size_t from = equals + 1; from <= argument.size();) {
@@ -70,10 +78,15 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
   return points;
 }
 
+/// Films that are elsewhere than in the files' own point, and how many are not.
 std::string films_text(const reduction::LinearSystem& system, const PointResult& point) {
-  std::string text;
-  for (std::size_t j = 0; j < point.films.size(); ++j) text += fmt::format("{}{} {:.6g}", j == 0 ? "" : ", ", system.films[j].name, point.films[j]);
-  return text;
+  std::vector<std::string> moved;
+  for (std::size_t j = 0; j < point.films.size(); ++j)
+    if (point.films[j] != system.films[j].value)
+      moved.push_back(fmt::format("{} {:.6g}", system.films[j].name, point.films[j]));
+  const std::size_t rest = point.films.size() - moved.size();
+  if (moved.empty()) return "every film at its value in names.toml, 1 where it has none";
+  return core::join(moved) + (rest > 0 ? fmt::format("; the {} other films where they stand", rest) : "");
 }
 
 std::string hankel_text(const PointResult& point) {

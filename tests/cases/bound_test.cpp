@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "core/table.h"
 #include "tests/cases/toy.h"
@@ -170,9 +171,12 @@ TEST(Bound, HoldsInEveryEntryWithAReferenceBesideTheModel) {
   ASSERT_EQ(reduced.status, 0) << reduced.err;
   ASSERT_TRUE(fs::exists(toy.result("reference.rom.h5"))) << "the test is of a model with its reference";
   const auto before = files_in(toy.result("campaign"));
-  const Result run = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed"});
+  const Result run = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(files_in(toy.result("campaign")), before) << "the full model's tables were touched";
+  const auto load = nlohmann::json::parse(run.out)["loads"][0];
+  EXPECT_LE(load["estimate_at_bound_poses_um"].get<double>(), load["estimate_um"].get<double>());
+  EXPECT_LE(load["estimate_at_bound_poses_um"].get<double>(), load["bound_um"].get<double>()) << "at the same pose";
 
   expect_bounded(toy, 6);
 }
@@ -185,6 +189,7 @@ TEST(Bound, AMachineWithoutAxesHasOneTooAndNoEmptyNames) {
   const Result run = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed"});
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_SAYS(run.out, "bounds at the only pose");
+  EXPECT_SAYS(run.out, "at the bound's poses um");
   EXPECT_EQ(reduced.out.find("between the stored ones"), std::string::npos) << reduced.out;
   expect_bounded(toy, 1);
 }
@@ -203,6 +208,15 @@ TEST(Bound, AMachineWithoutAxesAndSensorsGoesThroughValidation) {
   expect_bounded(toy, 1);
   const Result validated = toy.run({"validate", toy.path(), "--draws", "2"});
   EXPECT_EQ(validated.status, 0) << validated.err;
+}
+
+TEST(Bound, IsRefusedBeforeAnythingIsMadeWhereTheEquationIsNotAffine) {
+  const Toy toy;
+  const Result result = toy.run({"reduce", toy.path(), "--bound"});
+  EXPECT_EQ(result.status, 3);
+  EXPECT_SAYS(result.err, "radiation = \"exact\"");
+  EXPECT_SAYS(result.err, "machine.toml: [[film]] id = ");
+  EXPECT_FALSE(fs::exists(toy.result("cache"))) << "a mesh was made first";
 }
 
 TEST(Bound, WhatFollowsTheMachinesOwnTemperaturesIsSaidNotToBeCovered) {

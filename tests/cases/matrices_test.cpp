@@ -81,6 +81,8 @@ TEST(Matrices, FilmsHaveNamesAndValues) {
   const Result unknown = matrices.reduce({"--film", "ar=1"});
   EXPECT_EQ(unknown.status, 3);
   EXPECT_SAYS(unknown.err, "nearest: air");
+  EXPECT_SAYS(matrices.reduce({"--film", "air=9"}).out, "at          air 9\n");
+  EXPECT_SAYS(matrices.reduce().out, "at          every film at its value in names.toml, 1 where it has none\n");
   EXPECT_EQ(matrices.reduce({"--film", "air"}).status, 3);
   EXPECT_EQ(matrices.reduce({"--film", "air=x"}).status, 3);
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/evaluate.h"
 
+#include <fmt/format.h>
+
 #include <cstdlib>
 
+#include "compensation/evaluate_judge.h"
 #include "tests/compensation/scratch.h"
 #include "tests/compensation/shift.h"
 
@@ -80,6 +83,28 @@ TEST(Evaluate, LaterDataDoNotReachTheFit) {
   EXPECT_EQ(clean.predictions.column("x_static_regression"), other.predictions.column("x_static_regression"));
   EXPECT_GT(row_of(clean, "static_regression", "x", "day 1").measures.fit, 99.9);
   EXPECT_LT(row_of(other, "static_regression", "x", "day 1").measures.fit, 0.0);
+}
+
+TEST(Evaluate, AFewLastRowsAreNoDayOfTheirOwn) {
+  const test::Scratch scratch;
+  scratch.write("channels.toml",
+                "[[channel]]\nid='T'\nkind='temperature'\nunit='degC'\nuncertainty=0.1\nsensor='T'\n"
+                "[[channel]]\nid='x'\nkind='displacement'\nunit='um'\nuncertainty=0.1\ndirection='x'\n");
+  const auto parts = [&](int rows) {
+    std::string data = "time_s,T,x\n";
+    for (int i = 0; i < rows; ++i)
+      data += fmt::format("{},{},{}\n", 600 * i, 20 + std::sin(0.1 * i), std::sin(0.1 * i));
+    scratch.write("data.csv", data);
+    EvaluateOptions options;
+    options.train_until_s = 43200;
+    return parts_of(read_measurement(scratch.path()), options);
+  };
+  const auto short_rest = parts(2 * 144 + 1), long_rest = parts(2 * 144 + 8);
+  ASSERT_EQ(short_rest.size(), 3U);
+  EXPECT_EQ(short_rest.back().name, "day 1");
+  EXPECT_GT(short_rest.back().to, 2 * 86400.0) << "the last row belongs to it";
+  ASSERT_EQ(long_rest.size(), 4U);
+  EXPECT_EQ(long_rest.back().name, "day 2");
 }
 
 TEST(Evaluate, AClockMayStartAnywhere) {
