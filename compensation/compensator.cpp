@@ -28,7 +28,8 @@ using Eigen::VectorXd;
 
 // Standard deviations of the start, K: where nothing is measured, and the least that remains where
 // sensors agree with each other.
-constexpr double start_uniform_K = 0.5, start_shape_K = 0.2, least_start_K = 0.03;
+constexpr double least_chance = 1e-4;  // of a first reading that is believed though it is far from all others
+constexpr double start_uniform_K = 0.5, least_start_K = 0.03;
 /// What the observer does not estimate, as a share of the offset: expansions, stiffness, the mesh.
 constexpr double offset_error_share = 0.03;
 /// The same once probing has estimated expansions: stiffness, the mesh.
@@ -89,7 +90,9 @@ struct Compensator::Work {
   solver::Coefficients coefficients;
   VectorXd state, before, change, corrected;
   VectorXd sensors_state, sensors_change, sensors_start, shift;
-  VectorXd bias_K;                        ///< what the observer adds to the predicted readings
+  VectorXd bias_K, bias_rate, unsure_rate;  ///< what the observer adds to the predicted readings; K/s; its deviation
+  VectorXd correction_rate;                 ///< of the state, K/s
+  double corrected_at = 0, started_at = 0;  ///< time of the last correction, of the first row
   double last_step = 0;
   OutputMap::Projected base, slope;
   Offsets offsets;
@@ -124,7 +127,8 @@ struct Compensator::Work {
     reading_K = VectorXd::Constant(sensors, solver::not_given);
     named_faults.assign(m.machine.sensors.size(), ReadingFault::none);
     state = before = change = corrected = VectorXd::Zero(order);
-    sensors_change = shift = bias_K = VectorXd::Zero(sensors);
+    sensors_change = shift = bias_K = bias_rate = unsure_rate = VectorXd::Zero(sensors);
+    correction_rate = VectorXd::Zero(order);
     innovation_sum = moment_sum = VectorXd::Zero(sensors);
     innovation_count = Eigen::VectorXi::Zero(sensors);
     innovations.reserve(static_cast<std::size_t>(sensors));
@@ -166,7 +170,7 @@ struct Compensator::Work {
 
   /// Finds sensors that have failed. @param expected_K  above the reference, biases included
   void watch_sensors(const VectorXd& expected_K) {
-    bool changed = monitor.judge(time, reading_K - sensor_offset, expected_K, inputs_leapt);
+    bool changed = monitor.judge(time, reading_K - sensor_offset, expected_K, inputs_leapt, unsure_rate);
     for (std::size_t s = 0; s < named_faults.size(); ++s) {
       const ReadingFault fault = check.sensor(static_cast<Index>(s));
       changed = changed || fault != named_faults[s];
@@ -250,33 +254,93 @@ struct Compensator::Work {
     }
   }
 
-  void start(double at) {
+  using UniformStart = ErrorModel::UniformStart;
+
+  /// Of a rested machine sensors agree in the middle; one at work rests on the coldest of them, or on the air.
+  /// @param without  a sensor that is left out
+  std::vector<UniformStart> uniform_starts(Index without = -1) const {
     std::vector<double> known;
-    for (Index s = 0; s < reading_K.size(); ++s) {
-      if (std::isfinite(reading_K[s])) known.push_back(reading_K[s] - sensor_offset[s]);
+    for (const ErrorModel::FirstReading& reading : first_readings(0.0, without)) known.push_back(reading.value);
+    const double middle = median(known), lowest = *std::min_element(known.begin(), known.end());
+    std::vector<double> distances;
+    for (const double value : known) distances.push_back(std::abs(value - middle));
+    const auto std_of = [](double distance) { return std::max(least_start_K, distance); };
+    std::vector<UniformStart> offered{{middle, std_of(1.5 * median(distances))},
+                                      {lowest, std_of(0.25 * (middle - lowest))}};
+    if (const int air = operating.channels().index("air.T_C"); air >= 0 && std::isfinite(row[air])) {
+      const double surroundings = row[air] - model.machine.reference_C;
+      offered.push_back({surroundings, std_of(start_uniform_K + 0.25 * std::abs(lowest - surroundings))});
     }
-    const bool by_sensors = options.start_from_sensors && !known.empty();
-    double uniform_std = start_uniform_K, shape_std = start_shape_K;
+    return offered;
+  }
+
+  UniformStart uniform_start() const {
+    UniformStart best{0.0, start_uniform_K};
+    double most = -std::numeric_limits<double>::infinity();
+    for (const UniformStart& start : uniform_starts()) {
+      const double evidence = errors.start_evidence(start.std, first_readings(start.middle));
+      if (evidence <= most) continue;
+      best = start;
+      most = evidence;
+    }
+    return best;
+  }
+
+  /// Of the sensors that gave one and are trusted, without their own offsets. @param zero  K  @param without  left out
+  std::vector<ErrorModel::FirstReading> first_readings(double zero, Index without = -1) const {
+    std::vector<ErrorModel::FirstReading> readings;
+    for (Index s = 0; s < static_cast<Index>(model.machine.sensors.size()); ++s)
+      if (s != without && std::isfinite(reading_K[s]) && trusted(s))
+        readings.push_back({s, reading_K[s] - sensor_offset[s] - zero});
+    return readings;
+  }
+
+  /// Sensors whose first reading a machine at work may have, by what all others read: (sensors) 1 or 0.
+  std::vector<char> explained_by_others() const {
+    std::vector<char> explained(static_cast<std::size_t>(reading_K.size()), 0);
+    const std::vector<ErrorModel::FirstReading> readings = first_readings(0.0);
+    if (readings.size() < 3) return explained;
+    // A part that work has not reached is as warm as what surrounds it.
+    double coldest = sensors_state.head(static_cast<Index>(model.machine.sensors.size())).mean(), warmest = coldest;
+    for (const mesh::AmbientSpec& ambient : model.machine.ambients) {
+      const double value = row[operating.channels().index(ambient.id + ".T_C")] - model.machine.reference_C;
+      if (!std::isfinite(value)) continue;
+      coldest = std::min(coldest, value);
+      warmest = std::max(warmest, value);
+    }
+    for (const ErrorModel::FirstReading& reading : readings) {
+      char& one = explained[static_cast<std::size_t>(reading.sensor)];
+      one = reading.value > coldest - start_uniform_K && reading.value < warmest + start_uniform_K;
+      if (one != 0) continue;
+      const double chance =
+          errors.first_reading_chance(uniform_starts(reading.sensor), first_readings(0.0, reading.sensor), reading);
+      one = chance > least_chance;
+    }
+    return explained;
+  }
+
+  void start(double at) {
+    const bool by_sensors = options.start_from_sensors && !first_readings(0.0).empty();
+    UniformStart uniform{0.0, start_uniform_K};
+    errors.work_ends_at(row);
     VectorXd ambient_gap = VectorXd::Zero(static_cast<Index>(model.machine.ambients.size()));
-    if (by_sensors) {
-      const double middle = median(known);
-      std::vector<double> distances;
-      for (const double value : known) distances.push_back(std::abs(value - middle));
-      set_state(model.system.one_kelvin * middle);
-      const double spread = 1.5 * median(distances);
-      uniform_std = std::max(least_start_K, spread);
-      double squares = 0.0;
-      for (const double distance : distances) squares += distance * distance;
-      shape_std = std::max(least_start_K, std::sqrt(squares / static_cast<double>(distances.size())));
+    const auto start_uniformly = [&] {
+      uniform = uniform_start();
+      set_state(model.system.one_kelvin * uniform.middle);
       for (Index i = 0; i < ambient_gap.size(); ++i) {
         // An input that stands at its default is one that nobody gives.
         const int channel = operating.channels().index(model.machine.ambients[static_cast<std::size_t>(i)].id + ".T_C");
         const double standard = operating.channels().defaults()[channel];
-        if (row[channel] == standard) ambient_gap[i] = middle + model.machine.reference_C - standard;
+        if (row[channel] == standard) ambient_gap[i] = uniform.middle + model.machine.reference_C - standard;
       }
+    };
+    if (by_sensors) {
+      start_uniformly();
+      monitor.explain_first(explained_by_others());
     }
-    time = step_end = at;
+    time = step_end = corrected_at = started_at = at;
     watch_sensors(sensors_state);
+    if (by_sensors && !first_readings(0.0).empty()) start_uniformly();  // without those that are off
     sensors_start = sensors_state;
     predicted_K = sensors_state;
     VectorXd readings = sensors_state + sensor_offset;
@@ -284,20 +348,36 @@ struct Compensator::Work {
     const VectorXd outlet = solver::chiller_set_points(model.machine, model.system.layout, readings, operating.guide_K(row));
     chiller.emplace(model.machine, model.system.layout, operating.channels(), outlet);
     operating.coefficients(row, outlet, readings, coefficients);
-    errors.start(uniform_std, shape_std, ambient_gap);
-    if (by_sensors) {
-      innovations.clear();
-      for (Index s = 0; s < reading_K.size(); ++s) {
-        if (trusted(s)) innovations.push_back({s, reading_K[s] - sensor_offset[s] - sensors_state[s], 1.0, 0.0});
-      }
-      errors.update(innovations, 0.0);
-    }
+    const std::vector<ErrorModel::FirstReading> readings_now =
+        by_sensors ? first_readings(uniform.middle) : std::vector<ErrorModel::FirstReading>{};
+    errors.start(uniform.std, readings_now, ambient_gap);
+    innovations.clear();
+    for (const ErrorModel::FirstReading& reading : readings_now)
+      innovations.push_back({reading.sensor, reading.value, 1.0, reading.value});
+    if (!innovations.empty()) errors.update(innovations, 0.0);
+    ErrorModel::Interval ahead;
+    ahead.duration = std::min(options.step_s, options.correction_s);
+    ahead.operator_matrix = operator_at(coefficients.p);
+    errors.foresee(ahead);
     started = true;
     after_correction();
   }
 
+  /// K0 + sum p K
+  MatrixXd operator_at(const VectorXd& p) const {
+    MatrixXd matrix = model.system.conduction;
+    for (Index j = 0; j < p.size(); ++j) matrix += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+    return matrix;
+  }
+
   void after_correction() {
+    const VectorXd expected = bias_K + (step_end - corrected_at) * bias_rate;
     bias_K = errors.sensor_correction();
+    bias_rate = errors.sensor_correction_rate();
+    unsure_rate = errors.sensor_rate_std();
+    correction_rate = errors.correction_rate();
+    corrected_at = step_end;
+    monitor.correct(bias_K - expected);
     set_corrected();
     if (!errors.learns()) {
       map.set_covariance(errors.directions(), errors.covariance());
@@ -327,7 +407,7 @@ struct Compensator::Work {
   }
 
   void set_corrected() {
-    corrected = state + errors.correction();
+    corrected = state + errors.correction() + (step_end - corrected_at) * correction_rate;
     map.project(corrected, base);
   }
 
@@ -366,13 +446,14 @@ struct Compensator::Work {
     const double part = rounded(duration / parts);
     for (int i = 0; i < parts; ++i) {
       // A row that lasts for hours is no reason for sensitivities in one step.
-      if (interval.duration >= options.correction_s) correct();
+      if (interval.duration >= correction_after()) correct();
       advance(mean, part);
+      step_end += part;
     }
     step_end = time;
     errors.show(duration);
     set_corrected();
-    map.project(change, slope);
+    map.project(change + last_step * correction_rate, slope);
   }
 
   void advance_errors() {
@@ -395,6 +476,11 @@ struct Compensator::Work {
     clear_interval();
   }
 
+  /// What work before has left changes fast at first: then the observer corrects at each end of a step.
+  double correction_after() const {
+    return std::min(options.correction_s, std::max(options.step_s, 0.25 * (step_end - started_at)));
+  }
+
   void correct() {
     const double duration = interval.duration;
     innovations.clear();
@@ -402,7 +488,7 @@ struct Compensator::Work {
       if (innovation_count[s] == 0) continue;
       const auto count = static_cast<double>(innovation_count[s]);
       innovations.push_back({s, innovation_sum[s] / count, std::clamp(moment_sum[s] / count / duration, 0.0, 1.0),
-                             sensors_state[s] - sensors_start[s]});
+                             sensors_state[s] + bias_K[s] - sensors_start[s]});
     }
     advance_errors();
     shift = errors.sensor_correction();
@@ -436,8 +522,7 @@ struct Compensator::Work {
     mean.p /= whole.duration;
     mean.q /= whole.duration;
     mean.state /= whole.duration;
-    MatrixXd matrix = model.system.conduction;
-    for (Index j = 0; j < mean.p.size(); ++j) matrix += mean.p[j] * model.system.terms[static_cast<std::size_t>(j)];
+    const MatrixXd matrix = operator_at(mean.p);
     const auto sensors = static_cast<Index>(model.machine.sensors.size());
     std::vector<ErrorModel::State> constants;
     const std::vector<ErrorModel::State> known = errors.states();
@@ -452,7 +537,7 @@ struct Compensator::Work {
   void add_readings() {
     const double ahead = last_step > 0.0 ? (time - step_end) / last_step : 0.0;
     const double moment = interval.duration + (time - step_end);
-    watch_sensors(sensors_state + ahead * sensors_change + bias_K);
+    watch_sensors(sensors_state + ahead * sensors_change + bias_K + (time - corrected_at) * bias_rate);
     for (Index s = 0; s < reading_K.size(); ++s) {
       if (!trusted(s)) continue;
       innovation_sum[s] += reading_K[s] - sensor_offset[s] - sensors_state[s] - ahead * sensors_change[s];
@@ -543,13 +628,13 @@ struct Compensator::Work {
       // What came before this row is closed first if both together would be too long a step.
       if (inputs.duration() > 0.0 && inputs.duration() + duration > options.step_s * (1.0 + 1e-9)) {
         close_step();
-        if (interval.duration >= options.correction_s) correct();
+        if (interval.duration >= correction_after()) correct();
       }
       time = at;
       inputs.add(row, duration);
       if (inputs.duration() >= options.step_s * (1.0 - 1e-9)) close_step();
       add_readings();
-      if (step_end == time && interval.duration >= options.correction_s) correct();
+      if (step_end == time && interval.duration >= correction_after()) correct();
     }
     write_offsets(missing_input);
     return offsets;

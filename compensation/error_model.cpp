@@ -26,8 +26,11 @@ constexpr double model_error_share = 0.03, model_error_K = 0.01, noise_share = 0
 constexpr double outlier = 4.0;               ///< standard deviations
 constexpr Index most_patterns = 16;
 constexpr double least_pattern = 0.01;        ///< of the largest pattern
-constexpr double smallest_start = 0.03, largest_start = 1.0;
-constexpr double start_factor = 10.0;         ///< a rest has evened out much of what patterns differ by at sensors
+// What a machine did before: hours of work, hours since, size of its heat beside that of half speed.
+constexpr double on_h[] = {0.5, 2.0, 6.0, 24.0}, idle_h[] = {0.0, 0.25, 1.0, 3.0, 8.0, 24.0};
+constexpr Index kinds_of_work = 2 * std::ssize(on_h);  ///< columns of a heat: axes still or swept, hours of work
+constexpr double unmeasured_start_K = 2.0;
+constexpr double start_sizes[] = {0.03, 0.1, 0.3, 1.0, 3.0};
 // What probing may find beside the thermal state: expansions and scales, and what no model has.
 constexpr double expansion_share = 0.03, rest_m = 0.8e-6;
 constexpr double expansion_memory = 2000.0 * hour, rest_memory = 12.0 * hour;
@@ -129,7 +132,7 @@ void ErrorModel::add_ambient_quantities() {
   }
 }
 
-MatrixXd ErrorModel::start_patterns() const {
+std::vector<MatrixXd> ErrorModel::left_behind(const VectorXd& row) const {
   const reduction::ReducedSystem& system = model_.system;
   const mesh::Machine& machine = model_.machine;
   const solver::OperatingModel operating(machine, system.layout);
@@ -163,7 +166,15 @@ MatrixXd ErrorModel::start_patterns() const {
   // Causes, each of the size that a day's work has it: half speed, standing losses, some kelvin around.
   constexpr double half = 0.5, air_K = 2.0, other_K = 2.0;
   std::vector<VectorXd> heats;
-  const VectorXd rest = channels.defaults();
+  VectorXd rest = channels.defaults(), swept = rest;
+  for (const mesh::Axis& axis : machine.axes) {
+    const bool linear = axis.kind == mesh::AxisKind::linear;
+    const std::string id = "axis." + axis.id + ".", unit = linear ? "mm" : "deg";
+    const double to_unit = linear ? 1e3 : 180.0 / std::numbers::pi;
+    const int position = channels.index(id + "position_" + unit);
+    if (std::isfinite(row[position])) rest[position] = swept[position] = row[position];
+    swept = set(set(swept, id + "low_" + unit, axis.low * to_unit), id + "high_" + unit, axis.high * to_unit);
+  }
   VectorXd off = set(rest, "machine.on", 0.0);
   for (const mesh::CoolantSpec& coolant : machine.coolants) off = set(off, "coolant." + coolant.id + ".on", 0.0);
   const VectorXd resting = source_heat(rest);
@@ -186,44 +197,202 @@ MatrixXd ErrorModel::start_patterns() const {
     }
     heats.push_back(std::move(heat));
   }
-  const Modes working = modes_of(operating.coefficients(rest, inlet)), cooling = modes_of(operating.coefficients(off, inlet));
-  static constexpr double on_h[] = {1.0, 6.0, 24.0}, off_h[] = {0.0, 1.0, 4.0, 12.0};
-  constexpr Index times = std::size(on_h) * std::size(off_h);
-  MatrixXd columns(system.order(), times * static_cast<Index>(heats.size()));
+  // Axes stood where they stand now, or went from end to end: heat crossed the joints elsewhere.
+  const Modes at_work[] = {modes_of(operating.coefficients(rest, inlet)),
+                           modes_of(operating.coefficients(swept, inlet))};
+  const Modes cooling = modes_of(operating.coefficients(off, inlet));
+  constexpr Index kinds = kinds_of_work;
+  static_assert(kinds == std::ssize(on_h) * std::ssize(at_work));
+  std::vector<MatrixXd> columns(std::size(idle_h), MatrixXd(system.order(), kinds * std::ssize(heats)));
   Index column = 0;
   for (const VectorXd& heat : heats) {
-    const VectorXd modal = working.shapes.transpose() * heat;
-    for (const double on : on_h) {
-      // (1 - exp(-d t)) / d, also for a part that keeps its heat.
-      const VectorXd grown = working.decay.unaryExpr([&](double d) { return d * on * hour > 1e-9 ? -std::expm1(-d * on * hour) / d : on * hour; });
-      const VectorXd warm = cooling.shapes.transpose() * (system.capacity * (working.shapes * modal.cwiseProduct(grown)));
-      for (const double idle : off_h) {
-        columns.col(column++) = cooling.shapes * warm.cwiseProduct((-cooling.decay * idle * hour).array().exp().matrix()) / std::sqrt(static_cast<double>(times));
+    for (const Modes& working : at_work) {
+      const VectorXd modal = working.shapes.transpose() * heat;
+      for (const double on : on_h) {
+        // (1 - exp(-d t)) / d, also for a part that keeps its heat.
+        const VectorXd grown = working.decay.unaryExpr(
+            [&](double d) { return d * on * hour > 1e-9 ? -std::expm1(-d * on * hour) / d : on * hour; });
+        const VectorXd warm =
+            cooling.shapes.transpose() * (system.capacity * (working.shapes * modal.cwiseProduct(grown)));
+        for (std::size_t idle = 0; idle < std::size(idle_h); ++idle) {
+          const VectorXd left = warm.cwiseProduct((-cooling.decay * idle_h[idle] * hour).array().exp().matrix());
+          columns[idle].col(column) = cooling.shapes * left / std::sqrt(static_cast<double>(kinds));
+        }
+        ++column;
       }
     }
   }
-  const Eigen::BDCSVD<MatrixXd> parts(columns, Eigen::ComputeThinU);
-  Index count = 0;
-  while (count < std::min(most_patterns, parts.singularValues().size()) && parts.singularValues()[count] > least_pattern * parts.singularValues()[0]) ++count;
-  return parts.matrixU().leftCols(count) * parts.singularValues().head(count).asDiagonal();
+  return columns;
 }
 
-void ErrorModel::start(double uniform_K, double shape_K, const VectorXd& ambient_gap_K) {
+Index ErrorModel::columns_of_heat() const { return kinds_of_work; }
+
+template <class Visit>
+void ErrorModel::each_work_before(const MatrixXd& rest, const MatrixXd& rows, const Visit& visit) const {
+  for (std::size_t idle = 0; idle < left_behind_.size(); ++idle) {
+    const MatrixXd seen = rows * left_behind_[idle], whole = seen * seen.transpose();
+    const Index heats = seen.cols() / columns_of_heat();
+    for (Index heat = -1; heat < heats; ++heat) {
+      MatrixXd spread = whole;
+      if (heat >= 0) {
+        const auto own = seen.middleCols(heat * columns_of_heat(), columns_of_heat());
+        spread = own * own.transpose();
+      }
+      const double log_prior = heat < 0 ? 0.0 : -std::log(static_cast<double>(heats));
+      for (const double size : start_sizes) {
+        MatrixXd covariance = rest + size * size * spread;
+        if (heat >= 0) covariance += start_sizes[0] * start_sizes[0] * whole;
+        visit(idle, heat, size, log_prior, covariance);
+      }
+    }
+  }
+}
+
+MatrixXd ErrorModel::first_covariance(double uniform_K, const std::vector<FirstReading>& readings) const {
+  const auto count = static_cast<Index>(readings.size());
+  MatrixXd rest = MatrixXd::Constant(count, count, uniform_K * uniform_K);
+  for (Index i = 0; i < count; ++i) {
+    const FirstReading& reading = readings[static_cast<std::size_t>(i)];
+    const double own = model_.machine.sensors[static_cast<std::size_t>(reading.sensor)].uncertainty;
+    rest(i, i) += std::pow(std::hypot(own, reading_std(reading.sensor, reading.value)), 2);
+  }
+  return rest;
+}
+
+MatrixXd ErrorModel::first_rows(const std::vector<FirstReading>& readings) const {
+  MatrixXd rows(std::ssize(readings), model_.system.order());
+  for (Index i = 0; i < rows.rows(); ++i)
+    rows.row(i) = model_.system.sensors.row(readings[static_cast<std::size_t>(i)].sensor);
+  return rows;
+}
+
+namespace {
+
+VectorXd values_of(const std::vector<ErrorModel::FirstReading>& readings) {
+  VectorXd values(std::ssize(readings));
+  for (Index i = 0; i < values.size(); ++i) values[i] = readings[static_cast<std::size_t>(i)].value;
+  return values;
+}
+
+double log_density(const Eigen::LLT<MatrixXd>& factor, const VectorXd& values) {
+  const MatrixXd lower = factor.matrixL();
+  return -0.5 * values.dot(factor.solve(values)) - lower.diagonal().array().log().sum();
+}
+
+}  // namespace
+
+ErrorModel::WorkBefore ErrorModel::work_before(double uniform_K, const std::vector<FirstReading>& readings) const {
+  const Index times = std::ssize(left_behind_), heats = left_behind_.front().cols() / columns_of_heat();
+  if (readings.empty()) {
+    // Nothing measured: as much as makes sensors differ by some kelvin.
+    const auto sensors = static_cast<Index>(model_.machine.sensors.size());
+    double square = 0.0;
+    for (const MatrixXd& left : left_behind_)
+      square += (model_.system.sensors.topRows(sensors) * left).squaredNorm() / static_cast<double>(times);
+    const double typical_K = std::sqrt(square / std::max(1.0, static_cast<double>(sensors)));
+    const double size = typical_K > 0.0 ? std::min(1.0, unmeasured_start_K / typical_K) : 1.0;
+    return {MatrixXd::Constant(heats, times, size / std::sqrt(static_cast<double>(times))), 0.0};
+  }
+  struct Offered {
+    std::size_t idle;
+    Index heat;
+    double size, log_evidence;
+  };
+  const VectorXd values = values_of(readings);
+  std::vector<Offered> offered;
+  double best = -std::numeric_limits<double>::infinity(), sum = 0.0;
+  each_work_before(
+      first_covariance(uniform_K, readings), first_rows(readings),
+      [&](std::size_t idle, Index heat, double size, double log_prior, const MatrixXd& covariance) {
+        offered.push_back({idle, heat, size, log_prior + log_density(Eigen::LLT<MatrixXd>(covariance), values)});
+        best = std::max(best, offered.back().log_evidence);
+      });
+  // Mean squares over all that was offered are what columns of one heat and time stand for.
+  MatrixXd squares = MatrixXd::Zero(heats, times);
+  for (const Offered& each : offered) {
+    const double weight = std::exp(each.log_evidence - best);
+    sum += weight;
+    auto column = squares.col(static_cast<Index>(each.idle));
+    if (each.heat < 0) {
+      column.array() += weight * each.size * each.size;
+    } else {
+      column[each.heat] += weight * each.size * each.size;
+      column.array() += weight * start_sizes[0] * start_sizes[0];
+    }
+  }
+  return {(squares / sum).cwiseSqrt(), best + std::log(sum)};
+}
+
+double ErrorModel::start_evidence(double uniform_K, const std::vector<FirstReading>& readings) const {
+  return work_before(uniform_K, readings).log_evidence;
+}
+
+double ErrorModel::first_reading_chance(const std::vector<UniformStart>& starts, std::vector<FirstReading> others,
+                                        const FirstReading& reading) const {
+  const Index count = std::ssize(others);
+  others.push_back(reading);
+  const MatrixXd rows = first_rows(others);
+  struct Offered {
+    double log_evidence, chance;
+  };
+  std::vector<Offered> offered;
+  double best = -std::numeric_limits<double>::infinity();
+  for (const UniformStart& start : starts) {
+    std::vector<FirstReading> from_start = others;
+    for (FirstReading& each : from_start) each.value -= start.middle;
+    const VectorXd values = values_of(from_start);
+    each_work_before(first_covariance(start.std, from_start), rows,
+                     [&](std::size_t, Index, double, double log_prior, const MatrixXd& covariance) {
+                       const Eigen::LLT<MatrixXd> factor(covariance.topLeftCorner(count, count));
+                       const VectorXd share = factor.solve(covariance.col(count).head(count));
+                       const double variance = covariance(count, count) - covariance.col(count).head(count).dot(share);
+                       const double off = std::abs(values[count] - share.dot(values.head(count)));
+                       offered.push_back({log_prior + log_density(factor, values.head(count)),
+                                          std::erfc(off / std::sqrt(2.0 * std::max(variance, 1e-12)))});
+                       best = std::max(best, offered.back().log_evidence);
+                     });
+  }
+  double sum = 0.0, chance = 0.0;
+  for (const Offered& each : offered) {
+    const double weight = std::exp(each.log_evidence - best);
+    sum += weight;
+    chance += weight * each.chance;
+  }
+  return chance / sum;
+}
+
+MatrixXd ErrorModel::start_patterns(double uniform_K, const std::vector<FirstReading>& readings) const {
+  const MatrixXd sizes = work_before(uniform_K, readings).sizes;
+  const Index wide = left_behind_.front().cols();
+  MatrixXd columns(model_.system.order(), wide * std::ssize(left_behind_));
+  for (Index idle = 0; idle < sizes.cols(); ++idle)
+    for (Index column = 0; column < wide; ++column)
+      columns.col(idle * wide + column) =
+          sizes(column / columns_of_heat(), idle) * left_behind_[static_cast<std::size_t>(idle)].col(column);
+  const Eigen::BDCSVD<MatrixXd> parts(columns, Eigen::ComputeThinU);
+  Index kept = 0;
+  while (kept < std::min(most_patterns, parts.singularValues().size()) &&
+         parts.singularValues()[kept] > least_pattern * parts.singularValues()[0])
+    ++kept;
+  return parts.matrixU().leftCols(kept) * parts.singularValues().head(kept).asDiagonal();
+}
+
+void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readings, const VectorXd& ambient_gap_K) {
   const reduction::ReducedSystem& system = model_.system;
   const Index order = system.order(), sensors = system.sensors.rows(), machine = static_cast<Index>(quantities_.size());
 
-  const MatrixXd patterns = start_patterns();
+  const MatrixXd patterns = start_patterns(uniform_K, readings);
   const Index shapes = patterns.cols();
   start_modes_ = 1 + shapes;
-  const auto own_sensors = std::max<std::size_t>(model_.machine.sensors.size(), 1);
-  const double typical_K = (system.sensors * patterns).topRows(static_cast<Index>(model_.machine.sensors.size())).norm() / std::sqrt(static_cast<double>(own_sensors));
-  const double shape = typical_K > 0.0 ? std::clamp(start_factor * shape_K / typical_K, smallest_start, largest_start) : 1.0;
 
   directions_ = MatrixXd::Zero(order, machine + start_modes_);
   directions_.col(machine) = system.one_kelvin;
   directions_.rightCols(shapes) = patterns;
   sensor_directions_ = system.sensors * directions_;
   last_sensor_directions_ = sensor_directions_;
+  start_rate_ = MatrixXd::Zero(order, start_modes_);
+  sensor_start_rate_ = MatrixXd::Zero(sensors, start_modes_);
+  sensor_rate_ = MatrixXd::Zero(sensors, machine + start_modes_);
 
   const Index all = machine + start_modes_ + sensors + outputs;
   prior_.resize(all);
@@ -233,7 +402,7 @@ void ErrorModel::start(double uniform_K, double shape_K, const VectorXd& ambient
     memory_[k] = quantities_[static_cast<std::size_t>(k)].memory;
   }
   prior_[machine] = uniform_K;
-  prior_.segment(machine + 1, shapes).setConstant(shape);
+  prior_.segment(machine + 1, shapes).setOnes();
   constexpr double no_sensor_K = 1e-6;  // what is observed beside the sensors has no offset
   for (Index s = 0; s < sensors; ++s) {
     const auto i = static_cast<std::size_t>(s);
@@ -288,6 +457,18 @@ MatrixXd ErrorModel::rates(const Interval& interval) const {
   return result;
 }
 
+void ErrorModel::work_ends_at(const VectorXd& row) { left_behind_ = left_behind(row); }
+
+void ErrorModel::foresee(const Interval& interval) {
+  const reduction::ReducedSystem& system = model_.system;
+  const auto start = directions_.rightCols(start_modes_);
+  const MatrixXd later = Eigen::PartialPivLU<MatrixXd>(system.capacity + interval.duration * interval.operator_matrix)
+                             .solve(system.capacity * start);
+  start_rate_ = (later - start) / interval.duration;
+  sensor_start_rate_.noalias() = system.sensors * start_rate_;
+  sensor_rate_.rightCols(start_modes_) = sensor_start_rate_;
+}
+
 void ErrorModel::advance(const Interval& interval) {
   const reduction::ReducedSystem& system = model_.system;
   const double h = interval.duration;
@@ -299,10 +480,19 @@ void ErrorModel::advance(const Interval& interval) {
     factor_duration_ = h;
     factor_p_ = interval.p;
   }
+  start_rate_ = -directions_.rightCols(start_modes_) / h;
   directions_.noalias() = factor_.solve(right);
+  start_rate_ += directions_.rightCols(start_modes_) / h;
   last_sensor_directions_ = sensor_directions_;
   sensor_directions_.noalias() = system.sensors * directions_;
+  sensor_rate_ = (sensor_directions_ - last_sensor_directions_) / h;
+  sensor_start_rate_ = sensor_rate_.rightCols(start_modes_);
   fade(h);
+}
+
+VectorXd ErrorModel::sensor_rate_std() const {
+  const MatrixXd spread = sensor_rate_ * covariance();
+  return spread.cwiseProduct(sensor_rate_).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
 }
 
 void ErrorModel::fade(double duration) {

@@ -33,8 +33,14 @@ class SensorMonitor {
 
   /// Judges the readings of one time. @param reading_K  (sensors) NaN where missing
   /// @param expected_K  (sensors) by the observer  @param inputs_leapt  since the last call: a speed, a state
+  /// @param unsure_K_s  (sensors) standard deviation of how fast the expected readings change; empty: they are sure
   /// @return whether anything changed its name
-  bool judge(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K, bool inputs_leapt = false);
+  bool judge(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K,
+             bool inputs_leapt = false, const Eigen::VectorXd& unsure_K_s = {});
+  /// Before the first readings: sensors whose first one the others explain, however far it is from what is expected.
+  void explain_first(std::vector<char> explained) { explained_ = std::move(explained); }
+  /// The observer has learnt: what it expects moves by as much, and the sensors have nothing to do with that.
+  void correct(const Eigen::VectorXd& change_K);
 
   /// Whether the last reading may correct the model.
   bool trusted(Eigen::Index sensor) const { return sensors_[static_cast<std::size_t>(sensor)].trusted; }
@@ -48,12 +54,13 @@ class SensorMonitor {
   };
   struct Sensor {
     SensorFault fault = SensorFault::none;
-    bool trusted = true, known = false, leapt = false;
+    bool trusted = true, known = false, leapt = false,
+         from_start = false;  ///< from_start: far off at its first reading
     double seen_at = 0, last_reading = 0;
     double usual = 0;                        ///< slow part of reading - expected; stands after a leap
     double last_difference = 0, last_expected = 0, last_unknown = 0;
     double expected_memory = 0;              ///< slow part of the expected reading
-    double same_value = 0, same_expected = 0;
+    double same_value = 0, same_expected = 0, same_unsure = 0;  ///< same_unsure: K, of what it moved since
     int same_count = 0;
     double same_since = 0;
     double readings = 0, repeats = 0;        ///< in runs that have ended: how often readings repeat by chance
@@ -62,9 +69,17 @@ class SensorMonitor {
     std::deque<Sample> recent;
   };
   void start(Sensor& sensor, double time, double reading, double expected);
-  void judge_one(Sensor& sensor, double deviation, double time, double reading, double expected, double others, bool inputs_leapt);
+  /// What one row says of a sensor besides its reading.
+  struct Row {
+    double time, expected;
+    double others;  ///< what sensors differ by from what is expected
+    double unsure_K_s;
+    bool inputs_leapt, explained;
+  };
+  void judge_one(Sensor& sensor, double deviation, double reading, const Row& row);
 
   Eigen::VectorXd deviation_;
+  std::vector<char> explained_;
   std::vector<Sensor> sensors_;
   int faults_ = 0;
 };
