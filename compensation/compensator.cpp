@@ -28,7 +28,8 @@ using Eigen::VectorXd;
 
 // Standard deviations of the start, K: where nothing is measured, and the least that remains where
 // sensors agree with each other.
-constexpr double least_chance = 1e-4;  // of a first reading that is believed though it is far from all others
+constexpr double rate_error_share = 0.2;  // of how fast what the start left fades at a sensor
+constexpr double least_chance = 1e-4;     // of a first reading that is believed though it is far from all others
 constexpr double start_uniform_K = 0.5, least_start_K = 0.03;
 /// What the observer does not estimate, as a share of the offset: expansions, stiffness, the mesh.
 constexpr double offset_error_share = 0.03;
@@ -374,7 +375,7 @@ struct Compensator::Work {
     const VectorXd expected = bias_K + (step_end - corrected_at) * bias_rate;
     bias_K = errors.sensor_correction();
     bias_rate = errors.sensor_correction_rate();
-    unsure_rate = errors.sensor_rate_std();
+    unsure_rate = errors.sensor_rate_std() + rate_error_share * bias_rate.cwiseAbs();
     correction_rate = errors.correction_rate();
     corrected_at = step_end;
     monitor.correct(bias_K - expected);

@@ -52,7 +52,6 @@ void SensorMonitor::correct(const Eigen::VectorXd& change) {
     sensor.last_difference -= change[s];
     sensor.last_expected += change[s];
     sensor.expected_memory += change[s];
-    sensor.same_expected += change[s];
     if (!sensor.from_start) sensor.usual -= change[s];
     for (Sample& sample : sensor.recent) sample.difference -= change[s];
   }

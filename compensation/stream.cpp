@@ -192,7 +192,7 @@ class RowReader {
     const std::size_t space = text.find_last_of(" \t");
     const std::string_view hash = space == std::string_view::npos ? "" : text.substr(space + 1), its_name = trimmed(text.substr(0, space));
     names_machine_ = true;
-    if (hash == machine.hash) return;
+    if (hash == machine.hash && its_name == machine.name) return;
     const std::string place = fmt::format("{}:{}", name_, number_), found = fmt::format("rows of machine {} with hash {}", shown(its_name), shown(hash));
     const std::string allowed = fmt::format("rows of the model's machine: # machine {} {}", machine.name, machine.hash);
     if (options_.strict || its_name != machine.name) throw InputError(place, found, allowed);
@@ -229,6 +229,21 @@ class RowReader {
       }
     }
     if (!has_time) throw InputError(name_ + ":1", "no column time_s", "a column time_s with the time of each row");
+    tell_absent(seen, channels);
+  }
+
+  /// Inputs that the rows will never tell stay at their defaults, as if the machine stood still.
+  void tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels) const {
+    std::string list;
+    for (Eigen::Index k = 0; k < channels.size(); ++k) {
+      const std::string& name = channels.names()[static_cast<std::size_t>(k)];
+      const double value = channels.defaults()[k];
+      if (std::isnan(value) || std::find(columns.begin(), columns.end(), name) != columns.end()) continue;
+      list += fmt::format("{}{} = {:g}", list.empty() ? "" : ", ", name, value);
+    }
+    if (!list.empty())
+      options_.log(
+          fmt::format("{}:1: no column for inputs of the model, which stay as they are by default: {}", name_, list));
   }
 
   double number(std::string_view cell, const Column& column) {

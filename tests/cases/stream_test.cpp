@@ -86,7 +86,7 @@ TEST(Stream, UnknownColumnIsRefusedBeforeAnyAnswer) {
 /// Answers of a run: time, offsets and status of each row.
 struct Answers {
   std::vector<double> time;
-  std::vector<std::array<double, 3>> offset;
+  std::vector<std::array<double, 3>> offset, deviation;
   std::vector<std::string> status;
 };
 
@@ -97,10 +97,14 @@ Answers answers(const std::string& out) {
   std::getline(lines, line);
   while (std::getline(lines, line)) {
     double time = 0;
-    std::array<double, 3> offset{};
-    EXPECT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf", &time, &offset[0], &offset[1], &offset[2]), 4) << line;
+    std::array<double, 3> offset{}, deviation{};
+    EXPECT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &time, &offset[0], &offset[1], &offset[2],
+                          &deviation[0], &deviation[1], &deviation[2]),
+              7)
+        << line;
     all.time.push_back(time);
     all.offset.push_back(offset);
+    all.deviation.push_back(deviation);
     all.status.push_back(line.substr(line.rfind(',') + 1));
   }
   return all;
@@ -152,6 +156,52 @@ TEST(Stream, CleanReadingsAreNotNamed) {
     const Result result = thermotwin({"compensate", model()}, joined);
     for (const std::string& status : answers(result.out).status) EXPECT_EQ(status, "ok");
   }
+}
+
+/// The rows of the held-out load from a row on, with the readings of all sensors.
+std::string rows_from(Eigen::Index first) {
+  const core::Table sensors = core::read_csv(toy_run() / "campaign/mixed/sensors.csv");
+  std::istringstream lines(read(inputs()));
+  std::string line, joined;
+  std::getline(lines, joined);
+  for (std::size_t s = 1; s < sensors.columns.size(); ++s) joined += "," + sensors.columns[s];
+  joined += "\n";
+  for (Eigen::Index i = 0; std::getline(lines, line); ++i) {
+    if (i < first) continue;
+    joined += line;
+    for (Eigen::Index s = 1; s < sensors.values.cols(); ++s) joined += "," + std::to_string(sensors.values(i, s));
+    joined += "\n";
+  }
+  return joined;
+}
+
+// A compensator that is started beside a machine at work, or one that has just stopped: the readings are right and say
+// what the machine carries. Truth are the full model's errors at X0 Y0 Z50 B0, as the offsets of its own start.
+TEST(Stream, AWarmStartAccusesNoSensorAndFindsTheError) {
+  const Answers cold = answers(thermotwin({"compensate", model()}, rows_from(0)).out);
+  for (const std::size_t first : {22, 45, 68, 72}) {
+    const Answers warm = answers(thermotwin({"compensate", model()}, rows_from(static_cast<Eigen::Index>(first))).out);
+    for (const std::string& status : warm.status) EXPECT_EQ(status.find("sensor_failed"), std::string::npos) << status;
+    constexpr std::size_t half_an_hour = 8;
+    double truth = 0, error = 0, deviations = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double right = cold.offset[first + half_an_hour][k], off = warm.offset[half_an_hour][k] - right;
+      truth += right * right;
+      error += off * off;
+      deviations = std::max(deviations, std::abs(off) / warm.deviation[half_an_hour][k]);
+    }
+    std::printf("  from row %zu: %.2f of %.2f um left after half an hour, at most %.1f stated deviations\n", first,
+                std::sqrt(error), std::sqrt(truth), deviations);
+    EXPECT_LT(std::sqrt(error), 0.25 * std::sqrt(truth)) << "from row " << first;
+  }
+}
+
+TEST(Stream, AbsentColumnsAreNamed) {
+  const Result result = thermotwin({"compensate", model()}, "time_s,axis.X.position_mm,air.T_C\n0,0,20\n60,0,20\n");
+  EXPECT_EQ(result.status, 0);
+  EXPECT_SAYS(result.err, "no column for inputs of the model");
+  EXPECT_SAYS(result.err, "spindle.speed_rpm = 0");
+  EXPECT_EQ(result.err.find("air.T_C ="), std::string::npos) << result.err;
 }
 
 // No unit and no single wild reading gets into the model, nor is the good sensor blamed.
