@@ -176,6 +176,7 @@ TEST(CompensateStream, RowsOfAnotherMachineAreRefused) {
   EXPECT_EQ(streamed(own + rows), streamed(rows));
   EXPECT_EQ(streamed("# written by hand\n" + rows), streamed(rows));
   expect_input_error([&] { streamed("# machine other 0123\n" + rows); }, {"rows.csv:1", "'other'", "'0123'", machine.name.c_str(), machine.hash.c_str()});
+  expect_input_error([&] { streamed(fmt::format("# machine other {}\n", machine.hash) + rows); }, {"rows.csv:1", "'other'"});
   // The same machine after a change of its file: said, and an error only to the strict.
   std::string said;
   StreamOptions options = quiet();
