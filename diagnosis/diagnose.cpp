@@ -5,19 +5,26 @@
 
 #include <algorithm>
 
+#include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
-#include "diagnosis/evidence.h"
-#include "diagnosis/judgement.h"
-#include "diagnosis/late_changes.h"
-#include "diagnosis/missing_source.h"
-#include "diagnosis/model_search.h"
-#include "diagnosis/next_measurement.h"
-#include "diagnosis/problem.h"
-#include "diagnosis/residual_analysis.h"
-#include "diagnosis/response.h"
-#include "diagnosis/statistics.h"
-#include "diagnosis/verdict.h"
-#include "diagnosis/words.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/missing_source.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/evidence.h"
+#include "diagnosis/inference/missing_source_search.h"
+#include "diagnosis/inference/model_search.h"
+#include "diagnosis/inference/switch_times.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/judge/judgement.h"
+#include "diagnosis/judge/next_measurement.h"
+#include "diagnosis/judge/residual_analysis.h"
+#include "diagnosis/judge/verdict.h"
+#include "diagnosis/record/diagnose_options.h"
+#include "diagnosis/report/words.h"
+#include "diagnosis/response/problem.h"
+#include "diagnosis/response/response.h"
+#include "diagnosis/statistics/statistics.h"
+#include "mesh/machine/file.h"
 
 namespace thermotwin::diagnosis {
 

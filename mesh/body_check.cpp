@@ -11,8 +11,8 @@
 
 #include "core/error.h"
 #include "core/progress.h"
-#include "mesh/tet_locator.h"
-#include "mesh/triangle_tree.h"
+#include "mesh/body/tet_locator.h"
+#include "mesh/body/triangle_tree.h"
 
 namespace thermotwin::mesh {
 

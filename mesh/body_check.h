@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "mesh/machine.h"
-#include "mesh/tet_mesh.h"
+#include "mesh/body/tet_mesh.h"
+#include "mesh/machine/machine.h"
 
 namespace thermotwin::mesh {
 

@@ -8,8 +8,8 @@
 #include "core/process.h"
 #include "core/progress.h"
 #include "mesh/body_check.h"
-#include "mesh/import.h"
-#include "mesh/mesh_cache.h"
+#include "mesh/import/import.h"
+#include "mesh/import/mesh_cache.h"
 #include "mesh/selection.h"
 #include "mesh/sensor_check.h"
 

@@ -2,8 +2,8 @@
 #pragma once
 // Which boundary triangles of a mesh the rules of a surface pick.
 
-#include "mesh/machine.h"
-#include "mesh/tet_mesh.h"
+#include "mesh/body/tet_mesh.h"
+#include "mesh/machine/machine.h"
 
 namespace thermotwin::mesh {
 

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "core/error.h"
-#include "mesh/tet_locator.h"
-#include "mesh/triangle_tree.h"
+#include "mesh/body/tet_locator.h"
+#include "mesh/body/triangle_tree.h"
 
 namespace thermotwin::mesh {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "mesh/machine.h"
-#include "mesh/tet_mesh.h"
+#include "mesh/body/tet_mesh.h"
+#include "mesh/machine/machine.h"
 
 namespace thermotwin::mesh {
 

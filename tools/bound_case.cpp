@@ -6,6 +6,9 @@
 
 #include "core/progress.h"
 #include "core/text.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/model/reduced_simulation.h"
+#include "solver/campaign/load_result.h"
 #include "tools/chain.h"
 
 namespace thermotwin::tools {

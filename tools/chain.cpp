@@ -16,9 +16,13 @@
 #include "core/folder_lock.h"
 #include "core/progress.h"
 #include "core/text.h"
-#include "reduction/error_estimate.h"
-#include "reduction/bound_file.h"
-#include "reduction/model_file.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/basis/error_estimate.h"
+#include "reduction/bound/file.h"
+#include "reduction/model/model_file.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
 
 namespace thermotwin::tools {
 

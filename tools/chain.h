@@ -8,12 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "reduction/error_bound.h"
-#include "reduction/error_estimate.h"
-#include "reduction/off_grid.h"
-#include "reduction/reduce.h"
-#include "reduction/reduced_model.h"
-#include "solver/campaign.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/basis/error_estimate.h"
+#include "reduction/basis/off_grid.h"
+#include "reduction/basis/reduce.h"
+#include "reduction/bound/error_bound.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
 #include "tools/options.h"
 
 namespace thermotwin::tools {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "compensation/compensator.h"
+#include "compensation/online/compensator.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -9,10 +9,11 @@
 #include <fstream>
 #include <iostream>
 
+#include "compensation/online/stream.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
-#include "reduction/model_file.h"
+#include "reduction/model/model_file.h"
 #include "tools/chain.h"
 #include "tools/descriptor_input.h"
 #include "tools/options.h"

@@ -6,11 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "compensation/evaluate.h"
-#include "compensation/evaluation_plots.h"
+#include "compensation/evaluation/evaluate.h"
+#include "compensation/evaluation/plots.h"
+#include "compensation/evaluation/result.h"
+#include "compensation/models/fitted_model.h"
 #include "core/error.h"
 #include "core/file.h"
-#include "reduction/model_file.h"
+#include "reduction/model/model_file.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `reduce CASE --from-campaign`: a model identified from the tables of a campaign alone.
+
 #include "tools/identify_case.h"
 
 #include <fmt/format.h>
@@ -13,8 +14,11 @@
 #include "core/file.h"
 #include "core/line_chart.h"
 #include "core/text.h"
-#include "reduction/reduce.h"
-#include "reduction/system_file.h"
+#include "reduction/basis/reduce.h"
+#include "reduction/systems/system_file.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/load_result.h"
+#include "solver/export/vtk_picture.h"
 #include "tools/chain.h"
 
 namespace thermotwin::tools {

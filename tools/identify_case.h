@@ -5,9 +5,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "reduction/identify.h"
-#include "reduction/reduced_model.h"
-#include "solver/campaign.h"
+#include "reduction/model/reduced_model.h"
+#include "reduction/systems/identify.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/case.h"
 
 namespace thermotwin::tools {
 

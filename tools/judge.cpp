@@ -8,10 +8,15 @@
 #include <optional>
 
 #include "core/error.h"
+#include "diagnosis/data/data_diagnosis.h"
 #include "diagnosis/diagnose.h"
-#include "diagnosis/data_diagnosis.h"
-#include "diagnosis/words.h"
-#include "reduction/model_file.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/record/diagnose_options.h"
+#include "diagnosis/report/diagnosis_json.h"
+#include "diagnosis/report/words.h"
+#include "diagnosis/report/write_diagnosis.h"
+#include "reduction/model/model_file.h"
+#include "solver/campaign/case.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <iostream>
 
+#include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "solver/campaign/case.h"
 #include "tools/chain.h"
 
 namespace thermotwin::tools {

@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "compensation/measurement.h"
+#include "compensation/measurement/measurement.h"
 #include "diagnosis/diagnose.h"
-#include "reduction/reduced_model.h"
-#include "solver/campaign.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/case.h"
 
 namespace thermotwin::tools {
 

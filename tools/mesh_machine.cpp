@@ -10,8 +10,11 @@
 #include "core/progress.h"
 #include "core/text.h"
 #include "mesh/body_check.h"
-#include "mesh/import.h"
-#include "solver/contact.h"
+#include "mesh/import/import.h"
+#include "mesh/import/vtk_mesh_io.h"
+#include "mesh/machine/file.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/contact/contact.h"
 #include "tools/chain.h"
 
 namespace thermotwin::tools {

@@ -7,12 +7,13 @@
 
 #include <iostream>
 
-#include "compensation/location_offsets.h"
+#include "compensation/chain/location_offsets.h"
 #include "core/error.h"
 #include "core/file.h"
 #include "core/table.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "diagnosis/causes/kinds.h"
 #include "tools/options.h"
 
 namespace thermotwin::tools {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "diagnosis/diagnose.h"
+#include "diagnosis/record/diagnose_options.h"
 
 namespace thermotwin::tools {
 

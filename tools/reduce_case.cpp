@@ -13,6 +13,10 @@
 #include "core/progress.h"
 #include "core/text.h"
 #include "core/thread_pool.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
 #include "tools/chain.h"
 #include "tools/identify_case.h"
 

@@ -12,8 +12,8 @@
 
 #include "core/error.h"
 #include "core/text.h"
-#include "reduction/system_file.h"
-#include "reduction/system_reduction.h"
+#include "reduction/systems/system_file.h"
+#include "reduction/systems/system_reduction.h"
 #include "tools/chain.h"
 #include "tools/options.h"
 

@@ -9,10 +9,13 @@
 #include <functional>
 #include <optional>
 
-#include "compensation/validation.h"
+#include "compensation/evaluation/failed_sensors.h"
+#include "compensation/evaluation/power_off.h"
+#include "compensation/evaluation/validation.h"
 #include "core/error.h"
 #include "core/text.h"
-#include "reduction/model_file.h"
+#include "reduction/model/model_file.h"
+#include "solver/campaign/case.h"
 #include "tools/chain.h"
 #include "tools/options.h"
 

@@ -9,10 +9,13 @@
 
 #include "core/config.h"
 #include "core/file.h"
-#include "reduction/model_file.h"
-#include "reduction/reduced_model.h"
-#include "reduction/system_file.h"
-#include "solver/matrix_export.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/model/model_file.h"
+#include "reduction/model/reduced_model.h"
+#include "reduction/systems/system_file.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/full_model.h"
+#include "solver/export/matrix_export.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/table.h"
-#include "reduction/system_file.h"
+#include "reduction/systems/system_file.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {

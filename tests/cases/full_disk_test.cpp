@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/judge/diagnosis.h"
+#include "reduction/model/trained_range.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {

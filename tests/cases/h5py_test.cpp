@@ -10,8 +10,9 @@
 
 #include "core/error.h"
 #include "core/table.h"
-#include "reduction/model_file.h"
-#include "reduction/reduce.h"
+#include "reduction/basis/reduce.h"
+#include "reduction/model/model_file.h"
+#include "reduction/model/reduced_simulation.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {

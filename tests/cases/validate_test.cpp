@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/table.h"
+#include "solver/campaign/case.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {

@@ -9,8 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "reduction/output_grid.h"
-#include "reduction/reduced_model.h"
+#include "mesh/machine/file.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/model/output_grid.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/operation/layout.h"
 
 namespace thermotwin::compensation::test {
 

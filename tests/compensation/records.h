@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <random>
 
-#include "compensation/channel_model.h"
+#include "compensation/models/channel_model.h"
 
 namespace thermotwin::compensation::test {
 

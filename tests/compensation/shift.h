@@ -6,7 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "solver/simulation.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/simulation.h"
 #include "tests/compensation/five_axis.h"
 
 namespace thermotwin::compensation::test {

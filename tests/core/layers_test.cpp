@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Rules of the house that no compiler checks: includes point back along the order of the folders,
-// every source file names its licence, and a heavy library stays behind one .cpp.
+// Rules of the house that no compiler checks: includes point back along the order of the layers and of the rooms
+// in them, a .cpp has one header of its name, every source file names its licence, and a heavy library stays
+// behind one .cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,63 +13,23 @@
 #include <string>
 #include <vector>
 
-#include "core/file.h"
+#include "tests/core/house.h"
 
 namespace thermotwin::core {
 namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> layers = {"core",         "mesh",      "solver", "reduction",
-                                         "compensation", "diagnosis", "tools"};
-
-struct Source {
-  fs::path path;  // from the root of the tree
-  std::string text;
-};
-
-bool is_source(const fs::path& path) {
-  const std::set<std::string> extensions = {".h", ".cpp", ".c", ".py", ".sh", ".cmake", ".toml"};
-  return extensions.count(path.extension().string()) > 0 || path.filename() == "CMakeLists.txt";
-}
-
-std::vector<Source> sources_below(const std::vector<std::string>& folders) {
-  const fs::path root = THERMOTWIN_SOURCE_DIR;
-  std::vector<Source> sources;
-  for (const std::string& folder : folders) {
-    if (!fs::exists(root / folder)) continue;
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / folder)) {
-      const bool in_output = entry.path().string().find("/out/") != std::string::npos;
-      if (entry.is_regular_file() && is_source(entry.path()) && !in_output) {
-        sources.push_back({fs::relative(entry.path(), root), read_file(entry.path())});
-      }
-    }
-  }
-  return sources;
-}
-
-std::vector<std::string> includes_of(const std::string& text) {
-  static const std::regex include("^\\s*#\\s*include\\s*[\"<]([^\">]+)[\">]");
-  std::vector<std::string> names;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    std::smatch match;
-    if (std::regex_search(line, match, include)) names.push_back(match[1]);
-  }
-  return names;
-}
-
-/// Position of the first folder of a path in the order of the layers; -1 for other folders.
-int layer_of(const fs::path& path) {
-  const auto found = std::find(layers.begin(), layers.end(), path.begin()->string());
-  return found == layers.end() ? -1 : static_cast<int>(found - layers.begin());
-}
+const std::vector<std::string> layers = layer_names();
 
 TEST(Layers, ReaderOfIncludesWorks) {
   EXPECT_EQ(includes_of("#include \"core/a.h\"\n  # include <mesh/b.h>\n// #include \"c.h\"\n"),
             (std::vector<std::string>{"core/a.h", "mesh/b.h"}));
   EXPECT_LT(layer_of("core/a.h"), layer_of("tools/b.h"));
   EXPECT_EQ(layer_of("vector"), -1);
+  EXPECT_LT(room_of("solver/linear/a.h"), room_of("solver/export/b.h"));
+  EXPECT_LT(room_of("mesh/import/a.h"), room_of("mesh/b.h"));
+  EXPECT_EQ(room_of("mesh/attic/a.h"), -1);
 }
 
 TEST(Layers, IncludesPointBack) {
@@ -79,6 +40,28 @@ TEST(Layers, IncludesPointBack) {
       EXPECT_LE(layer_of(name), layer_of(source.path)) << source.path << " includes " << name;
       EXPECT_NE(fs::path(name).begin()->string(), "tests") << source.path << " includes " << name;
     }
+  }
+}
+
+TEST(Rooms, IncludesPointBack) {
+  for (const Source& source : sources_below(layers)) {
+    EXPECT_GE(room_of(source.path), 0) << source.path << " is in a room that has no place in the order";
+    for (const std::string& name : includes_of(source.text)) {
+      if (layer_of(name) != layer_of(source.path) || layer_of(name) < 0) continue;
+      EXPECT_LE(room_of(name), room_of(source.path)) << source.path << " includes " << name;
+    }
+  }
+}
+
+TEST(Rooms, EveryCppHasOneHeaderOfItsName) {
+  for (const Source& source : sources_below(layers)) {
+    if (source.path.extension() != ".cpp" || layer_of(source.path) == layer_of("tools")) continue;
+    if (source.path.filename() == "multigrid_petsc_module.cpp") continue;  // loaded by name
+    fs::path header = source.path;
+    header.replace_extension(".h");
+    EXPECT_TRUE(fs::exists(fs::path(THERMOTWIN_SOURCE_DIR) / header)) << source.path;
+    const std::vector<std::string> names = includes_of(source.text);
+    EXPECT_TRUE(!names.empty() && names.front() == header.string()) << source.path << " includes its own header first";
   }
 }
 

@@ -7,8 +7,12 @@
 
 #include "core/file.h"
 #include "diagnosed_rods.h"
-#include "diagnosis/report.h"
-#include "reduction/model_file.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/report/diagnosis_json.h"
+#include "diagnosis/report/report.h"
+#include "diagnosis/report/write_diagnosis.h"
+#include "mesh/machine/file.h"
+#include "reduction/model/model_file.h"
 #include "tests/core/temporary_folder.h"
 
 namespace {

@@ -11,10 +11,15 @@
 #include "core/error.h"
 #include "core/thread_pool.h"
 #include "diagnosed_rods.h"
-#include "diagnosis/hypothesis_fit.h"
-#include "diagnosis/judgement.h"
-#include "diagnosis/report.h"
-#include "diagnosis/words.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/hypothesis_fit.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/judge/judgement.h"
+#include "diagnosis/record/diagnose_options.h"
+#include "diagnosis/report/diagnosis_json.h"
+#include "diagnosis/report/report.h"
+#include "diagnosis/report/words.h"
+#include "mesh/machine/file.h"
 
 namespace {
 

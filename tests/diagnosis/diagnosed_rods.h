@@ -8,7 +8,10 @@
 #include <cmath>
 #include <string>
 
+#include "diagnosis/causes/parameter.h"
 #include "diagnosis/diagnose.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/record/diagnose_options.h"
 #include "lumped_machine.h"
 
 namespace lumped {

@@ -11,11 +11,17 @@
 #include <string>
 #include <vector>
 
-#include "compensation/measurement.h"
-#include "diagnosis/hypothesis.h"
-#include "reduction/output_grid.h"
-#include "reduction/reduced_model.h"
-#include "solver/simulation.h"
+#include "compensation/measurement/measurement.h"
+#include "diagnosis/causes/hypothesis.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/offered_causes.h"
+#include "diagnosis/causes/parameter.h"
+#include "mesh/machine/file.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/model/output_grid.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/campaign/simulation.h"
+#include "solver/operation/layout.h"
 
 namespace lumped {
 

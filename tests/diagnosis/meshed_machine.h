@@ -6,11 +6,14 @@
 #include <stdexcept>
 #include <string>
 
-#include "compensation/virtual_measurement.h"
+#include "compensation/measurement/virtual_measurement.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "mesh/machine/file.h"
 #include "mesh/selection.h"
-#include "reduction/reduce.h"
+#include "reduction/basis/reduce.h"
+#include "solver/campaign/full_model.h"
+#include "solver/thermal/assembly.h"
 #include "tests/reduction/small_machine.h"
 
 namespace meshed {

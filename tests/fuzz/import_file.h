@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "mesh/import.h"
+#include "mesh/import/import.h"
 #include "tests/fuzz/require.h"
 
 inline void import_bytes(const std::string& extension, const std::uint8_t* data, std::size_t size) {

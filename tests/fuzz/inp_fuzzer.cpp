@@ -5,7 +5,8 @@
 #include <string>
 
 #include "core/error.h"
-#include "mesh/raw_mesh.h"
+#include "mesh/import/inp_reader.h"
+#include "mesh/import/raw_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "solver/load_program.h"
+#include "solver/operation/load_program.h"
 #include "tests/compensation/five_axis.h"
 #include "tests/fuzz/require.h"
 

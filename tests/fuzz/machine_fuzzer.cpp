@@ -8,7 +8,10 @@
 
 #include "core/error.h"
 #include "core/progress.h"
-#include "solver/operating_model.h"
+#include "mesh/machine/file.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/operation/layout.h"
+#include "solver/operation/operating_model.h"
 #include "tests/fuzz/require.h"
 
 using namespace thermotwin;

@@ -10,7 +10,8 @@
 #include <fstream>
 #include <string>
 
-#include "compensation/evaluate.h"
+#include "compensation/evaluation/evaluate.h"
+#include "compensation/evaluation/result.h"
 #include "core/error.h"
 #include "tests/fuzz/require.h"
 

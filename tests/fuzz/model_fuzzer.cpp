@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "reduction/model_file.h"
+#include "reduction/model/model_file.h"
 #include "tests/fuzz/require.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "compensation/compensator.h"
+#include "compensation/online/compensator.h"
 #include "core/error.h"
 #include "tests/diagnosis/lumped_machine.h"
 #include "tests/fuzz/require.h"

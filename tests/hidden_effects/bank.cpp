@@ -12,9 +12,13 @@
 
 #include "baselines.h"
 #include "core/error.h"
-#include "diagnosis/evidence.h"
-#include "diagnosis/problem.h"
-#include "diagnosis/response.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/offered_causes.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/evidence.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/response/problem.h"
+#include "diagnosis/response/response.h"
 #include "wrong_parts.h"
 
 namespace thermotwin::hidden {

@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "diagnosis/diagnose.h"
+#include "diagnosis/record/diagnose_options.h"
 #include "expectations.h"
-#include "reduction/reduced_model.h"
+#include "reduction/model/reduced_model.h"
 #include "specimen.h"
 
 namespace thermotwin::hidden {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "baselines.h"
+#include "diagnosis/causes/parameter.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

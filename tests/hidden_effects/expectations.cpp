@@ -7,7 +7,10 @@
 #include <numeric>
 #include <random>
 
-#include "diagnosis/evidence.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/inference/evidence.h"
+#include "diagnosis/record/diagnose_options.h"
+#include "reduction/model/trained_range.h"
 
 namespace thermotwin::hidden {
 

@@ -11,9 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/problem.h"
-#include "diagnosis/response.h"
-#include "reduction/reduced_model.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/record/diagnose_options.h"
+#include "diagnosis/response/problem.h"
+#include "diagnosis/response/response.h"
+#include "reduction/model/reduced_model.h"
 #include "specimen.h"
 
 namespace thermotwin::hidden {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "faulty_readings.h"
+#include "solver/operation/layout.h"
 
 #include <algorithm>
 #include <cmath>

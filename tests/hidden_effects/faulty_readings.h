@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/operation/layout.h"
 #include "specimen.h"
 
 namespace thermotwin::hidden {

@@ -6,8 +6,13 @@
 
 #include "bank.h"
 #include "baselines.h"
-#include "compensation/virtual_measurement.h"
-#include "reduction/reduce.h"
+#include "compensation/measurement/virtual_measurement.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/offered_causes.h"
+#include "diagnosis/causes/parameter.h"
+#include "reduction/basis/reduce.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/full_model.h"
 #include "wrong_parts.h"
 
 namespace {

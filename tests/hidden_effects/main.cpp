@@ -13,7 +13,9 @@
 
 #include "bank.h"
 #include "core/error.h"
-#include "reduction/model_file.h"
+#include "diagnosis/record/diagnose_options.h"
+#include "reduction/model/model_file.h"
+#include "solver/campaign/case.h"
 
 namespace {
 

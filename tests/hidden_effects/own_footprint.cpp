@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "solver/campaign/full_model.h"
+#include "solver/operation/layout.h"
 #include "wrong_parts.h"
 
 namespace thermotwin::hidden {

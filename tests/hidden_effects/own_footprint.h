@@ -6,7 +6,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "solver/campaign.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/full_model.h"
 #include "specimen.h"
 
 namespace thermotwin::hidden {

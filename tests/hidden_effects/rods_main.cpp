@@ -10,6 +10,8 @@
 #include <map>
 
 #include "bank.h"
+#include "diagnosis/causes/offered_causes.h"
+#include "diagnosis/causes/parameter.h"
 #include "tests/diagnosis/lumped_machine.h"
 
 namespace {

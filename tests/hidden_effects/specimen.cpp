@@ -7,13 +7,18 @@
 #include <numbers>
 #include <optional>
 
-#include "compensation/virtual_measurement.h"
-#include "diagnosis/machine_value.h"
+#include "compensation/measurement/virtual_measurement.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/machine_value.h"
+#include "diagnosis/causes/parameter.h"
 #include "faulty_readings.h"
+#include "mesh/machine/kinematics.h"
 #include "own_footprint.h"
-#include "solver/simulation.h"
-#include "solver/tcp.h"
-#include "solver/thermal_adaptive.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/simulation.h"
+#include "solver/elastic/tcp.h"
+#include "solver/operation/layout.h"
+#include "solver/thermal/adaptive.h"
 #include "wrong_parts.h"
 
 namespace thermotwin::hidden {

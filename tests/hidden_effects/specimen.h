@@ -13,9 +13,13 @@
 #include <string>
 #include <vector>
 
-#include "compensation/measurement.h"
-#include "diagnosis/hypothesis.h"
-#include "solver/campaign.h"
+#include "compensation/measurement/measurement.h"
+#include "diagnosis/causes/hypothesis.h"
+#include "diagnosis/causes/parameter.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/full_model.h"
 
 namespace thermotwin::hidden {
 

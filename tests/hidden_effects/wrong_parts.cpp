@@ -3,7 +3,11 @@
 
 #include <cmath>
 
-#include "diagnosis/hypothesis.h"
+#include "diagnosis/causes/hypothesis.h"
+#include "diagnosis/causes/kinds.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/full_model.h"
+#include "solver/thermal/assembly.h"
 
 namespace thermotwin::hidden {
 

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "solver/campaign.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/full_model.h"
 #include "specimen.h"
 
 namespace thermotwin::hidden {

@@ -6,7 +6,10 @@
 #include <numbers>
 
 #include "core/file.h"
-#include "mesh/import.h"
+#include "mesh/import/import.h"
+#include "mesh/import/vtk_mesh_io.h"
+#include "mesh/machine/file.h"
+#include "mesh/machine/kinematics.h"
 #include "samples.h"
 
 using namespace thermotwin;

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "mesh/tet_mesh.h"
+#include "mesh/body/tet_mesh.h"
 
 namespace samples {
 

@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "mesh/import.h"
+#include "mesh/import/import.h"
+#include "mesh/surface/surface.h"
 
 namespace samples {
 

@@ -2,7 +2,9 @@
 #pragma once
 // The machine of small_machine.h as a full model.
 
-#include "solver/campaign.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/full_model.h"
+#include "solver/thermal/assembly.h"
 #include "tests/reduction/small_machine.h"
 
 namespace thermotwin::test {

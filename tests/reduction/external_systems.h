@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "reduction/linear_system.h"
+#include "reduction/systems/linear_system.h"
 
 namespace thermotwin::reduction::test {
 

@@ -6,7 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "reduction/reduced_model.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/operation/layout.h"
 
 namespace thermotwin::test {
 

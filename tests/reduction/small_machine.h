@@ -8,8 +8,9 @@
 #include <filesystem>
 #include <string>
 
+#include "mesh/machine/file.h"
 #include "mesh/machine_mesh.h"
-#include "solver/operating_model.h"
+#include "solver/operation/operating_model.h"
 #include "tests/solver/box_mesh.h"
 
 namespace thermotwin::test {

@@ -3,8 +3,9 @@
 // A machine of five boxes for elastic tests: bed on mounts, slide on X with a turning table, column
 // with a head on Z; guides, a bearing, a bolted joint and two scales.
 
-#include "solver/elastic_model.h"
-#include "solver/thermal_system.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/elastic/model.h"
+#include "solver/thermal/system.h"
 #include "tests/solver/box_mesh.h"
 
 namespace thermotwin::test {

@@ -2,8 +2,11 @@
 #pragma once
 // Runs of a small machine with load programs as text, for tests of the physics in time.
 
-#include "solver/simulation.h"
-#include "solver/thermal_adaptive.h"
+#include "solver/campaign/adaptive_simulation.h"
+#include "solver/campaign/simulation.h"
+#include "solver/thermal/adaptive.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/integrator.h"
 #include "tests/solver/box_mesh.h"
 
 namespace thermotwin::test {

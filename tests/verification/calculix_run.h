@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/calculix_deck.h"
+#include "solver/export/calculix_deck.h"
 
 namespace thermotwin::test {
 

@@ -4,10 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include "solver/elastic_assembly.h"
-#include "solver/element_rules.h"
-#include "solver/simulation.h"
-#include "solver/sparse_factor.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/simulation.h"
+#include "solver/elastic/assembly.h"
+#include "solver/linear/sparse_factor.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/element_rules.h"
+#include "solver/thermal/integrator.h"
 #include "tests/solver/box_machine.h"
 #include "tests/solver/small_machine.h"
 #include "tests/verification/calculix_run.h"

@@ -4,10 +4,14 @@
 // coolant, linear and quadratic.
 #include <gtest/gtest.h>
 
-#include "solver/elastic_assembly.h"
-#include "solver/elastic_model.h"
-#include "solver/tcp.h"
-#include "solver/thermal_system.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/elastic/assembly.h"
+#include "solver/elastic/model.h"
+#include "solver/elastic/tcp.h"
+#include "solver/operation/layout.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/integrator.h"
+#include "solver/thermal/system.h"
 #include "tests/solver/box_machine.h"
 #include "tests/solver/one_body.h"
 #include "tests/solver/small_machine.h"

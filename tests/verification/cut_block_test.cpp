@@ -5,8 +5,9 @@
 
 #include <cmath>
 
-#include "solver/elastic_model.h"
-#include "solver/thermal_elements.h"
+#include "solver/elastic/model.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/elements.h"
 #include "tests/solver/box_machine.h"
 #include "tests/solver/small_machine.h"
 #include "tests/verification/rig.h"

@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "mesh/shape.h"
-#include "solver/sparse_factor.h"
+#include "mesh/body/shape.h"
+#include "solver/linear/sparse_factor.h"
 #include "tests/solver/box_mesh.h"
 
 namespace thermotwin::test {

@@ -9,6 +9,9 @@
 #include <numbers>
 #include <sstream>
 
+#include "solver/operation/layout.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/integrator.h"
 #include "tests/verification/rig.h"
 #include "tests/verification/table.h"
 

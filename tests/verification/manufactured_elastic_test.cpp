@@ -5,7 +5,7 @@
 
 #include <Eigen/Dense>
 
-#include "solver/elastic_assembly.h"
+#include "solver/elastic/assembly.h"
 #include "tests/verification/fields.h"
 #include "tests/verification/table.h"
 

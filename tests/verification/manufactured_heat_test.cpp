@@ -5,7 +5,9 @@
 
 #include <Eigen/Dense>
 
-#include "solver/thermal_system.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/integrator.h"
+#include "solver/thermal/system.h"
 #include "tests/verification/fields.h"
 #include "tests/verification/table.h"
 

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <tuple>
 
-#include "solver/thermal_system.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/integrator.h"
+#include "solver/thermal/system.h"
 #include "tests/solver/small_machine.h"
 #include "tests/verification/table.h"
 

@@ -5,8 +5,9 @@
 
 #include <Eigen/Dense>
 
-#include "solver/stress.h"
-#include "solver/thermal_system.h"
+#include "solver/elastic/stress.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/system.h"
 #include "tests/verification/fields.h"
 #include "tests/verification/table.h"
 

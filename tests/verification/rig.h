@@ -2,7 +2,8 @@
 #pragma once
 // One body with films and heat sources on groups of its skin, as the published heat cases have it.
 
-#include "solver/thermal_system.h"
+#include "solver/thermal/assembly.h"
+#include "solver/thermal/system.h"
 #include "tests/verification/fields.h"
 
 namespace thermotwin::test {

@@ -3,7 +3,7 @@
 // at nodes, recovered as for the output files; symmetry is held by elimination here.
 #include <gtest/gtest.h>
 
-#include "solver/stress.h"
+#include "solver/elastic/stress.h"
 #include "tests/verification/rig.h"
 #include "tests/verification/table.h"
 

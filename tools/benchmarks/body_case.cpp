@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
-#include "solver/elastic_assembly.h"
+#include "solver/elastic/assembly.h"
 
 namespace thermotwin::bench {
 namespace {

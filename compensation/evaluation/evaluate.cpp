@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/evaluation/evaluate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "compensation/evaluation/reduced_models.h"
+#include "compensation/evaluation/result.h"
+#include "compensation/evaluation/scoring.h"
+#include "compensation/models/fitted_model.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using core::InputError;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double nothing_trains = -1.0;  // as train_until_s
+
+void require_displacements(const Measurement& measurement) {
+  if (std::any_of(measurement.channels.begin(), measurement.channels.end(), [](const auto& c) { return c.kind == ChannelKind::displacement; })) return;
+  throw InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
+                   "at least one, since models are compared on displacements");
+}
+
+void require_channels(const std::vector<std::string>& check, const Measurement& measurement) {
+  std::vector<std::string> ids;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.kind == ChannelKind::displacement) ids.push_back(channel.id);
+  }
+  for (const std::string& id : check) {
+    if (std::find(ids.begin(), ids.end(), id) == ids.end()) {
+      throw InputError((measurement.folder / "channels.toml").string(), "no displacement channel '" + id + "'",
+                       "one of: " + core::join(ids) + " (nearest: " + core::nearest(id, ids) + ")");
+    }
+  }
+}
+
+/// The same channel must mean the same in all folders.
+void require_same_channels(const Measurement& measurement, const Measurement& other) {
+  for (const MeasuredChannel& channel : other.channels)
+    for (const MeasuredChannel& known : measurement.channels) {
+      if (channel.id != known.id || (channel.unit == known.unit && channel.quantity == known.quantity)) continue;
+      const auto words = [](const MeasuredChannel& c) {
+        return fmt::format("unit \"{}\", {}", c.unit,
+                           c.quantity.empty() ? "no quantity" : "quantity \"" + c.quantity + "\"");
+      };
+      throw InputError((other.folder / "channels.toml").string(),
+                       fmt::format("channel '{}': {}", channel.id, words(channel)),
+                       fmt::format("{}, as in {}", words(known), measurement.folder.string()));
+    }
+}
+
+/// Rows of the channels that the measurement has: others cannot be compared.
+void add_rows(const std::vector<EvaluationRow>& rows, const Judge& judge, Evaluation& result) {
+  for (const EvaluationRow& row : rows)
+    if (std::any_of(judge.data().targets.begin(), judge.data().targets.end(),
+                    [&](const MeasuredChannel& c) { return c.id == row.channel; }))
+      result.rows.push_back(row);
+}
+
+/// Another folder is judged as a whole, or by its programs.
+std::vector<EvaluationPart> parts_of_other(const Measurement& other, bool training) {
+  const std::string name = std::filesystem::weakly_canonical(other.folder).filename().string();
+  std::vector<EvaluationPart> parts;
+  for (const Program& program : other.programs)
+    parts.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
+  if (parts.empty())
+    parts.push_back(
+        {name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), training});
+  return parts;
+}
+
+void judge_machine(const Measurement& measurement, const reduction::ReducedModel* model, const std::string& name, Judge& judge) {
+  if (model == nullptr) return;
+  judge_reduced_model(measurement, *model, name, false, judge);
+  const bool any_sensor = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                      [](const MeasuredChannel& channel) { return !channel.sensor.empty(); });
+  if (any_sensor) judge_reduced_model(measurement, *model, name, true, judge);
+}
+
+double training_hours(const Judge& judge) {
+  double hours = 0.0;
+  for (const EvaluationPart& part : judge.parts()) {
+    double first = std::numeric_limits<double>::infinity(), last = -first;
+    for (Index i = 0; part.training && i < judge.data().rows(); ++i) {
+      const double time = judge.data().time[i];
+      if (time < part.from || time >= part.to) continue;
+      first = std::min(first, time);
+      last = std::max(last, time);
+    }
+    if (last > first) hours += (last - first) / 3600.0;
+  }
+  return hours;
+}
+
+}  // namespace
+
+Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model, const EvaluateOptions& options,
+                    const std::vector<Measurement>& others, const std::vector<Measurement>& training_data) {
+  require_displacements(measurement);
+  require_channels(options.check, measurement);
+  for (const Measurement& other : others) require_displacements(other);
+  for (const Measurement& other : training_data) require_displacements(other);
+  std::vector<const Measurement*> all{&measurement};
+  for (const auto* more : {&others, &training_data})
+    for (const Measurement& other : *more) {
+      for (const Measurement* known : all) require_same_channels(*known, other);
+      all.push_back(&other);
+    }
+  EvaluateOptions own = options;
+  // Whoever brings training data wants the measurement judged, but for what is said to train.
+  if (!training_data.empty() && own.train_until_s == 0.0) own.train_until_s = nothing_trains;
+  Judge judge(measurement, parts_of(measurement, own));
+  std::vector<Judge> other_judges, training_judges;
+  for (const Measurement& other : others) other_judges.emplace_back(other, parts_of_other(other, false));
+  for (const Measurement& other : training_data) training_judges.emplace_back(other, parts_of_other(other, true));
+
+  Evaluation result;
+  const TrainingRows rows = training_rows(judge, training_judges);
+  const std::vector<bool> training = judge.training();
+  if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
+    judge.note("all data are training data: nothing is left to judge the fitted models on, the leaderboard shows their fit");
+  }
+  Index incomplete = 0;
+  for (Index i = 0; i < judge.data().rows(); ++i) incomplete += !judge.data().input_values.row(i).allFinite();
+  if (incomplete > 0) judge.note(fmt::format("{} rows lack an input; models that need it leave them out", incomplete));
+  for (const ModelSpec* spec : chosen_models(options)) {
+    FittedModel fitted(*spec);
+    if (!fit_and_judge(fitted, options.check, rows, judge, training_judges)) continue;
+    for (Judge& other : other_judges) other.add(fitted.name(), fitted.predict(other.data()), false);
+    result.models.push_back(std::move(fitted));
+  }
+  for (const auto& [name, machine] : {std::pair{"reduced_model", model}, {"extended_model", options.extended}}) {
+    judge_machine(measurement, machine, name, judge);
+    for (std::size_t i = 0; i < others.size(); ++i) judge_machine(others[i], machine, name, other_judges[i]);
+  }
+
+  result.predictions = judge.predictions();
+  result.rows = std::move(judge.rows);
+  result.notes = std::move(judge.notes);
+  result.observer = std::move(judge.observer);
+  result.training_hours = training_hours(judge);
+  result.inputs = judge.data().input_values.cols();
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(), other_judges[i].predictions());
+    add_rows(other_judges[i].rows, judge, result);
+  }
+  for (const Judge& other : training_judges) {
+    result.training_hours += training_hours(other);
+    add_rows(other.rows, judge, result);
+  }
+  // A channel that no fit may use is held out in every part.
+  for (EvaluationRow& row : result.rows) {
+    if (std::find(options.check.begin(), options.check.end(), row.channel) != options.check.end()) row.training = false;
+  }
+  result.leaderboard = standings(result.rows, result.models);
+  return result;
+}
+
+Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> models, const EvaluateOptions& options) {
+  require_displacements(measurement);
+  Judge judge(measurement, parts_of(measurement, options));
+  for (FittedModel& model : models) {
+    const MatrixXd as_is = model.predict(judge.data());
+    if (known_range(as_is.reshaped()).first < 0) {
+      judge.note(model.name() + " left out: it predicts none of these channels from these inputs");
+      continue;
+    }
+    judge.add(model.name() + "_as_is", as_is, false);
+    judge.note(model.name() + " corrected: " + model.correct(judge.data(), judge.training()));
+    judge.add(model.name() + "_corrected", model.predict(judge.data()), true);
+  }
+  Evaluation result;
+  result.predictions = judge.predictions();
+  result.rows = std::move(judge.rows);
+  result.notes = std::move(judge.notes);
+  result.training_hours = training_hours(judge);
+  result.inputs = judge.data().input_values.cols();
+  result.models = std::move(models);
+  // Both are compared where neither was fitted.
+  std::vector<EvaluationRow> comparable;
+  for (const EvaluationRow& row : result.rows) {
+    const bool seen = std::any_of(judge.parts().begin(), judge.parts().end(), [&](const EvaluationPart& p) { return p.training && p.name == row.part && p.from == row.from_s; });
+    if (!seen) comparable.push_back(row);
+  }
+  result.leaderboard = standings(comparable, result.models);
+  return result;
+}
+
+CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateOptions& options) {
+  require_displacements(measurement);
+  Measurement cut = measurement;
+  if (cut.programs.empty()) {
+    EvaluateOptions by_day;
+    by_day.train_until_s = nothing_trains;  // every day is a part of its own
+    for (const EvaluationPart& part : parts_of(measurement, by_day)) {
+      if (!part.training) cut.programs.push_back({part.name, part.from, part.to});
+    }
+  }
+  CrossExperiment cross;
+  for (const Program& program : cut.programs) cross.programs.push_back(program.name);
+  const auto n = static_cast<Index>(cross.programs.size());
+  if (n < 2) throw InputError(measurement.folder.string(), fmt::format("{} program or day", n), "at least two, to fit on one and judge on another");
+  for (const ModelSpec* spec : chosen_models(options)) {
+    CrossExperiment::Entry entry{spec->name, MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN())};
+    for (Index from = 0; from < n; ++from) {
+      EvaluateOptions one = options;
+      one.train_programs = {cross.programs[static_cast<std::size_t>(from)]};
+      Judge judge(cut, parts_of(cut, one));
+      FittedModel model(*spec);
+      std::vector<Judge> none;
+      const bool fitted = fit_and_judge(model, options.check, training_rows(judge), judge, none);
+      // A fit that runs away in one channel is refused as a whole: the others alone would look better than it is.
+      for (const std::string& reason : model.refused()) cross.notes.push_back("fitted on " + cross.programs[static_cast<std::size_t>(from)] + ", refused: " + reason);
+      if (!fitted || !model.refused().empty()) continue;
+      for (Index to = 0; to < n; ++to) {
+        double shares = 0.0, count = 0.0;
+        for (const EvaluationRow& row : judge.rows) {
+          if (row.part != cross.programs[static_cast<std::size_t>(to)] || !(row.measures.rms_before > 0.0)) continue;
+          shares += std::pow(row.measures.rms / row.measures.rms_before, 2);
+          count += 1.0;
+        }
+        if (count > 0.0) entry.reduction_percent(from, to) = 100.0 * (1.0 - std::sqrt(shares / count));
+      }
+    }
+    if (entry.reduction_percent.array().isFinite().any()) cross.entries.push_back(std::move(entry));
+  }
+  return cross;
+}
+
+LengthStudy length_study(const Measurement& measurement, const std::string& name, const std::string& channel, int lengths, int sections) {
+  require_channels({channel}, measurement);
+  if (lengths < 2 || sections < 2) throw InputError("length study", fmt::format("{} lengths, {} sections", lengths, sections), "at least 2 each");
+  Dataset data = make_dataset(measurement);
+  std::size_t target = 0;
+  while (data.targets[target].id != channel) ++target;
+  const auto [first, last] = known_range(data.target_values.col(static_cast<Index>(target)));
+  if (first < 0 || first == last) throw InputError(measurement.folder.string(), "channel '" + channel + "' without rows", "a channel that was measured");
+  const MeasuredChannel kept = data.targets[target];
+  const VectorXd values = data.target_values.col(static_cast<Index>(target));
+  data.targets = {kept};
+  data.target_values = values;
+  const double begin = data.time[first], span = data.time[last] - begin;
+
+  LengthStudy study{name, channel, kept.unit, VectorXd(lengths), MatrixXd::Constant(lengths, sections, std::numeric_limits<double>::quiet_NaN()), {}};
+  study.rest_rms = study.fit_rms;
+  std::mt19937_64 engine(5);
+  const ModelSpec& spec = model_spec(name);
+  for (int l = 0; l < lengths; ++l) {
+    const double length = span * (0.08 + 0.72 * l / (lengths - 1.0));
+    study.hours[l] = length / 3600.0;
+    for (int s = 0; s < sections; ++s) {
+      const double from = begin + (span - length) * static_cast<double>(engine() >> 11U) * 0x1p-53;
+      std::vector<bool> training(static_cast<std::size_t>(data.rows()));
+      VectorXd inside = values, outside = values;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const bool in = data.time[i] >= from && data.time[i] < from + length;
+        training[static_cast<std::size_t>(i)] = in;
+        (in ? outside : inside)[i] = std::numeric_limits<double>::quiet_NaN();
+      }
+      FittedModel model(spec);
+      model.fit(data, training, {});
+      if (model.empty()) continue;
+      MatrixXd all = model.predict(data);
+      model.refuse_diverging(data, training, all);
+      if (model.empty()) continue;
+      const VectorXd predicted = all.col(0);
+      study.fit_rms(l, s) = measure(inside, predicted).rms;
+      study.rest_rms(l, s) = measure(outside, predicted).rms;
+    }
+  }
+  return study;
+}
+
+}  // namespace thermotwin::compensation

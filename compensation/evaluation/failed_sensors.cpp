@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/evaluation/failed_sensors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <random>
+#include <set>
+#include <sstream>
+
+#include "compensation/evaluation/replay.h"
+#include "compensation/evaluation/validation.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/text.h"
+#include "core/units.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/case.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+
+constexpr double row_s = 60.0;             ///< of a control
+constexpr double earliest = 0.2, latest = 0.6;  ///< share of the record at which a sensor fails
+constexpr Index smooth = 2;                ///< rows to both sides that tell where a reading truly is
+constexpr double soon_min = 15.0;
+const char* const faults[] = {"stuck", "offset", "noise", "absent"};
+
+void spoil(Eigen::Ref<Eigen::VectorXd> readings, Index from, std::string_view fault, double deviation, std::mt19937_64& random) {
+  std::normal_distribution<double> normal;
+  const double held = readings[from];
+  for (Index i = from; i < readings.size(); ++i) {
+    if (fault == "stuck") readings[i] = held;
+    else if (fault == "offset") readings[i] += 2.0;
+    else if (fault == "noise") readings[i] += std::sqrt(99.0) * deviation * normal(random);
+    else readings[i] = solver::not_given;
+  }
+}
+
+/// First row at which the reading, smoothed, has moved by so much since a row; the rows' number: never.
+Index moved(const Eigen::VectorXd& readings, Index from, double by) {
+  const auto near = [&](Index i) { return readings.segment(i - smooth, 2 * smooth + 1).mean(); };
+  for (Index i = from; i + smooth < readings.size(); ++i)
+    if (std::abs(near(i) - readings[from]) > by) return i;
+  return readings.size();
+}
+
+std::set<std::string> names(const std::string& failed) {
+  std::set<std::string> all;
+  std::istringstream items(failed);
+  for (std::string item; items >> item;) all.insert(item.substr(0, item.find('=')));
+  return all;
+}
+
+struct Judged {
+  const Measurement& measurement;
+  std::vector<mesh::Pose> poses;
+  std::vector<Eigen::Matrix3Xd> measured;
+
+  Judged(const Measurement& m, const mesh::Machine& machine) : measurement(m) { measured = detail::measured_translations(m, machine, poses); }
+  /// Share of the RMS over the check points that predictions remove from a row on, percent.
+  double removed(const std::vector<std::vector<solver::TcpError>>& errors, Index from) const {
+    double before = 0.0, left = 0.0;
+    for (std::size_t p = 0; p < poses.size(); ++p)
+      for (Index i = from; i < measurement.data.rows(); ++i) {
+        const Eigen::Vector3d truth = measured[p].col(i);
+        if (!truth.allFinite()) continue;
+        before += truth.squaredNorm();
+        left += (truth - errors[p][static_cast<std::size_t>(i)].error.head<3>() / core::units::um).squaredNorm();
+      }
+    return 100.0 * (1.0 - std::sqrt(left / before));
+  }
+};
+
+}  // namespace
+
+FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options) {
+  if (machine_case.check_points.empty())
+    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses", "at least one pose, to judge the compensation at");
+  MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
+  const mesh::Machine& machine = machine_case.machine;
+  FailedSensorStudy study;
+  study.alarms.assign(static_cast<std::size_t>(options.draws), 0);
+  MeasuredRun how;
+  how.guarded = true;
+  for (int draw = 0; draw < options.draws; ++draw) {
+    const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(draw);
+    for (const std::string& name : options.loads) {
+      solver::LoadProgram load = machine_case.load(name);
+      std::vector<double> times;
+      for (double t = 0.0; t < load.duration() - 1e-6; t += row_s) times.push_back(t);
+      times.push_back(load.duration());
+      load.choose_outputs(times, name);
+      const std::string text = core::read_file(machine_case.folder / "loads" / (name + ".toml"));
+      const Measurement whole = machines.measure(seed, load, text + fmt::format("# rows every {} s", row_s));
+      const Judged judged(whole, machine);
+      std::vector<std::string> named;
+      const auto undisturbed = run_compensator(whole, model, judged.poses, how, nullptr, &named);
+      std::set<std::string> alarms;
+      for (const std::string& row : named) alarms.merge(names(row));
+      study.alarms[static_cast<std::size_t>(draw)] += static_cast<int>(alarms.size());
+      for (std::size_t c = 0; c < whole.channels.size(); ++c) {
+        const MeasuredChannel& channel = whole.channels[c];
+        if (machine.sensor_index(channel.sensor) < 0) continue;
+        const Eigen::VectorXd readings = whole.values(channel);
+        for (std::size_t f = 0; f < std::size(faults); ++f) {
+          std::mt19937_64 random(1000 * seed + 10 * c + f);
+          const double share = std::uniform_real_distribution<double>(earliest, latest)(random);
+          const auto from = std::max<Index>(smooth, static_cast<Index>(share * static_cast<double>(readings.size())));
+          Measurement spoilt = whole;
+          spoil(spoilt.data.values.col(channel.column), from, faults[f], channel.uncertainty, random);
+          named.clear();
+          const auto errors = run_compensator(spoilt, model, judged.poses, how, nullptr, &named);
+          FailedSensorRow row{name, channel.sensor, faults[f], draw, judged.removed(undisturbed, from), judged.removed(errors, from)};
+          const Index clock = row.fault == "stuck" ? moved(readings, from, 5.0 * channel.uncertainty) : from;
+          row.told = clock < readings.size();
+          row.named_min = std::numeric_limits<double>::infinity();
+          std::set<std::string> others;
+          const Eigen::VectorXd time = whole.time();
+          for (Index i = from; i < readings.size(); ++i) {
+            std::set<std::string> now = names(named[static_cast<std::size_t>(i)]);
+            if (now.erase(channel.sensor) > 0 && !std::isfinite(row.named_min))
+              row.named_min = std::max(0.0, time[i] - time[std::min(clock, readings.size() - 1)]) / 60.0;
+            others.merge(now);
+          }
+          row.false_names = static_cast<int>(others.size());
+          study.rows.push_back(row);
+        }
+      }
+    }
+  }
+  study.measured_nodes = machines.nodes();
+  return study;
+}
+
+int FailedSensorStudy::false_alarms() const { return std::accumulate(alarms.begin(), alarms.end(), 0); }
+
+FailedSensorStudy FailedSensorStudy::first(int draws) const {
+  FailedSensorStudy part = *this;
+  std::erase_if(part.rows, [&](const FailedSensorRow& row) { return row.draw >= draws; });
+  part.alarms.resize(static_cast<std::size_t>(std::min<int>(draws, static_cast<int>(alarms.size()))));
+  return part;
+}
+
+std::string FailedSensorStudy::brief() const {
+  return core::format_table(summary()) + fmt::format("cost: of the reduction with all sensors, after the failure; named after the failure, where stuck after the true reading has moved by 5 deviations\nsensors named where none had failed: {}\n", false_alarms());
+}
+
+Rows FailedSensorStudy::summary() const {
+  Rows table{{"program", "fault", "cases", "cost %: median", "90th percentile", "largest", "at", "above 20 %", "named after min: median", "90th percentile",
+                                               "within 15 min %", "never named", "others named"}};
+  std::vector<std::pair<std::string, std::string>> groups;
+  for (const FailedSensorRow& row : rows)
+    if (std::find(groups.begin(), groups.end(), std::pair{row.load, row.fault}) == groups.end()) groups.emplace_back(row.load, row.fault);
+  for (const auto& [load, fault] : groups) {
+    std::vector<double> costs, times;
+    const FailedSensorRow* worst = nullptr;
+    int cases = 0, dear = 0, soon = 0, never = 0, others = 0;
+    for (const FailedSensorRow& row : rows) {
+      if (row.load != load || row.fault != fault) continue;
+      ++cases;
+      costs.push_back(row.cost_percent());
+      dear += row.cost_percent() > 20.0;
+      others += row.false_names;
+      if (worst == nullptr || row.cost_percent() > worst->cost_percent()) worst = &row;
+      if (!row.told) continue;
+      times.push_back(row.named_min);
+      soon += row.named_min <= soon_min;
+      never += !std::isfinite(row.named_min);
+    }
+    // quantile() interpolates: of a time that is infinite it is infinite.
+    const auto minutes = [&](double share) { const double t = quantile(times, share); return std::isfinite(t) ? fmt::format("{:.0f}", t) : std::string("-"); };
+    table.push_back({load, fault, std::to_string(cases), fmt::format("{:.1f}", quantile(costs, 0.5)), fmt::format("{:.1f}", quantile(costs, 0.9)),
+                     fmt::format("{:.1f}", worst->cost_percent()), fmt::format("{}, machine {}", worst->sensor, worst->draw + 1), std::to_string(dear), minutes(0.5), minutes(0.9),
+                     times.empty() ? "-" : fmt::format("{:.0f}", 100.0 * soon / static_cast<double>(times.size())), std::to_string(never), std::to_string(others)});
+  }
+  return table;
+}
+
+}  // namespace thermotwin::compensation

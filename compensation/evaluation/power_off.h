@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The return from a power-off: a machine works, is switched off for hours with the compensator, and on
+// again; the compensator then knows nothing but what its sensors read.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "compensation/evaluation/validation.h"
+
+namespace thermotwin::compensation {
+
+/// A day's work at random, a power-off of half an hour to ten hours, and work again, as the text of a
+/// load program: every axis and the spindle may move, the hall is 2 K cooler to 12 K warmer than the reference.
+std::string random_power_off(const mesh::Machine& machine, std::uint64_t seed);
+
+/// RMS over the check points at some moments after the return.
+struct PowerOffRow {
+  int draw = 0;
+  double hall_C = 0, worked_h = 0, off_h = 0;
+  double before_um[3] = {0, 0, 0};  ///< at the first row, after 30 min, after 2 h
+  double left_um[3] = {0, 0, 0};
+};
+
+struct PowerOffStudy {
+  std::vector<PowerOffRow> rows;
+  Eigen::Index measured_nodes = 0;
+  std::vector<double> left_percent(int moment) const;
+  std::string brief() const;
+  Rows summary() const;             ///< medians and 90th percentiles
+  PowerOffStudy first(int draws) const;
+};
+
+PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options);
+
+}  // namespace thermotwin::compensation

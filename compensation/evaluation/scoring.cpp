@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/evaluation/scoring.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "compensation/evaluation/result.h"
+#include "compensation/models/fitted_model.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace thermotwin::compensation {
+
+using core::InputError;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+constexpr double day_s = 86400.0;
+constexpr double least_day_s = 3600.0;   // a rest shorter than that belongs to the day before
+constexpr std::size_t most_parts = 100;  // a record of years: the rest in one part
+
+VectorXd within(const VectorXd& time, const VectorXd& values, const EvaluationPart& part) {
+  VectorXd inside = values;
+  for (Index i = 0; i < time.size(); ++i) {
+    if (time[i] < part.from || time[i] >= part.to) inside[i] = missing;
+  }
+  return inside;
+}
+
+/// Training ends after a day, where a quarter of a day is left to judge; else half way. It begins with the
+/// first displacement: a record may run for days before the probes do.
+double automatic_training(const Measurement& measurement, const VectorXd& time) {
+  Index first = time.size(), last = -1;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.kind != ChannelKind::displacement) continue;
+    const auto [from, to] = known_range(measurement.values(channel));
+    if (from < 0) continue;
+    first = std::min(first, from);
+    last = std::max(last, to);
+  }
+  if (last <= first) return 0.5 * (time[time.size() - 1] - time[0]);
+  const double span = time[last] - time[first];
+  constexpr double least_rest = 0.25 * day_s;
+  return time[first] - time[0] + (span >= day_s + least_rest ? day_s : 0.5 * span);
+}
+
+}  // namespace
+
+std::vector<EvaluationPart> parts_of(const Measurement& measurement, const EvaluateOptions& options) {
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  const VectorXd time = measurement.time();
+  std::vector<EvaluationPart> parts;
+  if (!options.train_programs.empty()) {
+    std::vector<std::string> names;
+    for (const Program& program : measurement.programs) {
+      const bool training = std::find(options.train_programs.begin(), options.train_programs.end(), program.name) != options.train_programs.end();
+      parts.push_back({program.name, program.from_s, program.to_s, training});
+      names.push_back(program.name);
+    }
+    for (const std::string& name : options.train_programs) {
+      if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+      throw InputError((measurement.folder / "channels.toml").string(), "no program '" + name + "'",
+                       names.empty() ? "[[program]] tables with name, from_s and to_s" : "one of: " + core::join(names));
+    }
+    return parts;
+  }
+  // Hours and days count from the first row: a clock may start anywhere.
+  const double origin = time[0];
+  const double until =
+      options.train_until_s < 0.0
+          ? -forever
+          : origin + (options.train_until_s > 0.0 ? options.train_until_s : automatic_training(measurement, time));
+  if (!measurement.programs.empty()) {
+    for (const Program& program : measurement.programs) {
+      // A program that the training's end cuts is judged from there on.
+      if (program.from_s < until) parts.push_back({program.to_s <= until ? program.name : "training", program.from_s, std::min(program.to_s, until), true});
+      if (program.to_s > until) parts.push_back({program.name, std::max(program.from_s, until), program.to_s, false});
+    }
+    return parts;
+  }
+  double day = 0.0;
+  for (Index i = 0; i < time.size(); ++i) {
+    const bool training = time[i] < until;
+    const double at_day = std::floor((time[i] - origin) / day_s);
+    const bool begins = parts.empty() || (!training && (parts.back().training || at_day != day));
+    if (!begins || parts.size() == most_parts) continue;
+    if (!parts.empty()) parts.back().to = parts.back().training ? until : origin + (day + 1.0) * day_s;
+    day = at_day;
+    parts.push_back({training ? "training" : fmt::format("day {:.0f}", day), time[i], forever, training});
+  }
+  if (parts.size() > 1 && !parts[parts.size() - 2].training && time[time.size() - 1] - parts.back().from < least_day_s)
+    parts.pop_back();
+  if (!parts.empty()) {
+    const double end = std::nextafter(time[time.size() - 1], forever);
+    parts.back().to = parts.back().training ? std::min(until, end) : end;
+  }
+  return parts;
+}
+
+Judge::Judge(const Measurement& measurement, std::vector<EvaluationPart> parts) : data_(make_dataset(measurement)), parts_(std::move(parts)) {
+  names_.push_back("time_s");
+  columns_.push_back(data_.time);
+  for (std::size_t t = 0; t < data_.targets.size(); ++t) {
+    names_.push_back(data_.targets[t].id + "_measured");
+    columns_.push_back(data_.target_values.col(static_cast<Index>(t)));
+  }
+}
+
+std::vector<bool> Judge::training() const {
+  std::vector<bool> used(static_cast<std::size_t>(data_.rows()), false);
+  for (const EvaluationPart& part : parts_) {
+    for (Index i = 0; part.training && i < data_.rows(); ++i) {
+      if (data_.time[i] >= part.from && data_.time[i] < part.to) used[static_cast<std::size_t>(i)] = true;
+    }
+  }
+  return used;
+}
+
+void Judge::add(const std::string& model, std::size_t target, const VectorXd& given, bool fitted) {
+  const MeasuredChannel& channel = data_.targets[target];
+  const VectorXd measured = data_.target_values.col(static_cast<Index>(target));
+  VectorXd predicted = given;
+  const std::vector<bool> seen = training();
+  for (std::size_t s = 0; channel.zero == Zero::first && s < data_.starts.size(); ++s) {
+    const Index from = data_.starts[s], to = data_.stretch_end(s);
+    // What was not fitted to this stretch knows nothing of its zero.
+    if (fitted && std::find(seen.begin() + from, seen.begin() + to, true) != seen.begin() + to) continue;
+    for (Index i = from; i < to; ++i) {
+      if (!std::isfinite(measured[i]) || !std::isfinite(predicted[i])) continue;
+      predicted.segment(from, to - from).array() -= double(predicted[i]) - measured[i];
+      break;
+    }
+  }
+  for (const EvaluationPart& part : parts_) {
+    const Measures measures = measure(within(data_.time, measured, part), predicted);
+    if (measures.count == 0) continue;
+    rows.push_back({model, channel.id, part.name, part.from, part.to, measures, channel.unit, fitted && part.training});
+  }
+  names_.push_back(channel.id + "_" + model);
+  columns_.push_back(std::move(predicted));
+}
+
+void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted) {
+  if (known_range(predicted.reshaped()).first < 0)
+    note(fmt::format("{} predicts nothing of {}: it lacks an input that the model was fitted with", model,
+                     data_.source));
+  for (std::size_t t = 0; t < data_.targets.size(); ++t) {
+    const VectorXd series = predicted.col(static_cast<Index>(t));
+    if (known_range(series).first >= 0) add(model, t, series, fitted);
+  }
+}
+
+core::Table Judge::predictions() const {
+  core::Table table;
+  table.source = "predictions";
+  table.columns = names_;
+  table.values.resize(data_.rows(), static_cast<Index>(columns_.size()));
+  for (std::size_t i = 0; i < columns_.size(); ++i) table.values.col(static_cast<Index>(i)) = columns_[i];
+  return table;
+}
+
+std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options) {
+  std::vector<const ModelSpec*> chosen;
+  if (options.models.empty()) {
+    for (const ModelSpec& spec : model_specs()) chosen.push_back(&spec);
+  }
+  for (const std::string& name : options.models) chosen.push_back(&model_spec(name));
+  return chosen;
+}
+
+TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further) {
+  if (further.empty()) return {judge.data(), judge.training()};
+  std::vector<const Judge*> judges;
+  for (const Judge& other : further) judges.push_back(&other);
+  judges.push_back(&judge);
+  TrainingRows rows;
+  std::vector<const Dataset*> parts;
+  for (const Judge* one : judges) {
+    parts.push_back(&one->data());
+    const std::vector<bool> used = one->training();
+    rows.used.insert(rows.used.end(), used.begin(), used.end());
+  }
+  rows.data = join_datasets(parts);
+  return rows;
+}
+
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge,
+                   std::vector<Judge>& further) {
+  try {
+    model.fit(rows.data, rows.used, check);
+  } catch (const InputError& error) {
+    judge.note(model.name() + " left out: " + error.what());
+    return false;
+  }
+  // A model that no channel carries says so once.
+  if (model.empty() && !model.left_out().empty()) {
+    judge.note("left out: " + model.left_out().front());
+    return false;
+  }
+  MatrixXd predicted = model.predict(rows.data);
+  model.refuse_diverging(rows.data, rows.used, predicted);
+  for (const std::string& reason : model.left_out()) judge.note("left out: " + reason);
+  for (const std::string& reason : model.refused()) judge.note("refused: " + reason);
+  if (model.empty()) return false;
+  judge.add(model.name(), further.empty() ? predicted : model.predict(judge.data()), true);
+  for (Judge& other : further) other.add(model.name(), model.predict(other.data()), true);
+  return true;
+}
+
+namespace {
+
+/// Cautions of a model, the first ones in words.
+std::string caution_of(const FittedModel& model) {
+  constexpr std::size_t most = 2;
+  const std::vector<std::string> all = model.cautions();
+  const std::string words = core::join({all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), most))}, "; ");
+  return all.size() > most ? words + fmt::format("; and {} channels more", all.size() - most) : words;
+}
+
+}  // namespace
+
+std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models) {
+  struct Sums {
+    double before = 0, after = 0;
+  };
+  std::map<std::string, bool> any_held_out;
+  for (const EvaluationRow& row : rows) any_held_out[row.model] = any_held_out[row.model] || !row.training;
+  std::map<std::string, std::map<std::string, Sums>> held_out;  // by model and channel
+  std::vector<std::string> order;
+  for (const EvaluationRow& row : rows) {
+    if (row.training && any_held_out[row.model]) continue;
+    if (!held_out.contains(row.model)) order.push_back(row.model);
+    Sums& sums = held_out[row.model][row.channel];
+    const auto count = static_cast<double>(row.measures.count);
+    sums.before += count * row.measures.rms_before * row.measures.rms_before;
+    sums.after += count * row.measures.rms * row.measures.rms;
+  }
+  const auto reference = held_out.find("static_regression");
+  std::vector<Standing> result;
+  for (const std::string& model : order) {
+    Standing standing{model, static_cast<Index>(held_out[model].size()), 0.0, missing, !any_held_out[model]};
+    for (const FittedModel& fitted : models)
+      if (model == fitted.name() || model == fitted.name() + "_as_is" || model == fitted.name() + "_corrected") standing.caution = caution_of(fitted);
+    double shares = 0.0, moved = 0.0, gains = 0.0, compared = 0.0;
+    for (const auto& [channel, sums] : held_out[model]) {
+      // A channel that stays has nothing to be removed.
+      if (sums.before > 0.0) {
+        shares += sums.after / sums.before;
+        moved += 1.0;
+      }
+      if (reference == held_out.end()) continue;
+      const auto same = reference->second.find(channel);
+      if (same == reference->second.end() || !(same->second.after > 0.0)) continue;
+      gains += 1.0 - std::sqrt(sums.after / same->second.after);
+      compared += 1.0;
+    }
+    standing.reduction_percent = moved > 0.0 ? 100.0 * (1.0 - std::sqrt(shares / moved)) : missing;
+    if (compared > 0.0) standing.against_static_percent = 100.0 * gains / compared;
+    result.push_back(standing);
+  }
+  std::stable_sort(result.begin(), result.end(), [](const Standing& a, const Standing& b) {
+    if (a.caution.empty() != b.caution.empty()) return a.caution.empty();
+    if (a.channels != b.channels) return a.channels > b.channels;
+    return a.reduction_percent > b.reduction_percent || (std::isfinite(a.reduction_percent) && !std::isfinite(b.reduction_percent));
+  });
+  return result;
+}
+
+}  // namespace thermotwin::compensation

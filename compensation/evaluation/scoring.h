@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// One measurement cut into parts, and the predictions that are held against it.
+
+#include "compensation/evaluation/evaluate.h"
+#include "compensation/evaluation/result.h"
+#include "compensation/models/fitted_model.h"
+
+namespace thermotwin::compensation {
+
+struct EvaluationPart {
+  std::string name;
+  double from = 0, to = 0;           ///< [from, to)
+  bool training = false;
+};
+
+class Judge {
+ public:
+  Judge(const Measurement& measurement, std::vector<EvaluationPart> parts);
+
+  const Dataset& data() const { return data_; }
+  const std::vector<EvaluationPart>& parts() const { return parts_; }
+  /// (rows) whether a fit may use it
+  std::vector<bool> training() const;
+
+  /// Judges a prediction (rows) of a target. @param fitted  false: no part was seen by a fit
+  void add(const std::string& model, std::size_t target, const Eigen::VectorXd& predicted, bool fitted);
+  /// All channels of a fitted model that it predicts.
+  void add(const std::string& model, const Eigen::MatrixXd& predicted, bool fitted);
+  void note(std::string text) { notes.push_back(std::move(text)); }
+
+  std::vector<EvaluationRow> rows;
+  std::vector<std::string> notes;
+  std::string observer;              ///< what the reduced model's sensors can tell
+  core::Table predictions() const;
+
+ private:
+  Dataset data_;
+  std::vector<EvaluationPart> parts_;
+  std::vector<std::string> names_;
+  std::vector<Eigen::VectorXd> columns_;
+};
+
+/// Training part and days, or programs. @throws InputError for an unknown program
+std::vector<EvaluationPart> parts_of(const Measurement& measurement, const EvaluateOptions& options);
+
+/// Models of the options; all without any. @throws InputError for an unknown name
+std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options);
+
+/// What a fit sees: rows of the judged measurement, or of several.
+struct TrainingRows {
+  Dataset data;
+  std::vector<bool> used;            ///< (rows)
+};
+/// @param further  measurements that train beside the judged one; they come first in time
+TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further = {});
+
+/// Fits a model and judges it, on further measurements that it was trained on too; what could not be done is noted in
+/// the first.
+/// @return whether anything was fitted
+bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge,
+                   std::vector<Judge>& further);
+
+/// @param models  whose cautions put them last
+std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models);
+
+}  // namespace thermotwin::compensation

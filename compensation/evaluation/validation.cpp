@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/evaluation/validation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "compensation/evaluation/replay.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/text.h"
+#include "core/units.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/case.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+/// The three displacement columns of one pose.
+struct PoseColumns {
+  std::string text;
+  mesh::Pose pose;
+  std::array<Eigen::Index, 3> columns{-1, -1, -1};
+};
+
+std::vector<PoseColumns> pose_columns(const Measurement& measurement, const mesh::Machine& machine) {
+  std::vector<PoseColumns> poses;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.kind != ChannelKind::displacement) continue;
+    const std::string axes = "xyz";
+    const std::size_t axis = channel.quantity.size() == 2 && channel.quantity[0] == 'd'
+                                 ? axes.find(channel.quantity[1])
+                                 : std::string::npos;
+    if (axis == std::string::npos) continue;
+    auto found = std::find_if(poses.begin(), poses.end(),
+                              [&](const PoseColumns& p) { return p.text == channel.pose_text; });
+    if (found == poses.end()) {
+      poses.push_back({channel.pose_text, mesh::parse_pose(machine, channel.pose_text, channel.id), {-1, -1, -1}});
+      found = std::prev(poses.end());
+    }
+    found->columns[axis] = channel.column;
+  }
+  std::erase_if(poses, [](const PoseColumns& p) {
+    return std::any_of(p.columns.begin(), p.columns.end(), [](Eigen::Index c) { return c < 0; });
+  });
+  return poses;
+}
+
+}  // namespace
+
+namespace detail {
+
+std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine, std::vector<mesh::Pose>& poses) {
+  std::vector<Eigen::Matrix3Xd> values;
+  for (const PoseColumns& columns : pose_columns(measurement, machine)) {
+    poses.push_back(columns.pose);
+    Eigen::Matrix3Xd at(3, measurement.data.rows());
+    for (int k = 0; k < 3; ++k) at.row(k) = measurement.data.values.col(columns.columns[static_cast<std::size_t>(k)]).transpose();
+    values.push_back(std::move(at));
+  }
+  return values;
+}
+
+}  // namespace detail
+
+std::vector<ValidationRow> judge_compensation(const Measurement& measurement, const mesh::Machine& machine,
+                                              const reduction::ReducedModel& model, const std::string& load, int draw) {
+  const std::vector<PoseColumns> columns = pose_columns(measurement, machine);
+  std::vector<mesh::Pose> poses;
+  const std::vector<Eigen::Matrix3Xd> measured = detail::measured_translations(measurement, machine, poses);
+  const auto blind = run_compensator(measurement, model, poses, {false, false, 0, true});
+  const auto told = run_compensator(measurement, model, poses, {false, true, 0, true});
+  const auto seeing = run_compensator(measurement, model, poses, {true, false, 0, true});
+  const Eigen::VectorXd time = measurement.time();
+  std::vector<ValidationRow> rows;
+  for (std::size_t p = 0; p < poses.size(); ++p) {
+    ValidationRow row;
+    row.load = load;
+    row.draw = draw;
+    row.pose = columns[p].text;
+    double count = 0;
+    for (Eigen::Index i = 0; i < measurement.data.rows(); ++i) {
+      const Eigen::Vector3d truth = measured[p].col(i);
+      if (time[i] < time[0] + offset_settle_s || !truth.allFinite()) continue;
+      const auto left = [&](const auto& errors) { return (truth - errors[p][static_cast<std::size_t>(i)].error.template head<3>() / core::units::um).eval(); };
+      const Eigen::Vector3d with = left(seeing);
+      ++count;
+      row.rms_before_um += truth.squaredNorm();
+      row.rms_model_um += left(blind).squaredNorm();
+      row.rms_told_um += left(told).squaredNorm();
+      row.rms_sensors_um += with.squaredNorm();
+      row.largest_before_um = std::max(row.largest_before_um, truth.norm());
+      row.largest_sensors_um = std::max(row.largest_sensors_um, with.norm());
+    }
+    if (count == 0) continue;
+    for (double* sum : {&row.rms_before_um, &row.rms_model_um, &row.rms_told_um, &row.rms_sensors_um}) *sum = std::sqrt(*sum / count);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options) {
+  if (machine_case.check_points.empty())
+    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
+                           "at least one pose off the grid, to judge the compensation at");
+  std::vector<solver::LoadProgram> loads;
+  for (const std::string& name : options.loads) loads.push_back(machine_case.load(name));
+  MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
+  Validation validation;
+  for (int draw = 0; draw < options.draws; ++draw) {
+    for (const solver::LoadProgram& load : loads) {
+      const std::string text = core::read_file(machine_case.folder / "loads" / (load.name() + ".toml"));
+      const Measurement measurement = machines.measure(options.first_seed + static_cast<std::uint64_t>(draw), load, text);
+      for (ValidationRow& row : judge_compensation(measurement, machine_case.machine, model, load.name(), draw))
+        validation.rows.push_back(std::move(row));
+    }
+  }
+  validation.measured_nodes = machines.nodes();
+  return validation;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return solver::not_given;
+  std::sort(values.begin(), values.end());
+  const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1);
+  const auto low = static_cast<std::size_t>(at), high = std::min(low + 1, values.size() - 1);
+  return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
+}
+
+namespace {
+
+struct Sums {
+  double before = 0, model = 0, told = 0, sensors = 0;  ///< squares over the check points
+  int poses = 0;
+  double left(With with) const { return std::sqrt(with == With::model ? model : with == With::told ? told : sensors); }
+  double percent(With with) const { return 100.0 * (1.0 - left(with) / std::sqrt(before)); }
+  double cut() const { return 100.0 * (1.0 - std::sqrt(sensors / told)); }
+};
+
+std::map<int, Sums> by_draw(const std::vector<ValidationRow>& rows, const std::string& load) {
+  std::map<int, Sums> draws;
+  for (const ValidationRow& row : rows) {
+    if (row.load != load) continue;
+    Sums& sum = draws[row.draw];
+    sum.before += row.rms_before_um * row.rms_before_um;
+    sum.model += row.rms_model_um * row.rms_model_um;
+    sum.told += row.rms_told_um * row.rms_told_um;
+    sum.sensors += row.rms_sensors_um * row.rms_sensors_um;
+    ++sum.poses;
+  }
+  return draws;
+}
+
+}  // namespace
+
+std::vector<double> Validation::reductions(const std::string& load, With with) const {
+  std::vector<double> values;
+  for (const auto& [draw, sums] : by_draw(rows, load)) values.push_back(sums.percent(with));
+  return values;
+}
+
+std::vector<double> Validation::cuts(const std::string& load) const {
+  std::vector<double> values;
+  for (const auto& [draw, sums] : by_draw(rows, load)) values.push_back(sums.cut());
+  return values;
+}
+
+Rows Validation::summary() const {
+  Rows table{{"program", "machines", "told %: median", "10th percentile", "sensors %: median", "10th percentile", "cut by sensors %"}};
+  std::vector<std::string> loads;
+  for (const ValidationRow& row : rows)
+    if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
+  for (const std::string& load : loads) {
+    const std::vector<double> told = reductions(load, With::told), with = reductions(load, With::sensors);
+    table.push_back({load, std::to_string(with.size())});
+    for (const double value : {quantile(told, 0.5), quantile(told, 0.1), quantile(with, 0.5), quantile(with, 0.1), quantile(cuts(load), 0.5)})
+      table.back().push_back(fmt::format("{:.1f}", value));
+  }
+  return table;
+}
+
+Validation Validation::first(int draws) const {
+  Validation part = *this;
+  std::erase_if(part.rows, [&](const ValidationRow& row) { return row.draw >= draws; });
+  return part;
+}
+
+double Validation::median_reduction(const std::string& load, bool sensors) const {
+  return quantile(reductions(load, sensors ? With::sensors : With::model), 0.5);
+}
+
+std::string Validation::brief() const {
+  std::vector<std::string> loads;
+  for (const ValidationRow& row : rows)
+    if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
+  std::vector<std::vector<std::string>> table{{"program", "machine", "RMS before um", "no sensors", "told", "sensors", "no sensors %", "told %", "sensors %",
+                                               "cut by sensors %"}};
+  const auto number = [](const char* format, double value) { return fmt::format(fmt::runtime(format), value); };
+  for (const std::string& load : loads) {
+    for (const auto& [draw, sums] : by_draw(rows, load)) {
+      const double share = std::sqrt(static_cast<double>(sums.poses));
+      table.push_back({load, std::to_string(draw + 1), number("{:.2f}", std::sqrt(sums.before) / share), number("{:.2f}", sums.left(With::model) / share),
+                       number("{:.2f}", sums.left(With::told) / share), number("{:.2f}", sums.left(With::sensors) / share),
+                       number("{:.1f}", sums.percent(With::model)), number("{:.1f}", sums.percent(With::told)), number("{:.1f}", sums.percent(With::sensors)),
+                       number("{:.1f}", sums.cut())});
+    }
+    for (const auto& [name, share] : {std::pair{"median", 0.5}, {"10th percentile", 0.1}}) {
+      table.push_back({load, name, "", "", "", "", number("{:.1f}", quantile(reductions(load, With::model), share)),
+                       number("{:.1f}", quantile(reductions(load, With::told), share)), number("{:.1f}", quantile(reductions(load, With::sensors), share)),
+                       number("{:.1f}", quantile(cuts(load), share))});
+    }
+  }
+  return core::format_table(table) + "told: without sensors, but told that what surrounds the machine is as warm as its hall; cut: of what that leaves\n";
+}
+
+}  // namespace thermotwin::compensation

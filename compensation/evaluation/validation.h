@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Online validation: machines measured virtually (perturbed parameters, another mesh, other time
+// steps, noise) run unseen load programs, the compensator runs beside them from inputs and sensors
+// alone, and the TCP error before and after is compared at the check points.
+
+#include <string>
+#include <vector>
+
+#include "compensation/evaluation/measured_machines.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/case.h"
+
+namespace thermotwin::compensation {
+
+/// Cells of a table, its header first. That of another truth has the same header, so that both print side by side.
+using Rows = std::vector<std::vector<std::string>>;
+
+struct ValidationOptions {
+  std::vector<std::string> loads;   ///< names of load programs
+  int draws = 5;
+  std::uint64_t first_seed = 1;     ///< draw i perturbs and adds noise with first_seed + i
+  VirtualOptions machine;           ///< mesh, steps, noise of the measured machine
+  std::filesystem::path keep;       ///< where full runs are kept; empty: they are not
+  const reduction::ReducedModel* reference = nullptr;  ///< truth instead of the full model
+};
+
+/// RMS over time of the translations' error vector at one check point, with the offsets as the guard lets them through
+/// (offset_guard.h), from five minutes after the start on, when they have gone in.
+struct ValidationRow {
+  std::string load;
+  int draw = 0;
+  std::string pose;
+  double rms_before_um = 0;         ///< no compensation
+  double rms_model_um = 0;          ///< reduced model, no temperature sensor; surroundings at their defaults
+  double rms_told_um = 0;           ///< the same, told that what surrounds the machine is as warm as the hall
+  double rms_sensors_um = 0;        ///< reduced model with observer
+  double largest_before_um = 0, largest_sensors_um = 0;
+};
+
+enum class With { model, told, sensors };
+
+struct Validation {
+  std::vector<ValidationRow> rows;
+  Eigen::Index measured_nodes = 0;  ///< 0: a reduced model was the truth
+  /// For each draw the reduction of the RMS over all check points, percent.
+  std::vector<double> reductions(const std::string& load, With with) const;
+  /// For each draw how much of what the model leaves without sensors (told) the observer takes away, percent.
+  std::vector<double> cuts(const std::string& load) const;
+  double median_reduction(const std::string& load, bool sensors) const;
+  std::string brief() const;        ///< table per load and draw; medians and 10th percentiles last
+  Rows summary() const;             ///< medians and 10th percentiles of each load
+  Validation first(int draws) const;
+};
+
+/// Linear between the sorted values. @param share 0 to 1 @return NaN of none
+double quantile(std::vector<double> values, double share);
+
+/// @throws InputError if the case has no check points or a load is unknown
+Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                           const ValidationOptions& options);
+
+/// Runs the compensator along a measurement: error of the TCP left at each displacement pose.
+/// Rows of RMS for one measured load.
+std::vector<ValidationRow> judge_compensation(const Measurement& measurement,
+                                              const mesh::Machine& machine,
+                                              const reduction::ReducedModel& model,
+                                              const std::string& load, int draw);
+
+namespace detail {
+/// (3 x rows) of each pose at which dx, dy and dz were measured, um; its poses are appended.
+std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine, std::vector<mesh::Pose>& poses);
+}  // namespace detail
+
+}  // namespace thermotwin::compensation

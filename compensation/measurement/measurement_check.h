@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Whether a measurement fits a machine, and its channels as rows of the machine's.
+
+#include <Eigen/Core>
+
+#include "compensation/measurement/measurement.h"
+#include "mesh/machine/machine.h"
+#include "solver/operation/channels.h"
+
+namespace thermotwin::compensation {
+
+/// Checks against a machine: sensors, inputs, quantities and poses exist, units fit.
+void require_fits(const Measurement& measurement, const mesh::Machine& machine);
+
+/// Rows of channels for the measurement's intervals: row i holds from time i to i+1 (last: repeats);
+/// missing values repeat the last one known (a range ends where its axis stands, Channels::update); inputs that are not measured keep their defaults.
+Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Channels& channels);
+
+}  // namespace thermotwin::compensation

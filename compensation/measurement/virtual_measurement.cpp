@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/measurement/virtual_measurement.h"
+
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+
+/// Normal numbers by Box and Muller from the engine's bits: std::normal_distribution differs between
+/// libraries, and a seed should mean the same machine everywhere.
+class Normal {
+ public:
+  explicit Normal(std::uint64_t seed) : engine_(seed) {}
+  double operator()() {
+    if (has_spare_) {
+      has_spare_ = false;
+      return spare_;
+    }
+    const double u = uniform(), v = uniform();
+    const double radius = std::sqrt(-2.0 * std::log(u)), angle = 2.0 * std::numbers::pi * v;
+    spare_ = radius * std::sin(angle);
+    has_spare_ = true;
+    return radius * std::cos(angle);
+  }
+
+ private:
+  /// In (0, 1].
+  double uniform() { return static_cast<double>((engine_() >> 11) + 1) * 0x1p-53; }
+
+  std::mt19937_64 engine_;
+  double spare_ = 0.0;
+  bool has_spare_ = false;
+};
+
+/// Builds a measurement column by column.
+class Builder {
+ public:
+  explicit Builder(const core::Table& sensors) {
+    rows_ = sensors.rows();
+    add_column("time_s", sensors.values.col(0));
+  }
+
+  void add(MeasuredChannel channel, const Eigen::VectorXd& values) {
+    channel.column = static_cast<Index>(columns_.size());
+    add_column(channel.id, values);
+    measurement_.channels.push_back(std::move(channel));
+  }
+
+  Measurement finish(const std::string& source) {
+    measurement_.data.source = source;
+    measurement_.data.values.resize(rows_, static_cast<Index>(columns_.size()));
+    for (std::size_t i = 0; i < columns_.size(); ++i) measurement_.data.values.col(static_cast<Index>(i)) = columns_[i];
+    return std::move(measurement_);
+  }
+
+ private:
+  void add_column(const std::string& name, const Eigen::VectorXd& values) {
+    measurement_.data.columns.push_back(name);
+    columns_.push_back(values);
+  }
+
+  Index rows_ = 0;
+  std::vector<Eigen::VectorXd> columns_;
+  Measurement measurement_;
+};
+
+void describe_input(const std::string& name, MeasuredChannel& channel) {
+  struct Suffix {
+    const char* suffix;
+    ChannelKind kind;
+    const char* unit;
+  };
+  static constexpr Suffix suffixes[] = {{"_mm_min", ChannelKind::speed, "mm_min"}, {"_deg_min", ChannelKind::speed, "deg_min"},
+                                        {"_rpm", ChannelKind::speed, "rpm"},       {"_mm", ChannelKind::position, "mm"},
+                                        {"_deg", ChannelKind::position, "deg"},    {"T_C", ChannelKind::temperature, "degC"},
+                                        {"_W", ChannelKind::power, "W"},           {".on", ChannelKind::state, "1"}};
+  channel.id = channel.input = name;
+  channel.kind = ChannelKind::state;
+  channel.unit = "1";
+  for (const Suffix& s : suffixes) {
+    if (!name.ends_with(s.suffix)) continue;
+    channel.kind = s.kind;
+    channel.unit = s.unit;
+    break;
+  }
+}
+
+/// What a control sends: of the surroundings it knows the air only, of a coolant what the load gives.
+bool is_sent(const std::string& name, const mesh::Machine& machine, const Eigen::VectorXd& values) {
+  for (const mesh::AmbientSpec& ambient : machine.ambients) {
+    if (name == ambient.id + ".T_C") return ambient.id == "air";
+  }
+  return values.array().isFinite().any();
+}
+
+}  // namespace
+
+mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale, Perturb what) {
+  Normal normal(seed);
+  mesh::Machine result = machine;
+  // One draw for each nominal, uncertain or not: a changed uncertainty leaves the others alone.
+  const auto perturb_by = [&](core::Uncertain& nominal, double share) {
+    const double factor = 1.0 + share * nominal.std_percent / 100.0 * std::clamp(normal(), -farthest_std, farthest_std);
+    nominal.value *= std::max(0.2, factor);
+  };
+  const double other = what == Perturb::all ? scale : 0.0;
+  const auto perturb = [&](core::Uncertain& nominal) { perturb_by(nominal, other); };
+  const auto perturb_thermal = [&](core::Uncertain& nominal) { perturb_by(nominal, scale); };
+  for (mesh::Material& material : result.materials) {
+    perturb(material.specific_heat);
+    perturb(material.expansion);
+  }
+  for (mesh::JointSpec& joint : result.joints) {
+    perturb_thermal(joint.conductance);
+    perturb(joint.stiffness_normal);
+    perturb(joint.stiffness_tangential);
+  }
+  for (mesh::ScaleSpec& tape : result.scales) perturb(tape.expansion);
+  for (mesh::ScrewSpec& screw : result.screws) perturb(screw.expansion);
+  for (mesh::FilmSpec& film : result.films) perturb_thermal(film.coefficient);
+  for (mesh::AmbientSpec& ambient : result.ambients) {
+    // A temperature scale has no natural zero in degC: its spread is that of the stated value, but
+    // it may fall below any share of it.
+    ambient.default_C.value *= 1.0 + other * ambient.default_C.std_percent / 100.0 * normal();
+  }
+  for (mesh::CoolantSpec& coolant : result.coolants) {
+    perturb(coolant.flow);
+    for (mesh::CoolantSegment& segment : coolant.segments) perturb_thermal(segment.film_coefficient);
+  }
+  for (mesh::SourceSpec& source : result.sources) perturb_thermal(source.scale);
+  for (mesh::VolumeSpec& volume : result.volumes) {
+    perturb(volume.capacity);
+    for (mesh::VolumeExchange& exchange : volume.exchanges) perturb_thermal(exchange.conductance);
+  }
+  return result;
+}
+
+Measurement measure_virtually(const solver::FullModel& perturbed_machine, const solver::LoadProgram& load,
+                              const std::vector<mesh::Pose>& poses, const VirtualOptions& options) {
+  const mesh::Machine& machine = perturbed_machine.mesh.machine;
+  solver::CampaignOptions campaign;
+  campaign.poses = poses.empty() ? std::vector<mesh::Pose>{mesh::home_pose(machine)} : poses;
+  campaign.refine = options.refine;
+  campaign.time = options.time;
+  return measure_run(solver::run_campaign(perturbed_machine, {load}, campaign).front(), machine, campaign.poses, options);
+}
+
+Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
+                        const VirtualOptions& options) {
+  Normal normal(options.seed);
+  const Index times = truth.sensors.rows();
+  Builder builder(truth.sensors);
+  const solver::Channels channels(machine);
+  for (const std::string& name : channels.names()) {
+    if (!is_sent(name, machine, truth.inputs.column(name))) continue;
+    const Eigen::VectorXd values = truth.inputs.column(name);
+    // The campaign's row i is the mean since output i - 1; a measurement's row holds until the next.
+    Eigen::VectorXd held(times);
+    for (Index i = 0; i < times; ++i) held[i] = values[std::min(i + 1, times - 1)];
+    MeasuredChannel channel;
+    describe_input(name, channel);
+    if (channel.kind == ChannelKind::temperature && options.sensor_noise_K > 0) {
+      channel.uncertainty = options.sensor_noise_K;  // the control reads the air from a sensor too
+      for (double& value : held) value += options.sensor_noise_K * normal();
+    }
+    builder.add(channel, held);
+  }
+  for (const mesh::SensorSpec& sensor : machine.sensors) {
+    MeasuredChannel channel;
+    channel.id = channel.sensor = sensor.id;
+    channel.kind = ChannelKind::temperature;
+    channel.unit = "degC";
+    channel.uncertainty = std::max(options.sensor_noise_K, 1e-3);
+    Eigen::VectorXd values = truth.sensors.column(sensor.id + "_C");
+    for (double& value : values) value += options.sensor_noise_K * normal();
+    builder.add(channel, values);
+  }
+  static constexpr const char* quantities[] = {"dx", "dy", "dz"};
+  const Index count = static_cast<Index>(poses.size());
+  for (Index p = 0; p < count; ++p) {
+    for (const char* quantity : quantities) {
+      MeasuredChannel channel;
+      channel.id = fmt::format("{}@{}", quantity, p + 1);
+      channel.kind = ChannelKind::displacement;
+      channel.unit = "um";
+      channel.uncertainty = std::max(options.probe_noise_um, 1e-3);
+      channel.quantity = quantity;
+      channel.pose_text = mesh::format_pose(machine, poses[static_cast<std::size_t>(p)]);
+      const Eigen::VectorXd all = truth.tcp.column(std::string(quantity) + "_um");
+      Eigen::VectorXd values(times);
+      for (Index i = 0; i < times; ++i) values[i] = all[i * count + p] + options.probe_noise_um * normal();
+      builder.add(channel, values);
+    }
+  }
+  return builder.finish("virtual measurement of " + truth.load);
+}
+
+}  // namespace thermotwin::compensation

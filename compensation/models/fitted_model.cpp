@@ -1,0 +1,557 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/models/fitted_model.h"
+
+#include "compensation/models/catalogue.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "compensation/models/rotary_unit.h"
+#include "compensation/models/workspace_weights.h"
+#include "core/config.h"
+#include "core/error.h"
+#include "core/text.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using core::InputError;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+
+/// Columns that a model of this choice may use: known in half of the training rows and moving there.
+std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& training, InputChoice choice) {
+  std::vector<Index> usable;
+  for (Index k = 0; k < data.input_values.cols(); ++k) {
+    const InputInfo& info = data.inputs[static_cast<std::size_t>(k)];
+    if (choice == InputChoice::temperatures && !info.temperature) continue;
+    if (choice == InputChoice::activity && info.temperature && !info.ambient) continue;
+    double low = std::numeric_limits<double>::infinity(), high = -low, known = 0.0, rows = 0.0;
+    for (Index i = 0; i < data.rows(); ++i) {
+      if (!training[static_cast<std::size_t>(i)]) continue;
+      rows += 1.0;
+      const double value = data.input_values(i, k);
+      if (!std::isfinite(value)) continue;
+      known += 1.0;
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    if (known >= 0.5 * rows && high > low) usable.push_back(k);
+  }
+  return usable;
+}
+
+std::string group_of(const MeasuredChannel& channel) { return channel.quantity.empty() ? channel.direction : channel.quantity; }
+
+/// Inputs before the first row of a stretch: what is measured there, but the machine has rested.
+void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd> inputs) {
+  for (std::size_t k = 0; k < info.size(); ++k)
+    if (info[k].activity && std::isfinite(inputs[static_cast<Index>(k)])) inputs[static_cast<Index>(k)] = 0.0;
+}
+
+/// Rows up to the last one that a fit may use; targets of the others are unknown to it. After a stretch comes a row of
+/// rest: over the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins
+/// there. How long it was does not matter: twice the longest stretch is enough for all that one can show.
+TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
+  const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
+  std::vector<Index> order;  // row of the data, of each row here
+  std::vector<Index> rests;  // rows here that were added
+  for (Index i = 0; i < rows; ++i) {
+    if (i > 0 && std::binary_search(data.starts.begin(), data.starts.end(), i)) {
+      rests.push_back(static_cast<Index>(order.size()));
+      order.push_back(i);
+    }
+    order.push_back(i);
+  }
+  TrainingData part;
+  for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
+  part.label = model + " " + data.targets[static_cast<std::size_t>(target)].id;
+  part.time = data.time(order);
+  part.inputs = data.input_values(order, used);
+  part.target = data.target_values(order, target);
+  for (Index i = 0; i < part.time.size(); ++i)
+    if (!training[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])]) part.target[i] = missing;
+  for (const Index row : rests) {
+    part.target[row] = missing;
+    part.breaks.insert(part.breaks.end(), {row, row + 1});
+    Eigen::RowVectorXd inputs = part.inputs.row(row);
+    let_rest(part.info, inputs);
+    part.inputs.row(row) = inputs;
+    const double last = part.time[row - 1], interval = row > 1 ? last - part.time[row - 2] : 1.0;
+    part.time[row] = last + std::min(interval, 0.5 * (part.time[row] - last));
+  }
+  double longest = 0.0;
+  for (std::size_t s = 0; s <= rests.size(); ++s) {
+    const Index from = s == 0 ? 0 : rests[s - 1] + 1, to = s < rests.size() ? rests[s] : part.time.size() - 1;
+    longest = std::max(longest, part.time[to] - part.time[from]);
+  }
+  for (const Index row : rests)
+    if (const double more = part.time[row + 1] - part.time[row] - 2.0 * longest; more > 0.0)
+      part.time.tail(part.time.size() - row - 1).array() -= more;
+  return part;
+}
+
+/// The activity whose values tell load levels: the one with the largest share of training time on.
+struct Levels {
+  std::string input;
+  std::vector<double> values;
+};
+Levels load_levels(const Dataset& data, const std::vector<bool>& training) {
+  Levels best;
+  double longest = 0.0;
+  for (std::size_t k = 0; k < data.inputs.size(); ++k) {
+    if (!data.inputs[k].activity) continue;
+    std::map<double, double> count;
+    double on = 0.0, rows = 0.0;
+    for (Index i = 0; i < data.rows(); ++i) {
+      if (!training[static_cast<std::size_t>(i)]) continue;
+      rows += 1.0;
+      const double value = data.input_values(i, static_cast<Index>(k));
+      if (!(value > 0.0)) continue;
+      count[value] += 1.0;
+      on += 1.0;
+    }
+    if (on <= longest) continue;
+    std::vector<double> values;
+    constexpr double least_share = 0.1;
+    for (const auto& [value, times] : count) {
+      if (times >= least_share * rows) values.push_back(value);
+    }
+    if (values.empty()) continue;
+    longest = on;
+    best = {data.inputs[k].id, values};
+  }
+  return best;
+}
+
+/// (levels) weights, linear between levels, constant beyond them.
+VectorXd level_shares(const std::vector<double>& levels, double at) {
+  VectorXd shares = VectorXd::Zero(std::max<Index>(static_cast<Index>(levels.size()), 1));
+  if (levels.size() < 2 || at <= levels.front()) {
+    shares[0] = 1.0;
+  } else if (at >= levels.back()) {
+    shares[shares.size() - 1] = 1.0;
+  } else {
+    const auto above = std::upper_bound(levels.begin(), levels.end(), at) - levels.begin();
+    const double low = levels[static_cast<std::size_t>(above - 1)], high = levels[static_cast<std::size_t>(above)];
+    shares[above] = (at - low) / (high - low);
+    shares[above - 1] = 1.0 - shares[above];
+  }
+  return shares;
+}
+
+/// (rows) last value above 0 of the load input; the lowest level before it.
+VectorXd levels_of_rows(const Dataset& data, const std::string& input, const std::vector<double>& levels) {
+  VectorXd level = VectorXd::Constant(data.rows(), levels.empty() ? 0.0 : levels.front());
+  for (std::size_t k = 0; k < data.inputs.size(); ++k) {
+    if (data.inputs[k].id != input) continue;
+    double last = levels.empty() ? 0.0 : levels.front();
+    for (Index i = 0; i < data.rows(); ++i) {
+      const double value = data.input_values(i, static_cast<Index>(k));
+      if (value > 0.0) last = value;
+      level[i] = last;
+    }
+  }
+  return level;
+}
+
+std::string matrix_text(const MatrixXd& matrix) {
+  std::string text = fmt::format("[{}.0, {}.0", matrix.rows(), matrix.cols());
+  for (Index i = 0; i < matrix.rows(); ++i) {
+    for (Index j = 0; j < matrix.cols(); ++j) text += fmt::format(", {:.17e}", matrix(i, j));
+  }
+  return text + "]";
+}
+
+MatrixXd matrix_of(const core::Node& node, const std::string& key) {
+  const std::vector<double> numbers = node.numbers(key);
+  const auto refuse = [&](const std::string& found) { throw InputError(node.place(key), found, "rows, columns, then as many numbers, row by row"); };
+  constexpr double largest = 1e6;
+  if (numbers.size() < 2 || !(numbers[0] >= 0 && numbers[0] <= largest) || !(numbers[1] >= 0 && numbers[1] <= largest)) refuse("no shape");
+  const auto rows = static_cast<Index>(numbers[0]), cols = static_cast<Index>(numbers[1]);
+  if (static_cast<Index>(numbers.size()) != rows * cols + 2) refuse(fmt::format("{} numbers for {} x {}", numbers.size() - 2, rows, cols));
+  MatrixXd matrix(rows, cols);
+  for (Index i = 0; i < rows; ++i) {
+    for (Index j = 0; j < cols; ++j) matrix(i, j) = numbers[static_cast<std::size_t>(2 + i * cols + j)];
+  }
+  return matrix;
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result + "\"";
+}
+
+}  // namespace
+
+bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& training, Index target) {
+  const MeasuredChannel& channel = data.targets[static_cast<std::size_t>(target)];
+  const std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
+  try {
+    if (used.empty()) {
+      throw InputError(name() + " " + channel.id,
+                       spec_->inputs == InputChoice::temperatures ? "no temperature that moves in the training rows"
+                       : spec_->inputs == InputChoice::activity   ? "no speed, power, flow or state that moves in the training rows"
+                                                                  : "no input that moves in the training rows",
+                       "at least one");
+    }
+    const TrainingData part = training_data(data, training, target, used, name());
+    std::unique_ptr<ChannelModel> model = spec_->make();
+    model->fit(part);
+    std::string caution = model->caution();
+    parts_.push_back({channel.id, channel.unit, part.info, std::move(model), std::move(caution)});
+    return true;
+  } catch (const InputError& error) {
+    left_out_.emplace_back(error.what());
+    return false;
+  }
+}
+
+void FittedModel::add_together(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+  try {
+    std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
+    std::vector<InputInfo> info;
+    for (const Index k : used) info.push_back(data.inputs[static_cast<std::size_t>(k)]);
+    const std::vector<Index> own = rotary_unit_inputs(info, name());
+    std::vector<Index> chosen;
+    for (const Index k : own) chosen.push_back(used[static_cast<std::size_t>(k)]);
+    std::vector<UnitChannel> channels;
+    std::vector<std::size_t> targets;
+    for (std::size_t t = 0; t < data.targets.size(); ++t) {
+      if (checked[t]) continue;
+      channels.push_back({training_data(data, training, static_cast<Index>(t), chosen, name()), data.targets[t].quantity});
+      targets.push_back(t);
+    }
+    std::vector<std::unique_ptr<ChannelModel>> models = fit_rotary_unit(channels, left_out_);
+    for (std::size_t i = 0; i < models.size(); ++i) {
+      if (!models[i]) continue;
+      const MeasuredChannel& channel = data.targets[targets[i]];
+      outputs_.push_back({channel.id, {parts_.size()}, MatrixXd::Ones(1, 1)});
+      std::string caution = models[i]->caution();
+      parts_.push_back({channel.id, channel.unit, channels[i].data.info, std::move(models[i]), std::move(caution)});
+    }
+  } catch (const InputError& error) {
+    left_out_.emplace_back(error.what());
+  }
+}
+
+void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, const std::vector<std::string>& check) {
+  parts_.clear();
+  outputs_.clear();
+  left_out_.clear();
+  refused_.clear();
+  levels_.clear();
+  if (std::find(training.begin(), training.end(), true) == training.end()) {
+    throw InputError(data.source, "no row to train on", "at least some hours of training data");
+  }
+  std::vector<bool> checked;
+  for (const MeasuredChannel& channel : data.targets) checked.push_back(std::find(check.begin(), check.end(), channel.id) != check.end());
+  if (spec_->spatial == Spatial::one_point) return add_one_point(data, training, checked);
+  if (spec_->spatial == Spatial::grid) return add_grid(data, training, checked);
+  if (spec_->spatial == Spatial::together) return add_together(data, training, checked);
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    if (checked[t] || !add_part(data, training, static_cast<Index>(t))) continue;
+    outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
+  }
+}
+
+void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+  std::map<std::string, std::vector<std::size_t>> groups;
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    if (!group_of(data.targets[t]).empty()) groups[group_of(data.targets[t])].push_back(t);
+  }
+  const Levels levels = load_levels(data, training);
+  level_input_ = levels.input;
+  levels_ = levels.values;
+  const VectorXd level = levels_of_rows(data, level_input_, levels_);
+  const Index level_count = std::max<Index>(static_cast<Index>(levels_.size()), 1);
+  for (const auto& [group, members] : groups) {
+    std::vector<std::size_t> known;
+    std::vector<std::string> poses;
+    for (const std::size_t t : members) {
+      if (checked[t]) continue;
+      known.push_back(t);
+      poses.push_back(data.targets[t].pose_text);
+    }
+    if (members.size() < 2 || known.empty()) {
+      left_out_.push_back(name() + " " + group + ": measured at one pose only");
+      continue;
+    }
+    // The calibration point is the pose nearest to the middle of the known ones.
+    std::map<std::string, double> centre;
+    for (const std::string& text : poses) {
+      for (const auto& [axis, value] : pose_of_text(text)) centre[axis] += value / static_cast<double>(poses.size());
+    }
+    std::size_t calibration = known.front();
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      double distance = 0.0;
+      std::map<std::string, double> pose = pose_of_text(poses[i]);
+      for (const auto& [axis, value] : centre) distance += std::pow(pose[axis] - value, 2);
+      if (distance < nearest) {
+        nearest = distance;
+        calibration = known[i];
+      }
+    }
+    if (!add_part(data, training, static_cast<Index>(calibration))) continue;
+    const std::size_t part = parts_.size() - 1;
+    const VectorXd reference = data.target_values.col(static_cast<Index>(calibration));
+    double largest = 0.0;
+    for (Index i = 0; i < data.rows(); ++i) {
+      if (training[static_cast<std::size_t>(i)] && std::isfinite(reference[i])) largest = std::max(largest, std::abs(reference[i]));
+    }
+    // b_j: mean over time of the ratio, where the reference is large enough to divide by.
+    MatrixXd ratios = MatrixXd::Zero(level_count, static_cast<Index>(known.size()));
+    for (std::size_t j = 0; j < known.size(); ++j) {
+      VectorXd sum = VectorXd::Zero(level_count), count = sum;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const double z = data.target_values(i, static_cast<Index>(known[j]));
+        constexpr double least_share = 0.25;
+        if (!training[static_cast<std::size_t>(i)] || !std::isfinite(z) || !(std::abs(reference[i]) > least_share * largest)) continue;
+        const VectorXd share = level_shares(levels_, level[i]);
+        sum += share * (z / reference[i]);
+        count += share;
+      }
+      const double all = count.sum() > 0.0 ? sum.sum() / count.sum() : 1.0;
+      for (Index l = 0; l < level_count; ++l) ratios(l, static_cast<Index>(j)) = count[l] > 0.5 ? sum[l] / count[l] : all;
+    }
+    for (const std::size_t t : members) {
+      const auto at = std::find(known.begin(), known.end(), t);
+      const MatrixXd weights = at != known.end() ? MatrixXd(ratios.col(at - known.begin()))
+                                                 : MatrixXd(ratios * workspace_weights(poses, data.targets[t].pose_text));
+      outputs_.push_back({data.targets[t].id, {part}, weights});
+    }
+  }
+}
+
+void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+  std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<std::string>>> grids;  // parts and poses
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    const std::string group = group_of(data.targets[t]);
+    if (checked[t] || group.empty() || !add_part(data, training, static_cast<Index>(t))) continue;
+    grids[group].first.push_back(parts_.size() - 1);
+    grids[group].second.push_back(data.targets[t].pose_text);
+    outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
+  }
+  if (std::all_of(grids.begin(), grids.end(), [](const auto& grid) { return grid.second.first.size() < 2; })) {
+    left_out_.push_back(name() + ": no quantity is measured at two poses");
+    outputs_.clear();
+    parts_.clear();
+    return;
+  }
+  for (std::size_t t = 0; t < data.targets.size(); ++t) {
+    const auto grid = grids.find(group_of(data.targets[t]));
+    if (!checked[t] || grid == grids.end()) continue;
+    outputs_.push_back({data.targets[t].id, grid->second.first, workspace_weights(grid->second.second, data.targets[t].pose_text).transpose()});
+  }
+}
+
+MatrixXd FittedModel::predict(const Dataset& data) const {
+  std::vector<VectorXd> series;
+  for (const Part& part : parts_) {
+    MatrixXd inputs = MatrixXd::Constant(data.rows(), static_cast<Index>(part.inputs.size()), missing);
+    for (std::size_t k = 0; k < part.inputs.size(); ++k) {
+      if (part.inputs[k].activity) inputs.col(static_cast<Index>(k)).setZero();  // nothing of the kind ran
+      for (std::size_t column = 0; column < data.inputs.size(); ++column) {
+        if (data.inputs[column].id == part.inputs[k].id) inputs.col(static_cast<Index>(k)) = data.input_values.col(static_cast<Index>(column));
+      }
+    }
+    VectorXd& whole = series.emplace_back(data.rows());
+    for (std::size_t s = 0; s < data.starts.size(); ++s) {
+      const Index from = data.starts[s], count = data.stretch_end(s) - from;
+      whole.segment(from, count) = part.model->predict(data.time.segment(from, count), inputs.middleRows(from, count));
+    }
+  }
+  const VectorXd level = levels_of_rows(data, level_input_, levels_);
+  MatrixXd result = MatrixXd::Constant(data.rows(), static_cast<Index>(data.targets.size()), missing);
+  for (const Output& output : outputs_) {
+    for (std::size_t t = 0; t < data.targets.size(); ++t) {
+      if (data.targets[t].id != output.channel) continue;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const Eigen::RowVectorXd weights =
+            output.weights.rows() == 1 ? Eigen::RowVectorXd(output.weights.row(0)) : Eigen::RowVectorXd(level_shares(levels_, level[i]).transpose() * output.weights);
+        double sum = 0.0;
+        for (std::size_t p = 0; p < output.parts.size(); ++p) sum += weights[static_cast<Index>(p)] * series[output.parts[p]][i];
+        sum *= output.factor;
+        result(i, static_cast<Index>(t)) = std::isfinite(sum) ? sum : missing;
+      }
+    }
+  }
+  return result;
+}
+
+void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>& training, MatrixXd& predicted) {
+  constexpr double most_times = 10.0;
+  /// Peak to peak of a column in the training rows or in all.
+  const auto span_of = [&](const Eigen::Ref<const VectorXd>& values, bool training_only) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (Index i = 0; i < values.size(); ++i) {
+      if (!std::isfinite(values[i]) || (training_only && !training[static_cast<std::size_t>(i)])) continue;
+      low = std::min(low, values[i]);
+      high = std::max(high, values[i]);
+    }
+    return std::pair{low, high};
+  };
+  std::erase_if(outputs_, [&](const Output& output) {
+    const auto target = std::find_if(data.targets.begin(), data.targets.end(), [&](const MeasuredChannel& c) { return c.id == output.channel; });
+    if (target == data.targets.end()) return false;
+    const Index t = target - data.targets.begin();
+    const auto [low, high] = span_of(data.target_values.col(t), true);
+    if (!(high > low)) return false;
+    double reach = 1.0;
+    for (const std::size_t p : output.parts)
+      for (const InputInfo& info : parts_[p].inputs)
+        for (std::size_t k = 0; k < data.inputs.size(); ++k) {
+          if (data.inputs[k].id != info.id) continue;
+          const auto seen = span_of(data.input_values.col(static_cast<Index>(k)), true), all = span_of(data.input_values.col(static_cast<Index>(k)), false);
+          if (seen.second > seen.first) reach = std::max(reach, (all.second - all.first) / (seen.second - seen.first));
+        }
+    const double middle = 0.5 * (low + high), limit = most_times * reach * (high - low);
+    for (Index i = 0; i < predicted.rows(); ++i) {
+      if (!(std::abs(predicted(i, t) - middle) > limit)) continue;
+      refused_.push_back(fmt::format("{} {}: diverges, {:.3g} {} predicted at {:.2f} h where the training rows have {:.3g} to {:.3g} {}", name(), output.channel,
+                                     predicted(i, t), target->unit, data.time[i] / 3600.0, low, high, target->unit));
+      predicted.col(t).setConstant(missing);
+      return true;
+    }
+    return false;
+  });
+  if (outputs_.empty()) parts_.clear();
+}
+
+std::vector<std::string> FittedModel::cautions() const {
+  std::vector<std::string> all;
+  for (const Part& part : parts_)
+    if (!part.caution.empty()) all.push_back(part.channel + ": " + part.caution);
+  all.insert(all.end(), refused_.begin(), refused_.end());
+  return all;
+}
+
+std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& training) {
+  const MatrixXd predicted = predict(data);
+  std::string text;
+  for (Output& output : outputs_) {
+    for (std::size_t t = 0; t < data.targets.size(); ++t) {
+      if (data.targets[t].id != output.channel) continue;
+      double products = 0.0, squares = 0.0;
+      for (Index i = 0; i < data.rows(); ++i) {
+        const double p = predicted(i, static_cast<Index>(t)), z = data.target_values(i, static_cast<Index>(t));
+        if (!training[static_cast<std::size_t>(i)] || !std::isfinite(p) || !std::isfinite(z)) continue;
+        products += p * z;
+        squares += p * p;
+      }
+      if (squares > 0.0) output.factor *= products / squares;
+      text += fmt::format("{}{} x {:.3g}", text.empty() ? "" : ", ", output.channel, output.factor);
+    }
+  }
+  return text;
+}
+
+std::vector<std::string> FittedModel::explain() const {
+  std::vector<std::string> lines;
+  for (const Part& part : parts_) {
+    lines.push_back(name() + " " + part.channel + ": " + part.model->explain(part.unit) + (part.caution.empty() ? "" : "; " + part.caution));
+  }
+  if (spec_->spatial != Spatial::one_point) return lines;
+  for (const Output& output : outputs_) {
+    std::string text = name() + " " + output.channel + ": b =";
+    for (Index l = 0; l < output.weights.rows(); ++l) {
+      text += fmt::format(" {:.3f}", output.weights(l, 0));
+      if (!levels_.empty()) text += fmt::format(" at {} {:g}", level_input_, levels_[static_cast<std::size_t>(l)]);
+    }
+    lines.push_back(text + " of " + parts_[output.parts[0]].channel);
+  }
+  return lines;
+}
+
+std::string FittedModel::to_toml() const {
+  std::string text = fmt::format("[[model]]\nname = {}\nlevel_input = {}\nlevels = [", quoted(name()), quoted(level_input_));
+  for (std::size_t i = 0; i < levels_.size(); ++i) text += fmt::format("{}{:.17e}", i == 0 ? "" : ", ", levels_[i]);
+  text += "]\n";
+  for (const Part& part : parts_) {
+    text += fmt::format("[[model.part]]\nchannel = {}\nunit = {}\n", quoted(part.channel), quoted(part.unit));
+    std::string ids, kinds;
+    for (const InputInfo& info : part.inputs) {
+      const std::string comma = ids.empty() ? "" : ", ";
+      ids += comma + quoted(info.id);
+      kinds += comma + (info.ambient ? "\"ambient\"" : info.temperature ? "\"temperature\"" : info.motion ? "\"motion\"" : info.activity ? "\"activity\"" : "\"state\"");
+    }
+    text += fmt::format("inputs = [{}]\nkinds = [{}]\n", ids, kinds);
+    if (!part.caution.empty()) text += "caution = " + quoted(part.caution) + "\n";
+    text += "[model.part.values]\n";
+    Archive archive;
+    part.model->save(archive);
+    for (const auto& [key, values] : archive.values()) text += key + " = " + matrix_text(values) + "\n";
+  }
+  for (const Output& output : outputs_) {
+    text += fmt::format("[[model.output]]\nchannel = {}\nfactor = {:.17e}\nweights = {}\nparts = [", quoted(output.channel), output.factor, matrix_text(output.weights));
+    for (std::size_t i = 0; i < output.parts.size(); ++i) text += fmt::format("{}{}.0", i == 0 ? "" : ", ", output.parts[i]);
+    text += "]\n";
+  }
+  return text;
+}
+
+std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
+  const core::Config config = core::Config::load(file);
+  const core::Node root = config.root();
+  root.integer("schema", 1, 1);
+  std::vector<FittedModel> models;
+  for (const core::Node& node : root.tables("model")) {
+    FittedModel model(model_spec(node.text("name")));
+    model.level_input_ = node.text("level_input");
+    model.levels_ = node.numbers("levels");
+    for (const core::Node& part_node : node.tables("part")) {
+      Part part{part_node.text("channel"), part_node.text("unit"), {}, model.spec_->make(), part_node.text_or("caution", "")};
+      const std::vector<std::string> ids = part_node.texts_or_empty("inputs"), kinds = part_node.texts_or_empty("kinds");
+      if (ids.empty() || ids.size() != kinds.size()) {
+        throw InputError(part_node.place("inputs"), fmt::format("{} inputs, {} kinds", ids.size(), kinds.size()), "at least one input, a kind each");
+      }
+      for (std::size_t i = 0; i < ids.size(); ++i) {
+        const bool ambient = kinds[i] == "ambient";
+        const bool motion = kinds[i] == "motion";
+        part.inputs.push_back({ids[i], ambient || kinds[i] == "temperature", motion || kinds[i] == "activity", ambient, motion});
+      }
+      const core::Node values = part_node.table("values");
+      Archive archive(values.place());
+      for (const std::string& key : values.keys()) archive.put(key, matrix_of(values, key));
+      part.model->load(archive, part.inputs);
+      values.finish();
+      part_node.finish();
+      model.parts_.push_back(std::move(part));
+    }
+    for (const core::Node& output_node : node.tables("output")) {
+      Output output{output_node.text("channel"), {}, matrix_of(output_node, "weights"), output_node.number("factor")};
+      for (const double index : output_node.numbers("parts")) {
+        if (!(index >= 0.0 && index < static_cast<double>(model.parts_.size()))) {
+          throw InputError(output_node.place("parts"), fmt::format("{}", index), fmt::format("0 to {}", static_cast<double>(model.parts_.size()) - 1.0));
+        }
+        output.parts.push_back(static_cast<std::size_t>(index));
+      }
+      const auto rows = std::max<Index>(static_cast<Index>(model.levels_.size()), 1);
+      if (output.weights.cols() != static_cast<Index>(output.parts.size()) || (output.weights.rows() != 1 && output.weights.rows() != rows)) {
+        throw InputError(output_node.place("weights"), fmt::format("{} x {}", output.weights.rows(), output.weights.cols()),
+                         fmt::format("1 or {} x {}", rows, output.parts.size()));
+      }
+      output_node.finish();
+      model.outputs_.push_back(std::move(output));
+    }
+    node.finish();
+    models.push_back(std::move(model));
+  }
+  root.finish();
+  if (models.empty()) throw InputError(file.string(), "no [[model]]", "a file that evaluate has written");
+  return models;
+}
+
+}  // namespace thermotwin::compensation

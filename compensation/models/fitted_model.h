@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Every model that is fitted to a measurement, behind one interface: fit on some rows of a
+// measurement, predict all its displacement channels row by row, explain, save and load.
+// Most models are fitted to each channel by itself. Two carry what they know over the workspace
+// (document 001): `one_point` has one transfer function a quantity and a factor b_j for each pose,
+// one for each load level; `transfer_grid` has a transfer function at each pose. Both predict poses
+// that no fit has seen (EvaluateOptions::check) by interpolation between those that it has.
+// `rotary_unit` is fitted to all channels together: one set of bodies, several location errors.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compensation/models/catalogue.h"
+#include "compensation/models/channel_model.h"
+
+namespace thermotwin::compensation {
+
+class FittedModel {
+ public:
+  explicit FittedModel(const ModelSpec& spec) : spec_(&spec) {}
+
+  /// @param training  (rows) true where targets may be used  @param check  channels that may not
+  void fit(const Dataset& data, const std::vector<bool>& training, const std::vector<std::string>& check);
+
+  /// (rows x targets) predicted row by row; NaN where inputs are missing or a channel is not modelled
+  Eigen::MatrixXd predict(const Dataset& data) const;
+
+  /// One factor a channel, fitted on these rows: the same model on another machine of the type
+  /// (document 002, 5.2). @return factors in words
+  std::string correct(const Dataset& data, const std::vector<bool>& training);
+
+  const std::string& name() const { return spec_->name; }
+  /// Refuses channels whose prediction runs away from what the fit saw: beyond ten times the displacements of the training rows
+  /// times the range of the inputs over theirs. @param predicted  of all rows; columns of refused channels become NaN
+  void refuse_diverging(const Dataset& data, const std::vector<bool>& training, Eigen::MatrixXd& predicted);
+
+  /// Why fits are doubtful: "<channel>: <reason>" of each part that lies at a bound of its search or fell back on another model;
+  /// what was refused.
+  std::vector<std::string> cautions() const;
+
+  /// Parameters of each channel in words.
+  std::vector<std::string> explain() const;
+  /// Channels that could not be fitted, and why.
+  const std::vector<std::string>& left_out() const { return left_out_; }
+  /// Channels that refuse_diverging took away, and why.
+  const std::vector<std::string>& refused() const { return refused_; }
+  bool empty() const { return outputs_.empty(); }
+
+  /// As TOML: [[model]] tables with every number at full precision.
+  std::string to_toml() const;
+  /// @throws InputError (not such a file, unknown model, parameters missing or of wrong size)
+  static std::vector<FittedModel> read(const std::filesystem::path& file);
+
+ private:
+  struct Part {
+    std::string channel, unit;
+    std::vector<InputInfo> inputs;
+    std::unique_ptr<ChannelModel> model;
+    std::string caution{};           ///< of its fit
+  };
+  /// A channel as a weighted sum of parts; the weights may depend on the load level.
+  struct Output {
+    std::string channel;
+    std::vector<std::size_t> parts;
+    Eigen::MatrixXd weights;         ///< (levels x parts)
+    double factor = 1.0;
+  };
+  bool add_part(const Dataset& data, const std::vector<bool>& training, Eigen::Index target);
+  void add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
+  void add_together(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
+  void add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
+
+  const ModelSpec* spec_;
+  std::vector<Part> parts_;
+  std::vector<Output> outputs_;
+  std::string level_input_;          ///< activity whose last value above 0 is the load level
+  std::vector<double> levels_;
+  std::vector<std::string> left_out_, refused_;
+};
+
+}  // namespace thermotwin::compensation

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Regressions without memory or with one lag: displacement = intercept + sum gain_i T_i, where T_i
+// may have passed a first-order lag. The baseline that dynamic models are held against.
+
+#include <memory>
+
+#include "compensation/models/channel_model.h"
+
+namespace thermotwin::compensation {
+
+/// Ordinary least squares, all temperatures, intercept.
+std::unique_ptr<ChannelModel> make_static_regression();
+/// The same with a ridge whose strength is chosen on held-out blocks of the training rows.
+std::unique_ptr<ChannelModel> make_ridge_regression();
+/// Inputs taken in one after the other as long as held-out blocks get better by at least 2 %. Where no input alone makes them
+/// better, it falls back on the ridge regression and says so.
+std::unique_ptr<ChannelModel> make_selected_regression();
+/// sum of gain_i / (1 + tau s) applied to each temperature, one tau for all.
+std::unique_ptr<ChannelModel> make_first_order();
+
+}  // namespace thermotwin::compensation

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// What the reduced model may be wrong about, and what sensors say about it. Each uncertain quantity
+// theta_k of machine.toml (source powers, films, contact conductances, coolant films and flow,
+// ambient temperatures, the state at the start) moves the state by S_k theta_k, where
+//   E dS_k/dt + K(p) S_k = ds/dtheta_k q - dK/dtheta_k x
+// is driven by the inputs that the machine really had. The start may carry what spindle, axes, standing
+// losses, fluid and surroundings leave behind within hours (patterns of their cooling). So the covariance of the state is
+// S Sigma S^T: small after a night's rest, large after hours at speed, and its footprint is that of
+// the causes. Sensors (H, with a constant bias each) update theta and Sigma by a Kalman filter in
+// these few parameters; the state correction is S theta, and neither nominal state nor S can become
+// unstable, since the correction only enters the products of S's right-hand side. Machine
+// parameters hardly fade; ambient ones return to their prior within hours. A mean reading's noise is
+// that of one independent sample a correlation time, since what a mesh gets wrong is wrong for long;
+// far outliers count less. Where probing tells the TCP error itself, nine quantities of the outputs
+// join theta: by which share more than nominal the tool side and the table side move along x, y and z
+// (expansions, scales), and a rest in x, y and z that fades within hours. Limits: first order in
+// theta (products with x + S theta keep most of the second), capacities are not estimated, expansions
+// by probing only.
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <string>
+#include <vector>
+
+#include "reduction/model/reduced_model.h"
+
+namespace thermotwin::compensation {
+
+class ErrorModel {
+ public:
+  /// @param model  must outlive the error model
+  explicit ErrorModel(const reduction::ReducedModel& model);
+
+  /// Means over an interval of the nominal model's run.
+  struct Interval {
+    double duration = 0;                 ///< s
+    Eigen::VectorXd p, q, state;
+    Eigen::MatrixXd operator_matrix;     ///< K0 + sum p K
+  };
+
+  /// A sensor's reading at the start minus the uniform temperature of the start, K.
+  struct FirstReading {
+    Eigen::Index sensor = 0;
+    double value = 0;
+  };
+  /// Where the axes stand at the start: to be told before start() and start_evidence(). @param row  (channels)
+  void work_ends_at(const Eigen::VectorXd& row);
+  /// Forgets everything. The start may carry what work before it has left: how long ago that ended and how much it
+  /// was is weighted by the evidence of the first readings, which are still to be learnt by update().
+  /// @param uniform_K  standard deviation of the start's mean   @param readings  none: nothing is known of work before
+  /// @param ambient_gap_K  (ambients) temperature that sensors found minus the default of an ambient
+  ///   that nobody measures; such an ambient may be at either: mean and deviation become half the gap
+  void start(double uniform_K, const std::vector<FirstReading>& readings, const Eigen::VectorXd& ambient_gap_K);
+  /// Logarithm of the probability density of first readings about a uniform temperature of this deviation.
+  double start_evidence(double uniform_K, const std::vector<FirstReading>& readings) const;
+  /// The temperature of a machine that has rested, to which work before adds, K above the reference.
+  struct UniformStart {
+    double middle, std;
+  };
+  /// Probability that a first reading is as far off as this one from what the others foretell of it.
+  /// @param starts  that are possible  @param others, reading  values above the reference
+  double first_reading_chance(const std::vector<UniformStart>& starts, std::vector<FirstReading> others,
+                              const FirstReading& reading) const;
+  /// How what the start left changes from now on, until the next advance(). @param interval  its duration and operator
+  void foresee(const Interval& interval);
+
+  void advance(const Interval& interval);
+
+  /// Mean reading minus nominal prediction (K) of one sensor over the last interval.
+  struct Innovation {
+    Eigen::Index sensor = 0;
+    double value = 0;
+    double moment = 1;                   ///< mean time in the interval, 0 start .. 1 end
+    double deviation_K = 0;              ///< how far the sensor is from the start: scales model error
+  };
+  /// @param independent_s  > 0: time that the readings stand for; 0: one independent sample
+  void update(const std::vector<Innovation>& innovations, double independent_s);
+
+  /// Rows of the TCP error's three translations (m) at one pose, each (3 x order).
+  struct ErrorRows {
+    Eigen::Matrix3Xd tool, table;        ///< error = (tool + table) * state
+  };
+  /// A TCP error that was probed. @param nominal  nominal state at its time  @param error (3) m, NaN where
+  /// not measured  @param std_m  standard deviation of each
+  void learn(const ErrorRows& rows, const Eigen::VectorXd& nominal, const Eigen::Vector3d& error, double std_m);
+  bool learns() const { return learns_; }  ///< whether anything was probed
+  /// What probing found beside the state: tool side and table side times 1 + share, and a rest, m.
+  struct OutputShares {
+    Eigen::Vector3d tool, table, rest;
+  };
+  OutputShares output_shares() const;
+
+  /// What learn or release found is not shown at once: the shown correction follows with a time constant.
+  void show(double duration);
+
+  Eigen::VectorXd correction() const { return directions_ * shown().head(directions_.cols()); }
+  /// How fast what the start left fades from the correction, K/s of the state
+  Eigen::VectorXd correction_rate() const { return start_rate_ * shown().segment(machine_quantities(), start_modes_); }
+  /// (sensors) the same of sensor_correction(), K/s
+  Eigen::VectorXd sensor_correction_rate() const {
+    return sensor_start_rate_ * theta_.segment(machine_quantities(), start_modes_);
+  }
+  /// (sensors) standard deviation of how fast the predicted readings change, K/s
+  Eigen::VectorXd sensor_rate_std() const;
+  /// (sensors) correction of the predicted readings, biases included
+  Eigen::VectorXd sensor_correction() const;
+  const Eigen::MatrixXd& directions() const { return directions_; }           ///< S
+  auto covariance() const { return sigma_.topLeftCorner(directions_.cols(), directions_.cols()); }
+  const Eigen::MatrixXd& all_covariance() const { return sigma_; }            ///< of all of theta
+  Eigen::Index first_output() const { return theta_.size() - outputs; }       ///< index of the output quantities
+  /// Standard deviation of the noise and model error of a mean reading, K.
+  double reading_std(Eigen::Index sensor, double deviation_K) const;
+
+  /// A sensor's offset as the others and the model see it: its posterior without its own prior.
+  struct SensorOffset {
+    double value = 0, std = 0;           ///< K; std is infinite where nothing else tells
+  };
+  SensorOffset offset(Eigen::Index sensor) const;
+  /// Forgets that the sensor was expected to be right: what its readings had pushed into other
+  /// quantities comes back as its offset.
+  void release(Eigen::Index sensor);
+
+  /// A state of the filter by its physical name.
+  struct State {
+    std::string name, unit;              ///< unit "1": a share of nominal
+    double value = 0, std = 0, prior_std = 0;
+    double memory_s = 0;                 ///< 0: does not fade
+  };
+  std::vector<State> states() const;
+  /// (order x machine quantities) how fast each moves the state per unit, W-scaled as E dx/dt.
+  Eigen::MatrixXd rates(const Interval& interval) const;
+  Eigen::Index machine_quantities() const { return static_cast<Eigen::Index>(quantities_.size()); }
+
+ private:
+  struct Quantity {
+    std::string name, unit;
+    double std = 0;                      ///< of theta: a share, or K for ambient ones
+    double memory = 0;                   ///< s, time constant of the return to the prior; 0: none
+    std::vector<int> terms;              ///< terms (and what they drive) that scale with 1 + theta
+    std::vector<int> inputs;             ///< inputs that scale with 1 + theta
+    std::vector<int> ambient_inputs;     ///< inputs that get p of their term times theta
+    int ambient = -1;                    ///< index of the ambient, for those
+  };
+  /// What a machine that was used before still carries, for each time since (order x heats and hours of work).
+  std::vector<Eigen::MatrixXd> left_behind(const Eigen::VectorXd& row) const;
+  struct WorkBefore {
+    Eigen::MatrixXd sizes;  ///< (heats x times since it ended) root mean squares
+    double log_evidence;    ///< of the readings, all together
+  };
+  /// All heats alike or one alone, each size, each time since: as probable as it makes the readings.
+  WorkBefore work_before(double uniform_K, const std::vector<FirstReading>& readings) const;
+  /// Calls visit(idle, heat or -1, size, log_prior, covariance of the readings) for each of them.
+  template <class Visit>
+  void each_work_before(const Eigen::MatrixXd& rest, const Eigen::MatrixXd& rows, const Visit& visit) const;
+  Eigen::MatrixXd first_covariance(double uniform_K, const std::vector<FirstReading>& readings) const;
+  Eigen::MatrixXd first_rows(const std::vector<FirstReading>& readings) const;
+  Eigen::Index columns_of_heat() const;
+  /// Patterns of unit deviation for these readings, (order x patterns).
+  Eigen::MatrixXd start_patterns(double uniform_K, const std::vector<FirstReading>& readings) const;
+  void add_machine_quantities();
+  void add_ambient_quantities();
+  void fade(double duration);
+  void settle();
+  Eigen::VectorXd shown() const { return theta_ - withheld_; }
+  /// One scalar observation row * theta. @param residual  observed - predicted
+  void observe(const Eigen::VectorXd& row, double residual, double variance);
+
+  const reduction::ReducedModel& model_;
+  std::vector<Quantity> quantities_;
+  std::vector<std::vector<int>> inputs_of_term_;
+  Eigen::Index start_modes_ = 0;
+  Eigen::MatrixXd directions_, sensor_directions_, last_sensor_directions_;
+  std::vector<Eigen::MatrixXd> left_behind_;        ///< of the row that work_ends_at was told
+  Eigen::MatrixXd start_rate_, sensor_start_rate_;  ///< of the start's directions, 1/s
+  Eigen::MatrixXd sensor_rate_;                     ///< (sensors x directions) 1/s
+  static constexpr Eigen::Index outputs = 9;
+  Eigen::VectorXd theta_, prior_, mean_; ///< quantities, start modes, sensor biases, outputs
+  Eigen::VectorXd withheld_;             ///< part of theta that is not shown yet
+  Eigen::VectorXd gain_;                 ///< scratch of observe
+  bool learns_ = false;
+  Eigen::VectorXd memory_;
+  Eigen::MatrixXd sigma_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> factor_;
+  Eigen::VectorXd factor_p_;
+  double factor_duration_ = 0;
+};
+
+}  // namespace thermotwin::compensation

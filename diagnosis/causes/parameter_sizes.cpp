@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/causes/parameter_sizes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "solver/operation/layout.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+double relative_change(double now, double before) { return before != 0.0 ? now / before - 1.0 : 0.0; }
+
+}  // namespace
+
+bool PartChanges::differs_in_rows(const PartChanges& other) const {
+  return bodies != other.bodies || scales != other.scales || screws != other.screws || stiffness != other.stiffness;
+}
+
+PartChanges part_changes(const mesh::Machine& base, const mesh::Machine& machine) {
+  PartChanges changes;
+  const auto size = [](const auto& items) { return static_cast<Index>(items.size()); };
+  changes.capacity.setZero(size(base.bodies));
+  changes.bodies.setZero(size(base.bodies));
+  for (std::size_t b = 0; b < base.bodies.size(); ++b) {
+    const mesh::Material &before = base.material(base.bodies[b].material), &now = machine.material(machine.bodies[b].material);
+    changes.capacity[static_cast<Index>(b)] = relative_change(now.density * now.specific_heat.value, before.density * before.specific_heat.value);
+    changes.bodies[static_cast<Index>(b)] = relative_change(now.expansion.value, before.expansion.value);
+  }
+  changes.scales.setZero(size(base.scales));
+  for (std::size_t i = 0; i < base.scales.size(); ++i)
+    changes.scales[static_cast<Index>(i)] = relative_change(machine.scales[i].expansion.value, base.scales[i].expansion.value);
+  changes.screws.setZero(size(base.screws));
+  for (std::size_t i = 0; i < base.screws.size(); ++i)
+    changes.screws[static_cast<Index>(i)] = relative_change(machine.screws[i].expansion.value, base.screws[i].expansion.value);
+  changes.stiffness.setZero(size(base.joints));
+  for (std::size_t i = 0; i < base.joints.size(); ++i)
+    if (base.joints[i].stiffness_normal.value > 0.0)
+      changes.stiffness[static_cast<Index>(i)] = std::log(machine.joints[i].stiffness_normal.value / base.joints[i].stiffness_normal.value);
+  return changes;
+}
+
+VectorXd stiffness_amounts(const reduction::Parts& parts, const PartChanges& changes) {
+  VectorXd amounts(changes.stiffness.size());
+  for (Index j = 0; j < amounts.size(); ++j) amounts[j] = changes.stiffness[j] == 0.0 ? 0.0 : parts.stiffness_amount(j, changes.stiffness[j]);
+  return amounts;
+}
+
+AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Machine& machine) {
+  AddedSources added{model.system.layout, {}};
+  const std::size_t own = model.machine.sources.size();
+  if (machine.sources.size() <= own) return added;
+  const auto& patches = model.patches.items;
+  added.inputs.resize(model.system.order(), static_cast<Index>(machine.sources.size() - own));
+  for (std::size_t i = own; i < machine.sources.size(); ++i) {
+    const mesh::SourceSpec& source = machine.sources[i];
+    const auto patch = std::find_if(patches.begin(), patches.end(), [&](const reduction::Patch& p) {
+      return source.places.size() == 1 && p.surface.id == source.places.front().surface;
+    });
+    if (patch == patches.end())
+      throw core::InputError("source " + source.id, "a source that the reduced model does not have",
+                             "one surface patch of the model as its place, or a new reduction");
+    added.layout.inputs.push_back({.kind = solver::InputKind::source, .item = static_cast<int>(i)});
+    added.inputs.col(static_cast<Index>(i - own)) = model.patches.inputs.col(patch - patches.begin());
+  }
+  return added;
+}
+
+reduction::ReducedModel model_of_changed(const reduction::ReducedModel& model, const mesh::Machine& machine) {
+  reduction::ReducedModel changed = model;
+  changed.machine = machine;
+  if (AddedSources added = added_sources(model, machine); added.inputs.cols() > 0) {
+    changed.system.layout = std::move(added.layout);
+    changed.system.inputs.conservativeResize(Eigen::NoChange, model.system.inputs.cols() + added.inputs.cols());
+    changed.system.inputs.rightCols(added.inputs.cols()) = added.inputs;
+  }
+  if (!model.parts) return changed;
+  const PartChanges changes = part_changes(model.machine, machine);
+  for (Index b = 0; b < changes.capacity.size(); ++b) {
+    Eigen::MatrixXd& part = changed.parts->capacity[static_cast<std::size_t>(b)];
+    changed.system.capacity += changes.capacity[b] * part;
+    part *= 1.0 + changes.capacity[b];
+  }
+  const auto add = [&](std::vector<reduction::ReducedOutputs>& parts, const VectorXd& amounts, const VectorXd& growth) {
+    for (Index i = 0; i < amounts.size(); ++i) {
+      reduction::ReducedOutputs& part = parts[static_cast<std::size_t>(i)];
+      if (amounts[i] == 0.0 || part.tool.empty()) continue;
+      for (const auto rows : {&reduction::ReducedOutputs::tool, &reduction::ReducedOutputs::table_axis, &reduction::ReducedOutputs::table_own})
+        for (std::size_t pose = 0; pose < (part.*rows).size(); ++pose) {
+          (changed.outputs.*rows)[pose] += amounts[i] * (part.*rows)[pose];
+          (part.*rows)[pose] *= growth[i];
+        }
+    }
+  };
+  const auto ratio = [](const VectorXd& change) { return VectorXd(change.array() + 1.0); };
+  add(changed.parts->bodies, changes.bodies, ratio(changes.bodies));
+  add(changed.parts->scales, changes.scales, ratio(changes.scales));
+  add(changed.parts->screws, changes.screws, ratio(changes.screws));
+  const VectorXd grown = (changes.stiffness.array() * model.parts->stiffness_exponent.array()).exp();
+  add(changed.parts->stiffness, stiffness_amounts(*model.parts, changes), grown);
+  return changed;
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/data/data_hypotheses.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "diagnosis/inference/evidence.h"
+#include "diagnosis/record/readings.h"
+#include "diagnosis/statistics/statistics.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double day = 86400.0, hour = 3600.0;
+constexpr double daily_days = 3.0;  ///< length of a record that tells a daily swing from a drift
+constexpr int drift_starts = 8;     ///< of a drift, evenly over the parts that are fitted
+constexpr double gain_width = 2.0;  ///< prior of a slow element's gain: this times target's spread over input's spread
+constexpr double slower[] = {2.0, 4.0};  ///< time constants of slow elements, times the longest of the box
+constexpr double unknown_sizes[] = {0.03, 0.1, 0.3,
+                                    1.0};  ///< of what wanders for no known reason, of the target's size
+constexpr double unknown_times[] = {3600, 10800, 43200, 172800};  ///< s
+
+/// Further columns with their priors; value: what names the variant (start of a drift, time constant), s.
+struct Variant {
+  MatrixXd columns;
+  VectorXd prior_std;
+  double value = 0;
+};
+
+double log_mean_exp(const std::vector<double>& logs) {
+  const double top = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (const double log : logs) sum += std::exp(log - top);
+  return top + std::log(sum / static_cast<double>(logs.size()));
+}
+
+/// The rows that are fitted, with the box's columns.
+class Fitted {
+ public:
+  Fitted(const DataRecord& record, const GreyBox& box, const MatrixXd& columns, const VectorXd& value,
+         std::vector<Index> rows)
+      : box_(box),
+        columns_(columns),
+        value_(value),
+        rows_(std::move(rows)),
+        left_over_(box.left_over(record, rows_)),
+        white_({left_over_}) {}
+
+  struct Result {
+    double log_evidence = 0;
+    VectorXd predicted, mean, std;  ///< (n); of the added gains
+  };
+  Result with(const Variant& variant) const {
+    const Index own = columns_.cols(), added = variant.columns.cols();
+    MatrixXd all(columns_.rows(), own + added);
+    all << columns_, variant.columns;
+    VectorXd prior(own + added);
+    prior << box_.prior_std, variant.prior_std;
+    const LinearEvidence evidence(white_.whiten(MatrixXd(all(rows_, Eigen::all))), white_.whiten(value_(rows_)), prior);
+    return {evidence.log_evidence() - 0.5 * white_.log_determinant(), all * evidence.mean(),
+            evidence.mean().tail(added), evidence.covariance().diagonal().tail(added).cwiseMax(0.0).cwiseSqrt()};
+  }
+  /// With something that wanders for no known reason.
+  double log_evidence_of(const OrnsteinUhlenbeck& unknown) const {
+    ChannelCovariance wide = left_over_;
+    wide.wander.push_back(unknown);
+    const Whitener white({wide});
+    const LinearEvidence evidence(white.whiten(MatrixXd(columns_(rows_, Eigen::all))), white.whiten(value_(rows_)),
+                                  box_.prior_std);
+    return evidence.log_evidence() - 0.5 * white.log_determinant();
+  }
+
+ private:
+  const GreyBox& box_;
+  const MatrixXd& columns_;
+  const VectorXd& value_;
+  std::vector<Index> rows_;
+  ChannelCovariance left_over_;
+  Whitener white_;
+};
+
+std::vector<Variant> drifts(const DataRecord& record, const RecordParts& parts, double size) {
+  std::vector<Variant> all;
+  const double start = record.time[0] - 0.5 * record.interval, fitted = parts.last_start - start;
+  for (int i = 0; i < drift_starts; ++i) {
+    const double begins = fitted * i / drift_starts;
+    all.push_back({((record.time.array() - start - begins).cwiseMax(0.0) / hour).matrix(),
+                   VectorXd::Constant(1, size / 24.0), begins});
+  }
+  return all;
+}
+
+Variant daily_swing(const DataRecord& record, double size) {
+  MatrixXd columns(record.time.size(), 4);
+  const Eigen::ArrayXd angle = 2.0 * std::numbers::pi / day * record.time.array();
+  columns << angle.sin().matrix(), angle.cos().matrix(), (2.0 * angle).sin().matrix(), (2.0 * angle).cos().matrix();
+  return {columns, size * Eigen::Vector4d(0.5, 0.5, 0.25, 0.25), 0.0};
+}
+
+/// Elements of all inputs that are slower than the first part could show.
+std::vector<Variant> slow_elements(const DataRecord& record, const GreyBox& box, const std::vector<Index>& first,
+                                   double size) {
+  std::vector<Variant> all;
+  const Index inputs = record.inputs.cols();
+  for (const double factor : slower) {
+    Variant slow{MatrixXd(record.time.size(), inputs), VectorXd(inputs),
+                 factor * std::max(box.time_constants.back(), record.interval)};
+    for (Index i = 0; i < inputs; ++i) {
+      slow.columns.col(i) = lagged(record.time, record.inputs.col(i).array() - record.inputs(0, i), slow.value);
+      slow.prior_std[i] = gain_width * size / std::max(spread_of(record.inputs(first, i)), 1e-9);
+    }
+    all.push_back(std::move(slow));
+  }
+  return all;
+}
+
+/// Mean and standard deviation of a mixture.
+struct Mixture {
+  double weight = 0, sum = 0, square = 0;
+  void add(double w, double mean, double std) {
+    weight += w;
+    sum += w * mean;
+    square += w * (mean * mean + std * std);
+  }
+  double mean() const { return sum / weight; }
+  double std() const { return std::sqrt(std::max(square / weight - mean() * mean(), 0.0)); }
+};
+
+/// All variants, weighed by their evidence.
+Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, const std::string& kind,
+                   const std::string& name, const std::string& unit) {
+  Extension extension{kind, name, unit, 0, 0, 0, 0, 0, {}};
+  std::vector<Fitted::Result> results;
+  std::vector<double> logs;
+  for (const Variant& variant : variants) {
+    results.push_back(fitted.with(variant));
+    logs.push_back(results.back().log_evidence);
+  }
+  extension.log_evidence = log_mean_exp(logs);
+  Mixture value, begins;
+  extension.predicted = VectorXd::Zero(results.front().predicted.size());
+  const double total = extension.log_evidence + std::log(static_cast<double>(logs.size()));
+  for (std::size_t i = 0; i < variants.size(); ++i) {
+    const double weight = std::exp(logs[i] - total);
+    extension.predicted += weight * results[i].predicted;
+    begins.add(weight, variants[i].value, 0.0);
+    if (kind == "time_constant")
+      value.add(weight, variants[i].value,
+                variants[i].value / std::sqrt(12.0));  // as wide as the steps between variants
+    else if (results[i].mean.size() == 1)
+      value.add(weight, results[i].mean[0], results[i].std[0]);
+    else
+      value.add(weight, results[i].mean.head(2).norm(), results[i].std.head(2).maxCoeff());
+  }
+  extension.value = value.mean();
+  extension.std = value.std();
+  extension.begins = begins.mean();
+  return extension;
+}
+
+/// Of the residual after the first part, see the header.
+double discrepancy_p_value(const DataRecord& record, const JudgedChannel& judged, const MatrixXd& columns,
+                           const std::vector<Index>& later) {
+  const MatrixXd used = columns(later, Eigen::all);
+  const Eigen::LLT<MatrixXd> factor(judged.box.left_over(record, later).matrix() +
+                                    used * judged.box.covariance * used.transpose());
+  const VectorXd white = factor.matrixL().solve(judged.before(later));
+  const auto n = static_cast<double>(later.size()), fitted = static_cast<double>(judged.box.fitted);
+  const double variance = std::max(1.0, judged.box.chi_square / fitted);
+  const double all = f_tail(white.squaredNorm() / n / variance, n, fitted);
+  MatrixXd slow(later.size(), 2);
+  slow << VectorXd::Ones(slow.rows()), (record.time(later).array() - record.time[later.front()]).matrix() / hour;
+  const MatrixXd directions = factor.matrixL().solve(slow);
+  const VectorXd fit = directions.colPivHouseholderQr().solve(white);
+  const double along = f_tail((directions * fit).squaredNorm() / 2.0 / variance, 2.0, fitted);
+  return std::min(1.0, 2.0 * std::min(all, along));
+}
+
+}  // namespace
+
+RecordParts divide(const DataRecord& record) {
+  const double start = record.time[0] - 0.5 * record.interval,
+               length = record.time[record.time.size() - 1] - record.time[0];
+  RecordParts parts;
+  const double part = length >= 2.25 * day ? day : length / 3.0;
+  parts.first_end = start + part;
+  parts.last_start = start + 2.0 * part;
+  for (Index i = 0; i < record.time.size(); ++i)
+    (record.time[i] < parts.first_end    ? parts.first
+     : record.time[i] < parts.last_start ? parts.middle
+                                         : parts.last)
+        .push_back(i);
+  return parts;
+}
+
+std::vector<Index> joined(const std::vector<Index>& a, const std::vector<Index>& b) {
+  std::vector<Index> all = a;
+  all.insert(all.end(), b.begin(), b.end());
+  return all;
+}
+
+std::vector<Index> finite_rows(const VectorXd& values, const std::vector<Index>& rows) {
+  std::vector<Index> good;
+  for (const Index row : rows)
+    if (std::isfinite(values[row])) good.push_back(row);
+  return good;
+}
+
+JudgedChannel judge_channel(const DataRecord& record, Index target, const RecordParts& parts) {
+  JudgedChannel judged;
+  const VectorXd value = record.targets.col(target);
+  const std::vector<Index> first = finite_rows(value, parts.first), middle = finite_rows(value, parts.middle),
+                           later = joined(middle, finite_rows(value, parts.last));
+  judged.box = fit_grey_box(record, target, first);
+  const GreyBox& box = judged.box;
+  const MatrixXd columns = box.columns(record);
+  judged.before = value - columns * box.gains;
+  judged.expected_std = ((columns * box.covariance).cwiseProduct(columns).rowwise().sum().array() +
+                         box.wander_std * box.wander_std + box.noise_std.array().square())
+                            .sqrt();
+  judged.expected = root_mean_square(judged.expected_std(later));
+  judged.seen = root_mean_square(judged.before(later));
+  judged.p_value = discrepancy_p_value(record, judged, columns, later);
+
+  const Fitted fitted(record, box, columns, value, joined(first, middle));
+  const double size = std::max({root_mean_square(judged.before(middle)), spread_of(value(first)), 1e-6});
+  const std::string& unit = record.channels[static_cast<std::size_t>(target)].unit;
+  judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), "probe_drift", "drift", unit + "/h"));
+  if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day)
+    judged.extensions.push_back(
+        averaged(fitted, {daily_swing(record, size)}, "unmeasured_temperature", "daily_amplitude", unit));
+  judged.extensions.push_back(
+      averaged(fitted, slow_elements(record, box, first, size), "time_constant", "slowest", "s"));
+
+  const double log_none = fitted.with({MatrixXd(record.time.size(), 0), VectorXd(0), 0.0}).log_evidence;
+  std::vector<double> unknown;
+  for (const double share : unknown_sizes)
+    for (const double time : unknown_times) unknown.push_back(fitted.log_evidence_of({share * size, time}));
+  std::vector<double> logs = {std::log(prior_none) + log_none, std::log(prior_unknown) + log_mean_exp(unknown)};
+  for (Extension& extension : judged.extensions) {
+    logs.push_back(std::log(prior_cause / static_cast<double>(judged.extensions.size())) + extension.log_evidence);
+    extension.log_evidence -= log_none;
+  }
+  const double total = log_mean_exp(logs) + std::log(static_cast<double>(logs.size()));
+  judged.none = std::exp(logs[0] - total);
+  judged.unknown = std::exp(logs[1] - total);
+  for (std::size_t i = 0; i < judged.extensions.size(); ++i)
+    judged.extensions[i].probability = std::exp(logs[i + 2] - total);
+  return judged;
+}
+
+}  // namespace thermotwin::diagnosis

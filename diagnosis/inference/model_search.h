@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Which change of the machine explains a measurement: no cause, every single cause, every pair, and
+// "unknown" (something that wanders freely on every channel and that no parameter describes) compete
+// by prior weight times evidence. Single causes are compared at first on the nominal linearisation; the
+// leading ones are then re-linearised about their own estimate (Gauss-Newton), since a film at a third of its
+// nominal value does not act as two thirds of a small change. Pairs grow from these: every second cause beside
+// a leading one, on the linear form about that one's estimate; the leading pairs are fitted in turn.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "diagnosis/inference/hypothesis_fit.h"
+
+namespace thermotwin::diagnosis {
+
+struct SearchOptions {
+  double prior_none = 0.5, prior_single = 0.35, prior_pair = 0.1, prior_unknown = 0.05;
+  double prior_leftover = 0.1;     ///< that a cause leaves something unknown beside it
+  /// What evidence counts of its nominal weight. Channels err together (the same mesh bends all
+  /// poses alike), while the covariance takes them for independent; on clean virtual measurements
+  /// the best of sixty causes otherwise collects up to eight nats from errors of the model alone.
+  double evidence_share = 0.8;
+  int refined_singles = 8, iterations = 3;
+  /// Pairs are fitted in groups, until none that is left comes within `pair_margin` of the best fitted one.
+  int pair_group = 4, most_refined_pairs = 16;
+  double pair_margin = 4.0;        ///< nats
+};
+
+struct SearchResult {
+  std::vector<Hypothesis> hypotheses;  ///< most probable first; without unknown
+  Eigen::VectorXd marginal;            ///< (parameters) probability to be in the model
+  double probability_none = 0, probability_unknown = 0, log_evidence_unknown = 0;
+  double probability_leftover = 0;     ///< of a cause with something unknown beside it; part of unknown's
+  double log_evidence_beside = 0;      ///< of the most probable of these causes or pairs, without the unknown
+  int unknown_channel = -1;            ///< the one that something unknown is best seen in; -1: several
+  std::vector<int> invisible;          ///< parameters that this measurement cannot show
+  double chi_square_none = 0;          ///< of the fitted part, no cause
+  Eigen::Index fitted = 0;             ///< its degrees of freedom
+
+  /// The hypothesis of this single cause; nullptr if it is invisible.
+  const Hypothesis* single(int parameter) const;
+};
+
+SearchResult search(const Problem& problem, const Response& response, const mesh::Machine& machine,
+                    const SearchOptions& options = {});
+
+}  // namespace thermotwin::diagnosis

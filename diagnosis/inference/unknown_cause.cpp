@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/inference/unknown_cause.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.h"
+#include "core/thread_pool.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double memories_s[] = {1800.0, 3.0 * 3600.0};
+constexpr double inflations[] = {5.0, 20.0};  ///< of what the model is said to be off by, in proportion to its response
+
+/// What one channel adds to the normal equations.
+struct Block {
+  MatrixXd gram;      ///< lower half
+  VectorXd right;
+  double square = 0, log_determinant = 0;
+};
+
+Block block(const ChannelCovariance& covariance, const MatrixXd& columns, const VectorXd& residual) {
+  const Whitener whitener({covariance});
+  const MatrixXd white = whitener.whiten(columns);
+  const VectorXd r = whitener.whiten(residual);
+  Block result;
+  result.gram = MatrixXd::Zero(columns.cols(), columns.cols());
+  result.gram.selfadjointView<Eigen::Lower>().rankUpdate(white.transpose());
+  result.right = white.transpose() * r;
+  result.square = r.squaredNorm();
+  result.log_determinant = whitener.log_determinant();
+  return result;
+}
+
+double log_evidence(const Block& sum, double rows) {
+  MatrixXd precision = sum.gram;
+  precision.diagonal().array() += 1.0;
+  const Eigen::LLT<MatrixXd> factor(precision);
+  if (factor.info() != Eigen::Success) throw core::SolverError("diagnosis: evidence with a residual that is not finite");
+  const double log_det = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
+  return -0.5 * (rows * std::log(2.0 * EIGEN_PI) + log_det + sum.square - sum.right.dot(factor.solve(sum.right)) + sum.log_determinant);
+}
+
+void add(Block& sum, const Block& other, double sign = 1.0) {
+  sum.gram += sign * other.gram;
+  sum.right += sign * other.right;
+  sum.square += sign * other.square;
+  sum.log_determinant += sign * other.log_determinant;
+}
+
+double log_mean(const std::vector<double>& logs) {
+  const double top = *std::max_element(logs.begin(), logs.end());
+  double sum = 0.0;
+  for (const double value : logs) sum += std::exp(value - top);
+  return top + std::log(sum / static_cast<double>(logs.size()));
+}
+
+}  // namespace
+
+UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns, const VectorXd& prior_std, const VectorXd& residual,
+                                 const VectorXd& seen, const std::vector<double>& levels) {
+  const auto& observed = problem.observations.channels;
+  const std::size_t channels = observed.size(), wandering = levels.size() * std::size(memories_s);
+  const std::size_t sizes = wandering + std::size(inflations), wide = sizes + 1;
+  const std::vector<ChannelCovariance> covariance = problem.fitted_covariance();
+  double rows = 0.0;
+  for (const ObservedChannel& channel : observed) rows += static_cast<double>(channel.fitted);
+
+  // Every channel as it is, then with something unknown of each size.
+  std::vector<Block> blocks(channels * wide);
+  core::parallel_for(0, channels, [&](std::size_t k) {
+    const Index first = problem.first_row(k), n = observed[k].fitted;
+    const MatrixXd own = columns.middleRows(first, n) * prior_std.asDiagonal();
+    const VectorXd r = residual.segment(first, n);
+    blocks[k * wide] = block(covariance[k], own, r);
+    for (std::size_t s = 0; s < sizes; ++s) {
+      ChannelCovariance other = covariance[k];
+      if (s < wandering) other.wander.push_back({levels[s / std::size(memories_s)] * seen[static_cast<Index>(k)], memories_s[s % std::size(memories_s)]});
+      else other.shapes *= inflations[s - wandering];
+      blocks[k * wide + s + 1] = block(other, own, r);
+    }
+  });
+  Block nominal = blocks[0];
+  for (std::size_t k = 1; k < channels; ++k) add(nominal, blocks[k * wide]);
+  UnknownEvidence result;
+  result.without = log_evidence(nominal, rows);
+
+  // All channels, those of one sort, single ones: each of the three counts the same.
+  std::vector<std::vector<std::size_t>> scopes(3);
+  for (std::size_t k = 0; k < channels; ++k) {
+    scopes[0].push_back(k);
+    scopes[observed[k].is_temperature() ? 1 : 2].push_back(k);
+  }
+  std::erase_if(scopes, [&](const auto& scope) { return scope.empty() || (scope.size() == channels && &scope != &scopes[0]); });
+  const std::size_t groups = scopes.size();
+  if (channels > 1)
+    for (std::size_t k = 0; k < channels; ++k) scopes.push_back({k});
+  std::vector<double> of_scope(scopes.size());
+  core::parallel_for(0, scopes.size(), [&](std::size_t i) {
+    std::vector<double> logs;
+    // In one temperature, what goes with the model's response is a loose sensor in steady air: that has a name.
+    const bool reading = scopes[i].size() == 1 && observed[scopes[i].front()].is_temperature();
+    for (std::size_t s = 0; s < (reading ? wandering : sizes); ++s) {
+      Block sum = nominal;
+      for (const std::size_t k : scopes[i]) add(sum, blocks[k * wide], -1.0), add(sum, blocks[k * wide + s + 1]);
+      logs.push_back(log_evidence(sum, rows));
+    }
+    of_scope[i] = log_mean(logs);
+  });
+  std::vector<double> sorts = {of_scope[0]};
+  const auto from = [&](std::size_t first, std::size_t last) { return std::vector<double>(of_scope.begin() + static_cast<std::ptrdiff_t>(first), of_scope.begin() + static_cast<std::ptrdiff_t>(last)); };
+  if (groups > 1) sorts.push_back(log_mean(from(1, groups)));
+  if (scopes.size() > groups) sorts.push_back(log_mean(from(groups, scopes.size())));
+  result.with = log_mean(sorts);
+  const std::size_t best = static_cast<std::size_t>(std::max_element(of_scope.begin(), of_scope.end()) - of_scope.begin());
+  if (best >= groups) result.channel = static_cast<int>(best - groups);
+  return result;
+}
+
+}  // namespace thermotwin::diagnosis

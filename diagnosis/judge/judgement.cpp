@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/judge/judgement.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/text.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/statistics/statistics.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double bootstrap_block_s = 2.0 * 3600.0;
+constexpr double not_foretold = 1.5;  ///< chi-square of a mean that was held out
+constexpr double much_worse = 1.5;  ///< RMS after over before: a wrong cause, not one that wanders
+
+/// Held-out sums of squares per interval of the channels that a rule picks.
+struct Squares {
+  VectorXd before, after;
+  double count = 0;
+};
+
+template <class Pick>
+Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const Pick& pick) {
+  const Observations& obs = problem.observations;
+  Squares all{VectorXd::Zero(obs.intervals), VectorXd::Zero(obs.intervals), 0};
+  Index first_interval = obs.intervals;
+  for (std::size_t k = 0; k < obs.channels.size(); ++k) {
+    const ObservedChannel& channel = obs.channels[k];
+    if (!pick(channel)) continue;
+    const Index row = problem.first_row(k);
+    for (Index i = channel.fitted; i < channel.size(); ++i) {
+      const Index interval = channel.interval[static_cast<std::size_t>(i)];
+      all.before[interval] += std::pow(problem.measured[row + i] - problem.predicted[row + i], 2);
+      all.after[interval] += std::pow(problem.measured[row + i] - predicted[row + i], 2);
+      all.count += 1.0;
+      first_interval = std::min(first_interval, interval);
+    }
+  }
+  all.before = all.before.tail(obs.intervals - first_interval).eval();
+  all.after = all.after.tail(obs.intervals - first_interval).eval();
+  return all;
+}
+
+Interval interval_of(const Problem& problem, const Squares& squares) {
+  return reduction_interval(
+      squares.before, squares.after,
+      static_cast<Index>(std::lround(bootstrap_block_s / problem.observations.interval)));
+}
+
+bool is_gauge(const ObservedChannel& channel) {
+  return !channel.is_temperature() && channel.channel.unit == "um";
+}
+
+bool is_sensor_kind(const Parameter& parameter) { return acts_on_readings(parameter.kind); }
+
+void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
+  const Observations& obs = problem.observations;
+  const auto channels = static_cast<Index>(obs.channels.size());
+  out.series.source = "residuals.csv";
+  out.series.columns = {"time_s"};
+  out.series.values.setConstant(obs.intervals, 1 + 4 * channels, std::numeric_limits<double>::quiet_NaN());
+  for (Index i = 0; i < obs.intervals; ++i)
+    out.series.values(i, 0) = std::min(obs.start + obs.interval * (static_cast<double>(i) + 0.5), obs.end);
+  for (Index k = 0; k < channels; ++k) {
+    const ObservedChannel& channel = obs.channels[static_cast<std::size_t>(k)];
+    for (const char* suffix : {"", "_before", "_after", "_std"})
+      out.series.columns.push_back(channel.channel.id + suffix);
+    const Index row = problem.first_row(static_cast<std::size_t>(k));
+    for (Index i = 0; i < channel.size(); ++i) {
+      const Index at = channel.interval[static_cast<std::size_t>(i)];
+      out.series.values.row(at).segment(1 + 4 * k, 4) << problem.measured[row + i],
+          problem.measured[row + i] - problem.predicted[row + i],
+          problem.measured[row + i] - best.predicted[row + i], problem.expected_std[row + i];
+    }
+  }
+}
+
+}  // namespace
+
+double heldout_explained_percent(const Problem& problem, const VectorXd& predicted) {
+  double before = 0.0, after = 0.0;
+  for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
+    const ObservedChannel& channel = problem.observations.channels[k];
+    const Index first = problem.first_row(k) + channel.fitted, n = channel.size() - channel.fitted;
+    const Eigen::ArrayXd weight = problem.expected_std.segment(first, n).array().inverse();
+    before += ((problem.measured - problem.predicted).segment(first, n).array() * weight).square().sum();
+    after += ((problem.measured - predicted).segment(first, n).array() * weight).square().sum();
+  }
+  return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0;
+}
+
+void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
+  const VectorXd white = white_residual(problem, best);
+  Index white_row = 0;
+  for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
+    const ObservedChannel& channel = problem.observations.channels[k];
+    const Index first = problem.first_row(k) + channel.fitted, n = channel.size() - channel.fitted;
+    ChannelResidual residual;
+    residual.id = channel.channel.id;
+    residual.unit = channel.channel.unit;
+    residual.uncertainty = channel.channel.uncertainty;
+    residual.rms_before = root_mean_square((problem.measured - problem.predicted).segment(first, n));
+    residual.rms_after = root_mean_square((problem.measured - best.predicted).segment(first, n));
+    residual.explained_std = root_mean_square(problem.expected_std.segment(first, n));
+    residual.p_value_white = white_noise_p_value(white.segment(white_row, channel.fitted));
+    white_row += channel.fitted;
+    out.residuals.push_back(std::move(residual));
+  }
+  const Squares gauges = heldout_squares(problem, best.predicted, is_gauge);
+  if (gauges.count > 0) {
+    out.heldout_rms_before_um = std::sqrt(gauges.before.sum() / gauges.count);
+    out.heldout_rms_after_um = std::sqrt(gauges.after.sum() / gauges.count);
+    out.reduction_percent = reduction_percent(out.heldout_rms_before_um, out.heldout_rms_after_um);
+    const Interval ci = interval_of(problem, gauges);
+    out.ci95_low_percent = ci.low;
+    out.ci95_high_percent = ci.high;
+  }
+  fill_series(problem, best, out);
+}
+
+std::string heldout_objection(const Diagnosis& d, double chi_square) {
+  if (d.causes.empty()) return "";
+  if (d.ci95_high_percent >= 0.0 || d.heldout_rms_after_um < much_worse * d.heldout_rms_before_um) return "";
+  // A right cause makes things worse too where something else, within its uncertainty, had cancelled it: what comes is then as expected.
+  if (chi_square < not_foretold) return "";
+  std::vector<std::string> names;
+  for (const RankedCause& cause : d.causes) names.push_back(cause.parameter.kind + " of " + cause.parameter.where);
+  return fmt::format("{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not named.", core::join(names),
+                     d.heldout_rms_after_um, d.heldout_rms_before_um);
+}
+
+bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis) {
+  const bool sensors_only = std::all_of(diagnosis.causes.begin(), diagnosis.causes.end(),
+                                        [](const RankedCause& c) { return is_sensor_kind(c.parameter); });
+  const bool gauged =
+      std::any_of(problem.observations.channels.begin(), problem.observations.channels.end(), is_gauge);
+  if (!sensors_only && gauged) return diagnosis.ci95_low_percent > 0.0;
+  const Squares squares = heldout_squares(problem, best.predicted, [&](const ObservedChannel& channel) {
+    if (!sensors_only) return channel.is_temperature();
+    return std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(), [&](const RankedCause& c) {
+      return c.parameter.where == channel.channel.id || c.parameter.where == (channel.is_temperature() ? "temperature" : "displacement");
+    });
+  });
+  return squares.count > 0 && interval_of(problem, squares).low > 0.0;
+}
+
+}  // namespace thermotwin::diagnosis

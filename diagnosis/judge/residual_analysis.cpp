@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/judge/residual_analysis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/record/readings.h"
+#include "diagnosis/statistics/statistics.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double hour = 3600.0;
+constexpr double delays[] = {0.0, 0.25 * hour, hour, 4.0 * hour, 12.0 * hour};
+constexpr double follows_above = 0.6;  ///< correlation that is worth telling
+constexpr double unexpected = 1.5;     ///< times the expected standard deviation
+
+double at_time(const VectorXd& points, const VectorXd& values, double time) {
+  const double* next = std::upper_bound(points.data() + 1, points.data() + points.size() - 1, time);
+  const Index right = next - points.data();
+  const double share = std::clamp((time - points[right - 1]) / (points[right] - points[right - 1]), 0.0, 1.0);
+  return values[right - 1] + share * (values[right] - values[right - 1]);
+}
+
+double correlation(const VectorXd& a, const VectorXd& b) {
+  const VectorXd x = a.array() - a.mean(), y = b.array() - b.mean();
+  const double size = x.norm() * y.norm();
+  return size > 1e-12 * (1.0 + a.norm() * b.norm()) ? x.dot(y) / size : 0.0;
+}
+
+/// From the decay of the correlation over the gaps that there are, by least squares of its logarithm.
+double memory_of(const VectorXd& time, const VectorXd& residual) {
+  const VectorXd x = residual.array() - residual.mean();
+  const double power = x.squaredNorm() / static_cast<double>(std::max<Index>(x.size(), 1));
+  if (x.size() < 8 || !(power > 0.0)) return 0.0;
+  double product = 0.0, gap = 0.0;
+  for (Index i = 1; i < x.size(); ++i) product += x[i] * x[i - 1], gap += time[i] - time[i - 1];
+  const double n = static_cast<double>(x.size() - 1), r = product / n / power;
+  const double length = time[time.size() - 1] - time[0];  // no record shows a longer memory than it lasts
+  return r > 0.0 && r < 1.0 ? std::min(-(gap / n) / std::log(r), length) : 0.0;
+}
+
+}  // namespace
+
+ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const VectorXd& residual, const VectorXd& expected_std,
+                         const InputHistory& inputs) {
+  ResidualAnalysis result;
+  result.id = id;
+  if (residual.size() == 0) return result;
+  Index at = 0;
+  residual.cwiseAbs().maxCoeff(&at);
+  result.peak = residual[at];
+  result.peak_time_s = time[at];
+  result.mean = residual.mean();
+  result.ratio = root_mean_square(residual) / std::max(root_mean_square(expected_std), 1e-12);
+  result.memory_s = memory_of(time, residual);
+  for (Index k = 0; k < inputs.values.cols(); ++k) {
+    VectorXd series(inputs.points.size());
+    series.head(inputs.values.rows()) = inputs.values.col(k);
+    series[series.size() - 1] = series[std::max<Index>(series.size() - 2, 0)];
+    // A range that is not given, or an input that stands, is followed by nothing.
+    if (!series.allFinite() || series.maxCoeff() - series.minCoeff() < 1e-9) continue;
+    const VectorXd from_start = series.cwiseAbs().array() - std::abs(series[0]);
+    for (const double delay : delays) {
+      const VectorXd followed = lagged(inputs.points, from_start, delay);
+      VectorXd seen(time.size());
+      for (Index i = 0; i < time.size(); ++i) seen[i] = at_time(inputs.points, followed, time[i]);
+      const double r = correlation(seen, residual);
+      if (std::abs(r) <= std::abs(result.correlation)) continue;
+      result.correlation = r;
+      result.follows = inputs.names[static_cast<std::size_t>(k)];
+      result.delay_s = delay;
+    }
+  }
+  if (std::abs(result.correlation) < follows_above) result.follows.clear();
+  return result;
+}
+
+std::vector<ResidualAnalysis> analyse(const Problem& problem, const solver::Channels& channels) {
+  const Observations& obs = problem.observations;
+  const InputHistory inputs{channels.names(), obs.points, obs.rows};
+  std::vector<ResidualAnalysis> all;
+  for (std::size_t k = 0; k < obs.channels.size(); ++k) {
+    const ObservedChannel& channel = obs.channels[k];
+    const Index first = problem.first_row(k), n = channel.size();
+    all.push_back(analyse(channel.channel.id, channel.time, (problem.measured - problem.predicted).segment(first, n),
+                          problem.expected_std.segment(first, n), inputs));
+  }
+  return all;
+}
+
+std::vector<std::string> in_words(const std::vector<ResidualAnalysis>& analysis) {
+  std::vector<std::string> words;
+  for (const ResidualAnalysis& a : analysis) {
+    if (a.ratio < unexpected) continue;
+    std::string text = fmt::format("{}: {:.1f} times what is expected, largest {:+.3g} at {:.1f} h, remembers {:.1f} h", a.id, a.ratio, a.peak,
+                                   a.peak_time_s / hour, a.memory_s / hour);
+    if (!a.follows.empty())
+      text += fmt::format(", follows {}{} (correlation {:+.2f})", a.follows,
+                          a.delay_s > 0.0 ? fmt::format(" after {:.2g} h", a.delay_s / hour) : std::string(), a.correlation);
+    words.push_back(text + ".");
+  }
+  return words;
+}
+
+}  // namespace thermotwin::diagnosis

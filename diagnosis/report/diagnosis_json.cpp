@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// diagnosis.json: the contract with programs that read a diagnosis.
+
+#include "diagnosis/report/diagnosis_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "diagnosis/judge/diagnosis.h"
+
+namespace thermotwin::diagnosis {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json identity(const RankedCause& cause) {
+  return {{"kind", cause.parameter.kind}, {"where", cause.parameter.where}};
+}
+
+/// @param number  of the cause, from 1
+Json named(const RankedCause& cause, std::size_t number) {
+  Json json = identity(cause);
+  json["probability"] = cause.probability;
+  json["parameters"] = {
+      {cause.parameter.name, {{"value", cause.value}, {"std", cause.std}, {"unit", cause.parameter.unit}}}};
+  if (const auto& missing = cause.parameter.missing) {
+    const Eigen::Vector3d mm = 1e3 * missing->centre;
+    json["location"] = {{"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
+    json["series"] = series_file(number);
+    json["follows"] = missing->follows;
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string series_file(std::size_t number) { return "source_" + std::to_string(number) + ".csv"; }
+
+std::string diagnosis_json(const Diagnosis& diagnosis) {
+  Json json;
+  json["verdict"] = diagnosis.verdict;
+  json["causes"] = Json::array();
+  for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) json["causes"].push_back(named(diagnosis.causes[i], i + 1));
+  json["ranking"] = Json::array();
+  for (const RankedCause& cause : diagnosis.ranking) {
+    Json row = identity(cause);
+    row["probability"] = cause.probability;
+    row["log_evidence"] = cause.log_evidence;
+    json["ranking"].push_back(std::move(row));
+  }
+  json["ambiguous_set"] = Json::array();
+  for (const RankedCause& cause : diagnosis.ambiguous_set) json["ambiguous_set"].push_back(identity(cause));
+  json["residual"]["per_channel"] = Json::array();
+  for (const ChannelResidual& channel : diagnosis.residuals)
+    json["residual"]["per_channel"].push_back({{"id", channel.id},
+                                               {"rms_before", channel.rms_before},
+                                               {"rms_after", channel.rms_after},
+                                               {"unit", channel.unit},
+                                               {"p_value_white", channel.p_value_white}});
+  json["residual"]["analysis"] = Json::array();
+  for (const ResidualAnalysis& a : diagnosis.analysis)
+    json["residual"]["analysis"].push_back({{"id", a.id}, {"rms_over_expected", a.ratio}, {"mean", a.mean}, {"peak", a.peak},
+                                            {"peak_time_s", a.peak_time_s}, {"memory_s", a.memory_s}, {"follows", a.follows},
+                                            {"delay_s", a.delay_s}, {"correlation", a.correlation}});
+  json["gain"] = {{"heldout_rms_before_um", diagnosis.heldout_rms_before_um},
+                  {"heldout_rms_after_um", diagnosis.heldout_rms_after_um},
+                  {"reduction_percent", diagnosis.reduction_percent},
+                  {"ci95_percent", {diagnosis.ci95_low_percent, diagnosis.ci95_high_percent}}};
+  json["next_measurement"] = {
+      {"load", diagnosis.next.load}, {"channel", diagnosis.next.channel}, {"why", diagnosis.next.why}};
+  json["extended_machine"] =
+      diagnosis.extended_machine_text.empty() ? Json(nullptr) : Json("extended/machine.toml");
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/report/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+#include "core/svg.h"
+#include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/report/svg_plot.h"
+#include "diagnosis/report/words.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+
+namespace {
+
+constexpr std::size_t shown_causes = 15;
+
+const char* const style = R"(
+:root { --ink:#1c2430; --soft:#5b6675; --line:#dde2e8; --page:#f6f7f9; --card:#fff; --before:#c4552d; --after:#1b6ca8; --band:#1c243014; --held:#1b6ca80d; --good:#1d7a46; --warn:#a15c00; }
+@media (prefers-color-scheme: dark) { :root { --ink:#e6eaf0; --soft:#9aa6b5; --line:#313a46; --page:#14181e; --card:#1c222a; --before:#f08a5d; --after:#6bb3e8; --band:#e6eaf01c; --held:#6bb3e814; --good:#5cc48a; --warn:#e5a84b; } }
+* { box-sizing:border-box } body { margin:0; background:var(--page); color:var(--ink); font:15px/1.5 system-ui,"Segoe UI","DejaVu Sans",sans-serif }
+main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:22px; margin:0 } h2 { font-size:17px; margin:36px 0 10px }
+.sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px }
+.verdict { border-left:5px solid var(--soft) } .verdict.explained { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained { border-left-color:var(--warn) }
+.verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
+.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(190px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
+.scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
+tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:var(--after) }
+tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
+svg { width:100%; height:auto; display:block } svg text { font-size:11px; fill:var(--soft) } .grid { stroke:var(--line); stroke-width:1; fill:none } .grid.zero { stroke:var(--soft) } .band { fill:var(--band) } .heldout { fill:var(--held) } .before,.after { fill:none; stroke-width:1.6; stroke-linejoin:round } .before { stroke:var(--before) } .after { stroke:var(--after) }
+.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.b { border-color:var(--before) } .legend i.a { border-color:var(--after) } .legend i.g { height:12px; border:0; background:var(--band) } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.h { height:12px; border:1px solid var(--line); background:var(--held) }
+pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } pre .minus { color:var(--before) } pre .plus { color:var(--good) } ul { margin:0; padding-left:20px } li { margin:3px 0 }
+)";
+
+std::string percent(double value) { return percent_text(value, 1) + "&#8239;%"; }
+
+/// Probabilities near 0 and 1 keep their meaning.
+std::string probability(double p) {
+  if (p < 1e-3) return "&lt; 0.001";
+  if (p > 0.999) return "&gt; 0.999";
+  return fmt::format("{:.3f}", p);
+}
+
+std::string display_unit(const std::string& unit) {
+  if (unit == "degC") return "°C";
+  if (unit == "um") return "µm";
+  if (unit == "um/m") return "µm/m";
+  if (unit == "um/h") return "µm/h";
+  return unit == "1" ? "" : unit;
+}
+
+/// Residuals of temperatures are differences.
+std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K" : display_unit(unit); }
+
+/// What a page calls its model and what it expects of a residual.
+struct Wording {
+  std::string subject, below;     ///< title, and what is said below it
+  std::string residual;           ///< of all displacement channels
+  std::string expected, band;     ///< what an expected standard deviation consists of
+};
+
+Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
+  const std::string measurement = core::xml_text(d.measurement.empty() ? "without a name" : d.measurement);
+  if (machine != nullptr)
+    return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual", "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
+  return {measurement, "a measured record; the model is a grey box of its first part", "residual", "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
+}
+
+std::string estimate(const RankedCause& cause) {
+  const std::string unit = display_unit(cause.parameter.unit);
+  return fmt::format("{} {:.4g} ± {:.2g}{}{}", core::xml_text(cause.parameter.name), cause.value, cause.std,
+                     unit.empty() ? "" : " ", unit);
+}
+
+/// The sentence is plain ASCII for terminals.
+std::string typeset(const std::string& sentence) {
+  std::string text = core::xml_text(sentence);
+  const auto replace = [&](const std::string& old, const std::string& with) {
+    for (auto at = text.find(old); at != std::string::npos; at = text.find(old, at + with.size()))
+      text.replace(at, old.size(), with);
+  };
+  replace("+-", "±");
+  for (const char* after : {" (", " ", ",", ".", ";"}) replace(std::string(" um") + after, std::string(" µm") + after);
+  return text;
+}
+
+std::string bar(double p) {
+  return fmt::format("<span class=\"bar\"><i style=\"width:{:.1f}%\"></i></span>{}",
+                     100.0 * std::clamp(p, 0.0, 1.0), probability(p));
+}
+
+std::string tile(const std::string& label, const std::string& value, const std::string& below) {
+  return "<div class=\"card tile\"><span>" + label + "</span><strong>" + value + "</strong><span>" + below +
+         "</span></div>\n";
+}
+
+/// Without a machine nothing is corrected where nothing is named.
+bool shows_change(const Diagnosis& d, const mesh::Machine* machine) { return machine != nullptr || !d.causes.empty(); }
+
+std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
+  const Wording words = wording(d, machine);
+  std::string page = "<h1>Diagnosis of " + words.subject + "</h1>\n<p class=\"sub\">" + words.below + "</p>\n";
+  std::string name = d.verdict;
+  std::replace(name.begin(), name.end(), '_', ' ');
+  std::string warnings;
+  for (const std::string& warning : d.warnings) warnings += "<p class=\"warning\">" + typeset(warning) + "</p>";
+  page += "<section class=\"card verdict " + core::xml_text(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
+          typeset(d.sentence) + "</p>" + warnings + "</section>\n";
+  const bool gauged = std::any_of(d.residuals.begin(), d.residuals.end(),
+                                  [](const ChannelResidual& r) { return r.unit == "um"; });
+  page += "<div class=\"tiles\">\n";
+  page += tile("most probable", d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
+               d.ranking.empty()
+                   ? ""
+                   : core::xml_text(d.ranking.front().parameter.kind + " " + d.ranking.front().parameter.where));
+  if (gauged && !shows_change(d, machine)) {
+    page += tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um), "RMS of all displacement channels");
+  } else if (gauged) {
+    page += tile(words.residual + " before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
+                 "RMS of all displacement channels");
+    page += tile(words.residual + " after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
+                 "same time, with the cause in the model");
+    page += tile("gain, held out", percent(d.reduction_percent),
+                 "95 % interval " + percent(d.ci95_low_percent) + " to " + percent(d.ci95_high_percent));
+  }
+  return page + "</div>\n";
+}
+
+/// Stated uncertainties are those of machine.toml.
+std::string ranking_table(const Diagnosis& d, const mesh::Machine* machine) {
+  std::string page =
+      "<h2>Ranking of causes</h2>\n<section class=\"card "
+      "scroll\"><table>\n<tr><th>kind</th><th>where</th><th>probability</th>"
+      "<th class=\"n\">log evidence</th><th>estimate</th>";
+  page += machine != nullptr ? "<th class=\"n\">stated uncertainty</th><th class=\"n\">explains, held out</th></tr>\n"
+                             : "<th class=\"n\">explains of its channel's RMS, held out</th></tr>\n";
+  for (std::size_t i = 0; i < d.ranking.size(); ++i) {
+    const RankedCause& cause = d.ranking[i];
+    const bool parameter = !cause.parameter.name.empty();
+    if (i >= shown_causes && parameter) continue;
+    const std::string unit = display_unit(cause.parameter.unit);
+    page += fmt::format(
+        "<tr{}><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.1f}</td><td>{}</td>{}<td class=\"n\">{}</td></tr>\n",
+        cause.probability < 0.01 ? " class=\"quiet\"" : "", core::xml_text(cause.parameter.kind),
+        core::xml_text(cause.parameter.where), bar(cause.probability), cause.log_evidence,
+        parameter ? estimate(cause) : "",
+        machine == nullptr ? ""
+        : parameter && cause.parameter.nominal_std > 0.0 ? fmt::format("<td class=\"n\">± {:.2g}{}{}</td>", cause.parameter.nominal_std, unit.empty() ? "" : " ", unit)
+                                                         : "<td class=\"n\">–</td>",
+        parameter ? percent(cause.heldout_explained_percent) : "");
+  }
+  return page + "</table></section>\n";
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// Changed lines with one line of context. The extension only replaces and adds single lines, so a
+/// walk that looks a few lines ahead finds every difference.
+std::string difference(const std::string& before, const std::string& after) {
+  const auto a = lines_of(before), b = lines_of(after);
+  std::string out;
+  constexpr std::size_t ahead = 4;
+  std::size_t i = 0, j = 0;
+  std::string table;
+  while (i < a.size() || j < b.size()) {
+    if (i < a.size() && j < b.size() && a[i] == b[j]) {
+      if (a[i].starts_with("[")) table.clear();
+      if (table.size() < 400) table += "  " + core::xml_text(a[i]) + "\n";
+      ++i, ++j;
+      continue;
+    }
+    out += table.empty() ? "" : table;
+    table.clear();
+    std::size_t next_a = i, next_b = j;
+    bool found = false;
+    for (std::size_t step = 1; step <= 2 * ahead && !found; ++step)
+      for (std::size_t in_a = 0; in_a <= step && !found; ++in_a) {
+        const std::size_t in_b = step - in_a;
+        if (i + in_a < a.size() && j + in_b < b.size() && a[i + in_a] == b[j + in_b] && !a[i + in_a].empty())
+          next_a = i + in_a, next_b = j + in_b, found = true;
+      }
+    if (!found) next_a = a.size(), next_b = b.size();
+    for (; i < next_a; ++i) out += "<span class=\"minus\">- " + core::xml_text(a[i]) + "</span>\n";
+    for (; j < next_b; ++j) out += "<span class=\"plus\">+ " + core::xml_text(b[j]) + "</span>\n";
+  }
+  return out;
+}
+
+std::string extension(const Diagnosis& d, const mesh::Machine* machine) {
+  if (machine == nullptr) return "";
+  std::string page = "<h2>Extension of the model</h2>\n<section class=\"card\">";
+  if (d.extended_machine_text.empty())
+    return page + "No extension of machine.toml is recommended.</section>\n";
+  return page +
+         "<p class=\"sub\">changed lines of machine.toml; the whole file is extended/machine.toml</p><pre>" +
+         difference(machine->text, d.extended_machine_text) + "</pre></section>\n";
+}
+
+std::string sets(const Diagnosis& d) {
+  std::string page;
+  if (!d.ambiguous_set.empty()) {
+    page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
+    for (const RankedCause& cause : d.ambiguous_set)
+      page += "<li>" + (cause.parameter.kind == "none" ? "none: nothing changed" : cause.parameter.name.empty() ? "something that no kind describes" : core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " + estimate(cause)) +
+              ", probability " + probability(cause.probability) + "</li>";
+    page += "</ul>";
+    if (!d.next.channel.empty())
+      page += "<p>To decide, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
+              typeset(d.next.load) + ": " + typeset(d.next.why) + ".</p>";
+    else if (!d.next.why.empty())
+      page += "<p>To decide: " + core::xml_text(d.next.why) + ".</p>";
+    page += "</section>\n";
+  }
+  return page;
+}
+
+std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
+  const bool change = shows_change(d, machine);
+  std::string page =
+      "<h2>Residuals in numbers</h2>\n<section class=\"card scroll\"><p class=\"sub\">RMS of measured minus "
+      "predicted on held-out time, which no "
+      "estimate has seen</p><table>\n<tr><th>channel</th><th>unit</th><th class=\"n\">uncertainty</th><th "
+      "class=\"n\">expected</th>"
+      "<th class=\"n\">before</th>";
+  page += std::string(change ? "<th class=\"n\">after</th><th class=\"n\">change</th>" : "") + "<th class=\"n\">white noise, p</th></tr>\n";
+  for (const ChannelResidual& r : d.residuals)
+    page += fmt::format(
+        "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td "
+        "class=\"n\">{:.3g}</td>{}<td class=\"n\">{:.2g}</td></tr>\n",
+        core::xml_text(r.id), residual_unit(r.unit), r.uncertainty, r.explained_std, r.rms_before,
+        !change ? std::string()
+                : fmt::format("<td class=\"n\">{:.3g}</td><td class=\"n\">{}</td>", r.rms_after,
+                              r.rms_before > 0 ? fmt::format("{:+.0f}&#8239;%", 100.0 * (r.rms_after / r.rms_before - 1.0)) : "–"),
+        r.p_value_white);
+  return page + "</table></section>\n";
+}
+
+std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
+  std::string page =
+      "<h2>Residuals over time</h2>\n<div class=\"legend\"><span><i class=\"b\"></i>measured − predicted, "
+      "before</span>";
+  const bool after = (d.verdict == "explained" || d.verdict == "ambiguous") && shows_change(d, machine);
+  if (after) page += "<span><i class=\"a\"></i>after, with the best explanation</span>";
+  page +=
+      "<span><i class=\"g\"></i>± 2 expected standard deviations (" + wording(d, machine).band + ")</span><span><i class=\"h\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
+  for (const ChannelResidual& r : d.residuals) {
+    ResidualPlot plot;
+    plot.title = r.id;
+    plot.unit = residual_unit(r.unit);
+    plot.hours = d.series.column("time_s") / 3600.0;
+    plot.before = d.series.column(r.id + "_before");
+    plot.after = d.series.column(r.id + "_after");
+    plot.band = 2.0 * d.series.column(r.id + "_std");
+    plot.heldout_from = d.heldout_from_s / 3600.0;
+    plot.show_after = after;
+    page += fmt::format(
+        "<figure class=\"card\"><figcaption>{}<span>held-out RMS {:.3g}{} {}</span></figcaption>\n",
+        core::xml_text(r.id), r.rms_before, after ? fmt::format(" → {:.3g}", r.rms_after) : "", plot.unit);
+    page += residual_svg(plot) + "</figure>\n";
+  }
+  return page + "</div>\n";
+}
+
+std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
+  ResidualMap map;
+  map.hours = d.series.column("time_s") / 3600.0;
+  map.ratio.resize(map.hours.size(), static_cast<Index>(d.residuals.size()));
+  map.heldout_from = d.heldout_from_s / 3600.0;
+  for (std::size_t c = 0; c < d.residuals.size(); ++c) {
+    const std::string& id = d.residuals[c].id;
+    map.channels.push_back(id);
+    map.ratio.col(static_cast<Index>(c)) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
+  }
+  return "<h2>What is wrong, at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus predicted over what " + wording(d, machine).expected +
+         ": orange too much, blue too little, pale as expected; right of the line nothing was fitted</p>\n" +
+         residual_map_svg(map) + "</section>\n";
+}
+
+std::string analysis(const Diagnosis& d) {
+  if (d.analysis.empty()) return "";
+  std::string page = "<h2>What the residuals follow</h2>\n<section class=\"card scroll\"><table>\n<tr><th>channel</th><th class=\"n\">times expected</th>"
+                     "<th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">memory, h</th><th>follows</th><th class=\"n\">delay, h</th>"
+                     "<th class=\"n\">correlation</th></tr>\n";
+  for (const ResidualAnalysis& a : d.analysis)
+    page += fmt::format("<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td class=\"n\">{:.1f}</td><td>{}</td>"
+                        "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
+                        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0, a.memory_s / 3600.0,
+                        a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / 3600.0, a.correlation);
+  return page + "</table></section>\n";
+}
+
+std::string notes(const Diagnosis& d) {
+  std::string page = "<h2>How it was judged</h2>\n<section class=\"card\"><ul>";
+  for (const std::string& note : d.notes) page += "<li>" + core::xml_text(note) + "</li>";
+  return page + "</ul></section>\n";
+}
+
+}  // namespace
+
+std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene) {
+  return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+         "content=\"width=device-width,initial-scale=1\">\n"
+         "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
+         wording(d, machine).subject + "</title><style>" + style + "</style></head><body><main>\n" +
+         headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) + ranking_table(d, machine) + extension(d, machine) + plots(d, machine) +
+         channel_table(d, machine) + analysis(d) + notes(d) + "</main></body></html>\n";
+}
+
+}  // namespace thermotwin::diagnosis

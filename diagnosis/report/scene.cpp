@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/report/scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <set>
+
+#include "core/svg.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/report/scene_script.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+
+namespace {
+
+constexpr Index most_triangles = 100'000;
+
+/// What of the machine a cause is about.
+struct Where {
+  std::set<std::string> surfaces, bodies, points;
+};
+
+void add_joint(const mesh::JointSpec& joint, Where& where) {
+  for (const std::string& surface : {joint.slave, joint.master})
+    if (!surface.empty()) where.surfaces.insert(surface);
+}
+
+void add_places(const mesh::Machine& machine, const mesh::SourceSpec& source, Where& where) {
+  for (const mesh::SourcePlace& place : source.places) {
+    if (!place.surface.empty()) where.surfaces.insert(place.surface);
+    if (const int joint = machine.joint_index(place.joint); joint >= 0) add_joint(machine.joints[static_cast<std::size_t>(joint)], where);
+  }
+}
+
+void add_ambient(const mesh::Machine& machine, const std::string& id, Where& where) {
+  for (const mesh::FilmSpec& film : machine.films)
+    if (film.ambient == id) where.surfaces.insert(film.surfaces.begin(), film.surfaces.end());
+  for (const mesh::JointSpec& joint : machine.joints)
+    if (joint.master.empty() && joint.ambient == id) where.surfaces.insert(joint.slave);
+}
+
+void add_coolants(const mesh::Machine& machine, const Parameter& cause, Where& where) {
+  for (const mesh::CoolantSpec& coolant : machine.coolants) {
+    if (cause.kind == "control_sensor_offset" && coolant.id == cause.where && !coolant.guide_sensor.empty()) where.points.insert(coolant.guide_sensor);
+    for (const mesh::CoolantSegment& segment : coolant.segments)
+      if (cause.where == coolant.id || cause.where == coolant.id + "." + segment.id) where.surfaces.insert(segment.surface);
+  }
+}
+
+Where where_of(const mesh::Machine& machine, const Parameter& cause) {
+  Where where;
+  const auto named = [&](const auto& items, const auto& add) {
+    for (const auto& item : items)
+      if (item.id == cause.where) add(item);
+  };
+  const std::string& kind = cause.kind;
+  if (kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat")
+    named(machine.sources, [&](const auto& source) { add_places(machine, source, where); });
+  if (kind.starts_with("film_") || kind == "radiation_load")
+    named(machine.films, [&](const auto& film) { where.surfaces.insert(film.surfaces.begin(), film.surfaces.end()); });
+  if (kind.starts_with("contact_")) named(machine.joints, [&](const auto& joint) { add_joint(joint, where); });
+  if (kind.starts_with("ambient_") || kind == "foundation_temperature" || kind == "cutting_fluid") add_ambient(machine, cause.where, where);
+  if (kind.starts_with("coolant_") || kind == "control_sensor_offset") add_coolants(machine, cause, where);
+  if (kind == "expansion_coefficient" || kind == "heat_capacity") where.bodies.insert(cause.where);
+  for (const mesh::ScaleSpec& scale : machine.scales)
+    if (kind == "scale_expansion" && scale.axis == cause.where) where.bodies.insert(scale.carrier);
+  for (const mesh::ScrewSpec& screw : machine.screws)
+    if (kind == "screw_expansion" && screw.axis == cause.where) where.bodies.insert(screw.body);
+  if (acts_on_readings(kind)) where.points.insert(cause.item.empty() ? "tool" : cause.item);
+  return where;
+}
+
+std::string base64(const std::vector<std::uint8_t>& bytes) {
+  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0u);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? digits[word >> (18 - 6 * k) & 63u] : '=';
+  }
+  return text;
+}
+
+template <class T>
+void put(std::vector<std::uint8_t>& bytes, T value) {
+  for (std::size_t k = 0; k < sizeof(T); ++k) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * k)));
+}
+
+}  // namespace
+
+Index Scene::triangles() const {
+  Index total = 0;
+  for (const Body& body : bodies) total += body.triangles.cols();
+  return total;
+}
+
+Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& causes) {
+  const mesh::Machine& machine = mesh.machine;
+  Scene scene;
+  Where all;
+  for (const Parameter& cause : causes) {
+    const Where where = where_of(machine, cause);
+    all.surfaces.insert(where.surfaces.begin(), where.surfaces.end());
+    all.bodies.insert(where.bodies.begin(), where.bodies.end());
+    all.points.insert(where.points.begin(), where.points.end());
+    scene.legend.push_back(cause.kind + " of " + cause.where);
+    if (cause.missing) scene.points.push_back({"unknown source", cause.missing->centre.cast<float>(), true});
+  }
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+    const mesh::TetMesh& tets = mesh.bodies[b];
+    Scene::Body body;
+    body.id = machine.bodies[b].id;
+    body.marked.assign(static_cast<std::size_t>(tets.face_count()), all.bodies.count(body.id) > 0);
+    for (std::size_t s = 0; s < machine.surfaces.size(); ++s)
+      if (machine.surfaces[s].body == body.id && all.surfaces.count(machine.surfaces[s].id))
+        for (const int face : mesh.surfaces[s]) body.marked[static_cast<std::size_t>(face)] = 1;
+    // Only nodes of the boundary.
+    std::vector<int> number(static_cast<std::size_t>(tets.nodes()), -1);
+    std::vector<int> kept;
+    body.triangles = tets.faces;
+    for (int& node : body.triangles.reshaped()) {
+      int& n = number[static_cast<std::size_t>(node)];
+      if (n < 0) n = static_cast<int>(kept.size()), kept.push_back(node);
+      node = n;
+    }
+    body.points = tets.points(Eigen::all, kept).cast<float>();
+    scene.bodies.push_back(std::move(body));
+  }
+  for (const mesh::SensorSpec& sensor : machine.sensors)
+    if (!sensor.body.empty()) scene.points.push_back({sensor.id, sensor.point.cast<float>(), all.points.count(sensor.id) > 0});
+  scene.points.push_back({"tool", machine.tcp.tool_point.cast<float>(), all.points.count("tool") > 0});
+  return scene;
+}
+
+std::string scene_html(const Scene& scene) {
+  if (scene.empty()) return "";
+  Eigen::Vector3f low = scene.bodies.front().points.col(0), high = low;
+  for (const Scene::Body& body : scene.bodies) {
+    low = low.cwiseMin(body.points.rowwise().minCoeff());
+    high = high.cwiseMax(body.points.rowwise().maxCoeff());
+  }
+  // 16 bits a coordinate within the box; every so many triangles of large meshes stay.
+  const float size = std::max((high - low).maxCoeff(), 1e-6F);
+  const Index stride = (scene.triangles() + most_triangles - 1) / most_triangles;
+  std::vector<std::uint8_t> points, triangles, marks;
+  std::uint32_t first = 0;
+  for (const Scene::Body& body : scene.bodies) {
+    for (Index n = 0; n < body.points.cols(); ++n)
+      for (int c = 0; c < 3; ++c) put(points, static_cast<std::uint16_t>(std::lround(65535.0F * (body.points(c, n) - low[c]) / size)));
+    for (Index t = 0; t < body.triangles.cols(); ++t) {
+      const bool marked = body.marked[static_cast<std::size_t>(t)] != 0;
+      if (!marked && t % stride != 0) continue;
+      for (int c = 0; c < 3; ++c) put(triangles, first + static_cast<std::uint32_t>(body.triangles(c, t)));
+      marks.push_back(marked ? 1 : 0);
+    }
+    first += static_cast<std::uint32_t>(body.points.cols());
+  }
+  std::string dots;
+  for (const Scene::Point& p : scene.points) {
+    const Eigen::Vector3f at = (p.at - low) / size;
+    dots += fmt::format("{}[{:.5f},{:.5f},{:.5f},\"{}\",{}]", dots.empty() ? "" : ",", at.x(), at.y(), at.z(), core::xml_text(p.label), p.marked ? 1 : 0);
+  }
+  const Eigen::Vector3f extent = (high - low) / size;
+  std::string legend;
+  for (const std::string& words : scene.legend) legend += "<span><i class=\"m\"></i>" + core::xml_text(words) + "</span>";
+  if (legend.empty()) legend = "<span>nothing is marked: no cause is named</span>";
+  return "<h2>Where</h2>\n<section class=\"card\"><div class=\"legend\">" + legend +
+         "<span>drag turns, wheel zooms</span></div><canvas id=\"machine\" width=\"1100\" height=\"560\"></canvas></section>\n"
+         "<script type=\"application/json\" id=\"scene\">{" +
+         fmt::format("\"extent\":[{:.5f},{:.5f},{:.5f}],\"points\":\"{}\",\"triangles\":\"{}\",\"marks\":\"{}\",\"dots\":[{}]", extent.x(), extent.y(),
+                     extent.z(), base64(points), base64(triangles), base64(marks), dots) +
+         "}</script>\n<script>" + scene_script + "</script>\n";
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The machine in 3D for the page of a diagnosis: boundary triangles of its bodies, where causes act,
+// sensors. Drawn by a few lines of script on a canvas, which a drag turns; nothing is fetched.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "diagnosis/causes/hypothesis.h"
+#include "mesh/machine_mesh.h"
+
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/judge/diagnosis.h"
+
+namespace thermotwin::diagnosis {
+
+struct Scene {
+  struct Body {
+    std::string id;
+    Eigen::Matrix3Xf points;      ///< m, home frame
+    Eigen::Matrix3Xi triangles;   ///< outward
+    std::vector<char> marked;     ///< (triangles) a cause acts there
+  };
+  struct Point {
+    std::string label;
+    Eigen::Vector3f at;           ///< m
+    bool marked = false;
+  };
+  std::vector<Body> bodies;
+  std::vector<Point> points;      ///< sensors, the tool's point
+  std::vector<std::string> legend;  ///< what is marked, in words
+
+  bool empty() const { return bodies.empty(); }
+  Eigen::Index triangles() const;
+};
+
+/// @param causes  what is marked: surfaces of sources, films, joints and coolants, whole bodies, sensors
+Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& causes);
+
+/// A section of a page; empty for an empty scene. At most 2 MB: larger meshes lose triangles that are not marked.
+std::string scene_html(const Scene& scene);
+
+/// The causes that a scene marks: those named, else those that share.
+std::vector<Parameter> marked_causes(const Diagnosis& diagnosis);
+
+}  // namespace thermotwin::diagnosis

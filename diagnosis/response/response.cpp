@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/response/response.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "compensation/evaluation/evaluate.h"
+#include "compensation/evaluation/reduced_models.h"
+#include "core/thread_pool.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/parameter.h"
+#include "diagnosis/record/readings.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/simulation.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double spread_s = 600.0;   ///< 18 cm in steel
+constexpr double least_start_s = 1800.0;
+constexpr Index most_start_modes = 16;
+
+/// What a displacement channel shows of the 19 rows of reduction::side_rows at its pose. The zero is
+/// the observation's affair.
+Eigen::RowVectorXd sides_of(const mesh::Machine& machine, const mesh::Pose& pose, compensation::MeasuredChannel channel) {
+  channel.zero = compensation::Zero::absolute;
+  const Eigen::Matrix<double, 19, 19> unit = Eigen::Matrix<double, 19, 19>::Identity();
+  std::vector<solver::TcpError> errors;
+  for (Index i = 0; i < 19; ++i)
+    errors.push_back(solver::tcp_error(machine, pose, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>()));
+  return compensation::quantity_series(errors, channel).transpose();
+}
+
+}  // namespace
+
+mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                              const VectorXd& values) {
+  mesh::Machine machine = base;
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    if (values[static_cast<Index>(i)] != parameters[i].nominal)
+      machine = with_parameter(machine, parameters[i], values[static_cast<Index>(i)]);
+  return machine;
+}
+
+MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine, const Observations& observations) {
+  const solver::OperatingModel operating(machine, model.system.layout);
+  const VectorXd p = operating.coefficients(observations.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(machine.coolants.size()))).p;
+  MatrixXd a = model.system.conduction;
+  for (Index j = 0; j < p.size(); ++j)
+    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+  return 0.5 * (a + a.transpose());
+}
+
+MatrixXd Response::rows_of(const Rows& all, const PartChanges& changes) const {
+  MatrixXd rows = all.base;
+  const auto add = [&](const std::vector<MatrixXd>& parts, const VectorXd& amounts) {
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      if (const double amount = amounts[static_cast<Index>(i)]; amount != 0.0 && parts[i].size() > 0) rows += amount * parts[i];
+  };
+  add(all.bodies, changes.bodies);
+  add(all.scales, changes.scales);
+  add(all.screws, changes.screws);
+  if (!all.stiffness.empty()) add(all.stiffness, stiffness_amounts(*model_.parts, changes));
+  return rows;
+}
+
+Response::Response(const reduction::ReducedModel& model, const Observations& observations)
+    : model_(model), observations_(observations), rows_(observed_rows()) {
+  const mesh::Machine& machine = model.machine;
+  air_.setConstant(observations.points.size(), machine.reference_C);
+  const int air = machine.ambient_index("air");
+  if (air < 0) return;
+  const solver::OperatingModel operating(machine, model.system.layout);
+  const Index steps = observations.rows.rows();
+  VectorXd means(steps);
+  for (Index s = 0; s < steps; ++s) means[s] = operating.ambient_K(air, observations.rows.row(s).transpose());
+  means = without_noise(means);
+  for (Index i = 0; i <= steps; ++i) air_[i] += 0.5 * (means[std::max<Index>(i - 1, 0)] + means[std::min(i, steps - 1)]);
+}
+
+Response::Rows Response::observed_rows() const {
+  const mesh::Machine& machine = model_.machine;
+  const Index r = model_.system.order(), count = static_cast<Index>(observations_.channels.size());
+  std::vector<mesh::Pose> poses;
+  std::vector<Eigen::RowVectorXd> sides;  // of displacements
+  for (const ObservedChannel& observed : observations_.channels) {
+    const compensation::MeasuredChannel& channel = observed.channel;
+    poses.push_back(channel.pose_text.empty() ? mesh::home_pose(machine) : mesh::parse_pose(machine, channel.pose_text, "channel " + channel.id));
+    sides.push_back(observed.is_temperature() ? Eigen::RowVectorXd() : sides_of(machine, poses.back(), channel));
+  }
+  const auto displacements = [&](const reduction::ReducedOutputs& outputs) {
+    MatrixXd all = MatrixXd::Zero(count, r);
+    for (Index k = 0; k < count; ++k)
+      if (const auto at = static_cast<std::size_t>(k); sides[at].size() > 0)
+        all.row(k) = sides[at] * reduction::side_rows(machine, outputs, poses[at]);
+    return all;
+  };
+  Rows rows;
+  rows.base = displacements(model_.outputs);
+  for (Index k = 0; k < count; ++k)
+    if (const ObservedChannel& observed = observations_.channels[static_cast<std::size_t>(k)]; observed.is_temperature())
+      rows.base.row(k) = model_.system.sensors.row(machine.sensor_index(observed.channel.sensor));
+  if (!model_.parts) return rows;
+  const auto all_of = [&](const std::vector<reduction::ReducedOutputs>& outputs) {
+    std::vector<MatrixXd> all;
+    for (const reduction::ReducedOutputs& output : outputs) all.push_back(output.tool.empty() ? MatrixXd() : displacements(output));
+    return all;
+  };
+  rows.bodies = all_of(model_.parts->bodies);
+  rows.scales = all_of(model_.parts->scales);
+  rows.screws = all_of(model_.parts->screws);
+  rows.stiffness = all_of(model_.parts->stiffness);
+  return rows;
+}
+
+MatrixXd Response::capacity_of(const mesh::Machine& machine) const {
+  MatrixXd capacity = model_.system.capacity;
+  if (!model_.parts) return capacity;
+  const VectorXd changes = part_changes(model_.machine, machine).capacity;
+  for (std::size_t b = 0; b < model_.parts->capacity.size(); ++b)
+    if (const double change = changes[static_cast<Index>(b)]; change != 0.0) capacity += change * model_.parts->capacity[b];
+  return capacity;
+}
+
+std::vector<MatrixXd> Response::run(const mesh::Machine& machine, std::vector<Variant>& variants, const Rows& all_rows) const {
+  const PartChanges here = part_changes(model_.machine, machine);
+  const MatrixXd rows = rows_of(all_rows, here), capacity = capacity_of(machine);
+  // What differs in the matrices themselves, by variant; mostly nothing.
+  for (Variant& variant : variants) {
+    if (!model_.parts) break;
+    const PartChanges there = part_changes(model_.machine, variant.machine);
+    if ((there.capacity.array() != here.capacity.array()).any()) variant.capacity_change = capacity_of(variant.machine) - capacity;
+    if (there.differs_in_rows(here)) variant.row_change = rows_of(all_rows, there) - rows;
+  }
+  return propagate({model_, observations_, machine, rows, capacity}, variants);
+}
+
+MatrixXd Response::to_heat(const mesh::Machine& machine, const MatrixXd& loads, const MatrixXd& series) const {
+  const MatrixXd rows = rows_of(rows_, part_changes(model_.machine, machine)), capacity = capacity_of(machine);
+  const std::vector<MatrixXd> values = propagate_heat({model_, observations_, machine, rows, capacity}, loads, series);
+  // Of differences: what a reading adds drops out, what it delays does not.
+  const MatrixXd none = records(machine, MatrixXd::Zero(observations_.points.size(), rows.rows()));
+  MatrixXd columns(observations_.size(), static_cast<Index>(values.size()));
+  core::parallel_for(0, values.size(), [&](std::size_t i) { columns.col(static_cast<Index>(i)) = stack(records(machine, values[i]) - none); });
+  return columns;
+}
+
+MatrixXd Response::records(const mesh::Machine& machine, const MatrixXd& states) const {
+  MatrixXd result(states.rows(), states.cols());
+  for (Index k = 0; k < states.cols(); ++k) {
+    const ObservedChannel& observed = observations_.channels[static_cast<std::size_t>(k)];
+    VectorXd values = states.col(k);
+    if (observed.is_temperature()) {
+      values.array() += machine.reference_C;
+      values = sensor_readings(machine.sensors[static_cast<std::size_t>(machine.sensor_index(observed.channel.sensor))],
+                               observations_.points, air_, values);
+    }
+    result.col(k) = recorded(machine, observed.channel.id, observed.is_temperature() ? "temperature" : "displacement",
+                             observations_.points, std::move(values));
+  }
+  return result;
+}
+
+VectorXd Response::stack(const MatrixXd& at_points) const {
+  VectorXd all(observations_.size());
+  Index at = 0;
+  for (std::size_t k = 0; k < observations_.channels.size(); ++k) {
+    const ObservedChannel& channel = observations_.channels[k];
+    all.segment(at, channel.size()) = channel.means(at_points.col(static_cast<Index>(k)));
+    at += channel.size();
+  }
+  return all;
+}
+
+MatrixXd Response::at_points(const mesh::Machine& machine) const {
+  return records(machine, states(machine));
+}
+
+MatrixXd Response::states(const mesh::Machine& machine) const {
+  std::vector<Variant> none;
+  return run(machine, none, rows_).front();
+}
+
+VectorXd Response::read(const mesh::Machine& machine, const MatrixXd& states) const { return stack(records(machine, states)); }
+
+VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at_points(machine)); }
+
+Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
+                                     const VectorXd& values, bool with_record,
+                                     const std::vector<Disturbance>& disturbances, bool with_spread) const {
+  const auto count = parameters.size();
+  assert(static_cast<std::size_t>(values.size()) == count);
+  const mesh::Machine machine = with_parameters(base, parameters, values);
+  std::vector<Variant> variants;
+  struct Reading { mesh::Machine above, below; double width; };
+  std::vector<Reading> of_readings;
+  std::vector<Index> place, place_of_readings;  // column of each
+  for (std::size_t i = 0; i < count; ++i) {
+    const double step = parameters[i].step;
+    const auto at = static_cast<Index>(i);
+    VectorXd moved = values;
+    if (acts_on_readings(parameters[i].kind)) {
+      // Both sides: the straight lines between the points of a late series have corners.
+      moved[at] = std::min(values[at] + step, parameters[i].high);
+      const mesh::Machine above = with_parameters(base, parameters, moved);
+      const double high = moved[at];
+      moved[at] = std::max(values[at] - step, parameters[i].low);
+      of_readings.push_back({above, with_parameters(base, parameters, moved), high - moved[at]});
+      place_of_readings.push_back(at);
+      continue;
+    }
+    moved[at] += step;
+    variants.push_back({with_parameters(base, parameters, moved), 0.0, step, std::nullopt});
+    place.push_back(at);
+  }
+  for (const Disturbance& disturbance : disturbances) variants.push_back({machine, 0.0, 1.0, disturbance});
+  const MatrixXd modes = with_record ? start_modes(machine) : MatrixXd();
+  const Index starts = with_record ? 1 + modes.cols() : 0, held = with_record ? static_cast<Index>(observations_.may_hold.size()) : 0;
+  if (with_record) variants.push_back({machine, 1.0, 1.0, std::nullopt});
+  for (Index i = 0; i + 1 < starts; ++i) variants.push_back({.machine = machine, .start = modes.col(i)});
+  for (Index i = 0; i < held; ++i) variants.push_back({.machine = machine, .held = &observations_.may_hold[static_cast<std::size_t>(i)]});
+  const auto total = static_cast<Index>(count + disturbances.size()) + starts + held;
+  for (Index i = static_cast<Index>(count); i < total; ++i) place.push_back(i);
+  MatrixXd elsewhere;  // less where it was
+  if (with_spread) {
+    elsewhere = spread_heat();
+    elsewhere.diagonal().array() -= 1.0;
+    for (std::size_t v = 0, own = variants.size(); v < own; ++v)
+      if (place[v] < static_cast<Index>(count) && adds_heat(parameters[static_cast<std::size_t>(place[v])].kind)) {
+        variants.push_back(variants[v]);
+        variants.back().heat_map = &elsewhere;
+        place.push_back(total + place[v]);
+      }
+  }
+
+  Linear result;
+  MatrixXd columns = MatrixXd::Zero(observations_.size(), total + (with_spread ? static_cast<Index>(count) : 0));
+  const std::vector<MatrixXd> out = run(machine, variants, rows_);
+  const MatrixXd &states = out.front(), here = records(machine, states);
+  core::parallel_for(0, variants.size(), [&](std::size_t i) {
+    columns.col(place[i]) = stack((records(variants[i].machine, states + out[i + 1]) - here) / variants[i].step);
+  });
+  core::parallel_for(0, of_readings.size(), [&](std::size_t i) {
+    columns.col(place_of_readings[i]) =
+        stack((records(of_readings[i].above, states) - records(of_readings[i].below, states)) / of_readings[i].width);
+  });
+  result.predicted = stack(here);
+  result.sensitivity = columns.leftCols(static_cast<Index>(count));
+  result.disturbed = columns.middleCols(static_cast<Index>(count), static_cast<Index>(disturbances.size()));
+  result.start = columns.middleCols(total - held - starts, starts);
+  result.held = columns.middleCols(total - held, held);
+  if (with_spread) result.spread = columns.rightCols(static_cast<Index>(count));
+  return result;
+}
+
+MatrixXd Response::start_modes(const mesh::Machine& machine) const {
+  const reduction::ReducedSystem& system = model_.system;
+  if (observations_.start_spread_K < even_start_K) return MatrixXd(system.order(), 0);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(conduction_at_start(model_, machine, observations_), system.capacity);
+  Index count = 0;
+  while (count < std::min(most_start_modes, system.order()) && eigen.eigenvalues()[count] * least_start_s < 1.0) ++count;
+  return std::sqrt(system.one_kelvin.dot(system.capacity * system.one_kelvin)) * eigen.eigenvectors().leftCols(count);
+}
+
+MatrixXd Response::spread_heat() const {
+  const reduction::ReducedSystem& system = model_.system;
+  return system.capacity * Eigen::PartialPivLU<MatrixXd>(system.capacity + spread_s * system.conduction).inverse();
+}
+
+MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const {
+  const Index r = model_.system.order(), sensors = static_cast<Index>(model_.machine.sensors.size());
+  MatrixXd rows(sensors + 3 * static_cast<Index>(poses.size()), r);
+  rows.topRows(sensors) = model_.system.sensors.topRows(sensors);
+  for (std::size_t k = 0; k < poses.size(); ++k)
+    for (Index i = 0; i < r; ++i)
+      rows.block(sensors + 3 * static_cast<Index>(k), i, 3, 1) =
+          1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
+  std::vector<Variant> none;
+  MatrixXd values = run(machine, none, Rows{rows, {}, {}, {}, {}}).front();
+  for (Index s = 0; s < sensors; ++s)
+    values.col(s).array() += machine.reference_C + machine.sensors[static_cast<std::size_t>(s)].offset;
+  return values;
+}
+
+}  // namespace thermotwin::diagnosis

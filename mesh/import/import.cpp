@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/import/import.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "core/progress.h"
+#include "mesh/body/triangle_tree.h"
+#include "mesh/import/assimp_reader.h"
+#include "mesh/import/gmsh_mesher.h"
+#include "mesh/import/import_process.h"
+#include "mesh/import/inp_reader.h"
+#include "mesh/import/raw_mesh.h"
+#include "mesh/import/vtk_mesh_io.h"
+#include "mesh/surface/check.h"
+#include "mesh/surface/healing.h"
+#include "mesh/surface/surface.h"
+
+namespace thermotwin::mesh {
+
+namespace {
+
+std::string extension(const std::filesystem::path& path) {
+  std::string text = path.extension().string();
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
+  return text;
+}
+
+bool is_one_of(const std::string& word, std::initializer_list<const char*> words) {
+  return std::any_of(words.begin(), words.end(), [&](const char* w) { return word == w; });
+}
+
+void require_sizes(const ImportOptions& options) {
+  if (!(options.element_size_m > 0.0 && options.unit_m > 0.0 && options.min_element_size_m >= 0.0))
+    throw core::InputError(
+        "body '" + options.body + "'",
+        fmt::format("element size {} m, unit {} m", options.element_size_m, options.unit_m), "sizes > 0");
+}
+
+TetMesh merged(const std::vector<TetMesh>& meshes, const std::string& body) {
+  TetMesh all;
+  Eigen::Index nodes = 0, elements = 0;
+  for (const TetMesh& mesh : meshes) nodes += mesh.nodes(), elements += mesh.elements();
+  all.points.resize(3, nodes);
+  all.tets.resize(4, elements);
+  nodes = elements = 0;
+  for (const TetMesh& mesh : meshes) {
+    all.points.middleCols(nodes, mesh.nodes()) = mesh.points;
+    all.tets.middleCols(elements, mesh.elements()) = mesh.tets.array() + static_cast<int>(nodes);
+    nodes += mesh.nodes(), elements += mesh.elements();
+  }
+  build_boundary(all, body);
+  return all;
+}
+
+/// The remeshed faces take the name of the part that they lie on: of the nearest triangle of the
+/// file that looks the same way.
+void name_parts(TetMesh& mesh, const Surface& surface) {
+  if (surface.part_names.size() == 1) {
+    if (surface.part_names[0].empty()) return;
+    auto& all = mesh.groups[surface.part_names[0]];
+    for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) all.push_back(f);
+    return;
+  }
+  // One tree a part: the distance to each part tells the nearest even where parts meet.
+  struct Part {
+    Eigen::Matrix3Xi triangles;
+    std::unique_ptr<TriangleTree> tree;
+  };
+  std::vector<Part> parts(surface.part_names.size());
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const auto count = std::count(surface.part.begin(), surface.part.end(), static_cast<int>(p));
+    parts[p].triangles.resize(3, count);
+    Eigen::Index next = 0;
+    for (std::size_t t = 0; t < surface.part.size(); ++t)
+      if (surface.part[t] == static_cast<int>(p))
+        parts[p].triangles.col(next++) = surface.triangles.col(static_cast<Eigen::Index>(t));
+    parts[p].tree = std::make_unique<TriangleTree>(surface.points, parts[p].triangles);
+  }
+  for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) {
+    const Eigen::Vector3d centre = mesh.face_centre(f), normal = mesh.face_normal(f);
+    double best = std::numeric_limits<double>::infinity();
+    std::size_t owner = 0;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      const TriangleTree::Nearest near = parts[p].tree->nearest(centre);
+      if (near.triangle < 0) continue;
+      const Eigen::Vector3i corner = parts[p].triangles.col(near.triangle);
+      const Eigen::Vector3d a = surface.points.col(corner[0]), b = surface.points.col(corner[1]),
+                            c = surface.points.col(corner[2]);
+      const double facing = (b - a).cross(c - a).normalized().dot(normal);
+      const double cost = near.distance + (facing > 0.5 ? 0.0 : 0.1 * (a - b).norm());
+      if (cost < best) best = cost, owner = p;
+    }
+    mesh.groups[surface.part_names[owner]].push_back(f);
+  }
+}
+
+Surface read_checked(const std::filesystem::path& path, const ImportOptions& options, bool warn) {
+  require_sizes(options);
+  Surface surface = read_triangles(path, options.body);
+  surface.points *= options.unit_m;
+  if (!surface.points.allFinite())
+    throw core::MeshError("body '" + options.body + "'", "a corner whose place is not a number",
+                          "finite coordinates");
+  if (const int dropped = weld(surface); dropped > 0 && warn)
+    core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
+  if (const Healing healed = heal(surface); healed.any() && warn)
+    core::warn(fmt::format("body '{}': the surface was repaired: {}", options.body, healed.brief()));
+  check_surface(surface, options.body);
+  return surface;
+}
+
+TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
+  const Surface surface = read_checked(path, options, attempt.first);
+  std::vector<TetMesh> meshes;
+  const double expected = enclosed_volume(surface);
+  for (const Surface& piece : pieces(surface, options.body))
+    meshes.push_back(mesh_closed_surface(piece, options, attempt));
+  TetMesh mesh = meshes.size() == 1 ? std::move(meshes.front()) : merged(meshes, options.body);
+  mesh.solids = static_cast<int>(meshes.size());
+  // A patch that was parametrised wrongly, or a cavity that was filled, shows in the volume.
+  if (const double found = mesh.total_volume(); std::abs(found - expected) > 0.1 * expected)
+    throw MesherError(
+        "body '" + options.body + "'",
+        fmt::format("the mesh has a volume of {:.4g} mm^3, the surface encloses {:.4g} mm^3", 1e9 * found,
+                    1e9 * expected),
+        "a difference below 10 % (try a smaller element_size_mm)");
+  name_parts(mesh, surface);
+  return mesh;
+}
+
+}  // namespace
+
+Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) {
+  return read_checked(path, options, true);
+}
+
+TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& options) {
+  require_sizes(options);
+  const std::string type = extension(path);
+  if (type == ".msh") return finish(read_msh(path), options);
+  if (type == ".vtu") return finish(read_vtu(path), options);
+  if (type == ".inp") return finish(parse_inp(core::read_file(path), path.string()), options);
+  throw core::InputError("body '" + options.body + "'", "'" + path.string() + "'",
+                         "a mesh file: .msh, .vtu, .inp");
+}
+
+namespace {
+
+bool is_cad(const std::string& type) { return is_one_of(type, {".step", ".stp", ".iges", ".igs", ".brep"}); }
+bool is_surface(const std::string& type) { return is_one_of(type, {".stl", ".obj", ".ply", ".3mf", ".gltf", ".glb"}); }
+
+TetMesh import_here(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
+  const std::string type = extension(path);
+  if (is_cad(type)) return mesh_cad(path, options, attempt);
+  if (is_surface(type)) return mesh_surface_file(path, options, attempt);
+  if (is_one_of(type, {".msh", ".vtu", ".inp"})) return read_tet_mesh(path, options);
+  throw core::InputError(
+      "body '" + options.body + "'", "'" + path.string() + "'",
+      "a file of type .step, .stp, .iges, .igs, .brep, .stl, .obj, .ply, .3mf, .gltf, .glb, .msh, .vtu, .inp");
+}
+
+}  // namespace
+
+TetMesh import_body(const std::filesystem::path& path, const ImportOptions& options) {
+  require_sizes(options);
+  const std::string type = extension(path), place = "body '" + options.body + "': " + path.string();
+  const std::vector<Attempt> once(1);
+  const std::vector<Attempt>& attempts = is_cad(type)       ? attempts_on_cad()
+                                         : is_surface(type) ? attempts_on_surfaces()
+                                                            : once;
+  std::optional<MesherError> first;  // the one that is told if no attempt succeeds
+  for (const Attempt& attempt : attempts) try {
+      TetMesh mesh = mesh_in_child(place, {}, [&] { return import_here(path, options, attempt); });
+      if (!attempt.first) core::warn(fmt::format("body '{}': it could only be meshed {}", options.body, attempt.words));
+      return mesh;
+    } catch (const MesherError& error) {
+      if (!first) first = error;
+    }
+  throw MesherError(*first);
+}
+
+}  // namespace thermotwin::mesh

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// VTK XML unstructured grids.
+
+#include <filesystem>
+
+#include "mesh/body/tet_mesh.h"
+
+#include "mesh/import/raw_mesh.h"
+
+namespace thermotwin::mesh {
+
+/// Writes points, tets, and the point arrays given, as .vtu (VTK XML, appended, LZ4).
+void write_vtu(const std::filesystem::path& path, const TetMesh& mesh);
+
+/// VTK XML unstructured grid. @throws MeshError
+RawMesh read_vtu(const std::filesystem::path& path);
+
+}  // namespace thermotwin::mesh

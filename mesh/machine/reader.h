@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Shared by the files that read machine.toml. Ids are looked up after everything was read, since
+// a table may name one that stands further down; until then a reference waits with its place.
+
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "mesh/machine/machine.h"
+
+namespace thermotwin::mesh::reader {
+
+inline constexpr double millimetre = 1e-3;
+inline constexpr double degree = std::numbers::pi / 180.0;
+
+/// A machine while it is read.
+struct Draft {
+  struct Reference {
+    std::string kind, id, place;  ///< kind: "material", "body", "axis", "surface", ...
+  };
+  Machine machine;
+  std::vector<Reference> references;
+  std::map<std::string, std::vector<std::string>> ids;  ///< kind -> ids that exist
+  std::map<std::string, std::string> places;            ///< "joint X_guide" -> where it stands
+
+  /// Reads and registers the id of a table. @throws InputError if it is taken
+  std::string define(const core::Node& node, const std::string& kind);
+  /// Reads a required id of that kind, to be looked up by check_references.
+  std::string refer(const core::Node& node, const std::string& key, const std::string& kind);
+  std::string refer_or_empty(const core::Node& node, const std::string& key,
+                             const std::string& kind);
+  const std::string& place(const std::string& kind, const std::string& id) const;
+};
+
+Eigen::Vector3d point_mm(const core::Node& node, const std::string& key);
+/// @throws InputError if the vector is zero
+Eigen::Vector3d unit_vector(const core::Node& node, const std::string& key);
+Uncertain scaled(Uncertain value, double factor);
+/// @throws InputError with the reason if the key is there
+void refuse(const core::Node& node, const std::string& key, const std::string& reason);
+
+}  // namespace thermotwin::mesh::reader

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reduction/basis/basis.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/thread_pool.h"
+#include "reduction/linear/lapack.h"
+
+namespace thermotwin::reduction {
+namespace {
+
+constexpr double hourly_shift = 1.0 / 7200.0;    ///< 1/s
+constexpr Eigen::Index gram_columns = 256, block_columns = 48, chunk_columns = 12;
+constexpr double dependent = 1e-13;              ///< of a squared length: 3e-7 of a length
+constexpr double too_short = 1e-9;               ///< of a vector after the others are taken from it
+
+Eigen::Index chunks_of(Eigen::Index columns) { return (columns + chunk_columns - 1) / chunk_columns; }
+
+/// M X
+Eigen::MatrixXd image_of(const solver::SparseMatrix& matrix, const Eigen::Ref<const Eigen::MatrixXd>& x) {
+  Eigen::MatrixXd image(x.rows(), x.cols());
+  core::parallel_for(0, static_cast<std::size_t>(chunks_of(x.cols())), [&](std::size_t c) {
+    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns, width = std::min(chunk_columns, x.cols() - first);
+    image.middleCols(first, width).noalias() = matrix * x.middleCols(first, width);
+  });
+  return image;
+}
+
+/// Lower triangle of X^T H X; what is above is not set.
+Eigen::MatrixXd gram(const solver::SparseMatrix& energy, const Eigen::MatrixXd& x) {
+  const Eigen::Index count = x.cols();
+  Eigen::MatrixXd result(count, count);
+  for (Eigen::Index first = 0; first < count; first += gram_columns) {
+    const Eigen::Index width = std::min(gram_columns, count - first);
+    lapack::transposed_product(x.rightCols(count - first), image_of(energy, x.middleCols(first, width)),
+                               result.block(first, first, count - first, width));
+  }
+  return result;
+}
+
+}  // namespace
+
+Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& vectors) {
+  Eigen::MatrixXd basis(vectors.rows(), vectors.cols());
+  Eigen::Index count = 0;
+  for (Eigen::Index first = 0; first < vectors.cols(); first += block_columns) {
+    // A block against those before it by products of matrices, then its columns one by one.
+    Eigen::MatrixXd block = vectors.middleCols(first, std::min(block_columns, vectors.cols() - first));
+    const Eigen::RowVectorXd before = (block.array() * image_of(capacity, block).array()).colwise().sum().sqrt();
+    const Eigen::Index start = count;
+    core::parallel_for(0, static_cast<std::size_t>(chunks_of(block.cols())), [&](std::size_t c) {
+      const Eigen::Index at = static_cast<Eigen::Index>(c) * chunk_columns;
+      auto chunk = block.middleCols(at, std::min(chunk_columns, block.cols() - at));
+      for (int pass = 0; pass < 2 && start > 0; ++pass) {
+        const Eigen::MatrixXd image = capacity * chunk, shares = basis.leftCols(start).transpose() * image;
+        chunk.noalias() -= basis.leftCols(start) * shares;
+      }
+    });
+    for (Eigen::Index j = 0; j < block.cols(); ++j) {
+      if (!(before[j] > 0.0)) continue;
+      Eigen::VectorXd v = block.col(j), image = capacity * v;
+      double length = 0.0;
+      for (int pass = 0; pass < 2; ++pass) {
+        const auto own = basis.middleCols(start, count - start);
+        v.noalias() -= own * (own.transpose() * image).eval();
+        image = capacity * v;
+        length = std::sqrt(std::max(0.0, v.dot(image)));
+      }
+      if (length <= too_short * before[j]) continue;
+      basis.col(count++) = v / length;
+    }
+  }
+  return basis.leftCols(count);
+}
+
+double mean_square(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& block) {
+  const Eigen::Index chunks = chunks_of(block.cols());
+  Eigen::VectorXd squares(chunks);
+  core::parallel_for(0, static_cast<std::size_t>(chunks), [&](std::size_t c) {
+    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns, width = std::min(chunk_columns, block.cols() - first);
+    const auto chunk = block.middleCols(first, width);
+    const Eigen::MatrixXd image = capacity * chunk;
+    squares[static_cast<Eigen::Index>(c)] = (chunk.array() * image.array()).sum();
+  });
+  return squares.sum() / capacity.sum();
+}
+
+solver::SparseMatrix energy_of(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction) {
+  return conduction + hourly_shift * thermal.capacity;
+}
+
+Eigen::MatrixXd compressed(const solver::SparseMatrix& energy, const Eigen::MatrixXd& x, double least) {
+  const double below = least * least;
+  const Eigen::MatrixXd factor = lapack::pivoted_cholesky(gram(energy, x), 1e-2 * below);
+  if (factor.cols() == 0) return x.leftCols(0);
+  const lapack::SymmetricPair eigen = lapack::symmetric_eigen(lapack::product(factor.transpose(), factor));
+  const Eigen::Index count = factor.cols();
+  Eigen::Index kept = 0;
+  while (kept < count && eigen.values(count - 1 - kept) > below * eigen.values(count - 1)) ++kept;
+  // X^T H X = F F^T with F = U S W^T, so that X U are the directions with their lengths S.
+  const Eigen::MatrixXd left = factor * eigen.vectors.rightCols(kept) *
+                               eigen.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  return lapack::product(x, left);
+}
+
+Basis make_basis(const solver::ThermalSystem& thermal, const solver::SparseMatrix& conduction,
+                 const Eigen::MatrixXd& candidates, Eigen::Index most) {
+  const Eigen::MatrixXd factor = lapack::pivoted_cholesky(gram(energy_of(thermal, conduction), candidates), dependent);
+
+  Basis basis;
+  basis.rank = factor.cols();
+  const Eigen::Index kept = std::min(basis.rank, most - 1);
+  Eigen::MatrixXd directions(thermal.size, kept + 1);
+  directions.col(0).setOnes();
+  if (basis.rank > 0) {
+    const lapack::SymmetricPair eigen = lapack::symmetric_eigen(lapack::product(factor.transpose(), factor));
+    basis.singular_values = eigen.values.reverse().cwiseMax(0.0).cwiseSqrt();
+    const Eigen::MatrixXd combination = factor * eigen.vectors.rowwise().reverse().leftCols(kept);
+    directions.rightCols(kept) = lapack::product(candidates, combination);
+  }
+  basis.vectors = orthonormal(thermal.capacity, directions);
+  return basis;
+}
+
+Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix& vectors) {
+  return project(matrix, vectors, vectors);
+}
+
+Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix& left, const RowMajorMatrix& right) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
+    for (solver::SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry) rows.push_back(entry.row());
+  }
+  std::sort(rows.begin(), rows.end());
+  rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+  std::vector<Eigen::Index> place(static_cast<std::size_t>(matrix.rows()), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) place[static_cast<std::size_t>(rows[i])] = static_cast<Eigen::Index>(i);
+
+  RowMajorMatrix image = RowMajorMatrix::Zero(static_cast<Eigen::Index>(rows.size()), right.cols());
+  for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
+    for (solver::SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry) {
+      image.row(place[static_cast<std::size_t>(entry.row())]) += entry.value() * right.row(column);
+    }
+  }
+  const RowMajorMatrix touched = left(rows, Eigen::all);
+  return touched.transpose() * image;
+}
+
+}  // namespace thermotwin::reduction

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reduction/basis/reduce.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/progress.h"
+#include "core/thread_pool.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/basis/balanced_basis.h"
+#include "reduction/basis/basis.h"
+#include "reduction/basis/modal_basis.h"
+#include "reduction/basis/parameter_parts.h"
+#include "reduction/basis/patches.h"
+#include "reduction/basis/responses.h"
+#include "reduction/model/output_grid.h"
+#include "reduction/model/reduced_simulation.h"
+#include "reduction/model/trained_range.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
+#include "solver/operation/layout.h"
+
+namespace thermotwin::reduction {
+namespace {
+
+constexpr Eigen::Index tried_orders[] = {20, 40, 60, 80, 100, 120, 160, 200, 240, 300, 400};
+constexpr Eigen::Index most_snapshots = 120;   ///< of one load
+/// Sizes of the groups relative to all responses. Of 15 sets tried on vmc5, coarse, these had the
+/// least error on the training loads at order 240 (0.12 um; all weights 1 or 0.3: 0.3 um).
+constexpr double adjoint_weight = 3.0, change_weight = 0.3, snapshot_weight = 5.0;
+constexpr double orthonormal_within = 1e-9;
+
+using solver::TermKind;
+
+class Watch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// Snapshots without their uniform part, every so many if there are too many; each load's compressed. @param given  gets their number
+Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const solver::SparseMatrix& energy,
+                                 const std::vector<solver::LoadResult>& training, Eigen::Index& given) {
+  std::vector<Eigen::MatrixXd> blocks;
+  Eigen::Index count = 0;
+  for (const solver::LoadResult& result : training) {
+    const Eigen::Index all = result.snapshots.cols();
+    if (all == 0) continue;
+    if (result.snapshots.rows() != thermal.size) {
+      throw core::InputError("snapshots of load '" + result.load + "'", fmt::format("{} rows", result.snapshots.rows()),
+                             fmt::format("{}, the size of the full model", thermal.size));
+    }
+    const Eigen::Index stride = (all + most_snapshots - 1) / most_snapshots, kept = (all + stride - 1) / stride;
+    Eigen::MatrixXd block(thermal.size, kept);
+    for (Eigen::Index i = 0; i < kept; ++i) block.col(i) = result.snapshots.col(i * stride);
+    remove_mean(thermal, block);
+    block /= std::sqrt(static_cast<double>(kept));  // each load counts the same, however long
+    given += kept;
+    blocks.push_back(compressed(energy, block, least_direction));
+    count += blocks.back().cols();
+  }
+  Eigen::MatrixXd snapshots(thermal.size, count);
+  Eigen::Index at = 0;
+  for (const Eigen::MatrixXd& block : blocks) {
+    snapshots.middleCols(at, block.cols()) = block;
+    at += block.cols();
+  }
+  return snapshots;
+}
+
+/// All groups side by side, each brought to its size relative to the responses.
+Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candidates& groups, const Eigen::MatrixXd& snapshots) {
+  const double size = groups.responses.cols() > 0 ? mean_square(thermal.capacity, groups.responses) : 1.0;
+  const std::pair<const Eigen::MatrixXd*, double> parts[] = {{&groups.responses, 1.0}, {&groups.adjoints, adjoint_weight},
+                                                             {&groups.changes, change_weight}, {&snapshots, snapshot_weight}};
+  Eigen::Index count = 0, at = 0;
+  for (const auto& [block, weight] : parts) count += block->cols();
+  Eigen::MatrixXd all(thermal.size, count);
+  for (const auto& [block, weight] : parts) {
+    const double own = mean_square(thermal.capacity, *block);
+    all.middleCols(at, block->cols()) = (own > 0.0 ? weight * std::sqrt(size / own) : 1.0) * *block;
+    at += block->cols();
+  }
+  return all;
+}
+
+/// Output rows of the full model at the poses that the reduced model stores. Those of the workspace's own positions and
+/// angles are kept, since the basis has to see them; those between are many, and are made when they are projected.
+class FullOutputs {
+ public:
+  explicit FullOutputs(const solver::FullModel& full) : full_(full), grid_(full.mesh.machine), kept_(grid_.grid_count() + grid_.table_grid_places().size()) {
+    core::Progress progress("output rows", kept_.size());
+    core::parallel_for(0, kept_.size(), [&](std::size_t i) {
+      const bool tool = i < grid_.grid_count();
+      kept_[i] = full.elastic.output_rows(tool ? grid_.tool_poses()[i] : grid_.table_poses()[grid_.table_grid_places()[i - grid_.grid_count()]]);
+      progress.advance();
+    });
+  }
+
+  const std::vector<solver::OutputRows>& kept() const { return kept_; }
+
+  ReducedOutputs project(const Eigen::MatrixXd& basis) const {
+    std::vector<solver::OutputRows> tool(grid_.tool_count()), table(grid_.table_count());
+    std::vector<const solver::OutputRows*> kept(tool.size() + table.size(), nullptr);
+    for (std::size_t i = 0; i < grid_.grid_count(); ++i) kept[i] = &kept_[i];
+    for (std::size_t i = 0; i < grid_.table_grid_places().size(); ++i) kept[tool.size() + grid_.table_grid_places()[i]] = &kept_[grid_.grid_count() + i];
+    core::parallel_for(0, kept.size(), [&](std::size_t i) {
+      const bool is_tool = i < tool.size();
+      const mesh::Pose& pose = is_tool ? grid_.tool_poses()[i] : grid_.table_poses()[i - tool.size()];
+      (is_tool ? tool[i] : table[i - tool.size()]) = small(kept[i] ? *kept[i] : full_.elastic.output_rows(pose), basis);
+    });
+    return stored_outputs(full_.mesh.machine, grid_.tool_poses(), grid_.table_poses(), tool, table);
+  }
+
+ private:
+  /// All rows at once: the basis is what is large.
+  static solver::OutputRows small(const solver::OutputRows& rows, const Eigen::MatrixXd& basis) {
+    Eigen::MatrixXd columns(basis.rows(), rows.tool.rows() + rows.table_axis.rows() + rows.table_own.rows());
+    columns << rows.tool.transpose(), rows.table_axis.transpose(), rows.table_own.transpose();
+    const Eigen::MatrixXd all = columns.transpose() * basis;
+    return {all.topRows(rows.tool.rows()), all.middleRows(rows.tool.rows(), rows.table_axis.rows()), all.bottomRows(rows.table_own.rows())};
+  }
+
+  const solver::FullModel& full_;
+  OutputGrid grid_;
+  std::vector<solver::OutputRows> kept_;
+};
+
+/// Directions of the method, the uniform field first. @param standing  p of the machine at rest
+Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingModel& operating, const std::vector<solver::OutputRows>& rows,
+               const std::vector<solver::LoadResult>& training, const Eigen::VectorXd& standing, BasisMethod method,
+               Eigen::Index most, ReduceSummary& notes) {
+  const solver::SparseMatrix conduction = symmetric_conduction(thermal, standing);
+  if (method == BasisMethod::modal || method == BasisMethod::balanced) {
+    Basis basis = method == BasisMethod::modal ? modal_basis(thermal, standing, most) : balanced_basis(thermal, operating, rows, most);
+    notes.candidates = basis.rank;
+    return basis;
+  }
+  const bool krylov = method != BasisMethod::pod, snapshots = method != BasisMethod::krylov;
+  Candidates groups;
+  for (Eigen::MatrixXd* group : {&groups.responses, &groups.adjoints, &groups.changes}) group->resize(thermal.size, 0);
+  if (krylov) groups = make_candidates(thermal, operating, rows, default_candidates());
+  Eigen::Index given = groups.made;
+  const Eigen::MatrixXd chosen = snapshots ? chosen_snapshots(thermal, energy_of(thermal, conduction), training, given) : Eigen::MatrixXd(thermal.size, 0);
+  const Eigen::MatrixXd candidates = scaled_columns(thermal, groups, chosen);
+  if (candidates.cols() == 0)
+    throw core::InputError("basis of the reduced model", "no snapshots", "a campaign that keeps them, or --method krylov");
+  notes.candidates = given;
+  Basis basis = make_basis(thermal, conduction, candidates, most);
+  notes.deflated = notes.candidates - basis.rank;
+  return basis;
+}
+
+/// What the campaign made of the machine since each load's start, on the basis: (order x some of its outputs).
+Eigen::MatrixXd states_of(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis, const std::vector<solver::LoadResult>& training) {
+  constexpr Eigen::Index most_states = 60;  // of one load
+  const Eigen::MatrixXd weighted = thermal.capacity * basis;
+  Eigen::MatrixXd states(basis.cols(), 0);
+  for (const solver::LoadResult& result : training) {
+    const Eigen::Index all = result.snapshots.cols();
+    if (all == 0) continue;
+    const Eigen::Index stride = (all + most_states - 1) / most_states, kept = (all + stride - 1) / stride;
+    Eigen::MatrixXd chosen(thermal.size, kept);
+    for (Eigen::Index i = 0; i < kept; ++i) chosen.col(i) = result.snapshots.col(i * stride) - result.snapshots.col(0);
+    states.conservativeResize(Eigen::NoChange, states.cols() + kept);
+    states.rightCols(kept).noalias() = weighted.transpose() * chosen;
+  }
+  return states;
+}
+
+/// Loads that have a result, as pairs. @throws InputError for a result without its load
+std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> matched(
+    const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& training) {
+  std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> pairs;
+  for (const solver::LoadResult& result : training) {
+    const auto load = std::find_if(loads.begin(), loads.end(), [&](const solver::LoadProgram& l) { return l.name() == result.load; });
+    if (load == loads.end()) throw core::InputError("training result '" + result.load + "'", "no such load", "results of the loads given");
+    if (result.tcp.rows() > 0) pairs.emplace_back(&*load, &result);
+  }
+  return pairs;
+}
+
+}  // namespace
+
+ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis) {
+  const RowMajorMatrix vectors = basis;
+  ReducedSystem system;
+  system.layout = thermal.layout;
+  Eigen::MatrixXd capacity, conduction;
+  core::parallel_for(0, 2, [&](std::size_t i) { (i == 0 ? capacity : conduction) = project(i == 0 ? thermal.capacity : thermal.conduction, vectors); });
+  const Eigen::Index r = basis.cols();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
+  if (!((capacity - identity).cwiseAbs().maxCoeff() < orthonormal_within)) {
+    throw core::SolverError(fmt::format("reduced basis of order {}: not orthonormal in the capacity", r));
+  }
+  system.capacity = identity;
+  const auto symmetric = [](const Eigen::MatrixXd& m) { return Eigen::MatrixXd(0.5 * (m + m.transpose())); };
+  system.conduction = symmetric(conduction);
+  system.terms.resize(thermal.terms.size());
+  core::parallel_for(0, thermal.terms.size(), [&](std::size_t j) {
+    const Eigen::MatrixXd term = project(thermal.terms[j], vectors);
+    system.terms[j] = thermal.layout.terms[j].kind == TermKind::coolant_flow ? term : symmetric(term);
+  });
+  system.inputs = (thermal.inputs.transpose() * basis).transpose();
+  system.sensors = thermal.sensors * basis;
+  system.one_kelvin = basis.transpose() * (thermal.capacity * Eigen::VectorXd::Ones(thermal.size));
+  return system;
+}
+
+ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
+  ReducedModel small = model;
+  ReducedSystem& system = small.system;
+  const auto corner = [r](Eigen::MatrixXd& m) { m = m.topLeftCorner(r, r).eval(); };
+  corner(system.capacity);
+  corner(system.conduction);
+  for (Eigen::MatrixXd& term : system.terms) corner(term);
+  system.inputs = system.inputs.topRows(r).eval();
+  system.sensors = system.sensors.leftCols(r).eval();
+  system.one_kelvin = system.one_kelvin.head(r).eval();
+  for (auto* rows : {&small.outputs.tool, &small.outputs.table_axis, &small.outputs.table_own}) {
+    for (Eigen::MatrixXd& row : *rows) row = row.leftCols(r).eval();
+  }
+  if (small.parts) small.parts = truncated(*model.parts, r);
+  if (!small.patches.items.empty()) small.patches.inputs = model.patches.inputs.topRows(r);
+  return small;
+}
+
+BasisMethod basis_method(const std::string& name) {
+  for (std::size_t i = 0; i < std::size(basis_methods); ++i)
+    if (name == basis_methods[i]) return static_cast<BasisMethod>(i);
+  throw core::UsageError(fmt::format("unknown method '{}'; one of: {}", name, fmt::join(basis_methods, ", ")));
+}
+
+ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
+                    const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
+                    ReduceSummary* summary, ReducedModel* reference, Eigen::MatrixXd* columns) {
+  const auto pairs = matched(loads, training);
+  const solver::ThermalSystem& thermal = full.thermal;
+  const mesh::Machine& machine = full.mesh.machine;
+  const solver::OperatingModel operating(machine, thermal.layout);
+  ReduceSummary notes;
+  const Watch rows_watch;
+  const FullOutputs rows(full);
+  notes.rows_seconds = rows_watch.seconds();
+
+  const Watch basis_watch;
+  const std::vector<OperatingPoint> points = operating_points(operating);
+  const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
+  Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
+  if (columns) most = std::max(most, 3 * largest_wanted);
+  const Basis basis = basis_of(thermal, operating, rows.kept(), training, points.front().c.p, options.method, most, notes);
+  notes.basis_seconds = basis_watch.seconds();
+
+  const Watch projection_watch;
+  // Columns beyond those of the reference are for the bound alone.
+  const Eigen::Index projected = std::min(basis.vectors.cols(), reference ? reference_order(largest_wanted) : largest_wanted);
+  const Eigen::MatrixXd vectors = basis.vectors.leftCols(projected);
+  ReducedModel model;
+  model.machine = machine;
+  model.size = fmt::format("{} nodes", full.mesh.nodes());
+  model.full_size = thermal.size;
+  model.system = project_system(thermal, vectors);
+  model.outputs = rows.project(vectors);
+  notes.projection_seconds = projection_watch.seconds();
+  for (const OperatingPoint& point : points) model.trained.include(point.c.p);
+
+  const Eigen::Index largest = std::min(largest_wanted, model.system.order());
+  std::vector<Eigen::Index> orders;
+  for (const Eigen::Index order : tried_orders) {
+    if (order < largest) orders.push_back(order);
+  }
+  orders.push_back(largest);
+  if (options.order > 0 || pairs.empty()) orders = {largest};
+
+  const Watch orders_watch;
+  Eigen::MatrixXd states(0, 0);
+  if (!pairs.empty()) states = states_of(thermal, basis.vectors.leftCols(largest), training);
+  notes.sensors = !full.mesh.machine.sensors.empty();
+  if (options.order_by_observer && !notes.sensors)
+    throw core::InputError("order by the observer", "a machine without sensors", "one or more [[sensor]] in machine.toml");
+  if (options.order_by_observer && states.cols() == 0)
+    throw core::InputError("order by the observer", "no snapshots of the training loads", "a campaign that keeps them");
+  notes.prior_share = prior_share(machine);
+  ReducedModel chosen;
+  for (const Eigen::Index order : orders) {
+    chosen = truncated(model, order);
+    std::vector<double> error(pairs.size());
+    std::vector<TrainedRange> seen(pairs.size());
+    core::parallel_for(0, pairs.size(), [&](std::size_t i) {
+      const auto [load, result] = pairs[i];
+      const solver::LoadResult reduced = simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp), {.tell = false, .seen = &seen[i]});
+      error[i] = compare(*result, reduced).max_um;
+    });
+    if (pairs.empty()) break;
+    for (const TrainedRange& range : seen) {
+      model.trained.include(range.low);
+      model.trained.include(range.high);
+    }
+    chosen.trained = model.trained;
+    const double worst = *std::max_element(error.begin(), error.end());
+    notes.order_error_um.emplace_back(order, worst);
+    if (states.cols() > 0 && notes.sensors) notes.observer.push_back(observer_noise(chosen, states.topRows(order), points.front().c.p));
+    if (worst <= (options.order_by_observer ? notes.observer.back().predicted_um : options.tolerance_um)) break;
+  }
+  notes.orders_seconds = orders_watch.seconds();
+  notes.order = chosen.system.order();
+  if (options.parts) {
+    const Watch parts_watch;
+    const Eigen::MatrixXd own = basis.vectors.leftCols(notes.order);
+    chosen.parts = make_parts(full, own);
+    chosen.patches.items = surface_patches(full.mesh, options.patches);
+    chosen.patches.inputs = (patch_loads(full, chosen.patches.items).transpose() * own).transpose();
+    notes.parts_seconds = parts_watch.seconds();
+  }
+  if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
+  if (columns) *columns = basis.vectors;
+  if (summary) {
+    notes.basis = basis.vectors.leftCols(notes.order);
+    *summary = std::move(notes);
+  }
+  return chosen;
+}
+
+Eigen::Index ReduceSummary::order_of_observer() const {
+  if (observer.size() != order_error_um.size()) return 0;
+  Eigen::Index from = 0;
+  for (std::size_t i = order_error_um.size(); i-- > 0 && order_error_um[i].second <= observer[i].predicted_um;) from = order_error_um[i].first;
+  return from;
+}
+
+std::string ReduceSummary::brief() const {
+  std::string text = fmt::format("order {} from {} candidates ({} dependent)", order, candidates, deflated);
+  const bool observed = observer.size() == order_error_um.size();
+  for (std::size_t i = 0; i < order_error_um.size(); ++i) {
+    text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", order_error_um[i].first, order_error_um[i].second);
+    if (observed) text += fmt::format("; an observer's own {:.2f} um", observer[i].predicted_um);
+  }
+  if (!sensors) return text + "\nno sensors: nothing is known of what an observer would leave";
+  if (!observed || observer.empty()) return text;
+  if (const Eigen::Index from = order_of_observer(); from > 0)
+    text += fmt::format("\nbeyond order {} the observer's noise is larger than the reduction's error", from);
+  else
+    text += "\nat no order tried is the reduction's error below the observer's noise";
+  return text + fmt::format(" (standard deviation of the TCP that the sensors leave of {:.2f} um: the campaign's states times {:.1f} %, as unsure as machine.toml is of heats and films)",
+                            observer.back().open_um, 100 * prior_share);
+}
+
+}  // namespace thermotwin::reduction

@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reduction/model/output_grid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "mesh/machine/kinematics.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/operation/grid_occupancy.h"
+
+namespace thermotwin::reduction {
+namespace {
+
+constexpr std::size_t poses_more = 3, middle = poses_more + 1;  ///< on each half of a line; where its middle is
+/// Between angles of a swivel, rad: its bearing's facets make rows ripple. 45 degrees are cut in eight.
+constexpr double widest_angle = std::numbers::pi / 30.0;
+constexpr std::size_t most_angles_more = 31;  ///< in one cell
+
+/// Positions with so many more between two of them, evenly.
+std::vector<double> with_more(const std::vector<double>& positions, std::size_t more) {
+  std::vector<double> fine;
+  for (std::size_t cell = 0; cell + 1 < positions.size(); ++cell)
+    for (std::size_t i = 0; i <= more; ++i)
+      fine.push_back(std::lerp(positions[cell], positions[cell + 1], static_cast<double>(i) / static_cast<double>(more + 1)));
+  fine.push_back(positions.back());
+  return fine;
+}
+
+/// Angles with others between them where they are far apart.
+std::vector<double> with_angles(const std::vector<double>& angles) {
+  std::vector<double> fine{angles.front()};
+  for (std::size_t cell = 0; cell + 1 < angles.size(); ++cell) {
+    const auto parts = static_cast<std::size_t>(std::ceil((angles[cell + 1] - angles[cell]) / widest_angle - 1e-9));
+    const std::vector<double> inside = with_more({angles[cell], angles[cell + 1]}, std::clamp<std::size_t>(parts, 1, most_angles_more + 1) - 1);
+    fine.insert(fine.end(), inside.begin() + 1, inside.end());
+  }
+  return fine;
+}
+
+Eigen::VectorXd linear_weights(const std::vector<double>& positions, double x) {
+  const std::size_t n = positions.size();
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  const double inside = std::clamp(x, positions.front(), positions.back());
+  std::size_t cell = 0;
+  while (cell + 2 < n && inside > positions[cell + 1]) ++cell;
+  if (n == 1) {
+    weights(0) = 1.0;
+    return weights;
+  }
+  const double share = (inside - positions[cell]) / (positions[cell + 1] - positions[cell]);
+  weights(static_cast<Eigen::Index>(cell)) = 1.0 - share;
+  weights(static_cast<Eigen::Index>(cell + 1)) = share;
+  return weights;
+}
+
+/// Quadratic for three positions; a grid of more is joined by straight lines, as one of two is.
+Eigen::VectorXd smooth_weights(const std::vector<double>& positions, double x) {
+  if (positions.size() != 3) return linear_weights(positions, x);
+  const double a = positions[0], b = positions[1], c = positions[2];
+  const double t = std::clamp(x, a, c);
+  Eigen::Vector3d weights;
+  weights << (t - b) * (t - c) / ((a - b) * (a - c)), (t - a) * (t - c) / ((b - a) * (b - c)),
+      (t - a) * (t - b) / ((c - a) * (c - b));
+  return weights;
+}
+
+/// Cubic through the four positions about x of more than three: the joints' pads make rows kink.
+struct Cubic {
+  std::size_t first = 0;
+  std::array<double, 4> weights{};
+};
+Cubic cubic_weights(const std::vector<double>& positions, double x) {
+  const std::size_t n = positions.size();
+  const double t = std::clamp(x, positions.front(), positions.back());
+  std::size_t cell = 0;
+  while (cell + 2 < n && t > positions[cell + 1]) ++cell;
+  Cubic cubic;
+  cubic.first = std::min(cell == 0 ? 0 : cell - 1, n - 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    double product = 1.0;
+    for (std::size_t j = 0; j < 4; ++j)
+      if (j != i) product *= (t - positions[cubic.first + j]) / (positions[cubic.first + i] - positions[cubic.first + j]);
+    cubic.weights[i] = product;
+  }
+  return cubic;
+}
+
+/// Exact for 1, cos and sin through three angles (trigonometric Lagrange polynomials): what stands still in the
+/// machine turns in a swivel's own frame.
+Eigen::Vector3d turning_weights(const std::array<double, 3>& at, double x) {
+  const auto half = [](double angle) { return std::sin(0.5 * angle); };
+  Eigen::Vector3d weights;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double a = at[(i + 1) % 3], b = at[(i + 2) % 3];
+    weights(static_cast<Eigen::Index>(i)) = half(x - a) * half(x - b) / (half(at[i] - a) * half(at[i] - b));
+  }
+  return weights;
+}
+
+/// Angles of a swivel: by the cell's ends and the position before them (after them in the first cell), so that rows
+/// are continuous; one or two positions by straight lines.
+Eigen::VectorXd swivel_weights(const std::vector<double>& positions, double x, bool endless) {
+  constexpr double turn = 2.0 * std::numbers::pi;
+  const std::size_t n = positions.size();
+  if (n == 1) return Eigen::VectorXd::Ones(1);
+  std::vector<double> closed = positions;
+  if (endless) {
+    x -= turn * std::floor((x - positions.front()) / turn);
+    closed.push_back(positions.front() + turn);
+  }
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  if (n == 2) {
+    const Eigen::VectorXd straight = linear_weights(closed, x);
+    for (Eigen::Index i = 0; i < straight.size(); ++i) weights(i % 2) += straight(i);
+    return weights;
+  }
+  const double t = std::clamp(x, closed.front(), closed.back());
+  std::size_t cell = 0;
+  while (cell + 2 < closed.size() && t > closed[cell + 1]) ++cell;
+  const std::size_t third = cell > 0 ? cell - 1 : endless ? n - 1 : 2;
+  const std::array<std::size_t, 3> at{cell % n, (cell + 1) % n, third};
+  const Eigen::Vector3d shares = turning_weights({positions[at[0]], positions[at[1]], positions[at[2]]}, t);
+  for (std::size_t i = 0; i < 3; ++i) weights(static_cast<Eigen::Index>(at[i])) = shares(static_cast<Eigen::Index>(i));
+  return weights;
+}
+
+/// Rows between the stored ones, times one state or several.
+template <int components, class States>
+auto combine(const std::vector<Eigen::MatrixXd>& rows, const Eigen::VectorXd& weights, const States& state) {
+  Eigen::Matrix<double, components, States::ColsAtCompileTime> sum =
+      Eigen::Matrix<double, components, States::ColsAtCompileTime>::Zero(components, state.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double weight = weights(static_cast<Eigen::Index>(i));
+    if (weight != 0.0) sum.noalias() += weight * (rows[i] * state);
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::vector<OutputGrid::GridAxis> OutputGrid::tool_grid(const mesh::Machine& machine) {
+  std::vector<GridAxis> grid;
+  for (std::size_t i = 0; i < machine.workspace.axes.size(); ++i) {
+    const int axis = machine.axis_index(machine.workspace.axes[i]);
+    const mesh::Axis& moves = machine.axes[static_cast<std::size_t>(axis)];
+    grid.push_back({axis, machine.workspace.positions[i], moves.kind == mesh::AxisKind::linear, moves.endless});
+  }
+  return grid;
+}
+
+/// Axes of the workspace that move the body which carries the table. The table's own rotary axis is
+/// none of them: tcp_error turns the table by it.
+std::vector<OutputGrid::GridAxis> OutputGrid::table_grid(const mesh::Machine& machine) {
+  std::vector<std::string> moving;
+  int body = machine.body_index(machine.tcp.table_body);
+  if (body >= 0) {
+    const mesh::BodySpec& table = machine.bodies[static_cast<std::size_t>(body)];
+    const int own = table.axis.empty() ? -1 : machine.axis_index(table.axis);
+    const bool turns = own >= 0 && machine.axes[static_cast<std::size_t>(own)].kind == mesh::AxisKind::rotary;
+    if (turns) body = machine.body_index(table.parent);
+  }
+  for (; body >= 0; body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent)) {
+    const std::string& axis = machine.bodies[static_cast<std::size_t>(body)].axis;
+    if (!axis.empty()) moving.push_back(axis);
+  }
+  std::vector<GridAxis> grid;
+  const auto add = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      if (std::find(moving.begin(), moving.end(), axes[i]) == moving.end()) continue;
+      const int axis = machine.axis_index(axes[i]);
+      const mesh::Axis& moves = machine.axes[static_cast<std::size_t>(axis)];
+      grid.push_back({axis, positions[i], moves.kind == mesh::AxisKind::linear, moves.endless});
+    }
+  };
+  add(machine.workspace.axes, machine.workspace.positions);
+  add(machine.workspace.table_axes, machine.workspace.table_positions);
+  return grid;
+}
+
+bool OutputGrid::with_middle(const std::vector<GridAxis>& grid) {
+  return grid.size() > 1 && std::all_of(grid.begin(), grid.end(), [](const GridAxis& on) { return on.linear && on.positions.size() == 3; });
+}
+
+std::vector<OutputGrid::Line> OutputGrid::lines_of(const std::vector<GridAxis>& grid) {
+  std::vector<Line> lines;
+  for (std::size_t d = 0; d < grid.size(); ++d) {
+    if (grid[d].positions.size() != 3 || !grid[d].linear) continue;
+    const auto add = [&](std::vector<std::size_t> at) {
+      Line line{d, std::move(at), {}};
+      for (std::size_t i = 0; i < 3; ++i) {
+        line.at[d] = i;
+        for (std::size_t k = 0; k < grid.size(); ++k)
+          line.on_grid[i] = line.on_grid[i] * static_cast<Eigen::Index>(grid[k].positions.size()) + static_cast<Eigen::Index>(line.at[k]);
+      }
+      lines.push_back(std::move(line));
+    };
+    for (std::size_t corner = 0; corner < (std::size_t{1} << grid.size()); ++corner) {
+      std::vector<std::size_t> at;
+      bool new_line = true;
+      for (std::size_t k = 0; k < grid.size(); ++k) {
+        const bool last = (corner >> k & 1) != 0;
+        new_line = new_line && !(last && (k == d || grid[k].positions.size() == 1));
+        at.push_back(last ? grid[k].positions.size() - 1 : 0);
+      }
+      if (new_line) add(std::move(at));
+    }
+    if (with_middle(grid)) add(std::vector<std::size_t>(grid.size(), 1));
+  }
+  return lines;
+}
+
+OutputGrid::OutputGrid(const mesh::Machine& machine) : OutputGrid(machine, Lines::all) {}
+
+OutputGrid::OutputGrid(const mesh::Machine& machine, std::size_t stored) : OutputGrid(machine, stored > mesh::workspace_poses(machine).size() ? Lines::all : Lines::none) {
+  if (stored != tool_count_)
+    throw core::SolverError(fmt::format("{} tool poses; the workspace has {}, or {} with its lines", stored, grid_count_, OutputGrid(machine).tool_count_));
+}
+
+bool OutputGrid::can_store(const mesh::Machine& machine, std::size_t tool_poses) {
+  const std::size_t grid = mesh::workspace_poses(machine).size(), lines = lines_of(tool_grid(machine)).size();
+  return tool_poses == grid || tool_poses == grid + 2 * poses_more * lines;
+}
+
+OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
+    : tool_(tool_grid(machine)), table_(table_grid(machine)), has_middle_(with_middle(tool_)), tool_poses_(mesh::workspace_poses(machine)) {
+  grid_count_ = tool_poses_.size();
+  if (lines == Lines::all) lines_ = lines_of(tool_);
+  fine_.resize(tool_.size());
+  for (const Line& line : lines_) {
+    std::vector<double>& fine = fine_[line.axis];
+    if (fine.empty()) fine = with_more(tool_[line.axis].positions, poses_more);
+    for (std::size_t i = 1; i + 1 < fine.size(); ++i) {
+      if (i == middle) continue;
+      tool_poses_.push_back(tool_poses_[static_cast<std::size_t>(line.on_grid[1])]);
+      tool_poses_.back()(tool_[line.axis].axis) = fine[i];
+    }
+  }
+  tool_count_ = tool_poses_.size();
+  table_poses_ = {mesh::home_pose(machine)};
+  table_grid_ = {0};
+  for (const GridAxis& axis : table_) {
+    std::vector<std::size_t> own;  // where the axis' own positions are among those stored
+    stored_table_.push_back(axis);
+    stored_table_.back().positions = axis.linear || axis.endless ? axis.positions : with_angles(axis.positions);
+    const std::vector<double>& stored = stored_table_.back().positions;
+    for (const double position : axis.positions) own.push_back(static_cast<std::size_t>(std::find(stored.begin(), stored.end(), position) - stored.begin()));
+    std::vector<mesh::Pose> next;
+    for (const mesh::Pose& pose : table_poses_)
+      for (const double position : stored) {
+        next.push_back(pose);
+        next.back()(axis.axis) = position;
+      }
+    table_poses_ = std::move(next);
+    std::vector<std::size_t> places;
+    for (const std::size_t place : table_grid_)
+      for (const std::size_t i : own) places.push_back(place * stored.size() + i);
+    table_grid_ = std::move(places);
+  }
+  table_count_ = table_poses_.size();
+}
+
+/// Kronecker product, first axis slowest: smooth along linear axes, by sine and cosine between the angles of rotary ones.
+void OutputGrid::weights_on(const std::vector<GridAxis>& grid, const mesh::Pose& pose, Eigen::VectorXd& weights) {
+  weights[0] = 1.0;
+  Eigen::Index count = 1;
+  for (const GridAxis& on : grid) {
+    const double x = pose(on.axis);
+    const Eigen::VectorXd own = on.linear ? smooth_weights(on.positions, x) : swivel_weights(on.positions, x, on.endless);
+    for (Eigen::Index i = count - 1; i >= 0; --i) weights.segment(i * own.size(), own.size()) = weights[i] * own;
+    count *= own.size();
+  }
+}
+
+void OutputGrid::grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.resize(static_cast<Eigen::Index>(grid_count_));
+  weights_on(tool_, pose, weights);
+}
+
+void OutputGrid::table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.resize(static_cast<Eigen::Index>(table_count_));
+  weights_on(stored_table_, pose, weights);
+}
+
+void OutputGrid::table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.resize(static_cast<Eigen::Index>(table_grid_.size()));
+  weights_on(table_, pose, weights);
+}
+
+/// Between the outer lines straight; the middle one takes what its quadratics do, where there is one.
+double OutputGrid::line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const {
+  double straight = 1.0, in_middle = 1.0, bubble = 1.0;
+  bool is_middle = tool_.size() > 1;
+  for (std::size_t k = 0; k < tool_.size(); ++k) {
+    const std::vector<double>& positions = tool_[k].positions;
+    if (k == line.axis || positions.size() == 1) continue;
+    const double low = positions.front(), high = positions.back();
+    is_middle = is_middle && line.at[k] == 1 && positions.size() == 3;
+    const auto upper = [&](double x) { return (std::clamp(x, low, high) - low) / (high - low); };
+    const auto part = [&](double share) { return line.at[k] == 0 ? 1.0 - share : share; };
+    straight *= part(upper(pose(tool_[k].axis)));
+    if (!has_middle_) continue;
+    in_middle *= part(upper(positions[1]));
+    bubble *= smooth[k](1);
+  }
+  if (!has_middle_) return straight;
+  return is_middle ? bubble : straight - bubble * in_middle;
+}
+
+void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
+  weights.setZero(static_cast<Eigen::Index>(tool_count_));
+  weights_on(tool_, pose, weights);
+  auto next = static_cast<Eigen::Index>(grid_count_);
+  std::vector<Eigen::VectorXd> smooth;
+  for (const GridAxis& on : tool_) smooth.push_back(on.linear ? smooth_weights(on.positions, pose(on.axis)) : Eigen::VectorXd());
+  Cubic fine;
+  for (std::size_t l = 0; l < lines_.size(); ++l) {
+    const Line& line = lines_[l];
+    if (l == 0 || lines_[l - 1].axis != line.axis) fine = cubic_weights(fine_[line.axis], pose(tool_[line.axis].axis));
+    const double share = line_share(line, pose, smooth);
+    const Eigen::VectorXd& coarse = smooth[line.axis];
+    for (std::size_t i = 0; i < 3; ++i) weights(line.on_grid[i]) -= share * coarse(static_cast<Eigen::Index>(i));
+    for (std::size_t i = 0; i < 4; ++i) {
+      const std::size_t at = fine.first + i;
+      const bool on_grid = at % middle == 0;
+      weights(on_grid ? line.on_grid[at / middle] : next + static_cast<Eigen::Index>(at < middle ? at - 1 : at - 2)) += share * fine.weights[i];
+    }
+    next += static_cast<Eigen::Index>(2 * poses_more);
+  }
+}
+
+Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose, std::size_t stored) {
+  Eigen::VectorXd weights;
+  OutputGrid(machine, stored).tool_weights(pose, weights);
+  return weights;
+}
+
+Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose) {
+  Eigen::VectorXd weights;
+  OutputGrid(machine).table_weights(pose, weights);
+  return weights;
+}
+
+solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const {
+  assert(state.size() == system.order());
+  const OutputGrid grid(machine, outputs.tool.size());
+  Eigen::VectorXd tool_shares, table_shares;
+  grid.tool_weights(pose, tool_shares);
+  grid.table_weights(pose, table_shares);
+  assert(tool_shares.size() == static_cast<Eigen::Index>(outputs.tool.size()));
+  assert(table_shares.size() == static_cast<Eigen::Index>(outputs.table_axis.size()));
+  return solver::tcp_error(machine, pose, combine<6>(outputs.tool, tool_shares, state),
+                           combine<6>(outputs.table_axis, table_shares, state),
+                           combine<7>(outputs.table_own, table_shares, state));
+}
+
+Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& outputs, const mesh::Pose& pose) {
+  const Eigen::Index r = outputs.tool.front().cols();
+  const OutputGrid grid(machine, outputs.tool.size());
+  Eigen::VectorXd tool, table;
+  grid.tool_weights(pose, tool);
+  grid.table_weights(pose, table);
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(19, r);
+  for (std::size_t i = 0; i < outputs.tool.size(); ++i) rows.topRows<6>() += tool(static_cast<Eigen::Index>(i)) * outputs.tool[i];
+  for (std::size_t i = 0; i < outputs.table_axis.size(); ++i) {
+    rows.middleRows<6>(6) += table(static_cast<Eigen::Index>(i)) * outputs.table_axis[i];
+    rows.bottomRows<7>() += table(static_cast<Eigen::Index>(i)) * outputs.table_own[i];
+  }
+  return rows;
+}
+
+Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses) {
+  const Eigen::Index r = model.system.order();
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
+  const OutputGrid grid(model.machine, model.outputs.tool.size());
+  Eigen::VectorXd tool_shares, table_shares;
+  Eigen::MatrixXd rows;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    grid.tool_weights(poses[i], tool_shares);
+    grid.table_weights(poses[i], table_shares);
+    const auto tool = combine<6>(model.outputs.tool, tool_shares, identity);
+    const auto axis = combine<6>(model.outputs.table_axis, table_shares, identity);
+    const auto own = combine<7>(model.outputs.table_own, table_shares, identity);
+    for (Eigen::Index k = 0; k < r; ++k) {
+      const Eigen::VectorXd values = solver::tcp_values(solver::tcp_error(model.machine, poses[i], tool.col(k), axis.col(k), own.col(k)));
+      if (rows.size() == 0) rows.resize(values.size() * static_cast<Eigen::Index>(poses.size()), r);
+      rows.col(k).segment(static_cast<Eigen::Index>(i) * values.size(), values.size()) = values;
+    }
+  }
+  return rows;
+}
+
+}  // namespace thermotwin::reduction

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/campaign/case.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "core/units.h"
+#include "mesh/machine/file.h"
+#include "solver/campaign/campaign.h"
+
+namespace thermotwin::solver {
+
+std::vector<std::string> Case::load_names() const {
+  std::vector<std::string> names;
+  std::error_code ignored;  // no folder: no loads
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "loads", ignored))
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+LoadProgram Case::load(const std::string& name) const {
+  const std::vector<std::string> known = load_names();
+  if (std::find(known.begin(), known.end(), name) == known.end()) {
+    const std::string nearest = core::nearest(name, known);
+    throw core::InputError((folder / "loads").string(), "no load program '" + name + "'" +
+                               (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"),
+                           known.empty() ? "files loads/<name>.toml, there are none" : core::join(known));
+  }
+  LoadProgram program = LoadProgram::read(folder / "loads" / (name + ".toml"), machine);
+  if (time && !program.has_time()) program.set_time(*time);
+  return program;
+}
+
+Case read_case(const std::filesystem::path& path) {
+  Case result;
+  const std::filesystem::path file = std::filesystem::is_directory(path) ? path / "case.toml" : path;
+  result.folder = std::filesystem::absolute(file).lexically_normal().parent_path();
+  const core::Config config = core::Config::load(file);
+  const core::Node root = config.root();
+  root.integer("schema", 1, 1);
+  result.machine = mesh::read_machine(result.folder / root.text_or("machine", "machine.toml"));
+  result.size = root.text_or("size", result.size);
+  result.train = root.texts_or_empty("train");
+  result.holdout = root.texts_or_empty("holdout");
+  if (root.has("measurement")) {
+    result.measurement = result.folder / root.text("measurement");
+    if (!std::filesystem::is_directory(result.measurement))
+      throw core::InputError(root.place("measurement"), "no folder '" + root.text("measurement") + "'",
+                             "a folder with channels.toml and data.csv");
+  }
+  if (const auto reduction = root.table_if("reduction")) {
+    result.tolerance_um = reduction->number_or("tolerance_um", result.tolerance_um, core::positive);
+    reduction->finish();
+  }
+  if (const auto scheme = root.table_if("time")) result.time = read_time(*scheme);
+  if (const auto points = root.table_if("check_points")) {
+    for (const std::string& text : points->texts_or_empty("poses"))
+      result.check_points.push_back(mesh::parse_pose(result.machine, text, points->place("poses")));
+    points->finish();
+  }
+  if (result.machine.axes.empty()) result.check_points.assign(1, mesh::Pose());  // the only pose there is
+  if (const auto wrong = root.table_if("measured_machine")) {
+    MeasuredMachine measured;
+    measured.load = wrong->text("load");
+    measured.kind = wrong->choice("kind", {"source_power", "film_coefficient", "contact_conductance"});
+    measured.where = wrong->text("where");
+    measured.factor = wrong->number("factor", core::positive);
+    measured.seed = static_cast<std::uint64_t>(wrong->integer_or("seed", 7, 0, 1'000'000'000));
+    measured.size_factor = wrong->number_or("size_factor", measured.size_factor, core::positive);
+    measured.refine = wrong->number_or("refine", measured.refine, core::positive);
+    wrong->finish();
+    result.measured_machine = measured;
+  }
+  root.finish();
+  mesh::size_factor(result.machine, result.size);
+
+  const std::vector<std::string> known = result.load_names();
+  for (const auto& [key, names] : {std::pair{"train", &result.train}, std::pair{"holdout", &result.holdout}})
+    for (const std::string& name : *names)
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        throw core::InputError(root.place(key), "load program '" + name + "'",
+                               known.empty() ? "files loads/<name>.toml, there are none" : "one of: " + core::join(known));
+  for (const std::string& name : result.holdout)
+    if (std::find(result.train.begin(), result.train.end(), name) != result.train.end())
+      throw core::InputError(root.place("holdout"), "load program '" + name + "', which also trains",
+                             "programs that the training does not see");
+  return result;
+}
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// What a campaign keeps of one load while it runs: tables that fill output by output, and snapshots
+// of the temperature, which go to a file beside the checkpoint where there is one.
+
+#include <fstream>
+
+#include "core/binary.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
+
+namespace thermotwin::solver {
+
+inline constexpr Eigen::Index rows_per_pose = 19;  ///< tool 6, table axis 6, table own 7
+
+class Recorder {
+ public:
+  /// @param spool  file for snapshots while the run lasts; empty: memory. All arguments but options
+  ///               must outlive the recorder
+  Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
+           const Channels& channels, const HeatBalance& balance, const CampaignOptions& options,
+           std::filesystem::path spool);
+  /// @param rows     (rows_per_pose * poses x size)
+  /// @param balance  of the load, up to this output
+  void add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance);
+  LoadResult take();
+  /// Once the results are written and the checkpoint is gone.
+  void discard_spool() const;
+
+  void save(core::BinaryWriter& out);
+  void load(core::BinaryReader& in);
+
+ private:
+  const mesh::Machine& machine_;
+  const std::vector<mesh::Pose>& poses_;
+  LoadResult result_;
+  Eigen::Index filled_ = 0, size_ = 0;
+  Eigen::VectorXd heat_;    // J up to the last output, see HeatBalance::amounts
+  double heat_until_ = 0;   // s
+  bool snapshots_;
+  std::filesystem::path spool_path_;
+  std::fstream spool_;
+};
+
+/// Means of the channels between outputs; the first row is that of the first step.
+core::Table input_table(const LoadProgram& load, const Channels& channels, double refine);
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/elastic/model.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+#include "core/error.h"
+#include "core/thread_pool.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/elastic/assembly.h"
+#include "solver/elastic/outputs.h"
+#include "solver/elastic/rigid_followers.h"
+#include "solver/elastic/springs.h"
+#include "solver/elastic/system.h"
+#include "solver/linear/available_memory.h"
+#include "solver/linear/spd_solver.h"
+
+namespace thermotwin::solver {
+namespace {
+
+constexpr Eigen::Index most_columns = 96, least_columns = 8;  // dense right-hand sides held in memory per body
+constexpr double column_bytes = 2.5e8;                        // that these should take at most
+
+Eigen::Index columns_at_once(Eigen::Index nodes) {
+  const auto fit = static_cast<Eigen::Index>(column_bytes / (2.0 * 3.0 * 8.0 * static_cast<double>(nodes)));
+  return std::clamp(fit / least_columns * least_columns, least_columns, most_columns);
+}
+
+/// Without the parts that move the body rigidly: orthogonal to them.
+void balance(const Eigen::MatrixXd& rigid, Eigen::MatrixXd& columns) {
+  const Eigen::MatrixXd gram = rigid.transpose() * rigid;
+  columns -= rigid * gram.ldlt().solve(rigid.transpose() * columns);
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+struct ElasticModel::Impl {
+  mesh::Machine machine;
+  std::vector<Eigen::Index> first_node;
+  Eigen::Index size = 0;                       ///< unknowns of the thermal system
+  UnitFunctionals units;
+  std::optional<SpringSet> springs;
+  std::optional<TcpOutputs> outputs;           ///< none: a machine without [tcp]
+  std::vector<int> elastic;                    ///< bodies that are, rising
+  std::vector<ElasticBody> bodies;             ///< per Machine::bodies; empty where not elastic
+  std::vector<std::unique_ptr<SpdSolver>> factors;
+  std::vector<BodyResponse> responses;         ///< per Machine::bodies
+  std::vector<Eigen::MatrixXd> thermal;        ///< (n x units) F^T K^+ w
+  std::vector<CarriedBody> carried;            ///< bodies that are not elastic
+  Summary summary;
+
+  explicit Impl(std::size_t count) : units(count), bodies(count), factors(count), responses(count), thermal(count) {}
+
+  Eigen::Index nodes(int body) const {
+    return first_node[static_cast<std::size_t>(body) + 1] - first_node[static_cast<std::size_t>(body)];
+  }
+  void factorise(const mesh::MachineMesh& mesh, const ElasticOptions& options);
+  MemoryNeed memory_need(const std::vector<SparseAnalysis>& analyses) const;
+  /// K^+ loads, (3n x m).
+  Eigen::MatrixXd apply_inverse(int body, Eigen::MatrixXd loads) const;
+  void solve_units(int body);
+  SmallSystem::Solution solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const;
+  OutputRows in_frames(const Eigen::MatrixXd& rows, const mesh::Pose& pose) const;
+  void require_tcp() const {
+    if (!outputs) throw core::InputError(machine.path.string() + " [tcp]", "missing", "a [tcp], whose error is asked for");
+  }
+  SmallSystem small_system(const mesh::Pose& pose) const {
+    return SmallSystem(machine, elastic, responses, springs->at(machine, pose));
+  }
+};
+
+MemoryNeed ElasticModel::Impl::memory_need(const std::vector<SparseAnalysis>& analyses) const {
+  MemoryNeed need;
+  std::vector<double> works, blocks;
+  for (std::size_t i = 0; i < elastic.size(); ++i) {
+    const auto b = static_cast<std::size_t>(elastic[i]);
+    const auto n = static_cast<double>(nodes(elastic[i]));
+    const double matrix = 12.0 * static_cast<double>(bodies[b].stiffness.nonZeros());
+    need.other += matrix + 8.0 * n * static_cast<double>(units.of(elastic[i]).size());
+    if (!analyses.empty()) {
+      need.factors += analyses[i].factor_bytes;
+      works.push_back(analyses[i].work_bytes);
+    }
+    need.iterative += 2.0 * matrix;  // levels, their transfers and working blocks
+    blocks.push_back(3.0 * 3.0 * 8.0 * n * static_cast<double>(columns_at_once(nodes(elastic[i]))));
+  }
+  // Bodies that are worked on at the same time.
+  for (auto* sizes : {&works, &blocks}) {
+    std::sort(sizes->rbegin(), sizes->rend());
+    sizes->resize(std::min(sizes->size(), static_cast<std::size_t>(core::thread_count())));
+  }
+  for (double work : works) need.work += work;
+  for (double block : blocks) need.other += block;
+  return need;
+}
+
+void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  SpdOptions solver;
+  solver.factor.block = solver.multigrid.block = 3;
+  solver.multigrid.tolerance = options.tolerance;
+  std::vector<SparseAnalysis> analyses;
+  if (options.choice != SolverChoice::iterative) analyses.resize(elastic.size());
+  core::parallel_for(0, elastic.size(), [&](std::size_t i) {
+    const auto b = static_cast<std::size_t>(elastic[i]);
+    const mesh::BodySpec& spec = machine.bodies[b];
+    bodies[b] = assemble_elastic(mesh.bodies[b], machine.material(spec.material), spec.id);
+    if (!analyses.empty()) analyses[i] = analyse(bodies[b].stiffness, solver.factor);
+  });
+  if (options.plan) {
+    options.plan->elastic = memory_need(analyses);
+    for (const SparseAnalysis& analysis : analyses) options.plan->wide = options.plan->wide || analysis.wide;
+    // The matrices counted as needed are there already.
+    double there = 0.0;
+    for (int body : elastic) there += 12.0 * static_cast<double>(bodies[static_cast<std::size_t>(body)].stiffness.nonZeros());
+    decide(*options.plan, options.choice, available_memory() + there);
+    solver.kind = options.plan->elastic_solver;
+  } else if (options.choice == SolverChoice::iterative) {
+    solver.kind = LinearSolver::iterative;
+  }
+  summary.solver = solver.kind;
+  core::parallel_for(0, elastic.size(), [&](std::size_t i) {
+    const auto b = static_cast<std::size_t>(elastic[i]);
+    SpdOptions of_body = solver;
+    if (solver.kind == LinearSolver::iterative) of_body.multigrid.near_null = bodies[b].rigid;
+    try {
+      factors[b] = std::make_unique<SpdSolver>(bodies[b].stiffness, of_body, analyses.empty() ? nullptr : &analyses[i]);
+    } catch (const core::SolverError& error) {
+      throw core::SolverError("body '" + machine.bodies[b].id + "': " + error.what());
+    }
+    bodies[b].stiffness = SparseMatrix();  // only its factor is needed from here on
+  });
+  for (int body : elastic) summary.factor_bytes += factors[static_cast<std::size_t>(body)]->memory_bytes();
+  summary.factor_seconds = seconds_since(start);
+}
+
+/// By a factor, K^+ has the three points that hold the body; balanced loads (all that the machine
+/// ever puts on a body) do not feel them. Iterative solves balance first: the tolerance then is
+/// relative to what strains the body, and the rigid rest is taken out again.
+Eigen::MatrixXd ElasticModel::Impl::apply_inverse(int body, Eigen::MatrixXd loads) const {
+  const auto b = static_cast<std::size_t>(body);
+  const bool iterative = !factors[b]->is_direct();
+  if (iterative) balance(bodies[b].rigid, loads);
+  clear_fixed(bodies[b], loads);
+  Eigen::MatrixXd motion = factors[b]->solve(loads);
+  if (iterative) balance(bodies[b].rigid, motion);
+  return motion;
+}
+
+void ElasticModel::Impl::solve_units(int body) {
+  const auto b = static_cast<std::size_t>(body);
+  const std::vector<Functional>& functionals = units.of(body);
+  const auto count = static_cast<Eigen::Index>(functionals.size());
+  BodyResponse& response = responses[b];
+  response.gram.setZero(count, count);
+  response.rigid.setZero(6, count);
+  thermal[b].resize(nodes(body), count);
+  for (Eigen::Index u = 0; u < count; ++u)
+    for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(u)])
+      response.rigid.col(u) += weight * bodies[b].rigid.row(dof).transpose();
+  const Eigen::Index at_once = columns_at_once(nodes(body));
+  for (Eigen::Index first = 0; first < count; first += at_once) {
+    const Eigen::Index width = std::min(at_once, count - first);
+    Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * nodes(body), width);
+    for (Eigen::Index u = 0; u < width; ++u)
+      for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(first + u)]) loads(dof, u) += weight;
+    const Eigen::MatrixXd motion = apply_inverse(body, std::move(loads));
+    thermal[b].middleCols(first, width).noalias() = bodies[b].thermal_load.transpose() * motion;
+    for (Eigen::Index u = 0; u < count; ++u)
+      for (Eigen::Index v = 0; v < width; ++v)
+        response.gram(u, first + v) = evaluate(functionals[static_cast<std::size_t>(u)], motion.col(v));
+  }
+  response.gram = (0.5 * (response.gram + response.gram.transpose())).eval();
+}
+
+ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal, const ElasticOptions& options)
+    : impl_(std::make_unique<Impl>(mesh.bodies.size())) {
+  Impl& impl = *impl_;
+  impl.machine = mesh.machine;
+  impl.first_node = mesh.first_node;
+  impl.size = thermal.size;
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
+    if (mesh.machine.bodies[b].elastic) impl.elastic.push_back(static_cast<int>(b));
+  impl.springs.emplace(mesh, thermal.layout.grids, impl.units);
+  if (mesh.machine.has_tcp()) impl.outputs.emplace(mesh, impl.units);
+  impl.carried = carried_bodies(mesh);
+  require_held(mesh.machine, impl.elastic, impl.springs->at(mesh.machine, mesh::home_pose(mesh.machine)));
+  impl.factorise(mesh, options);
+
+  const auto start = std::chrono::steady_clock::now();
+  core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) { impl.solve_units(impl.elastic[i]); });
+  for (int body : impl.elastic) impl.summary.unit_solves += static_cast<long>(impl.units.of(body).size());
+  impl.summary.unit_seconds = seconds_since(start);
+  if (impl.elastic.empty()) return;
+  const SmallSystem home = impl.small_system(mesh::home_pose(mesh.machine));
+  impl.summary.springs = static_cast<int>(home.springs().size());
+}
+
+ElasticModel::~ElasticModel() = default;
+ElasticModel::ElasticModel(ElasticModel&&) noexcept = default;
+
+const ElasticModel::Summary& ElasticModel::summary() const { return impl_->summary; }
+
+OutputRows ElasticModel::output_rows(const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  impl.require_tcp();
+  const mesh::Pose at_zero = impl.outputs->table_at_zero(pose);
+  const SmallSystem system = impl.small_system(at_zero);
+  const auto outputs = impl.outputs->combinations();
+  const std::vector<Combination> wanted(outputs.begin(), outputs.end());
+  const Eigen::MatrixXd forces = system.adjoint_forces(wanted);  // (springs x 19)
+  const auto count = static_cast<Eigen::Index>(wanted.size());
+
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(impl.size, count);  // transposed
+  for (int body : impl.elastic) {
+    const auto b = static_cast<std::size_t>(body);
+    const Eigen::MatrixXd weights = system.unit_weights(body, wanted, forces);  // (units x 19)
+    // Most units belong to other places of the axes: only those in use are multiplied.
+    std::vector<Eigen::Index> used;
+    for (Eigen::Index u = 0; u < weights.rows(); ++u)
+      if ((weights.row(u).array() != 0.0).any()) used.push_back(u);
+    rows.middleRows(impl.first_node[b], impl.nodes(body)).noalias() =
+        impl.thermal[b](Eigen::all, used) * weights(used, Eigen::all);
+  }
+  for (std::size_t s = 0; s < system.springs().size(); ++s) {
+    const Spring& spring = system.springs()[s];
+    for (const auto& [node, per_kelvin] : spring.expansion)
+      rows.row(impl.first_node[static_cast<std::size_t>(spring.expansion_body)] + node) -=
+          per_kelvin * forces.row(static_cast<Eigen::Index>(s));
+  }
+
+  return impl.in_frames(rows.transpose(), at_zero);
+}
+
+std::vector<Eigen::MatrixXd> ElasticModel::unit_images(const Eigen::MatrixXd& basis) const {
+  const Impl& impl = *impl_;
+  std::vector<Eigen::MatrixXd> images(impl.bodies.size());
+  core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) {
+    const auto b = static_cast<std::size_t>(impl.elastic[i]);
+    images[b].noalias() = impl.thermal[b].transpose() * basis.middleRows(impl.first_node[b], impl.nodes(impl.elastic[i]));
+  });
+  return images;
+}
+
+OutputParts ElasticModel::output_parts(const mesh::Pose& pose, const Eigen::MatrixXd& basis,
+                                       const std::vector<Eigen::MatrixXd>& images) const {
+  const Impl& impl = *impl_;
+  impl.require_tcp();
+  const mesh::Pose at_zero = impl.outputs->table_at_zero(pose);
+  const SmallSystem system = impl.small_system(at_zero);
+  const auto outputs = impl.outputs->combinations();
+  const std::vector<Combination> wanted(outputs.begin(), outputs.end());
+  const auto count = static_cast<Eigen::Index>(wanted.size());
+  const auto joints = static_cast<Eigen::Index>(impl.machine.joints.size());
+  const Eigen::MatrixXd forces = system.adjoint_forces(wanted);
+  std::vector<char> springs_of(impl.machine.joints.size(), 0);
+  for (const Spring& spring : system.springs())
+    if (spring.joint >= 0) springs_of[static_cast<std::size_t>(spring.joint)] = 1;
+  Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(forces.rows(), 2 * count * joints);  // joint after joint, both derivatives
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    if (!springs_of[static_cast<std::size_t>(j)]) continue;
+    const auto [first, second] = system.stiffness_change(static_cast<int>(j), forces);
+    changes.middleCols(2 * count * j, count) = first;
+    changes.middleCols(2 * count * j + count, count) = second;
+  }
+
+  OutputParts parts;
+  parts.bodies.resize(impl.machine.bodies.size());
+  Eigen::MatrixXd by_stiffness = Eigen::MatrixXd::Zero(changes.cols(), basis.cols());
+  for (int body : impl.elastic) {
+    const auto b = static_cast<std::size_t>(body);
+    const Eigen::MatrixXd own = system.unit_weights(body, wanted, forces), changed = system.unit_weights(body, {}, changes);
+    std::vector<Eigen::Index> used;
+    for (Eigen::Index u = 0; u < own.rows(); ++u)
+      if ((own.row(u).array() != 0.0).any() || (changed.row(u).array() != 0.0).any()) used.push_back(u);
+    const Eigen::MatrixXd image = images[b](used, Eigen::all);
+    parts.bodies[b] = impl.in_frames(own(used, Eigen::all).transpose() * image, at_zero);
+    by_stiffness.noalias() += changed(used, Eigen::all).transpose() * image;
+  }
+  std::vector<Eigen::MatrixXd> scales(impl.machine.scales.size()), screws(impl.machine.screws.size());
+  for (std::size_t s = 0; s < system.springs().size(); ++s) {
+    const Spring& spring = system.springs()[s];
+    if (spring.expansion.empty()) continue;
+    const auto at = static_cast<Eigen::Index>(s);
+    Eigen::RowVectorXd growth = Eigen::RowVectorXd::Zero(basis.cols());
+    for (const auto& [node, per_kelvin] : spring.expansion)
+      growth += per_kelvin * basis.row(impl.first_node[static_cast<std::size_t>(spring.expansion_body)] + node);
+    Eigen::MatrixXd& rows = spring.expands_scale >= 0 ? scales[static_cast<std::size_t>(spring.expands_scale)]
+                                                      : screws[static_cast<std::size_t>(spring.expands_screw)];
+    if (rows.size() == 0) rows.setZero(count, basis.cols());
+    rows.noalias() -= forces.row(at).transpose() * growth;
+    by_stiffness.noalias() -= changes.row(at).transpose() * growth;
+  }
+  const auto framed = [&](const Eigen::MatrixXd& rows) { return rows.size() > 0 ? impl.in_frames(rows, at_zero) : OutputRows{}; };
+  for (const Eigen::MatrixXd& rows : scales) parts.scales.push_back(framed(rows));
+  for (const Eigen::MatrixXd& rows : screws) parts.screws.push_back(framed(rows));
+  for (Eigen::Index j = 0; j < joints; ++j) {
+    const bool any = springs_of[static_cast<std::size_t>(j)] != 0;
+    parts.stiffness.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j, count), at_zero) : OutputRows{});
+    parts.curvature.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j + count, count), at_zero) : OutputRows{});
+  }
+  return parts;
+}
+
+/// The 19 rows as OutputRows has them: the tool's turned into the machine frame.
+OutputRows ElasticModel::Impl::in_frames(const Eigen::MatrixXd& rows, const mesh::Pose& pose) const {
+  OutputRows result;
+  const int tool = machine.body_index(machine.tcp.tool_body);
+  const Eigen::Matrix3d turn = mesh::body_transform(machine, tool, pose).linear();
+  result.tool.resize(6, rows.cols());
+  result.tool.topRows<3>() = turn * rows.topRows<3>();
+  result.tool.bottomRows<3>() = turn * rows.middleRows<3>(3);
+  result.table_axis = rows.middleRows<6>(6);
+  result.table_own = rows.middleRows<7>(12);
+  return result;
+}
+
+SmallSystem::Solution ElasticModel::Impl::solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const {
+  std::vector<Eigen::VectorXd> unit_motions(bodies.size());  // w^T K^+ F T
+  for (int body : elastic) {
+    const auto b = static_cast<std::size_t>(body);
+    unit_motions[b] = thermal[b].transpose() * temperature.segment(first_node[b], nodes(body));
+  }
+  return system.solve(unit_motions, [&](int body, Eigen::Index node) {
+    return temperature[first_node[static_cast<std::size_t>(body)] + node];
+  });
+}
+
+std::vector<ElasticModel::ScrewTension> ElasticModel::screw_tensions(const Eigen::VectorXd& temperature,
+                                                                     const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  std::vector<ScrewTension> tensions;
+  if (impl.machine.screws.empty()) return tensions;
+  const SmallSystem system = impl.small_system(pose);
+  const SmallSystem::Solution solution = impl.solve(system, temperature);
+  for (std::size_t s = 0; s < system.springs().size(); ++s)
+    if (const int screw = system.springs()[s].screw; screw >= 0)
+      tensions.push_back({screw, impl.machine.screws[static_cast<std::size_t>(screw)].pretension + solution.forces[static_cast<Eigen::Index>(s)]});
+  return tensions;
+}
+
+Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
+                                            const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  if (impl.elastic.empty()) return {};
+  const SmallSystem system = impl.small_system(pose);
+  const SmallSystem::Solution solution = impl.solve(system, temperature);
+
+  Eigen::Matrix3Xd displacement = Eigen::Matrix3Xd::Zero(3, impl.first_node.back());
+  core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) {
+    const int body = impl.elastic[i];
+    const auto b = static_cast<std::size_t>(body);
+    Eigen::MatrixXd load =
+        impl.bodies[b].thermal_load * temperature.segment(impl.first_node[b], impl.nodes(body));
+    const Eigen::MatrixXd weights = system.unit_weights(body, {}, solution.forces);
+    for (Eigen::Index u = 0; u < weights.rows(); ++u) {
+      if (weights(u, 0) == 0.0) continue;
+      for (const auto& [dof, weight] : impl.units.of(body)[static_cast<std::size_t>(u)])
+        load(dof, 0) -= weights(u, 0) * weight;
+    }
+    const Eigen::VectorXd motion =
+        impl.apply_inverse(body, std::move(load)).col(0) + impl.bodies[b].rigid * solution.rigid.segment<6>(6 * static_cast<Eigen::Index>(i));
+    displacement.middleCols(impl.first_node[b], impl.nodes(body)) =
+        Eigen::Map<const Eigen::Matrix3Xd>(motion.data(), 3, impl.nodes(body));
+  });
+  for (const CarriedBody& body : impl.carried) move_with_parent(body, impl.machine, pose, displacement);
+  return displacement;
+}
+
+ElasticModel::Outputs ElasticModel::outputs_of(const Eigen::Matrix3Xd& displacement,
+                                               const mesh::Pose& pose) const {
+  const Impl& impl = *impl_;
+  impl.require_tcp();
+  const auto combinations = impl.outputs->combinations();
+  Eigen::Matrix<double, 19, 1> value;
+  for (std::size_t i = 0; i < combinations.size(); ++i) {
+    double sum = 0.0;
+    for (const UnitTerm& term : combinations[i]) {
+      const Eigen::Index first = impl.first_node[static_cast<std::size_t>(term.body)];
+      const Eigen::Map<const Eigen::VectorXd> of_body(displacement.data() + 3 * first, 3 * impl.nodes(term.body));
+      sum += term.weight * evaluate(impl.units.of(term.body)[static_cast<std::size_t>(term.unit)], of_body);
+    }
+    value[static_cast<Eigen::Index>(i)] = sum;
+  }
+  Outputs outputs;
+  const int tool = impl.machine.body_index(impl.machine.tcp.tool_body);
+  const Eigen::Matrix3d turn = mesh::body_transform(impl.machine, tool, pose).linear();
+  outputs.tool.head<3>() = turn * value.head<3>();
+  outputs.tool.tail<3>() = turn * value.segment<3>(3);
+  outputs.table_axis = value.segment<6>(6);
+  outputs.table_own = value.segment<7>(12);
+  return outputs;
+}
+
+}  // namespace thermotwin::solver

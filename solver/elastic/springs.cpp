@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/elastic/springs.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "core/error.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/contact/contact.h"
+#include "solver/contact/grid.h"
+#include "solver/operation/grid_occupancy.h"
+#include "solver/operation/layout.h"
+
+namespace thermotwin::solver {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double negligible = 1e-9;    // of a pad's largest stiffness or area
+
+void add_weighted(Functional& functional, Eigen::Index node, const Vector3d& weight) {
+  for (int i = 0; i < 3; ++i)
+    if (weight[i] != 0.0) functional.emplace_back(3 * node + i, weight[i]);
+}
+
+bool nearly_equal(const Functional& a, const Functional& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (a[i].first != b[i].first || std::abs(a[i].second - b[i].second) > 1e-12) return false;
+  return true;
+}
+
+/// Mean stiffness per area of a pad, N/m^3, in the slave's home frame.
+Matrix3d mean_stiffness(const mesh::TetMesh& slave, const std::vector<int>& faces,
+                        const mesh::JointSpec& joint, const mesh::Axis* guided) {
+  Matrix3d sum = Matrix3d::Zero();
+  double area = 0.0;
+  for (int face : faces) {
+    const Vector3d n = slave.face_normal(face);
+    Matrix3d tangent = Matrix3d::Identity() - n * n.transpose();
+    if (guided) {
+      const Vector3d free = guided->direction - guided->direction.dot(n) * n;
+      if (free.norm() > 1e-6) tangent -= free.normalized() * free.normalized().transpose();
+    }
+    const double a = slave.face_area(face);
+    sum += a * (joint.stiffness_normal.value * n * n.transpose() +
+                joint.stiffness_tangential.value * tangent);
+    area += a;
+  }
+  return sum / area;
+}
+
+/// The points of one pad at one grid node.
+struct PadContact {
+  double area = 0;
+  Vector3d slave_point = Vector3d::Zero(), master_point = Vector3d::Zero();
+  std::vector<const ContactPoint*> points;
+};
+
+Functional mean_motion(const mesh::TetMesh& body, const PadContact& contact, bool slave,
+                       const Vector3d& direction) {
+  Functional functional;
+  for (const ContactPoint* point : contact.points) {
+    const int face = slave ? point->slave_face : point->master_face;
+    const mesh::FaceNodes nodes = mesh::face_nodes(body, face);
+    const mesh::FaceValues values =
+        mesh::face_shape(body.order(), slave ? point->slave_weights : point->master_weights);
+    for (Eigen::Index i = 0; i < nodes.size(); ++i)
+      add_weighted(functional, nodes[i], point->area / contact.area * values[i] * direction);
+  }
+  tidy(functional);
+  return functional;
+}
+
+}  // namespace
+
+int body_index_of_surface(const mesh::Machine& machine, const std::string& surface) {
+  const auto index = static_cast<std::size_t>(machine.surface_index(surface));
+  return machine.body_index(machine.surfaces[index].body);
+}
+
+int UnitFunctionals::add(int body, Functional functional) {
+  auto& list = of_body_[static_cast<std::size_t>(body)];
+  list.push_back(std::move(functional));
+  return static_cast<int>(list.size()) - 1;
+}
+
+SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids,
+                     UnitFunctionals& units) {
+  const mesh::Machine& machine = mesh.machine;
+  for (std::size_t j = 0; j < machine.joints.size(); ++j)
+    add_joint(mesh, static_cast<int>(j), grids[j], units);
+  for (std::size_t i = 0; i < machine.scales.size(); ++i)
+    if (machine.axes[static_cast<std::size_t>(machine.axis_index(machine.scales[i].axis))].feedback != "screw")
+      feedbacks_.push_back(AxisFeedback::of_scale(mesh, static_cast<int>(i), units));
+  for (std::size_t i = 0; i < machine.screws.size(); ++i)
+    if (auto screw = AxisFeedback::of_screw(mesh, static_cast<int>(i), units)) feedbacks_.push_back(*std::move(screw));
+  require_drives(machine);
+}
+
+void SpringSet::require_drives(const mesh::Machine& machine) const {
+  for (std::size_t a = 0; a < machine.axes.size(); ++a) {
+    const mesh::Axis& axis = machine.axes[a];
+    const auto moved = std::find_if(machine.bodies.begin(), machine.bodies.end(), [&](const mesh::BodySpec& body) {
+      return body.elastic && body.axis == axis.id;
+    });
+    if (axis.kind != mesh::AxisKind::linear || moved == machine.bodies.end()) continue;
+    const auto of_axis = [&](const auto& item) { return item.axis == axis.id; };
+    const bool has_scale = axis.feedback == "screw"
+                               ? std::any_of(machine.screws.begin(), machine.screws.end(), of_axis)
+                               : std::any_of(machine.scales.begin(), machine.scales.end(), of_axis);
+    const bool has_joint = std::any_of(joints_.begin(), joints_.end(), [&](const Joint& joint) {
+      return joint.grid.axis == static_cast<int>(a) && !joint.guide;
+    });
+    if (!has_scale && !has_joint)
+      throw core::InputError(machine.path.filename().string() + " axis " + axis.id,
+                             "nothing holds body '" + moved->id + "' along it",
+                             "a [[scale]] of this axis, a [[screw]] with feedback = \"screw\", or a joint with stiffness that is no guide");
+  }
+}
+
+void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointGrid& grid,
+                          UnitFunctionals& units) {
+  const mesh::Machine& machine = mesh.machine;
+  const mesh::JointSpec& spec = machine.joints[static_cast<std::size_t>(index)];
+  if (spec.stiffness_normal.value <= 0.0 && spec.stiffness_tangential.value <= 0.0) return;
+  Joint joint;
+  joint.index = index;
+  joint.slave = body_index_of_surface(machine, spec.slave);
+  joint.master = spec.master.empty() ? -1 : body_index_of_surface(machine, spec.master);
+  const auto elastic = [&](int body) { return machine.bodies[static_cast<std::size_t>(body)].elastic; };
+  if (!elastic(joint.slave) || (joint.master >= 0 && !elastic(joint.master))) return;
+  joint.grid = grid;
+  const int axis_index = spec.axis.empty() ? -1 : machine.axis_index(spec.axis);
+  const mesh::Axis* axis = axis_index < 0 ? nullptr : &machine.axes[static_cast<std::size_t>(axis_index)];
+  joint.rotary = axis && axis->kind == mesh::AxisKind::rotary;
+  const mesh::Axis* guided = axis && !joint.rotary && spec.kind == "guide" ? axis : nullptr;
+  joint.guide = guided != nullptr;
+
+  const mesh::TetMesh& slave = mesh.bodies[static_cast<std::size_t>(joint.slave)];
+  const auto& slave_faces = mesh.surfaces[static_cast<std::size_t>(machine.surface_index(spec.slave))];
+  const Pads pads = find_pads(mesh, spec);
+  std::unordered_map<int, int> pad_of_face;
+  std::vector<std::vector<int>> faces_of_pad(static_cast<std::size_t>(pads.count));
+  for (std::size_t i = 0; i < slave_faces.size(); ++i) {
+    pad_of_face[slave_faces[i]] = pads.of_face[i];
+    faces_of_pad[static_cast<std::size_t>(pads.of_face[i])].push_back(slave_faces[i]);
+  }
+  for (const auto& faces : faces_of_pad) {
+    Pad pad;
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> principal(mean_stiffness(slave, faces, spec, guided));
+    for (int i = 0; i < 3; ++i) {  // stiffest first
+      pad.directions.col(i) = principal.eigenvectors().col(2 - i);
+      pad.stiffness[i] = principal.eigenvalues()[2 - i];
+      if (pad.stiffness[i] > negligible * pad.stiffness[0]) pad.count = i + 1;
+    }
+    pad.nodes.resize(grid.positions.size());
+    joint.pads.push_back(std::move(pad));
+  }
+
+  const mesh::TetMesh* master = joint.master < 0 ? nullptr : &mesh.bodies[static_cast<std::size_t>(joint.master)];
+  std::array<Functional, 6> rigid;
+  if (master) {
+    const auto& faces = mesh.surfaces[static_cast<std::size_t>(machine.surface_index(spec.master))];
+    rigid = rigid_motion(*master, faces, Vector3d::Zero(), spec.master);
+    for (std::size_t i = 0; i < 3; ++i) joint.rotation[i] = units.add(joint.master, std::move(rigid[3 + i]));
+  }
+  const ContactSearch search(mesh, spec);
+  for (std::size_t node = 0; node < grid.positions.size(); ++node) {
+    mesh::Pose pose = mesh::home_pose(machine);
+    if (axis_index >= 0) pose[axis_index] = grid.positions[node];
+    const Eigen::Isometry3d slave_frame = mesh::body_transform(machine, joint.slave, pose);
+    const Eigen::Isometry3d master_frame =
+        master ? mesh::body_transform(machine, joint.master, pose) : Eigen::Isometry3d::Identity();
+    const Eigen::Isometry3d master_from_slave = master_frame.inverse() * slave_frame;
+    const std::vector<ContactPoint> points = search.at(slave_frame, master_frame);
+    std::vector<PadContact> contacts(joint.pads.size());
+    for (const ContactPoint& point : points) {
+      PadContact& contact = contacts[static_cast<std::size_t>(pad_of_face.at(point.slave_face))];
+      contact.area += point.area;
+      contact.slave_point += point.area * point.position;
+      if (master)
+        for (int i = 0; i < 3; ++i)
+          contact.master_point += point.area * point.master_weights[i] *
+                                  master->points.col(master->faces(i, point.master_face));
+      contact.points.push_back(&point);
+    }
+    for (std::size_t p = 0; p < joint.pads.size(); ++p) {
+      PadContact& contact = contacts[p];
+      Pad& pad = joint.pads[p];
+      PadNode& place = pad.nodes[node];
+      if (!(contact.area > 0.0)) continue;
+      place.area = contact.area;
+      place.slave_point = contact.slave_point / contact.area;
+      place.master_point = contact.master_point / contact.area;
+      for (int d = 0; d < pad.count; ++d) {
+        const auto at = static_cast<std::size_t>(d);
+        Functional motion = mean_motion(slave, contact, true, pad.directions.col(d));
+        // A pad that lies wholly on its rail has the same functional at all grid nodes.
+        const PadNode* before = node > 0 && pad.nodes[node - 1].area > 0.0 ? &pad.nodes[node - 1] : nullptr;
+        if (before && nearly_equal(units.of(joint.slave)[static_cast<std::size_t>(before->slave[at])], motion))
+          place.slave[at] = before->slave[at];
+        else
+          place.slave[at] = units.add(joint.slave, std::move(motion));
+        if (master && !joint.rotary)
+          place.master[at] = units.add(
+              joint.master, mean_motion(*master, contact, false, master_from_slave.linear() * pad.directions.col(d)));
+      }
+      if (master && joint.rotary)
+        for (int d = 0; d < 3; ++d)
+          place.master[static_cast<std::size_t>(d)] =
+              units.add(joint.master, mean_motion(*master, contact, false, Vector3d::Unit(d)));
+    }
+  }
+  joints_.push_back(std::move(joint));
+}
+
+void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,
+                       const Eigen::Isometry3d& master_from_slave, std::vector<Spring>& springs) const {
+  double area = 0.0, largest = 0.0;
+  Vector3d slave_point = Vector3d::Zero(), master_point = Vector3d::Zero();
+  for (std::size_t n = 0; n < pad.nodes.size(); ++n) {
+    const PadNode& node = pad.nodes[n];
+    largest = std::max(largest, node.area);
+    const double share = hat[static_cast<Eigen::Index>(n)] * node.area;
+    if (!(share > 0.0)) continue;
+    area += share;
+    slave_point += share * node.slave_point;
+    master_point += share * node.master_point;
+  }
+  if (area <= negligible * largest) return;  // off the rail here
+  const Vector3d lever = master_from_slave * Vector3d(slave_point / area) - master_point / area;
+  for (int d = 0; d < pad.count; ++d) {
+    const auto at = static_cast<std::size_t>(d);
+    const Vector3d direction = master_from_slave.linear() * pad.directions.col(d);
+    Spring spring;
+    spring.joint = joint.index;
+    spring.flexibility = 1.0 / (pad.stiffness[d] * area);
+    for (std::size_t n = 0; n < pad.nodes.size(); ++n) {
+      const PadNode& node = pad.nodes[n];
+      const double share = hat[static_cast<Eigen::Index>(n)] * node.area / area;
+      if (!(share > 0.0)) continue;
+      spring.gap.push_back({joint.slave, node.slave[at], share});
+      if (joint.master < 0) continue;
+      if (joint.rotary)
+        for (std::size_t i = 0; i < 3; ++i)
+          spring.gap.push_back({joint.master, node.master[i], -share * direction[static_cast<Eigen::Index>(i)]});
+      else
+        spring.gap.push_back({joint.master, node.master[at], -share});
+    }
+    if (joint.master >= 0) {
+      const Vector3d couple = lever.cross(direction);
+      for (std::size_t i = 0; i < 3; ++i)
+        spring.gap.push_back({joint.master, joint.rotation[i], -couple[static_cast<Eigen::Index>(i)]});
+    }
+    springs.push_back(std::move(spring));
+  }
+}
+
+std::vector<Spring> SpringSet::at(const mesh::Machine& machine, const mesh::Pose& pose) const {
+  std::vector<Spring> springs;
+  for (const Joint& joint : joints_) {
+    const double position = joint.grid.axis < 0 ? 0.0 : pose[joint.grid.axis];
+    const Eigen::VectorXd hat = joint.grid.positions.size() == 1
+        ? Eigen::VectorXd::Ones(1).eval() : grid_weights(joint.grid, position, position);
+    Eigen::Isometry3d master_from_slave = mesh::body_transform(machine, joint.slave, pose);
+    if (joint.master >= 0)
+      master_from_slave = mesh::body_transform(machine, joint.master, pose).inverse() * master_from_slave;
+    for (const Pad& pad : joint.pads) append(joint, pad, hat, master_from_slave, springs);
+  }
+  for (const AxisFeedback& feedback : feedbacks_) feedback.append(machine, pose, springs);
+  return springs;
+}
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// What ties the elastic bodies together: springs between the mean displacements of a joint's pads
+// and linear scales. Each is the gap
+//   sum of weights times unit functionals of bodies  (= force / stiffness + own expansion),
+// unit functionals being those whose K^+ is solved for beforehand. A pad has the principal
+// directions of its mean stiffness per area, mean over its faces of
+//   k_n n n' + k_t (1 - n n' - a a'),  a the free direction of a linear guide across n:
+// normal and tangents of a flat pad, radial, tangential and axial of a bearing's sector.
+// Between grid nodes the two nodes' mean displacements are weighted by hat weights and contact
+// areas. A small couple on the master's surface carries the lever between the two sides of the
+// contact, so that a common rigid motion never strains a joint. In the same way the reading head's
+// bracket, from the body to the tape's line, turns with the mean rotation of the head's body. Screws with
+// the position from the motor's encoder are such scales too: scales_and_screws.h.
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "mesh/machine/kinematics.h"
+#include "mesh/machine_mesh.h"
+#include "solver/elastic/functionals.h"
+#include "solver/elastic/scales_and_screws.h"
+#include "solver/elastic/spring.h"
+#include "solver/operation/layout.h"
+#include "solver/operation/operating_model.h"
+
+namespace thermotwin::solver {
+
+class SpringSet {
+ public:
+  /// Adds to units what springs and scales need. Joints between bodies that are not both elastic,
+  /// and joints without stiffness, carry heat only.
+  /// @throws InputError: linear axis that neither scale nor joint holds, scale on an inelastic body
+  SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids,
+            UnitFunctionals& units);
+
+  std::vector<Spring> at(const mesh::Machine& machine, const mesh::Pose& pose) const;
+
+ private:
+  struct PadNode {
+    double area = 0;                       ///< m^2 in contact
+    std::array<int, 3> slave{}, master{};  ///< units per direction; master of a rotary axis: x, y, z
+    Eigen::Vector3d slave_point, master_point;  ///< m, mean points in their home frames
+  };
+  struct Pad {
+    Eigen::Matrix3d directions;            ///< columns, slave's home frame
+    Eigen::Vector3d stiffness;             ///< N/m^3
+    int count = 0;                         ///< leading directions that have stiffness
+    std::vector<PadNode> nodes;
+  };
+  struct Joint {
+    int index = -1;                        ///< into Machine::joints
+    int slave = -1, master = -1;           ///< bodies; master -1: ground
+    bool rotary = false, guide = false;    ///< guide: free along a linear axis
+    JointGrid grid;
+    std::array<int, 3> rotation{};         ///< units of the master surface's mean rotation
+    std::vector<Pad> pads;
+  };
+  void add_joint(const mesh::MachineMesh& mesh, int joint, const JointGrid& grid, UnitFunctionals& units);
+  void require_drives(const mesh::Machine& machine) const;
+  void append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,
+              const Eigen::Isometry3d& master_from_slave, std::vector<Spring>& springs) const;
+
+  std::vector<Joint> joints_;
+  std::vector<AxisFeedback> feedbacks_;  ///< scales and screws
+};
+
+/// Index of the body of a surface.
+int body_index_of_surface(const mesh::Machine& machine, const std::string& surface);
+
+}  // namespace thermotwin::solver

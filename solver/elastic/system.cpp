@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/elastic/system.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/text.h"
+
+namespace thermotwin::solver {
+
+namespace {
+constexpr double singular_below = 1e-13;  // reciprocal condition of the scaled system
+}
+
+void require_held(const mesh::Machine& machine, const std::vector<int>& elastic,
+                  const std::vector<Spring>& springs) {
+  std::set<int> held;
+  for (const Spring& spring : springs)
+    for (const UnitTerm& term : spring.gap) held.insert(term.body);
+  for (int body : elastic)
+    if (!held.contains(body))
+      throw core::MeshError(machine.path.filename().string() + " body '" + machine.bodies[static_cast<std::size_t>(body)].id + "'",
+                            "no joint with stiffness touches it at home", "joints that hold it, or elastic = false");
+}
+
+SmallSystem::SmallSystem(const mesh::Machine& machine, const std::vector<int>& elastic,
+                         const std::vector<BodyResponse>& responses, std::vector<Spring> springs)
+    : elastic_(elastic), responses_(responses), springs_(std::move(springs)) {
+  const auto count = static_cast<Eigen::Index>(springs_.size());
+  const Eigen::Index size = count + 6 * static_cast<Eigen::Index>(elastic.size());
+  std::vector<Combination> gaps;
+  gaps.reserve(springs_.size());
+  for (const Spring& spring : springs_) gaps.push_back(spring.gap);
+
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
+  for (Eigen::Index s = 0; s < count; ++s) matrix(s, s) = springs_[static_cast<std::size_t>(s)].flexibility;
+  for (std::size_t i = 0; i < elastic.size(); ++i) {
+    gaps_.push_back(entries(i, gaps));
+    const BodyResponse& response = responses[static_cast<std::size_t>(elastic[i])];
+    for (const Entry& a : gaps_.back()) {
+      for (const Entry& b : gaps_.back())
+        matrix(a.column, b.column) += a.weight * b.weight * response.gram(a.unit, b.unit);
+      matrix.block<1, 6>(a.column, count + 6 * static_cast<Eigen::Index>(i)) -= a.weight * response.rigid.col(a.unit).transpose();
+    }
+  }
+  matrix.bottomLeftCorner(size - count, count) = matrix.topRightCorner(count, size - count).transpose();
+  double compliance = 0.0;
+  for (Eigen::Index s = 0; s < count; ++s) compliance += std::log(std::max(matrix(s, s), 1e-300));
+  compliance = count > 0 ? std::exp(compliance / static_cast<double>(count)) : 1.0;  // geometric mean
+  force_scale_ = 1.0 / std::sqrt(compliance);
+  motion_scale_ = std::sqrt(compliance);
+  matrix.topLeftCorner(count, count) *= force_scale_ * force_scale_;  // the other blocks keep their size
+  factor_.compute(matrix);
+  // Eigen's estimate misses pivots that are exactly 0; they are looked at by themselves.
+  const Eigen::VectorXd pivots = factor_.matrixLU().diagonal().cwiseAbs();
+  if (!(factor_.rcond() > singular_below) || !(pivots.minCoeff() > singular_below * pivots.maxCoeff()))
+    require_regular(machine, matrix);
+}
+
+std::vector<SmallSystem::Entry> SmallSystem::entries(std::size_t elastic,
+                                                     const std::vector<Combination>& columns) const {
+  std::vector<Entry> found;
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    for (const UnitTerm& term : columns[c])
+      if (term.body == elastic_[elastic] && term.weight != 0.0)
+        found.push_back({static_cast<Eigen::Index>(c), term.unit, term.weight});
+  return found;
+}
+
+/// Joints that put springs on the bodies, with the pads that they have.
+std::string SmallSystem::joints_of(const mesh::Machine& machine, const std::set<int>& bodies) const {
+  std::set<int> joints;
+  for (const Spring& spring : springs_)
+    for (const UnitTerm& term : spring.gap)
+      if (spring.joint >= 0 && bodies.contains(term.body)) joints.insert(spring.joint);
+  std::vector<std::string> texts;
+  for (const int joint : joints) {
+    const mesh::JointSpec& spec = machine.joints[static_cast<std::size_t>(joint)];
+    texts.push_back("'" + spec.id + "' with " +
+                    (spec.sectors > 0 ? fmt::format("sectors = {}", spec.sectors)
+                                      : fmt::format("divide = [{}, {}, {}]", spec.divide[0], spec.divide[1], spec.divide[2])));
+  }
+  return texts.empty() ? "no joint with stiffness touches it" : "its joints with stiffness: " + core::join(texts);
+}
+
+void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::MatrixXd& matrix) const {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(matrix);
+  Eigen::Index loose = 0;
+  const double smallest = eigen.eigenvalues().cwiseAbs().minCoeff(&loose);
+  if (smallest > singular_below * eigen.eigenvalues().cwiseAbs().maxCoeff()) return;
+  const auto count = static_cast<Eigen::Index>(springs_.size());
+  const Eigen::VectorXd mode = eigen.eigenvectors().col(loose);
+  std::vector<double> share;
+  for (std::size_t i = 0; i < elastic_.size(); ++i)
+    share.push_back(mode.segment<6>(count + 6 * static_cast<Eigen::Index>(i)).norm());
+  double largest = 0.0;
+  for (double value : share) largest = std::max(largest, value);
+  if (largest < 1e-3)
+    throw core::MeshError(machine.path.filename().string() + " scale", "two constraints hold the same motion", "one scale an axis");
+  std::vector<std::string> names;
+  std::set<int> loose_bodies;
+  Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();
+  for (std::size_t i = 0; i < share.size(); ++i) {
+    if (share[i] < 0.3 * largest) continue;
+    loose_bodies.insert(elastic_[i]);
+    names.push_back("'" + machine.bodies[static_cast<std::size_t>(elastic_[i])].id + "'");
+    if (names.size() == 1) motion = mode.segment<6>(count + 6 * static_cast<Eigen::Index>(i));
+  }
+  Eigen::Index direction = 0;
+  motion.cwiseAbs().maxCoeff(&direction);
+  static const char* const words[] = {"along x", "along y", "along z", "about x", "about y", "about z"};
+  const bool turns = direction >= 3;
+  throw core::MeshError(
+      machine.path.filename().string() + " body " + core::join(names),
+      fmt::format("nothing holds it, mainly {}; {}{}", words[direction], joints_of(machine, loose_bodies),
+                  turns ? "; a pad carries the mean motion of its surface, so that one pad holds no rotation" : ""),
+      turns ? "joints that hold rotations: divide of 2 x 2 or more cells across the contact ([2, 2, 1] where it is normal to z), "
+              "sectors of 3 or more, or several pads or joints apart from each other"
+            : "joints or a scale that hold every body in all six directions: stiffness_normal_N_mm3 across a contact, "
+              "stiffness_tangential_N_mm3 along it; a guide is free along its axis");
+}
+
+Eigen::MatrixXd SmallSystem::solve_scaled(const Eigen::MatrixXd& right_hand_side) const {
+  const auto count = static_cast<Eigen::Index>(springs_.size());
+  Eigen::MatrixXd scaled = right_hand_side;
+  scaled.topRows(count) *= force_scale_;
+  scaled.bottomRows(scaled.rows() - count) *= motion_scale_;
+  scaled = factor_.solve(scaled).eval();
+  scaled.topRows(count) *= force_scale_;
+  scaled.bottomRows(scaled.rows() - count) *= motion_scale_;
+  return scaled;
+}
+
+Eigen::MatrixXd SmallSystem::adjoint_forces(const std::vector<Combination>& outputs) const {
+  const auto count = static_cast<Eigen::Index>(springs_.size());
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor_.rows(), static_cast<Eigen::Index>(outputs.size()));
+  for (std::size_t i = 0; i < elastic_.size(); ++i) {
+    const BodyResponse& response = responses_[static_cast<std::size_t>(elastic_[i])];
+    for (const Entry& c : entries(i, outputs)) {
+      for (const Entry& s : gaps_[i]) right(s.column, c.column) -= s.weight * c.weight * response.gram(s.unit, c.unit);
+      right.block<6, 1>(count + 6 * static_cast<Eigen::Index>(i), c.column) += c.weight * response.rigid.col(c.unit);
+    }
+  }
+  return solve_scaled(right).topRows(count);
+}
+
+std::pair<Eigen::MatrixXd, Eigen::MatrixXd> SmallSystem::stiffness_change(int joint, const Eigen::MatrixXd& forces) const {
+  // M f = b with 1/k on the diagonal, which falls as exp(-ln k): M' = -D, M'' = D of the joint's springs, so
+  // M f' = D f and M f'' = D (2 f' - f).
+  const auto solve = [&](const Eigen::MatrixXd& loads) {
+    Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor_.rows(), loads.cols());
+    for (std::size_t s = 0; s < springs_.size(); ++s)
+      if (springs_[s].joint == joint)
+        right.row(static_cast<Eigen::Index>(s)) = springs_[s].flexibility * loads.row(static_cast<Eigen::Index>(s));
+    return Eigen::MatrixXd(solve_scaled(right).topRows(loads.rows()));
+  };
+  const Eigen::MatrixXd first = solve(forces);
+  return {first, solve(2.0 * first - forces)};
+}
+
+Eigen::MatrixXd SmallSystem::unit_weights(int body, const std::vector<Combination>& outputs,
+                                          const Eigen::MatrixXd& forces) const {
+  const auto at = std::find(elastic_.begin(), elastic_.end(), body);
+  const auto i = static_cast<std::size_t>(at - elastic_.begin());
+  Eigen::MatrixXd weights =
+      Eigen::MatrixXd::Zero(responses_[static_cast<std::size_t>(body)].gram.rows(), forces.cols());
+  for (const Entry& c : entries(i, outputs)) weights(c.unit, c.column) += c.weight;
+  for (const Entry& s : gaps_[i]) weights.row(s.unit) += s.weight * forces.row(s.column);
+  return weights;
+}
+
+SmallSystem::Solution SmallSystem::solve(
+    const std::vector<Eigen::VectorXd>& unit_motions,
+    const std::function<double(int body, Eigen::Index node)>& temperature) const {
+  const auto count = static_cast<Eigen::Index>(springs_.size());
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(factor_.rows());
+  for (Eigen::Index s = 0; s < count; ++s) {
+    const Spring& spring = springs_[static_cast<std::size_t>(s)];
+    for (const UnitTerm& term : spring.gap) right[s] += term.weight * unit_motions[static_cast<std::size_t>(term.body)][term.unit];
+    for (const auto& [node, per_kelvin] : spring.expansion) right[s] -= per_kelvin * temperature(spring.expansion_body, node);
+  }
+  const Eigen::VectorXd solution = solve_scaled(right);
+  return {solution.head(count), solution.tail(solution.size() - count)};
+}
+
+}  // namespace thermotwin::solver

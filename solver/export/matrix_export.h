@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The affine equation of a machine as Matrix Market files, for programs that know nothing of machine.toml:
+//   E x' = (A + sum_j p_j A_film_j) x + B q,   y = C x,   x in K above the machine's reference temperature.
+// E.mtx (J/K), A.mtx = -K0 (W/K), A_film_NAME.mtx = -K_j for p_j = 1, B.mtx = s_k for q_k = 1, C.mtx: temperatures of
+// the sensors, then the TCP error at one pose. names.toml says what each parameter, input and output is, with its unit
+// and, of parameters and inputs, the value that it has on a machine that stands at this pose. `reduce --matrices` reads
+// the folder back.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/full_model.h"
+
+namespace thermotwin::solver {
+
+struct NamedValue {
+  std::string name, unit;
+  double value = 0;                  ///< on the machine that stands
+};
+
+/// What names.toml holds.
+struct MatrixNames {
+  std::vector<NamedValue> films, inputs;
+  std::vector<NamedValue> outputs;   ///< without values
+};
+/// Names are unique and fit a file's name: "film.hall", "contact.guide.3", "source.motor".
+MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& machine, const mesh::Pose& pose);
+
+struct MatrixFiles {
+  MatrixNames names;
+  std::vector<std::string> files;
+  std::vector<std::string> notes;    ///< what the matrices leave out
+  Eigen::Index size = 0;
+};
+/// All files or none. @param pose  of the outputs and of the contacts' values
+/// @throws InputError (disk full, no permission)
+MatrixFiles write_matrices(const std::filesystem::path& folder, const FullModel& full, const mesh::Pose& pose);
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Pictures by VTK's own renderer. Needs a display: xvfb-run -a.
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+
+#include "mesh/machine/kinematics.h"
+#include "mesh/machine_mesh.h"
+
+namespace thermotwin::solver {
+
+/// Picture of temperature on the deformed machine. @param exaggeration of the displacement
+/// @throws SolverError where there is no display to draw on (DISPLAY is not set)
+void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh,
+                   const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
+                   const Eigen::Matrix3Xd& displacement, double exaggeration,
+                   const std::string& title);
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/operation/load_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "core/config.h"
+#include "core/error.h"
+#include "core/text.h"
+#include "solver/operation/load_program.h"
+
+namespace thermotwin::solver {
+
+using core::InputError;
+using core::Node;
+using core::Range;
+
+class LoadReader::Reading {
+ public:
+  explicit Reading(const mesh::Machine& machine) : machine_(machine), channels_(machine), row_(channels_.defaults()) {}
+
+  LoadProgram read(const core::Config& config, const std::filesystem::path& path) {
+    const Node root = config.root();
+    root.integer("schema", 1, 1);
+    LoadProgram program;
+    program.name_ = path.stem().string();
+    program.title_ = root.text_or("title", program.name_);
+    program.initial_C_ = root.number_or("initial_C", machine_.reference_C, temperatures);
+    program.time_step_ = root.number_or("time_step_s", 60.0, {1e-3, 1e6});
+    program.output_ = root.number_or("output_s", 300.0, {1e-3, 1e7});
+    if (const auto time = root.table_if("time")) program.time_ = read_time(*time);
+    if (const auto position = root.table_if("position")) read_positions(*position);
+    program.corners_.push_back(0.0);
+    for (const Node& phase : root.tables("phase")) read_phase(phase, program);
+    if (program.start_.empty()) throw InputError(root.place(), "no phase", "one or more [[phase]]");
+    program.schedule_coolants(machine_, channels_);
+    require_affordable(root, "time_step_s", program.time_step_, program.duration());
+    require_affordable(root, "output_s", program.output_, program.duration());
+    root.finish();
+    return program;
+  }
+
+ private:
+  static constexpr Range temperatures{-100.0, 500.0};
+
+  double& channel(const std::string& name) { return row_[channels_.index(name)]; }
+
+  struct AxisUnit {
+    const mesh::Axis& axis;
+    std::string unit;     // "mm", "deg"
+    double to_unit;       // units of one SI unit
+    Range travel() const {
+      if (axis.endless) return {-1e9, 1e9};
+      const double slack = 1e-9 * (1.0 + (axis.high - axis.low) * to_unit);
+      return {axis.low * to_unit - slack, axis.high * to_unit + slack};
+    }
+    double fastest() const { return axis.rapid > 0 ? axis.rapid * to_unit * 60.0 * (1.0 + 1e-9) : 1e300; }
+  };
+  static AxisUnit unit_of(const mesh::Axis& axis) {
+    const bool linear = axis.kind == mesh::AxisKind::linear;
+    return {axis, linear ? "mm" : "deg", linear ? 1e3 : 180.0 / std::numbers::pi};
+  }
+
+  void read_positions(const Node& node) {
+    for (const mesh::Axis& axis : machine_.axes) {
+      const AxisUnit u = unit_of(axis);
+      const std::string key = axis.id + "_" + u.unit, name = "axis." + axis.id + ".position_" + u.unit;
+      channel(name) = node.number_or(key, channel(name), u.travel());
+    }
+    node.finish();
+  }
+
+  static double read_duration(const Node& phase) {
+    struct Unit { const char* key; double seconds; };
+    double duration = 0.0;
+    int given = 0;
+    for (const Unit& unit : {Unit{"duration_h", 3600.0}, Unit{"duration_min", 60.0}, Unit{"duration_s", 1.0}})
+      if (phase.has(unit.key)) {
+        duration = phase.number(unit.key, {1e-6, 1e9}) * unit.seconds;
+        ++given;
+      }
+    if (given != 1)
+      throw InputError(phase.place(), given == 0 ? "no duration" : "more than one duration", "one of: duration_h, duration_min, duration_s");
+    return duration;
+  }
+
+  /// A slip of a digit in a duration or step must not fill the memory.
+  static void require_affordable(const Node& root, const char* key, double interval, double duration) {
+    constexpr double most = 1e7;
+    if (duration / interval > most)
+      throw InputError(root.place(key), fmt::format("{} s in a program of {} s", interval, duration),
+                       fmt::format("at most {:.0f} intervals: {} s or more", most, duration / most));
+  }
+
+  /// A number, or [from, to] for a ramp over the phase.
+  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key, const Range& range = temperatures) {
+    const std::string allowed = "a number, or [from, to] for a ramp";
+    std::vector<double> values;
+    try {
+      values = phase.numbers(key);
+    } catch (const InputError&) {
+      // No array: then it has to be one number.
+      values = {phase.number(key, range)};
+    }
+    if (values.empty() || values.size() > 2) throw InputError(phase.place(key), fmt::format("{} numbers", values.size()), allowed);
+    for (double value : values)
+      if (!(value >= range.low && value <= range.high))
+        throw InputError(phase.place(key), fmt::format("{}", value), fmt::format("{} to {}", range.low, range.high));
+    return {values.front(), values.back()};
+  }
+
+  /// Motion of one axis in one phase, on top of a standing row.
+  void read_axis(const Node& node, Eigen::VectorXd& motion, std::set<std::string>& seen, bool machine_on) {
+    const std::string id = node.text("id");
+    const int index = machine_.axis_index(id);
+    if (index < 0) {
+      std::vector<std::string> ids;
+      for (const mesh::Axis& axis : machine_.axes) ids.push_back(axis.id);
+      throw InputError(node.place("id"), "unknown axis '" + id + "'", "one of: " + core::join(ids));
+    }
+    if (!seen.insert(id).second) throw InputError(node.place("id"), "axis '" + id + "' twice in a phase", "each axis once a phase");
+    const AxisUnit u = unit_of(machine_.axes[static_cast<std::size_t>(index)]);
+    const auto key = [&](const char* name) { return std::string(name) + "_" + u.unit; };
+    const std::string prefix = "axis." + id + ".";
+    const auto at = [&](const std::string& name) -> double& { return motion[channels_.index(prefix + name)]; };
+    const Range travel = u.travel();
+    const double duty = node.number_or("duty_percent", 100.0, {0.0, 100.0}) / 100.0;
+
+    double feed = 0.0;
+    if (u.axis.kind == mesh::AxisKind::rotary && node.has("speed_rpm")) {
+      feed = 360.0 * node.number("speed_rpm", {0.0, u.fastest() / 360.0});
+      if (!u.axis.endless)
+        throw InputError(node.place("speed_rpm"), "a speed for axis '" + id + "' with limits", "low_deg, high_deg and feed_deg_min");
+      if (node.has(key("low")) || node.has(key("high")) || node.has(key("feed") + "_min"))
+        throw InputError(node.place("speed_rpm"), "speed_rpm beside low_deg, high_deg or feed_deg_min", "one of the two ways");
+      if (feed > 0.0 && duty > 0.0) {
+        const double start = channel(prefix + "position_deg");
+        at("low_deg") = start;
+        at("high_deg") = start + 360.0;
+      }
+    } else if (node.has(key("low")) || node.has(key("high"))) {
+      const double low = node.number(key("low"), travel), high = node.number(key("high"), travel);
+      if (!(high > low))
+        throw InputError(node.place(key("high")), fmt::format("{}", high), fmt::format("a number above {} = {}", key("low"), low));
+      if (node.has(key("position")))
+        throw InputError(node.place(key("position")), "a position beside a range", "either the position or low and high");
+      at(key("low")) = low;
+      at(key("high")) = high;
+      at(key("position")) = 0.5 * (low + high);
+      feed = node.number(key("feed") + "_min", {0.0, u.fastest()});
+      // An axis that moves for no part of the phase stands in the middle of its range.
+      if (feed == 0.0 || duty == 0.0) at(key("low")) = at(key("high")) = not_given;
+    } else if (node.has(key("position"))) {
+      at(key("position")) = channel(prefix + key("position")) = node.number(key("position"), travel);
+    } else {
+      throw InputError(node.place(), "no motion", "low and high with a feed, or a position" +
+                                                       std::string(u.axis.endless ? ", or speed_rpm" : "") + ", in " + u.unit);
+    }
+    if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0) {
+      const bool held = node.boolean_or("clamped", false);
+      motion[clamped] = held ? 1.0 : 0.0;
+      if (held && feed * duty > 0.0)
+        throw InputError(node.place("clamped"), "a moving axis that is clamped", "clamped = false, or a position");
+    } else if (node.has("clamped")) {
+      throw InputError(node.place("clamped"), "a clamp of axis '" + id + "'",
+                       "an axis with a holding law or a joint with clamped_pressure_MPa");
+    }
+    if (feed * duty > 0.0 && !machine_on)
+      throw InputError(node.place(), "a moving axis while machine_on = false", "no motion, or machine_on = true");
+    at(key("feed") + "_min") = feed * duty;
+    node.finish();
+  }
+
+  /// The doors that stand open; those not named are closed.
+  void read_doors(const Node& phase) {
+    for (const std::string& door : machine_.doors) channel("door." + door + ".open") = 0.0;
+    for (const std::string& id : phase.texts("doors_open")) {
+      if (std::find(machine_.doors.begin(), machine_.doors.end(), id) == machine_.doors.end())
+        throw InputError(phase.place("doors_open"), "unknown door '" + id + "'",
+                         machine_.doors.empty() ? "a [[door]] of machine.toml, which has none" : "one of: " + core::join(machine_.doors));
+      channel("door." + id + ".open") = 1.0;
+    }
+  }
+
+  void read_phase(const Node& phase, LoadProgram& program) {
+    program.phase_names_.push_back(phase.text_or("name", fmt::format("phase {}", program.start_.size() + 1)));
+    program.corners_.push_back(program.corners_.back() + read_duration(phase));
+    channel("machine.on") = phase.boolean_or("machine_on", channel("machine.on") != 0.0) ? 1.0 : 0.0;
+    const bool on = channel("machine.on") != 0.0;
+    const double fastest = machine_.spindle_max_rpm > 0 ? machine_.spindle_max_rpm : 1e6;
+    channel("spindle.speed_rpm") = phase.number_or("spindle_rpm", channel("spindle.speed_rpm"), {0.0, fastest});
+    if (!on && phase.has("spindle_rpm") && channel("spindle.speed_rpm") > 0.0)
+      throw InputError(phase.place("spindle_rpm"), "a turning spindle while machine_on = false", "0, or machine_on = true");
+    channel("cutting_fluid.on") = phase.boolean_or("cutting_fluid", channel("cutting_fluid.on") != 0.0) ? 1.0 : 0.0;
+    for (const mesh::CoolantSpec& coolant : machine_.coolants) {
+      double& state = channel("coolant." + coolant.id + ".on");
+      state = phase.boolean_or("coolant", state != 0.0) ? 1.0 : 0.0;
+    }
+    if (machine_.coolants.empty()) phase.boolean_or("coolant", false);
+    const int process = channels_.index("process.power_W");
+    const double power = phase.number_or("process_W", process >= 0 ? row_[process] : 0.0, core::non_negative);
+    if (process >= 0) {
+      // Nothing was given so far: the source's own laws stand unless a phase sets the power.
+      if (phase.has("process_W")) row_[process] = power;
+    } else if (phase.has("process_W") && power > 0.0) {
+      throw InputError(phase.place("process_W"), fmt::format("{} W", power), "0, or a [[source]] with drive = \"process\" in machine.toml");
+    }
+
+    if (phase.has("doors_open")) read_doors(phase);
+
+    Eigen::VectorXd start = row_, end = row_;
+    const auto ramp = [&](const std::string& key, const std::string& name, const Range& range) {
+      if (!phase.has(key)) return;
+      const int index = channels_.index(name);
+      std::tie(start[index], end[index]) = read_ramp(phase, key, range);
+      row_[index] = end[index];
+    };
+    for (const mesh::AmbientSpec& ambient : machine_.ambients) {
+      ramp(ambient.id + "_C", ambient.id + ".T_C", temperatures);
+      if (ambient.has_gradient) ramp(ambient.id + "_gradient_K_m", ambient.id + ".gradient_K_m", {-50.0, 50.0});
+    }
+    for (const mesh::VolumeSpec& volume : machine_.volumes) ramp(volume.id + "_C", volume.id + ".T_C", temperatures);
+    Eigen::VectorXd motion = row_;
+    std::set<std::string> seen;
+    for (const Node& axis : phase.tables("axis")) read_axis(axis, motion, seen, on);
+    phase.finish();
+
+    for (const mesh::Axis& axis : machine_.axes) {
+      const std::string unit = unit_of(axis).unit, prefix = "axis." + axis.id + ".";
+      for (const std::string& name : {"position_" + unit, "feed_" + unit + "_min", "low_" + unit, "high_" + unit}) {
+        const int index = channels_.index(prefix + name);
+        start[index] = end[index] = motion[index];
+      }
+      if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0) start[clamped] = end[clamped] = motion[clamped];
+    }
+    if (!on) {
+      const auto silence = [&](const std::string& name) { start[channels_.index(name)] = end[channels_.index(name)] = 0.0; };
+      silence("spindle.speed_rpm");
+      silence("cutting_fluid.on");
+      for (const mesh::CoolantSpec& coolant : machine_.coolants) silence("coolant." + coolant.id + ".on");
+      if (process >= 0) silence("process.power_W");
+    }
+    program.start_.push_back(std::move(start));
+    program.end_.push_back(std::move(end));
+  }
+
+  const mesh::Machine& machine_;
+  Channels channels_;
+  Eigen::VectorXd row_;  // what holds until a phase says otherwise; axes stand
+};
+
+LoadProgram LoadReader::read(const core::Config& config, const std::filesystem::path& path, const mesh::Machine& machine) {
+  return Reading(machine).read(config, path);
+}
+
+}  // namespace thermotwin::solver

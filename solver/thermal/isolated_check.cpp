@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/thermal/isolated_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "core/text.h"
+
+namespace thermotwin::solver {
+
+namespace {
+
+using Eigen::Index;
+
+/// Unknowns that exchange heat with each other.
+class Groups {
+ public:
+  explicit Groups(Index size) : root_(static_cast<std::size_t>(size)) {
+    std::iota(root_.begin(), root_.end(), Index{0});
+  }
+  Index find(Index i) {
+    while (at(i) != i) i = at(i) = at(at(i));
+    return i;
+  }
+  void join(const SparseMatrix& matrix) {
+    for (Index j = 0; j < matrix.outerSize(); ++j)
+      for (SparseMatrix::InnerIterator it(matrix, j); it; ++it)
+        if (it.value() != 0.0) at(find(it.row())) = find(j);
+  }
+
+ private:
+  Index& at(Index i) { return root_[static_cast<std::size_t>(i)]; }
+  std::vector<Index> root_;
+};
+
+}  // namespace
+
+std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const ThermalSystem& thermal) {
+  Groups groups(thermal.size);
+  groups.join(thermal.conduction);
+  for (const SparseMatrix& term : thermal.terms) groups.join(term);
+  // A term that an input drives ends at a temperature that the machine does not change.
+  std::map<Index, bool> leads_away;
+  for (Index i = 0; i < thermal.size; ++i) leads_away.emplace(groups.find(i), false);
+  for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k) {
+    if (thermal.layout.inputs[k].term < 0) continue;
+    for (SparseMatrix::InnerIterator it(thermal.inputs, static_cast<Index>(k)); it; ++it)
+      leads_away[groups.find(it.row())] = true;
+  }
+  struct Part {
+    Index nodes = 0;
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    std::vector<std::string> bodies;
+  };
+  std::map<Index, Part> parts;
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
+    for (Index n = 0; n < mesh.bodies[b].nodes(); ++n) {
+      const Index root = groups.find(mesh.first_node[b] + n);
+      if (leads_away.at(root)) continue;
+      Part& part = parts[root];
+      ++part.nodes;
+      part.middle += mesh.bodies[b].points.col(n);
+      if (const std::string& id = mesh.machine.bodies[b].id; part.bodies.empty() || part.bodies.back() != id)
+        part.bodies.push_back(id);
+    }
+  std::vector<std::string> sentences;
+  for (const auto& [root, part] : parts) {
+    const Eigen::Vector3d at = 1e3 * part.middle / static_cast<double>(part.nodes);
+    sentences.push_back(fmt::format(
+        "nothing takes heat from {} of '{}' ({} nodes around [{:.3g}, {:.3g}, {:.3g}] mm): no film, joint or coolant "
+        "leads from there to an "
+        "ambient or an inlet, and what is let in stays",
+        part.bodies.size() == 1 ? "a part" : "parts", core::join(part.bodies), part.nodes, at.x(), at.y(), at.z()));
+  }
+  return sentences;
+}
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Records as they come: probes that start late, channels that stay.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "compensation/evaluation/evaluate.h"
+#include "compensation/evaluation/result.h"
+#include "tests/compensation/records.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+
+/// A lag behind one of two temperatures, every five minutes.
+Measurement record(Index rows) {
+  Measurement m;
+  m.folder = "record";
+  m.data.source = "record";
+  m.data.columns = {"time_s", "hall", "frame", "z", "y"};
+  m.data.values.resize(rows, 5);
+  test::Uniform uniform(2);
+  double frame = 20.0;
+  for (Index i = 0; i < rows; ++i) {
+    const double time = 300.0 * static_cast<double>(i), hall = 20.0 + 2.0 * std::sin(time / 9000.0) + 0.01 * uniform.normal();
+    frame += 0.05 * (hall - frame);
+    m.data.values.row(i) << time, hall, frame, 5.0 * (frame - 20.0) - 2.0 * (hall - 20.0), 0.0;
+  }
+  for (const char* id : {"hall", "frame"}) m.channels.push_back({id, "degC", ChannelKind::temperature, 0.05, id});
+  for (const char* id : {"z", "y"}) m.channels.push_back({id, "um", ChannelKind::displacement, 0.1});
+  for (std::size_t i = 0; i < m.channels.size(); ++i) m.channels[i].column = static_cast<Index>(i) + 1;
+  return m;
+}
+
+TEST(EvaluateRecords, TrainingBeginsWhereDisplacementsDo) {
+  Measurement m = record(600);  // 50 h, displacements in the last 16 h only
+  m.data.values.col(3).head(408).setConstant(std::numeric_limits<double>::quiet_NaN());
+  m.data.values.col(4).head(408).setConstant(std::numeric_limits<double>::quiet_NaN());
+  EvaluateOptions options;
+  options.models = {"static_regression"};
+  const Evaluation evaluation = evaluate(m, nullptr, options);
+  ASSERT_FALSE(evaluation.leaderboard.empty());
+  EXPECT_GT(evaluation.leaderboard.front().reduction_percent, 99.0);
+  bool seen = false, unseen = false;
+  for (const EvaluationRow& row : evaluation.rows) (row.training ? seen : unseen) = true;
+  EXPECT_TRUE(seen && unseen);
+}
+
+TEST(EvaluateRecords, AChannelThatStaysSpoilsNoStanding) {
+  EvaluateOptions options;
+  options.models = {"static_regression"};
+  const Evaluation evaluation = evaluate(record(600), nullptr, options);
+  ASSERT_EQ(evaluation.leaderboard.size(), 1U);
+  EXPECT_EQ(evaluation.leaderboard.front().channels, 2);
+  EXPECT_GT(evaluation.leaderboard.front().reduction_percent, 99.0);
+}
+
+}  // namespace
+}  // namespace thermotwin::compensation

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/measurement/measurement.h"
+
+#include <cmath>
+
+#include "compensation/measurement/measurement_check.h"
+#include "tests/compensation/five_axis.h"
+#include "tests/compensation/scratch.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using test::expect_input_error;
+using test::Scratch;
+
+const char* const channels_text = R"(
+[[channel]]
+id = "T1"
+kind = "temperature"
+unit = "degC"
+uncertainty = 0.05
+sensor = "T_nose"
+[[channel]]
+id = "n"
+kind = "speed"
+unit = "rpm"
+uncertainty = 1
+input = "spindle.speed_rpm"
+[[channel]]
+id = "dz@1"
+kind = "displacement"
+unit = "um"
+uncertainty = 0.3
+quantity = "dz"
+pose = {X_mm = -100, B_deg = 45}
+frame = "machine"
+zero = "first"
+)";
+const char* const data_text = "time_s,T1,n,dz@1\n0,20.5,,1.5\n10,nan,6000,2.5\n25,21,,3\n";
+
+struct Folder : Scratch {
+  explicit Folder(const std::string& channels = channels_text, const std::string& data = data_text) {
+    write("channels.toml", channels);
+    write("data.csv", data);
+  }
+  Measurement read() const { return read_measurement(path()); }
+};
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(Measurement, IsReadAsWritten) {
+  const Folder folder;
+  const Measurement m = folder.read();
+  ASSERT_EQ(m.channels.size(), 3U);
+  EXPECT_EQ(m.channels[0].kind, ChannelKind::temperature);
+  EXPECT_EQ(m.channels[0].sensor, "T_nose");
+  EXPECT_EQ(m.channels[1].input, "spindle.speed_rpm");
+  EXPECT_EQ(m.channels[2].pose_text, "X=-100,B=45");
+  EXPECT_EQ(m.channels[2].zero, Zero::first);
+  EXPECT_EQ(m.channels[2].uncertainty, 0.3);
+  EXPECT_EQ(m.time()[2], 25.0);
+  EXPECT_TRUE(std::isnan(m.values(m.channels[0])[1]));
+  EXPECT_EQ(m.values(m.channels[2])[2], 3.0);
+}
+
+TEST(Measurement, WrittenAndReadAgainIsTheSame) {
+  const Folder folder;
+  const Measurement m = folder.read();
+  const Scratch other;
+  write_measurement(other.path() / "copy", m);
+  const Measurement copy = read_measurement(other.path() / "copy");
+  ASSERT_EQ(copy.channels.size(), m.channels.size());
+  for (std::size_t i = 0; i < m.channels.size(); ++i) {
+    EXPECT_EQ(copy.channels[i].id, m.channels[i].id);
+    EXPECT_EQ(copy.channels[i].kind, m.channels[i].kind);
+    EXPECT_EQ(copy.channels[i].unit, m.channels[i].unit);
+    EXPECT_EQ(copy.channels[i].uncertainty, m.channels[i].uncertainty);
+    EXPECT_EQ(copy.channels[i].sensor, m.channels[i].sensor);
+    EXPECT_EQ(copy.channels[i].input, m.channels[i].input);
+    EXPECT_EQ(copy.channels[i].quantity, m.channels[i].quantity);
+    EXPECT_EQ(copy.channels[i].pose_text, m.channels[i].pose_text);
+    EXPECT_EQ(copy.channels[i].zero, m.channels[i].zero);
+  }
+  EXPECT_EQ(copy.data.columns, m.data.columns);
+  EXPECT_EQ(copy.time(), m.time());
+  EXPECT_EQ(copy.values(copy.channels[2]), m.values(m.channels[2]));
+}
+
+TEST(Measurement, MissingFilesAreNamed) {
+  const Scratch empty;
+  expect_input_error([&] { read_measurement(empty.path()); }, {"channels.toml", "data.csv"});
+  expect_input_error([&] { read_measurement(empty.path() / "nowhere"); }, {"nowhere"});
+  empty.write("channels.toml", channels_text);
+  expect_input_error([&] { read_measurement(empty.path()); }, {"no file data.csv"});
+}
+
+TEST(Measurement, MistakesInChannelsAreNamedWithWhatIsAllowed) {
+  const auto with = [](const std::string& from, const std::string& to) {
+    return [=] { Folder(replaced(channels_text, from, to)).read(); };
+  };
+  expect_input_error(with("\"temperature\"", "\"temprature\""), {"temprature", "temperature", "displacement"});
+  expect_input_error(with("\"degC\"", "\"F\""), {"\"F\"", "degC"});
+  expect_input_error(with("sensor =", "sensr ="), {"sensr", "sensor"});
+  expect_input_error(with("uncertainty = 0.05", "uncertainty = -1"), {"uncertainty"});
+  expect_input_error(with("uncertainty = 0.05\n", ""), {"uncertainty"});
+  expect_input_error(with("\"dz\"", "\"dw\""), {"dw", "dz"});
+  expect_input_error(with("\"dz\"", "\"ra\""), {"ra", "um/m"});
+  expect_input_error(with("X_mm", "X"), {"'X'", "X_mm"});
+  expect_input_error(with("id = \"n\"", "id = \"T1\""), {"T1", "second time"});
+  expect_input_error(with("id = \"n\"", "id = \"time_s\""), {"time_s", "second time"});
+  expect_input_error([] { Folder("schema = 1\n").read(); }, {"no channel"});
+}
+
+TEST(Measurement, MistakesInDataNameLineAndColumn) {
+  const auto with = [](const std::string& data) { return [=] { Folder(channels_text, data).read(); }; };
+  expect_input_error(with("time_s,T1,n,dz@1\n0,1,1,1\n5,1,1,1\n4,1,1,1\n"), {"data.csv:4", "backwards", "4 s after 5 s"});
+  expect_input_error(with("time_s,T1,n,dz@1\n0,1,1,1\n0,1,1,1\n"), {"data.csv:3"});
+  expect_input_error(with("time_s,T1,n,dz@1\n,1,1,1\n"), {"data.csv:2", "time_s"});
+  expect_input_error(with("time_s,T1,n,dz@1\n0,1,1\n"), {"data.csv:2", "3 cells"});
+  expect_input_error(with("time_s,T1,n,dz@1\n0,1,x,1\n"), {"data.csv:2 n", "'x'"});
+  expect_input_error(with("t,T1,n,dz@1\n0,1,1,1\n"), {"time_s"});
+  expect_input_error(with("time_s,T1,n\n0,1,1\n"), {"no column for channel 'dz@1'"});
+  expect_input_error(with("time_s,T1,n,dz@1,dz@2\n0,1,1,1,1\n"), {"column 5", "dz@2", "nearest: dz@1"});
+  expect_input_error(with("time_s,T1,n,dz@1\n"), {"no rows"});
+  expect_input_error(with(""), {"data.csv"});
+  const std::string fluid = std::string(channels_text) + "[[channel]]\nid = \"fluid\"\nkind = \"state\"\nunit = \"1\"\ninput = \"cutting_fluid.on\"\n";
+  EXPECT_NO_THROW(Folder(fluid, "time_s,T1,n,dz@1,fluid\n0,1,1,1,nan\n5,1,1,1,0.5\n").read());
+  expect_input_error([&] { Folder(fluid, "time_s,T1,n,dz@1,fluid\n0,1,1,1,0\n5,1,1,1,2\n").read(); }, {"data.csv:3 fluid", "2", "0 (off) to 1 (on)"});
+}
+
+TEST(Measurement, FitsAMachineOrSaysWhyNot) {
+  const mesh::Machine machine = test::five_axis_machine();
+  const auto with = [&](const std::string& from, const std::string& to) {
+    return [&machine, from, to] { require_fits(Folder(replaced(channels_text, from, to)).read(), machine); };
+  };
+  EXPECT_NO_THROW(require_fits(Folder().read(), machine));
+  expect_input_error(with("T_nose", "T_nos"), {"T_nos", "nearest: T_nose"});
+  expect_input_error(with("\"degC\"", "\"K\""), {"'K'", "degC"});
+  expect_input_error(with("spindle.speed_rpm", "spindel.speed_rpm"), {"spindel", "nearest: spindle.speed_rpm"});
+  expect_input_error(with("spindle.speed_rpm", "axis.X.feed_mm_min"), {"rpm", "mm_min"});
+  expect_input_error(with("X_mm = -100", "W_mm = 1"), {"W"});
+  expect_input_error(with("X_mm = -100", "X_mm = 9000"), {"X", "travel"});
+  expect_input_error(with("\"dz\"", "\"X0A\""), {"X0A"});
+  expect_input_error(with("\"dz\"", "\"R0T\""), {"R0T", "dx"});
+  expect_input_error(with("input = \"spindle.speed_rpm\"\n", ""), {"'n'", "neither sensor nor input"});
+}
+
+TEST(ChannelRows, HoldTheLastKnownValueAndDefaults) {
+  const mesh::Machine machine = test::five_axis_machine();
+  const solver::Channels channels(machine);
+  const Eigen::MatrixXd rows = channel_rows(Folder().read(), channels);
+  ASSERT_EQ(rows.rows(), 3);
+  const int speed = channels.index("spindle.speed_rpm"), air = channels.index("air.T_C");
+  EXPECT_EQ(rows(0, speed), 0.0);  // not known yet: the default
+  EXPECT_EQ(rows(1, speed), 6000.0);
+  EXPECT_EQ(rows(2, speed), 6000.0);
+  EXPECT_EQ(rows(1, air), channels.defaults()[air]);
+}
+
+TEST(ChannelRows, RangeEndsWhereItsAxisStandsOrIsElsewhere) {
+  const mesh::Machine machine = test::five_axis_machine();
+  const solver::Channels channels(machine);
+  const auto at = [&](const char* name) { return channels.index(std::string("axis.X.") + name); };
+  Eigen::VectorXd row = channels.defaults(), given = Eigen::VectorXd::Constant(channels.size(), solver::not_given);
+  given[at("position_mm")] = -50.0, given[at("feed_mm_min")] = 9000.0, given[at("low_mm")] = -120.0, given[at("high_mm")] = 20.0;
+  channels.update(given, row);
+  given[at("low_mm")] = given[at("high_mm")] = solver::not_given;
+  channels.update(given, row);
+  EXPECT_EQ(row[at("low_mm")], -120.0);  // a gap in the record: it goes on
+  Eigen::VectorXd elsewhere = row;
+  given[at("position_mm")] = 21.0;
+  channels.update(given, elsewhere);
+  EXPECT_TRUE(std::isnan(elsewhere[at("low_mm")]) && std::isnan(elsewhere[at("high_mm")]));
+  given[at("position_mm")] = -50.0, given[at("feed_mm_min")] = 0.0;
+  channels.update(given, row);
+  EXPECT_TRUE(std::isnan(row[at("low_mm")]) && std::isnan(row[at("high_mm")]));
+  given[at("low_mm")] = -10.0, given[at("high_mm")] = 10.0;  // who records no feeds
+  channels.update(given, row);
+  EXPECT_EQ(row[at("low_mm")], -10.0);
+}
+
+}  // namespace
+}  // namespace thermotwin::compensation

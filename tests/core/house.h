@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The order of the house: layers, and the rooms in them. Includes point back along it; tests of this folder
+// hold it, docs/rooms.svg shows it and tools/house reads it.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace thermotwin::core {
+
+struct Layer {
+  std::string name;
+  std::vector<std::string> rooms;  ///< first to last; what lies in the layer's own folder comes after them
+};
+
+inline const std::vector<Layer> house = {
+    {"core", {}},
+    {"mesh", {"machine", "body", "surface", "import"}},
+    {"solver", {"operation", "linear", "contact", "thermal", "elastic", "campaign", "export"}},
+    {"reduction", {"linear", "model", "systems", "basis", "bound"}},
+    {"compensation", {"measurement", "models", "online", "evaluation", "chain"}},
+    {"diagnosis", {"record", "statistics", "causes", "response", "inference", "judge", "report", "data"}},
+    {"tools", {}}};
+
+struct Source {
+  std::filesystem::path path;  ///< from the root of the tree
+  std::string text;
+};
+std::vector<Source> sources_below(const std::vector<std::string>& folders);
+std::vector<std::string> includes_of(const std::string& text);
+std::vector<std::string> layer_names();
+
+/// Position of the first folder of a path in the order of the layers; -1 for other folders.
+int layer_of(const std::filesystem::path& path);
+/// Position of the path's room in its layer; as many as the layer has rooms: the layer's own folder; -1: unknown.
+int room_of(const std::filesystem::path& path);
+
+}  // namespace thermotwin::core

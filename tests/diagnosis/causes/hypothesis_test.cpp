@@ -1,0 +1,400 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/causes/hypothesis.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <set>
+#include <sstream>
+
+#include "core/error.h"
+#include "core/file.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/machine_text.h"
+#include "diagnosis/causes/machine_value.h"
+#include "diagnosis/causes/offered_causes.h"
+#include "diagnosis/causes/parameter.h"
+#include "tests/diagnosis/lumped_machine.h"
+#include "mesh/machine/file.h"
+
+namespace {
+
+using namespace thermotwin;
+using diagnosis::Parameter;
+
+std::vector<Parameter> all_parameters() {
+  return diagnosis::candidate_parameters(lumped::machine(), lumped::measure({}, {.hours = 0.1}));
+}
+
+double number(const mesh::Machine& machine, const Parameter& parameter) {
+  mesh::Machine copy = machine;
+  return *diagnosis::machine_values(copy, parameter).front().value;
+}
+
+/// The three rods with one thing more of every kind: only read, never run.
+mesh::Machine full_house() {
+  std::string text = lumped::machine_text();
+  const auto put = [&](const std::string& old, const std::string& with) { text.replace(text.find(old), old.size(), with); };
+  put("id = \"air\"\n", "id = \"air\"\ngradient_K_m = 0.2\n");
+  put("axis = \"Z\"\nconductance", "axis = \"Z\"\nstiffness_normal_N_mm3 = 300\nstiffness_tangential_N_mm3 = 200\nconductance");
+  text += R"(
+[[body]]
+id = "screw"
+material = "iron"
+cad = "screw.step"
+element_size_mm = 30
+parent = "column"
+elastic = false
+[[surface]]
+id = "head.disc"
+body = "head"
+[[ambient]]
+id = "fluid"
+follows = "air"
+[[film]]
+id = "disc"
+surfaces = ["head.disc"]
+kind = "rotating_disc"
+axis = "spindle"
+radius_mm = 60
+[[film]]
+id = "wet"
+surfaces = ["head.disc"]
+ambient = "fluid"
+state = "cutting_fluid.on"
+film_coefficient_W_m2K = 100
+[[coolant]]
+id = "second"
+flow_kg_s = 0.1
+[[coolant.segment]]
+id = "jacket"
+surface = "head.channel"
+film_coefficient_W_m2K = 60
+[[source]]
+id = "cut"
+drive = "process"
+place = [ { surface = "head.motor" } ]
+[[scale]]
+axis = "Z"
+carrier = "column"
+head_body = "head"
+start_mm = [0, 0, 0]
+end_mm = [0, 0, 500]
+fixed_at_mm = [0, 0, 0]
+head_mm = [0, 0, 200]
+expansion_1_K = 8e-6
+[[screw]]
+axis = "Z"
+body = "screw"
+nut_body = "head"
+fixed_bearing_mm = [0, 0, 0]
+nut_mm = [0, 0, 200]
+expansion_1_K = 11.5e-6
+)";
+  return mesh::parse_machine(text, "rods/machine.toml");
+}
+
+compensation::Measurement of_full_house() {
+  compensation::Measurement m = lumped::measure({}, {.hours = 0.1});
+  compensation::MeasuredChannel inlet = m.channels.back();
+  inlet.id = inlet.input = "coolant.main.inlet_T_C";
+  m.channels.push_back(inlet);
+  return m;
+}
+
+std::vector<Parameter> full_parameters() { return diagnosis::candidate_parameters(full_house(), of_full_house(), true); }
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> result;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) result.push_back(line);
+  return result;
+}
+
+TEST(Hypothesis, every_kind_is_offered_once_per_item) {
+  std::multiset<std::string> kinds;
+  std::set<std::string> names;
+  for (const Parameter& p : all_parameters()) {
+    kinds.insert(p.kind);
+    EXPECT_TRUE(names.insert(p.kind + " " + p.where).second) << p.kind << " of " << p.where << " twice";
+    EXPECT_GT(p.nominal_std, 0.0);
+    EXPECT_GT(p.cause_std, 2 * p.nominal_std);
+    EXPECT_LE(p.low, p.nominal);
+    EXPECT_GT(p.high, p.nominal);
+    EXPECT_FALSE(diagnosis::needs_parts(p.kind));
+  }
+  EXPECT_EQ(kinds.count("source_power"), 3u);
+  EXPECT_EQ(kinds.count("source_speed_law"), 2u);
+  EXPECT_EQ(kinds.count("standstill_power"), 2u) << "a pump that is on with the machine is one candidate, not two";
+  EXPECT_FALSE(names.count("standstill_power pump"));
+  EXPECT_EQ(kinds.count("film_coefficient"), 3u);
+  EXPECT_EQ(kinds.count("film_speed_law"), 0u);
+  EXPECT_EQ(kinds.count("contact_conductance"), 3u);
+  EXPECT_EQ(kinds.count("ambient_offset"), 1u);
+  EXPECT_EQ(kinds.count("foundation_temperature"), 1u);
+  EXPECT_EQ(kinds.count("coolant_flow"), 1u);
+  EXPECT_EQ(kinds.count("coolant_coupling"), 1u);
+  EXPECT_EQ(kinds.count("control_sensor_offset"), 1u);
+  for (const char* kind : {"sensor_offset", "sensor_drift", "sensor_lag", "sensor_detached"}) EXPECT_EQ(kinds.count(kind), 6u);
+  EXPECT_EQ(kinds.count("probe_drift"), 4u);
+  EXPECT_EQ(kinds.count("clock_shift"), 12u);
+}
+
+TEST(Hypothesis, a_full_house_offers_every_kind_that_is_listed) {
+  std::set<std::string> offered, listed;
+  for (const Parameter& p : full_parameters()) offered.insert(p.kind + " " + p.name + " " + p.unit);
+  offered.insert("source_missing power W");  // by the patches of a model: missing_source.h
+  for (const auto& kind : diagnosis::known_kinds()) listed.insert(kind.kind + " " + kind.name + " " + kind.unit);
+  EXPECT_EQ(offered, listed);
+}
+
+TEST(Hypothesis, stated_uncertainty_is_the_nominal_prior) {
+  EXPECT_DOUBLE_EQ(lumped::find("film_coefficient", "base.film").nominal_std, 0.10);
+  EXPECT_DOUBLE_EQ(lumped::find("source_power", "motor").nominal_std, 0.05);
+  EXPECT_DOUBLE_EQ(lumped::find("sensor_offset", "T3_reading").nominal_std, 0.05);
+}
+
+TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
+  const auto clock_std = [](const compensation::Measurement& m, double told_row_s) {
+    for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m, false, told_row_s))
+      if (p.kind == "clock_shift" && p.where == "temperature") return p.nominal_std;
+    return -1.0;
+  };
+  EXPECT_NEAR(clock_std(lumped::measure({}, {.hours = 8, .sample_s = 60}), 0), 30, 0.5) << "half a row";
+  compensation::Measurement slow = lumped::measure({}, {.hours = 8, .sample_s = 300});
+  EXPECT_NEAR(clock_std(slow, 0), 150, 2);
+  EXPECT_NEAR(clock_std(slow, 300), 30, 0.5) << "each change has its own time";
+  const auto channel = [&](const std::string& input) { return *std::find_if(slow.channels.begin(), slow.channels.end(), [&](const auto& c) { return c.input == input; }); };
+  const auto blank = [&](Eigen::Index column, Eigen::Index every) {
+    for (Eigen::Index i = 0; i < slow.data.rows(); i += every) slow.data.values(i, column) = std::nan("");
+  };
+  // Where an axis swings is blank while it stands.
+  compensation::MeasuredChannel range = channel("axis.Z.position_mm");
+  range.id = range.input = "axis.Z.low_mm";
+  range.column = static_cast<int>(slow.data.values.cols());
+  slow.data.values.conservativeResize(Eigen::NoChange, range.column + 1);
+  slow.data.values.col(range.column).setConstant(50);
+  slow.channels.push_back(range);
+  blank(range.column, 2);
+  EXPECT_NEAR(clock_std(slow, 300), 30, 0.5);
+  blank(channel("spindle.speed_rpm").column, 3);
+  EXPECT_NEAR(clock_std(slow, 300), 105, 2) << "values 450 s apart in rows of 300 s";
+}
+
+TEST(Hypothesis, a_measured_inlet_leaves_no_control_sensor_to_doubt) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 0.1});
+  compensation::MeasuredChannel inlet = m.channels.back();
+  inlet.id = inlet.input = "coolant.main.inlet_T_C";
+  m.channels.push_back(inlet);
+  for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m))
+    EXPECT_NE(p.kind, "control_sensor_offset");
+}
+
+TEST(Hypothesis, extended_text_parses_to_the_machine_with_the_parameter) {
+  const mesh::Machine machine = full_house();
+  for (const Parameter& p : full_parameters()) {
+    SCOPED_TRACE(p.kind + " of " + p.where);
+    const double value = p.ratio ? 1.37 : p.low < 0 ? -0.83 : 0.6;
+    const mesh::Machine changed = diagnosis::with_parameter(machine, p, value);
+    const std::string text = diagnosis::extended_text(machine, p, value, 0.04, "a test");
+    const mesh::Machine parsed = mesh::parse_machine(text, machine.path);
+    EXPECT_NE(number(parsed, p), number(machine, p));
+    for (const Parameter& other : full_parameters())
+      EXPECT_DOUBLE_EQ(number(parsed, other), number(changed, other)) << other.kind << " of " << other.where;
+    for (std::size_t i = 0; i < machine.ambients.size(); ++i)
+      EXPECT_DOUBLE_EQ(parsed.ambients[i].default_C.value, changed.ambients[i].default_C.value);
+    for (std::size_t i = 0; i < machine.films.size(); ++i)
+      EXPECT_EQ(parsed.films[i].coefficient.std_percent, machine.films[i].coefficient.std_percent);
+  }
+}
+
+TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
+  const mesh::Machine machine = lumped::machine();
+  const auto before = lines(machine.text);
+  for (const Parameter& p : all_parameters()) {
+    SCOPED_TRACE(p.kind + " of " + p.where);
+    const auto after =
+        lines(diagnosis::extended_text(machine, p, p.ratio ? 2.0 : 0.5, 0.1, "because of a test"));
+    const bool guides = p.kind == "sensor_offset" && p.item == machine.coolants.front().guide_sensor;
+    if (p.kind == "probe_drift" || p.kind == "clock_shift" || guides) {  // a table of its own at the end
+      ASSERT_EQ(after.size(), before.size() + 5);
+      EXPECT_TRUE(std::equal(before.begin(), before.end(), after.begin()));
+      EXPECT_EQ(after[before.size() + 1], "[[reading]]");
+      EXPECT_NE(after[before.size() + 3].find("# diagnosis: " + p.kind), std::string::npos);
+      continue;
+    }
+    // Without the changed line and the comment above it, both files are the same.
+    std::size_t first = 0, last = 0;
+    while (first < before.size() && before[first] == after[first]) ++first;
+    while (last + first < before.size() && before[before.size() - 1 - last] == after[after.size() - 1 - last])
+      ++last;
+    EXPECT_LE(before.size() - first - last, 1u);
+    ASSERT_EQ(after.size() - first - last,
+              before.size() - first - last + (before.size() == first + last ? 2u : 1u));
+    EXPECT_NE(after[first].find("# diagnosis: " + p.kind), std::string::npos);
+    EXPECT_NE(after[first].find("because of a test"), std::string::npos);
+  }
+}
+
+TEST(Hypothesis, extended_text_keeps_form_and_comment_of_the_line) {
+  const mesh::Machine machine = lumped::machine();
+  const std::string text =
+      diagnosis::extended_text(machine, lumped::find("film_coefficient", "base.film"), 1.5, 0.1, "");
+  EXPECT_NE(text.find("film_coefficient_W_m2K = {value = 13.5, std_percent = 10} # still air"),
+            std::string::npos);
+  const std::string joint =
+      diagnosis::extended_text(machine, lumped::find("contact_conductance", "mounts"), 0.5, 0.1, "");
+  EXPECT_NE(joint.find("conductance_W_m2K = { value = 200, std_percent = 10 }"), std::string::npos);
+  const std::string sensor =
+      diagnosis::extended_text(machine, lumped::find("sensor_offset", "T3_reading"), 0.7, 0.1, "");
+  EXPECT_NE(sensor.find("offset_K = 0.8   # calibrated"), std::string::npos);
+}
+
+TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
+  const mesh::Machine machine = lumped::machine();
+  const mesh::Machine parsed =
+      mesh::parse_machine(diagnosis::extended_text(machine, lumped::find("source_power", "guide_friction"),
+                                                   0.4, 0.1, "line one\nline two"),
+                          machine.path);
+  EXPECT_DOUBLE_EQ(parsed.sources[1].scale.value, 0.4);
+  EXPECT_DOUBLE_EQ(parsed.sources[0].scale.value, 1.0);
+  EXPECT_EQ(parsed.sources[0].laws.size(), 1u);
+}
+
+TEST(Hypothesis, an_offset_of_a_guiding_sensor_is_the_records_alone) {
+  const mesh::Machine machine = lumped::machine();
+  const Parameter p = lumped::find("sensor_offset", "T1_reading");
+  ASSERT_EQ(p.item, machine.coolants.front().guide_sensor);
+  const mesh::Machine changed = diagnosis::with_parameter(machine, p, 0.7);
+  ASSERT_EQ(changed.readings.size(), 1u);
+  EXPECT_EQ(changed.readings[0].id, "T1_reading");
+  EXPECT_DOUBLE_EQ(changed.readings[0].offset, 0.7);
+  EXPECT_DOUBLE_EQ(changed.sensors[static_cast<std::size_t>(changed.sensor_index("T1"))].offset, 0.0);
+}
+
+TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
+  mesh::Machine machine = lumped::machine();
+  Parameter p = diagnosis::make_parameter("clock_shift", "dx@1+x");
+  const mesh::Machine read = mesh::parse_machine(diagnosis::extended_text(machine, p, 120.0, 5.0, ""), machine.path);
+  ASSERT_EQ(read.readings.size(), 1u);
+  EXPECT_EQ(read.readings[0].id, "dx@1+x");
+  EXPECT_DOUBLE_EQ(read.readings[0].shift, 120.0);
+  EXPECT_THROW(mesh::parse_machine(machine.text + "\n[[reading]]\nid = \"a b\"\n", machine.path), core::InputError);
+  EXPECT_THROW(mesh::parse_machine(machine.text + "\n[[reading]]\nid = \"a\"\n[[reading]]\nid = \"a\"\n", machine.path), core::InputError);
+}
+
+TEST(Hypothesis, two_changes_follow_each_other) {
+  const mesh::Machine machine = lumped::machine();
+  const Parameter a = lumped::find("source_power", "pump"), b = lumped::find("sensor_offset", "T5_reading");
+  const mesh::Machine one =
+      mesh::parse_machine(diagnosis::extended_text(machine, a, 2.0, 0.1, ""), machine.path);
+  const mesh::Machine two = mesh::parse_machine(diagnosis::extended_text(one, b, 1.0, 0.1, ""), machine.path);
+  EXPECT_DOUBLE_EQ(two.sources[2].scale.value, 2.0);
+  EXPECT_DOUBLE_EQ(two.sensors[4].offset, 1.0);
+}
+
+TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
+  const auto folder = std::filesystem::temp_directory_path() / ("thermotwin_cad_" + std::to_string(::getpid()));
+  core::write_file(folder / "cad/bed \"old\".stl", "solid");
+  core::write_file(folder / "cad/ram.gltf", "{}");  // names its buffers by paths beside it
+  const std::string text =
+      "[[body]]\nid = \"bed\"\ncad = 'cad/bed \"old\".stl'  # kept\n[[body]]\nid = \"slide\"\ncad = \"cad/none.stl\"\n"
+      "[[body]]\nid = \"ram\"\ncad = \"cad/ram.gltf\"\n";
+  mesh::Machine machine;
+  machine.bodies.resize(3);
+  machine.bodies[2].id = "ram";
+  machine.bodies[2].cad = folder / "cad/ram.gltf";
+  machine.bodies[0].id = "bed";
+  machine.bodies[0].cad = folder / "cad/bed \"old\".stl";
+  machine.bodies[1].id = "slide";
+  machine.bodies[1].cad = folder / "cad/none.stl";
+  const diagnosis::MovableText found = diagnosis::movable_text(text, machine);
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(found.text,
+            "[[body]]\nid = \"bed\"\ncad = \"cad/bed \\\"old\\\".stl\"  # kept\n[[body]]\nid = \"slide\"\ncad = "
+            "\"cad/none.stl\"\n[[body]]\nid = \"ram\"\ncad = \"" +
+                machine.bodies[2].cad.string() + "\"\n");
+  ASSERT_EQ(found.files.size(), 1u);
+  EXPECT_EQ(found.files[0].first, machine.bodies[0].cad);
+  EXPECT_EQ(found.files[0].second, "cad/bed \"old\".stl");
+}
+
+TEST(Hypothesis, a_body_of_a_shared_material_gets_its_own) {
+  const mesh::Machine machine = lumped::machine();
+  Parameter p = diagnosis::make_parameter("expansion_coefficient", "column");
+  const mesh::Machine one = mesh::parse_machine(diagnosis::extended_text(machine, p, 1.2, 0.05, "why"), machine.path);
+  ASSERT_EQ(one.materials.size(), 2u);
+  EXPECT_EQ(one.bodies[1].material, "iron.column");
+  EXPECT_EQ(one.bodies[0].material, "iron");
+  EXPECT_DOUBLE_EQ(one.material("iron.column").expansion.value, 13.2e-6);
+  EXPECT_DOUBLE_EQ(one.material("iron").expansion.value, 11e-6);
+  p.kind = "heat_capacity";
+  const mesh::Machine two = mesh::parse_machine(diagnosis::extended_text(one, p, 2.0, 0.05, "why"), machine.path);
+  EXPECT_EQ(two.materials.size(), 2u);
+  EXPECT_DOUBLE_EQ(two.material("iron.column").specific_heat.value, 1000.0);
+  EXPECT_DOUBLE_EQ(two.material("iron.column").expansion.value, 13.2e-6);
+}
+
+TEST(Hypothesis, unusual_texts_are_read_or_refused) {
+  const mesh::Machine machine = lumped::machine();
+  const Parameter motor = lumped::find("source_power", "motor");
+  mesh::Machine crlf = machine;
+  std::string windows;
+  for (const char c : machine.text) windows += c == '\n' ? "\r\n" : std::string(1, c);
+  crlf = mesh::parse_machine(windows, machine.path);
+  EXPECT_DOUBLE_EQ(mesh::parse_machine(diagnosis::extended_text(crlf, motor, 1.25, 0.1, ""), machine.path)
+                       .sources[0]
+                       .scale.value,
+                   1.25);
+
+  mesh::Machine tricky = machine;
+  const std::string head = "name = \"rods\"";
+  tricky.text.replace(tricky.text.find(head), head.size(),
+                      "name = '''\n[[source]]\nid = \"motor\"\nscale = 3'''");
+  tricky = mesh::parse_machine(tricky.text, machine.path);
+  EXPECT_DOUBLE_EQ(mesh::parse_machine(diagnosis::extended_text(tricky, motor, 1.25, 0.1, ""), machine.path)
+                       .sources[0]
+                       .scale.value,
+                   1.25);
+
+  mesh::Machine gone = machine;
+  gone.text = "schema = 1\n";
+  EXPECT_THROW(diagnosis::extended_text(gone, motor, 1.25, 0.1, ""), core::InputError);
+}
+
+TEST(Hypothesis, unknown_kinds_and_items_are_refused) {
+  Parameter p = lumped::find("source_power", "motor");
+  p.where = "moter";
+  EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
+  p.kind = "sorce_power";
+  EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
+}
+
+TEST(Hypothesis, readme_lists_the_kinds_that_the_code_knows) {
+  std::ifstream file(THERMOTWIN_SOURCE_DIR "/diagnosis/README.md");
+  ASSERT_TRUE(file) << "diagnosis/README.md";
+  std::vector<std::vector<std::string>> table;
+  bool of_kinds = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("| kind ")) of_kinds = true;
+    if (!line.starts_with("|")) of_kinds = false;
+    if (!of_kinds || !line.starts_with("| `")) continue;
+    std::vector<std::string> cells;
+    std::istringstream stream(line.substr(1));
+    for (std::string cell; std::getline(stream, cell, '|');) {
+      const auto first = cell.find_first_not_of(" `"), last = cell.find_last_not_of(" `");
+      if (first != std::string::npos) cells.push_back(cell.substr(first, last - first + 1));
+    }
+    table.push_back(cells);
+  }
+  const auto& kinds = diagnosis::known_kinds();
+  ASSERT_EQ(table.size(), kinds.size());
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    EXPECT_EQ(table[i], (std::vector<std::string>{kinds[i].kind, kinds[i].where, kinds[i].name, kinds[i].unit,
+                                                  kinds[i].sense}));
+}
+
+}  // namespace

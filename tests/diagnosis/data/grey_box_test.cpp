@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/data/grey_box.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <random>
+
+#include "core/error.h"
+#include "diagnosis/data/data_diagnosis.h"
+#include "diagnosis/judge/diagnosis.h"
+
+namespace {
+
+using namespace thermotwin;
+using Eigen::Index;
+
+/// Two temperatures over three days, a displacement that follows both by elements of 2 h and 20 min.
+/// @param extra  of the time in hours, um
+template <class Extra>
+compensation::Measurement record(const Extra& extra, double days = 3.0, std::uint64_t seed = 1) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  compensation::Measurement m;
+  m.folder = "three_days";
+  const auto add = [&](const char* id, compensation::ChannelKind kind, const char* unit, double uncertainty) {
+    compensation::MeasuredChannel c;
+    c.id = id;
+    c.kind = kind;
+    c.unit = unit;
+    c.uncertainty = uncertainty;
+    c.column = static_cast<Index>(m.channels.size()) + 1;
+    m.channels.push_back(c);
+  };
+  add("T_hall", compensation::ChannelKind::temperature, "degC", 0.02);
+  add("T_frame", compensation::ChannelKind::temperature, "degC", 0.02);
+  add("z", compensation::ChannelKind::displacement, "um", 0.1);
+  m.data.columns = {"time_s", "T_hall", "T_frame", "z"};
+  const auto n = static_cast<Index>(days * 288.0);
+  m.data.values.resize(n, 4);
+  double slow = 0, fast = 0, walk = 0;
+  for (Index i = 0; i < n; ++i) {
+    const double hour = static_cast<double>(i) / 12.0;
+    const double hall = 1.5 * std::sin(2 * std::numbers::pi * hour / 24) + 0.7 * std::sin(hour) + 0.4 * std::sin(2.7 * hour + 1);
+    walk += 0.04 * normal(random) - 0.01 * walk;
+    const double frame = walk + 0.3 * hall;
+    slow += (hall - slow) * (1 - std::exp(-300.0 / 7200.0));
+    fast += (frame - fast) * (1 - std::exp(-300.0 / 1200.0));
+    m.data.values.row(i) << 300.0 * static_cast<double>(i), 20 + hall + 0.02 * normal(random), 20 + frame + 0.02 * normal(random),
+        6.0 * slow - 4.0 * fast + extra(hour) + 0.1 * normal(random);
+  }
+  return m;
+}
+
+diagnosis::Diagnosis run(const compensation::Measurement& m) { return diagnosis::diagnose_data(m, {}); }
+
+std::string listed(const diagnosis::Diagnosis& d) {
+  std::string text = d.verdict + ": " + d.sentence + "\n";
+  for (const auto& r : d.ranking) text += "  " + r.parameter.kind + " " + r.parameter.where + " " + std::to_string(r.probability) + "\n";
+  for (const auto& note : d.notes) text += "  " + note + "\n";
+  return text;
+}
+
+TEST(GreyBox, finds_what_a_step_of_each_input_does) {
+  const diagnosis::DataRecord data = diagnosis::data_record(record([](double) { return 0.0; }), 600);
+  std::vector<Index> rows;
+  for (Index i = 0; i < data.time.size(); ++i) rows.push_back(i);
+  const diagnosis::GreyBox box = diagnosis::fit_grey_box(data, 0, rows);
+  for (const double hours : {1.0, 4.0, 24.0}) {
+    EXPECT_NEAR(box.step_response(0, 3600 * hours), 6.0 * (1.0 - std::exp(-hours / 2.0)), 0.5) << hours;
+    EXPECT_NEAR(box.step_response(1, 3600 * hours), -4.0 * (1.0 - std::exp(-hours * 3.0)), 0.7) << hours;
+  }
+}
+
+TEST(GreyBox, a_gap_in_a_temperature_is_a_straight_line) {
+  auto m = record([](double) { return 0.0; });
+  for (Index i = 0; i < m.data.rows(); ++i) {
+    m.data.values(i, 1) = 20.0 + 0.01 * static_cast<double>(i);
+    if (i % 24 != 0 && i + 1 != m.data.rows()) m.data.values(i, 1) = std::nan("");
+  }
+  const diagnosis::DataRecord data = diagnosis::data_record(m, 600);
+  for (Index i = 0; i < data.time.size(); ++i)
+    EXPECT_NEAR(data.inputs(i, 0), 20.0 + 0.01 * data.time[i] / 300.0, 0.02) << i;
+}
+
+TEST(DataDiagnosis, days_that_follow_the_first_are_no_discrepancy) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    const diagnosis::Diagnosis d = run(record([](double) { return 0.0; }, 3.0, seed));
+    EXPECT_EQ(d.verdict, "no_discrepancy") << seed << "\n" << listed(d);
+    EXPECT_TRUE(d.causes.empty());
+  }
+}
+
+TEST(DataDiagnosis, a_drift_that_no_sensor_follows_is_named_and_holds) {
+  const diagnosis::Diagnosis d = run(record([](double hour) { return hour < 20 ? 0.0 : 0.4 * (hour - 20); }));
+  ASSERT_EQ(d.verdict, "explained") << listed(d);
+  ASSERT_EQ(d.causes.size(), 1u);
+  EXPECT_EQ(d.causes[0].parameter.kind, "probe_drift");
+  EXPECT_EQ(d.causes[0].parameter.where, "z");
+  EXPECT_GT(d.ci95_low_percent, 0.0);
+  EXPECT_LT(d.heldout_rms_after_um, d.heldout_rms_before_um);
+}
+
+TEST(DataDiagnosis, a_slow_drift_is_never_called_no_discrepancy) {
+  for (const double rate : {0.1, 0.25, -0.25, 1.0, -3.0}) {
+    const diagnosis::Diagnosis d = run(record([&](double hour) { return hour < 24 ? 0.0 : rate * (hour - 24); }));
+    ASSERT_EQ(d.verdict, "explained") << rate << "\n" << listed(d);
+    ASSERT_EQ(d.causes.size(), 1u) << rate;
+    EXPECT_EQ(d.causes[0].parameter.kind, "probe_drift");
+    EXPECT_NEAR(d.causes[0].value, rate, 0.15 * std::abs(rate) + 0.02);
+  }
+}
+
+TEST(DataDiagnosis, two_elements_on_one_input_are_no_discrepancy) {
+  auto m = record([](double) { return 0.0; });
+  double slow = 0;
+  for (Index i = 0; i < m.data.rows(); ++i) {
+    slow += (m.data.values(i, 2) - 20.0 - slow) * (1 - std::exp(-300.0 / 25000.0));
+    m.data.values(i, 3) += 12.0 * slow;
+  }
+  const diagnosis::Diagnosis d = run(m);
+  EXPECT_EQ(d.verdict, "no_discrepancy") << listed(d);
+  for (const auto& cause : d.ranking) {
+    if (cause.parameter.kind == "none") {
+      EXPECT_LT(cause.probability, 1.0) << "a prior that nothing moved is not certain";
+    }
+  }
+}
+
+TEST(DataDiagnosis, a_swing_that_nothing_follows_is_unexplained) {
+  const diagnosis::Diagnosis d = run(record([](double hour) { return hour < 24 ? 0.0 : 5.0 * std::sin(0.011 * hour * hour); }));
+  EXPECT_EQ(d.verdict, "unexplained") << listed(d);
+  EXPECT_TRUE(d.causes.empty());
+  EXPECT_NEAR(d.reduction_percent, 0.0, 1e-9);
+}
+
+TEST(DataDiagnosis, the_last_day_is_never_fitted) {
+  auto m = record([](double hour) { return 0.3 * hour; });
+  const diagnosis::Diagnosis d = run(m);
+  for (Index i = 0; i < m.data.rows(); ++i)
+    if (m.data.values(i, 0) >= d.heldout_from_s) m.data.values(i, 3) = 50.0 * ((i % 3) - 1);
+  const diagnosis::Diagnosis spoilt = run(m);
+  for (const auto& r : d.ranking)
+    for (const auto& s : spoilt.ranking)
+      if (r.parameter.kind == s.parameter.kind && r.parameter.kind == "probe_drift") {
+        EXPECT_NEAR(r.value, s.value, 1e-9);
+      }
+  EXPECT_NE(spoilt.verdict, "explained") << listed(spoilt);
+}
+
+TEST(DataDiagnosis, records_that_say_too_little_are_refused) {
+  auto still = record([](double) { return 0.0; });
+  still.data.values.col(1).setConstant(20.0);
+  still.data.values.col(2).setConstant(20.0);
+  EXPECT_THROW(run(still), core::InputError);
+  EXPECT_THROW(run(record([](double) { return 0.0; }, 0.1)), core::InputError);
+  auto lost = record([](double) { return 0.0; });
+  for (Index i = 0; i < lost.data.rows(); ++i)
+    if (lost.data.values(i, 0) >= 86400.0) lost.data.values(i, 3) = std::nan("");
+  EXPECT_THROW(run(lost), core::InputError);
+  auto blind = record([](double) { return 0.0; });
+  blind.channels.pop_back();
+  EXPECT_THROW(run(blind), core::InputError);
+}
+
+TEST(DataDiagnosis, gaps_do_not_matter) {
+  auto m = record([](double hour) { return hour < 20 ? 0.0 : 0.4 * (hour - 20); });
+  std::mt19937_64 random(3);
+  for (Index i = 1; i < m.data.rows(); ++i)
+    for (Index c = 1; c < 4; ++c)
+      if (random() % 10 < 3) m.data.values(i, c) = std::nan("");
+  const diagnosis::Diagnosis d = run(m);
+  ASSERT_EQ(d.causes.size(), 1u) << listed(d);
+  EXPECT_EQ(d.causes[0].parameter.kind, "probe_drift");
+}
+
+/// The drift of a real machine: whatever is said has to hold on its last day.
+TEST(DataDiagnosis, of_a_real_drift_is_honest) {
+  const char* given = std::getenv("THERMOTWIN_DATA");
+  const std::filesystem::path folder = std::filesystem::path(given ? given : THERMOTWIN_SOURCE_DIR "/../shared/data") / "measured_drift";
+  if (!std::filesystem::exists(folder / "data.csv")) GTEST_SKIP() << folder / "data.csv";
+  const diagnosis::Diagnosis d = run(compensation::read_measurement(folder));
+  EXPECT_NE(d.verdict, "no_discrepancy") << listed(d);
+  if (d.causes.empty()) {
+    EXPECT_EQ(d.heldout_rms_after_um, d.heldout_rms_before_um);
+  } else {
+    EXPECT_GT(d.ci95_low_percent, 0.0) << listed(d);
+  }
+  EXPECT_FALSE(d.notes.empty());
+}
+
+}  // namespace

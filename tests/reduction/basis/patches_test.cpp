@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "reduction/basis/patches.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "mesh/selection.h"
+#include "reduction/basis/reduce.h"
+#include "reduction/basis/responses.h"
+#include "reduction/model/model_file.h"
+#include "solver/campaign/full_model.h"
+#include "solver/thermal/assembly.h"
+#include "tests/reduction/small_machine.h"
+
+namespace thermotwin::reduction {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+solver::FullModel full_model() {
+  mesh::MachineMesh mesh = test::small_machine_mesh();
+  solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
+  solver::ElasticModel elastic(mesh, thermal);
+  return {std::move(mesh), std::move(thermal), std::move(elastic)};
+}
+const solver::FullModel& full() {
+  static const solver::FullModel made = full_model();
+  return made;
+}
+const std::vector<Patch>& patches() {
+  static const std::vector<Patch> made = surface_patches(full().mesh, 60);
+  return made;
+}
+
+TEST(Patches, CoverTheSkinOfEveryBodyEvenly) {
+  ASSERT_EQ(patches().size(), 60U);
+  std::set<std::string> ids;
+  for (const Patch& patch : patches()) ids.insert(patch.surface.id);
+  EXPECT_EQ(ids.size(), 60U);
+  for (const mesh::TetMesh& body : full().mesh.bodies) {
+    const std::string& id = full().mesh.machine.bodies[static_cast<std::size_t>(&body - full().mesh.bodies.data())].id;
+    std::set<int> covered;
+    for (const Patch& patch : patches()) {
+      if (patch.surface.body != id) continue;
+      const std::vector<int> faces = mesh::select_faces(body, patch.surface.any_of.front());
+      covered.insert(faces.begin(), faces.end());
+      double area = 0;
+      for (const int face : faces) area += body.face_area(face);
+      EXPECT_NEAR(patch.area, area, 1e-12);
+    }
+    EXPECT_EQ(static_cast<Index>(covered.size()), body.face_count()) << id << ": every triangle is on a patch";
+  }
+}
+
+// Wide bodies have more patches than small ones, and a patch lies about its middle.
+TEST(Patches, AreOfLikeWidthOnAllBodies) {
+  double widest = 0, moment = 0, area = 0;
+  for (const Patch& patch : patches()) {
+    const mesh::TetMesh& body = full().mesh.bodies[static_cast<std::size_t>(full().mesh.machine.body_index(patch.surface.body))];
+    for (const int face : mesh::select_faces(body, patch.surface.any_of.front())) {
+      const double distance = (body.face_centre(face) - patch.centre).norm();
+      widest = std::max(widest, distance);
+      moment += body.face_area(face) * distance * distance;
+      area += body.face_area(face);
+    }
+  }
+  const double usual = std::sqrt(moment / area);
+  std::printf("60 patches: triangles %.0f mm from the middle of their patch, the farthest %.0f mm\n", 1e3 * usual, 1e3 * widest);
+  EXPECT_LT(widest, 0.22);
+  EXPECT_LT(usual, 0.106) << "0.107 with seeds that are not moved to the middle";
+}
+
+TEST(Patches, AreTheSamePlacesOnAFinerMesh) {
+  const mesh::MachineMesh fine = test::small_machine_mesh(2);
+  for (const Patch& patch : patches()) {
+    const mesh::TetMesh& body = fine.bodies[static_cast<std::size_t>(fine.machine.body_index(patch.surface.body))];
+    double area = 0;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const int face : mesh::select_faces(body, patch.surface.any_of.front())) {
+      area += body.face_area(face);
+      centre += body.face_area(face) * body.face_centre(face);
+    }
+    EXPECT_NEAR(area, patch.area, 0.5 * patch.area) << patch.surface.id;
+    EXPECT_LT((centre / area - patch.centre).norm(), 0.03) << patch.surface.id;
+  }
+}
+
+TEST(Patches, CarryOneWattEach) {
+  const MatrixXd loads = patch_loads(full(), patches());
+  EXPECT_LT((loads.colwise().sum() - Eigen::RowVectorXd::Ones(60)).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_GE(loads.minCoeff(), 0.0);
+}
+
+// Spread evenly, heat has its middle where the patch has, on the nodes of its own body.
+TEST(Patches, HeatTheirOwnPlace) {
+  const MatrixXd loads = patch_loads(full(), patches());
+  Eigen::Matrix3Xd places(3, full().mesh.nodes());
+  for (std::size_t b = 0; b < full().mesh.bodies.size(); ++b)
+    places.middleCols(full().mesh.first_node[b], full().mesh.bodies[b].nodes()) = full().mesh.bodies[b].points;
+  for (std::size_t k = 0; k < patches().size(); ++k) {
+    const VectorXd load = loads.col(static_cast<Index>(k)).head(places.cols());
+    EXPECT_LT((places * load - patches()[k].centre).norm(), 1e-9) << patches()[k].surface.id;
+    const auto body = static_cast<std::size_t>(full().mesh.machine.body_index(patches()[k].surface.body));
+    EXPECT_NEAR(load.segment(full().mesh.first_node[body], full().mesh.bodies[body].nodes()).sum(), 1.0, 1e-12);
+  }
+}
+
+TEST(Patches, ActOnTheReducedModelAsOnTheFullOne) {
+  const ReducedModel model = reduce(full(), {}, {}, {.order = 90, .patches = 60});
+  ASSERT_EQ(model.patches.inputs.cols(), 60);
+  const PatchErrors errors = patch_errors(full(), model);
+  std::printf("steady and hourly response of TCP and sensors to 60 patches, order 90: off by %.2f %% in the median, 95 of 100 by less than %.2f %%\n",
+              100 * errors.median, 100 * errors.most95);
+  EXPECT_LT(errors.median, 0.02);
+  EXPECT_LT(errors.most95, 0.10);
+}
+
+TEST(Patches, ComeBackFromTheFile) {
+  const test::Scratch scratch;
+  ReducedModel model = reduce(full(), {}, {}, {.order = 20, .patches = 12});
+  write_model(scratch.path() / "model.rom.h5", model);
+  const ReducedModel back = read_model(scratch.path() / "model.rom.h5");
+  ASSERT_EQ(back.patches.items.size(), 12U);
+  EXPECT_EQ(back.patches.inputs, model.patches.inputs);
+  for (std::size_t k = 0; k < 12; ++k) {
+    EXPECT_EQ(back.patches.items[k].surface.id, model.patches.items[k].surface.id);
+    EXPECT_EQ(back.patches.items[k].centre, model.patches.items[k].centre);
+    EXPECT_EQ(*back.patches.items[k].surface.any_of[0].box_max, *model.patches.items[k].surface.any_of[0].box_max);
+  }
+  model = truncated(model, 10);
+  EXPECT_EQ(model.patches.inputs, back.patches.inputs.topRows(10));
+}
+
+}  // namespace
+}  // namespace thermotwin::reduction
