@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Options that several verbs share, and how a verb comes to the command line.
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "core/process.h"
+#include "core/progress.h"
+#include "core/thread_pool.h"
+#include "tools/options.h"
+
+namespace thermotwin::tools {
+
+void add_common_options(CLI::App& verb, CommonOptions& options);
+/// `reduce` has an --order of its own.
+void add_mesh_options(CLI::App& verb, std::string& size, int& order, const std::string& order_name = "--mesh-order,--order");
+void add_checkpoint_option(CLI::App& verb, double& every_s);
+void add_solver_option(CLI::App& verb, std::string& solver);
+
+/// @param options  live as long as the command line @param verb  called when this verb was given
+template <class Options>
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& text, const std::string& example,
+                   const std::shared_ptr<Options>& options, void (*verb)(const Options&)) {
+  CLI::App* command = app.add_subcommand(name, text);
+  add_common_options(*command, *options);
+  command->footer("Example:\n  " + example);
+  command->callback([options, verb] {
+    core::set_quiet(options->quiet);
+    core::set_thread_count(options->threads);
+    core::install_interrupt_handler();
+    core::install_memory_handler();
+    verb(*options);
+  });
+  return command;
+}
+
+}  // namespace thermotwin::tools
