@@ -15,7 +15,8 @@ void BinaryWriter::text(std::string_view value) {
 void BinaryWriter::matrix(const Eigen::Ref<const Eigen::MatrixXd>& value) {
   count(value.rows());
   count(value.cols());
-  for (Eigen::Index j = 0; j < value.cols(); ++j) raw(value.col(j).data(), static_cast<std::size_t>(value.rows()) * sizeof(double));
+  for (Eigen::Index j = 0; j < value.cols(); ++j)
+    raw(value.col(j).data(), static_cast<std::size_t>(value.rows()) * sizeof(double));
 }
 
 void BinaryWriter::numbers(const std::vector<double>& values) {
@@ -44,7 +45,7 @@ std::int64_t BinaryReader::count() {
 }
 
 std::string BinaryReader::text() {
-  const auto size = static_cast<std::size_t>(count());
+  const std::size_t size = count();
   if (size > bytes_.size() - at_) throw InputError(source_, "it ends too early", "a whole file");
   std::string value(size, '\0');
   raw(value.data(), size);
@@ -61,7 +62,7 @@ Eigen::MatrixXd BinaryReader::matrix() {
 }
 
 std::vector<double> BinaryReader::numbers() {
-  const auto size = static_cast<std::size_t>(count());
+  const std::size_t size = count();
   if (size > (bytes_.size() - at_) / sizeof(double)) throw InputError(source_, "it ends too early", "a whole file");
   std::vector<double> values(size);
   raw(values.data(), size * sizeof(double));

@@ -11,7 +11,7 @@
 namespace thermotwin::core {
 
 class BinaryWriter {
- public:
+public:
   void number(double value) { raw(&value, sizeof value); }
   void count(std::int64_t value) { raw(&value, sizeof value); }
   void text(std::string_view value);
@@ -20,14 +20,14 @@ class BinaryWriter {
   const std::string& bytes() const { return bytes_; }
   std::string take() { return std::move(bytes_); }
 
- private:
+private:
   void raw(const void* data, std::size_t size) { bytes_.append(static_cast<const char*>(data), size); }
   std::string bytes_;
 };
 
 /// Reads what a BinaryWriter wrote, in the same order. @throws InputError where bytes are missing
 class BinaryReader {
- public:
+public:
   /// @param source  name for messages; bytes must outlive the reader
   BinaryReader(std::string_view bytes, std::string source) : bytes_(bytes), source_(std::move(source)) {}
 
@@ -38,7 +38,7 @@ class BinaryReader {
   std::vector<double> numbers();
   bool at_end() const { return at_ == bytes_.size(); }
 
- private:
+private:
   void raw(void* data, std::size_t size);
   std::string_view bytes_;
   std::string source_;

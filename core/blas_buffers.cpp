@@ -26,7 +26,7 @@ void make_buffers() {
   static const auto release = reinterpret_cast<Free>(dlsym(RTLD_DEFAULT, "blas_memory_free"));
   rlimit limit{};
   if (!allocate || !release || getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
-  std::vector<void*> buffers(static_cast<std::size_t>(thread_count()));
+  std::vector<void*> buffers(thread_count());
   for (void*& buffer : buffers) buffer = std::malloc(buffer_bytes);
   const bool room = std::count(buffers.begin(), buffers.end(), nullptr) == 0;
   for (void* buffer : buffers) std::free(buffer);

@@ -118,8 +118,7 @@ double number_from(const toml::node& node, const std::string& place, const Range
   } else if (const auto* integer = node.as_integer()) {
     value = static_cast<double>(integer->get());
   } else {
-    throw InputError(place, shown(node),
-                     phrase(range) + (node.is_string() ? ", without quotes" : ""));
+    throw InputError(place, shown(node), phrase(range) + (node.is_string() ? ", without quotes" : ""));
   }
   if (!std::isfinite(value) || value < range.low || value > range.high) {
     throw InputError(place, shown(node), phrase(range));
@@ -127,19 +126,15 @@ double number_from(const toml::node& node, const std::string& place, const Range
   return value;
 }
 
-const toml::array& array_from(const toml::node& node, const std::string& place,
-                              const std::string& allowed) {
+const toml::array& array_from(const toml::node& node, const std::string& place, const std::string& allowed) {
   const toml::array* array = node.as_array();
   if (array == nullptr) throw InputError(place, shown(node), allowed);
   return *array;
 }
 
-std::string element_place(const std::string& place, std::size_t i) {
-  return fmt::format("{}[{}]", place, i + 1);
-}
+std::string element_place(const std::string& place, std::size_t i) { return fmt::format("{}[{}]", place, i + 1); }
 
-std::vector<double> numbers_from(const toml::node& node, const std::string& place,
-                                 const std::string& allowed) {
+std::vector<double> numbers_from(const toml::node& node, const std::string& place, const std::string& allowed) {
   const toml::array& array = array_from(node, place, allowed);
   std::vector<double> values;
   for (std::size_t i = 0; i < array.size(); ++i) {
@@ -154,15 +149,14 @@ std::string text_from(const toml::node& node, const std::string& place) {
   return text->get();
 }
 
-std::string one_of(const std::string& value, const std::string& place,
-                   const std::vector<std::string>& allowed) {
+std::string one_of(const std::string& value, const std::string& place, const std::vector<std::string>& allowed) {
   if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   throw InputError(place, "\"" + value + "\"", "one of: " + join(allowed));
 }
 
 /// "4:7" for an offset; columns count bytes.
 std::string line_and_column(const std::string& text, std::size_t offset) {
-  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(offset), '\n');
+  const auto line = 1 + std::count(text.begin(), text.begin() + offset, '\n');
   const std::size_t before = offset == 0 ? std::string::npos : text.rfind('\n', offset - 1);
   const std::size_t column = before == std::string::npos ? offset + 1 : offset - before;
   return fmt::format("{}:{}", line, column);
@@ -181,14 +175,14 @@ Config Config::parse(const std::string& text, const std::string& source) {
   // The parser is not safe on broken UTF-8, so it never sees any.
   if (const auto offset = find_invalid_utf8(text)) {
     throw InputError(source + ":" + line_and_column(text, *offset),
-                     fmt::format("byte {:#04x}", static_cast<unsigned char>(text[*offset])),
-                     "text in UTF-8");
+                     fmt::format("byte {:#04x}", static_cast<unsigned char>(text[*offset])), "text in UTF-8");
   }
   // Nor letters where TOML has none: it takes some of them for an impossible case.
   if (const auto offset = find_bare_non_ascii(text)) {
-    throw InputError(source + ":" + line_and_column(text, *offset),
-                     fmt::format("byte {:#04x} outside of quotes and comments", static_cast<unsigned char>(text[*offset])),
-                     "ASCII there; other letters in quotes");
+    throw InputError(
+        source + ":" + line_and_column(text, *offset),
+        fmt::format("byte {:#04x} outside of quotes and comments", static_cast<unsigned char>(text[*offset])),
+        "ASCII there; other letters in quotes");
   }
   Config config;
   config.data_->text = text;
@@ -197,8 +191,7 @@ Config Config::parse(const std::string& text, const std::string& source) {
     config.data_->root = toml::parse(std::string_view(text));
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
-    throw InputError(fmt::format("{}:{}:{}", source, at.line, at.column),
-                     std::string(error.description()), "TOML 1.0");
+    throw InputError(fmt::format("{}:{}:{}", source, at.line, at.column), std::string(error.description()), "TOML 1.0");
   }
   return config;
 }
@@ -232,8 +225,7 @@ std::string Node::Data::likely_misnamed(const std::string& key) const {
 const toml::node& Node::Data::require(const std::string& key, const std::string& allowed) const {
   if (const toml::node* value = ask(key)) return *value;
   const std::string misnamed = likely_misnamed(key);
-  throw InputError(place_of(key), "missing" + (misnamed.empty() ? "" : " (found: " + misnamed + ")"),
-                   allowed);
+  throw InputError(place_of(key), "missing" + (misnamed.empty() ? "" : " (found: " + misnamed + ")"), allowed);
 }
 
 double Node::number(const std::string& key, Range range) const {
@@ -331,12 +323,12 @@ std::vector<std::string> Node::texts_or_empty(const std::string& key) const {
 Eigen::MatrixX3d Node::points3(const std::string& key) const {
   const std::string allowed = "an array of points: [[x, y, z], ...]", of_one = "three numbers: [x, y, z]";
   const toml::array& array = array_from(data_->require(key, allowed), place(key), allowed);
-  Eigen::MatrixX3d points(static_cast<Eigen::Index>(array.size()), 3);
+  Eigen::MatrixX3d points(std::ssize(array), 3);
   for (std::size_t i = 0; i < array.size(); ++i) {
     const std::string point_place = element_place(place(key), i);
     const std::vector<double> point = numbers_from(array[i], point_place, of_one);
     if (point.size() != 3) throw InputError(point_place, shown(array[i]), of_one);
-    points.row(static_cast<Eigen::Index>(i)) << point[0], point[1], point[2];
+    points.row(i) << point[0], point[1], point[2];
   }
   return points;
 }
@@ -392,13 +384,11 @@ void Node::finish() const {
     const std::set<std::string>& known = data_->config->asked[data_->table];
     const std::vector<std::string> names(known.begin(), known.end());
     if (names.empty()) throw InputError(place(key), "unknown key", "no key here");
-    throw InputError(place(key), "unknown key",
-                     "nearest is " + nearest(key, names));
+    throw InputError(place(key), "unknown key", "nearest is " + nearest(key, names));
   }
 }
 
-void require_unique_id(const std::string& id, const std::string& place,
-                       std::vector<std::string>& seen) {
+void require_unique_id(const std::string& id, const std::string& place, std::vector<std::string>& seen) {
   const bool well_formed = !id.empty() && std::all_of(id.begin(), id.end(), [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-';
   });

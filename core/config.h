@@ -31,7 +31,7 @@ inline constexpr Range non_negative{0.0, 1e300};
 class Node;
 
 class Config {
- public:
+public:
   /// @throws InputError (unreadable, not UTF-8, not TOML; with line and column)
   static Config load(const std::filesystem::path& path);
   static Config parse(const std::string& text, const std::string& source);
@@ -43,7 +43,7 @@ class Config {
   const std::string& text() const;    ///< the file as read
   const std::string& source() const;  ///< its name for messages
 
- private:
+private:
   Config();
   friend class Node;
   struct Data;
@@ -52,7 +52,7 @@ class Config {
 
 /// A table of the file. Every key that is read counts as known; finish() refuses the others.
 class Node {
- public:
+public:
   bool has(const std::string& key) const;
   std::vector<std::string> keys() const;  ///< as written; counts none as known
 
@@ -76,9 +76,9 @@ class Node {
   /// [[x, y, z], ...] as rows (n x 3)
   Eigen::MatrixX3d points3(const std::string& key) const;
 
-  Node table(const std::string& key) const;                   ///< [key] or key = {...}; required
+  Node table(const std::string& key) const;  ///< [key] or key = {...}; required
   std::optional<Node> table_if(const std::string& key) const;
-  std::vector<Node> tables(const std::string& key) const;     ///< [[key]]; absent: empty
+  std::vector<Node> tables(const std::string& key) const;  ///< [[key]]; absent: empty
 
   /// "machine.toml:12 film[3].law" - of this table, or of one of its keys; the third [[film]] is [3]
   std::string place() const;
@@ -87,7 +87,7 @@ class Node {
   /// @throws InputError for the first key that nothing has asked for, with the nearest asked-for one
   void finish() const;
 
- private:
+private:
   friend class Config;
   struct Data;
   explicit Node(std::shared_ptr<Data> data);
@@ -95,7 +95,6 @@ class Node {
 };
 
 /// @throws InputError if two ids are equal or one is empty; ids may hold letters, digits, _ . -
-void require_unique_id(const std::string& id, const std::string& place,
-                       std::vector<std::string>& seen);
+void require_unique_id(const std::string& id, const std::string& place, std::vector<std::string>& seen);
 
 }  // namespace thermotwin::core

@@ -10,21 +10,21 @@
 namespace thermotwin::core {
 
 class Error : public std::runtime_error {
- public:
+public:
   using std::runtime_error::runtime_error;
   virtual int exit_status() const noexcept { return 4; }
 };
 
 /// The command line was used wrongly.
 class UsageError : public Error {
- public:
+public:
   using Error::Error;
   int exit_status() const noexcept override { return 2; }
 };
 
 /// A file, a table or a value that a user gave cannot be used.
 class InputError : public Error {
- public:
+public:
   using Error::Error;
   /// @param place    file with line or column, e.g. "machine.toml:12 body.material"
   /// @param value    what was found there, as written
@@ -36,19 +36,19 @@ class InputError : public Error {
 
 /// A geometry or mesh that cannot be used; names the body and element.
 class MeshError : public InputError {
- public:
+public:
   using InputError::InputError;
 };
 
 /// The numerics failed (factorisation, convergence, memory).
 class SolverError : public Error {
- public:
+public:
   using Error::Error;
 };
 
 /// The user asked to stop (Ctrl-C).
 class Interrupted : public Error {
- public:
+public:
   Interrupted() : Error("interrupted; what was finished before stays") {}
   int exit_status() const noexcept override { return 130; }
 };

@@ -30,7 +30,7 @@ std::string why(int error_number) {
 
 /// A file descriptor that closes itself; close() tells whether that went well.
 class Descriptor {
- public:
+public:
   Descriptor(const fs::path& path, int flags) : number_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
   ~Descriptor() {
     if (number_ >= 0) ::close(number_);
@@ -45,7 +45,7 @@ class Descriptor {
     return ::close(number) == 0;
   }
 
- private:
+private:
   int number_;
 };
 
@@ -64,7 +64,7 @@ void write_all(const fs::path& path, const fs::path& name_in_messages, std::stri
     const ssize_t written = ::write(file.number(), text.data(), text.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) fail(name_in_messages, "written", errno);
-    text.remove_prefix(static_cast<std::size_t>(written));
+    text.remove_prefix(written);
   }
   synchronise(file, name_in_messages);
   if (!file.close()) fail(name_in_messages, "written", errno);
@@ -148,7 +148,8 @@ void write_file_by(const fs::path& path, const std::function<void(const fs::path
   rename_to(temporary.path(), target);
 }
 
-void write_files_by(const fs::path& folder, const std::function<std::vector<fs::path>(const fs::path& staged)>& writer) {
+void write_files_by(const fs::path& folder,
+                    const std::function<std::vector<fs::path>(const fs::path& staged)>& writer) {
   // Within the folder, so that moving the files is no copy.
   const UnfinishedPath staged(folder / "");
   std::error_code error;

@@ -29,8 +29,9 @@ void write_file_by(const std::filesystem::path& path,
 /// it; these then replace the files of the same names in folder. The last one vouches for the
 /// others: it goes first and comes back last.
 /// @throws what writer throws, InputError; if the writer fails, nothing in folder has changed
-void write_files_by(const std::filesystem::path& folder,
-                    const std::function<std::vector<std::filesystem::path>(const std::filesystem::path& staged)>& writer);
+void write_files_by(
+    const std::filesystem::path& folder,
+    const std::function<std::vector<std::filesystem::path>(const std::filesystem::path& staged)>& writer);
 
 /// 64-bit FNV-1a of the bytes, as 16 hexadecimal digits; stable across machines.
 std::string content_hash(std::string_view bytes);

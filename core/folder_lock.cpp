@@ -30,13 +30,15 @@ std::string host_name() {
 std::string holder_of(int file) {
   std::array<char, 512> text{};
   const ssize_t size = ::pread(file, text.data(), text.size() - 1, 0);
-  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "another process";
+  return size > 0 ? std::string(text.data(), size) : "another process";
 }
 
 /// Whether the name still leads to the open file: its last owner may have removed it.
 bool is_same(int file, const fs::path& path) {
-  struct stat open{}, named{};
-  return ::fstat(file, &open) == 0 && ::stat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino && open.st_dev == named.st_dev;
+  struct stat open {
+  }, named{};
+  return ::fstat(file, &open) == 0 && ::stat(path.c_str(), &named) == 0 && open.st_ino == named.st_ino &&
+         open.st_dev == named.st_dev;
 }
 
 }  // namespace
@@ -57,16 +59,20 @@ FolderLock::FolderLock(const fs::path& folder) {
     ::close(std::exchange(file_, -1));
     if (status == 0) continue;
     if (reason == EWOULDBLOCK)
-      throw InputError(folder.string(), holder + " writes here", "one process a folder: wait until it has ended, or another --out");
+      throw InputError(folder.string(), holder + " writes here",
+                       "one process a folder: wait until it has ended, or another --out");
     warn(fmt::format("{} is not locked against a second process: {}", folder.string(), std::strerror(reason)));
     return;
   }
   path_ = std::make_unique<UnfinishedPath>(path, UnfinishedPath::Name::as_given);
   const std::string text = fmt::format("process {} on {}", ::getpid(), host_name());
-  if (::ftruncate(file_, 0) == 0) [[maybe_unused]] const ssize_t written = ::pwrite(file_, text.data(), text.size(), 0);
+  if (::ftruncate(file_, 0) == 0) [[maybe_unused]]
+    const ssize_t written = ::pwrite(file_, text.data(), text.size(), 0);
 }
 
-FolderLock::FolderLock(FolderLock&& other) noexcept : file_(std::exchange(other.file_, -1)), path_(std::move(other.path_)) {}
+FolderLock::FolderLock(FolderLock&& other) noexcept
+    : file_(std::exchange(other.file_, -1)),
+      path_(std::move(other.path_)) {}
 
 FolderLock::~FolderLock() {
   path_.reset();  // before the lock ends: nobody else holds a file of this name

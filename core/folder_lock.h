@@ -12,7 +12,7 @@
 namespace thermotwin::core {
 
 class FolderLock {
- public:
+public:
   /// Makes the folder if it is missing. A file system without locks is taken as it is, with a warning.
   /// @throws InputError if another process writes there: which, on which host
   explicit FolderLock(const std::filesystem::path& folder);
@@ -22,7 +22,7 @@ class FolderLock {
   FolderLock& operator=(const FolderLock&) = delete;
   FolderLock& operator=(FolderLock&&) = delete;
 
- private:
+private:
   int file_ = -1;
   std::unique_ptr<UnfinishedPath> path_;  ///< the file goes when the lock does
 };

@@ -14,7 +14,8 @@ namespace {
 
 constexpr double width = 760, height = 460, left = 78, right = 150, top = 44, bottom = 54;
 /// Colours that differ in lightness as well (Okabe & Ito).
-constexpr const char* colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c00", "#7f7f7f"};
+constexpr const char* colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                   "#e69f00", "#56b4e9", "#8c8c00", "#7f7f7f"};
 
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
@@ -43,32 +44,46 @@ std::string LineChart::svg() const {
   if (y.high - y.low < 1e-12) y.low -= 0.5, y.high += 0.5;
   if (!log_y) y.include(y.low - 0.04 * (y.high - y.low)), y.include(y.high + 0.04 * (y.high - y.low));
   const auto px = [&](double at) { return left + (at - x.low) / (x.high - x.low) * (width - left - right); };
-  const auto py = [&](double value) { return height - bottom - (value - y.low) / (y.high - y.low) * (height - top - bottom); };
+  const auto py = [&](double value) {
+    return height - bottom - (value - y.low) / (y.high - y.low) * (height - top - bottom);
+  };
 
   std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" role=\"img\" "
-      "aria-label=\"{2}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
+      "role=\"img\" "
+      "aria-label=\"{2}\" font-family=\"sans-serif\" font-size=\"13\" fill=\"#222\">\n<rect width=\"100%\" "
+      "height=\"100%\" fill=\"#fff\"/>\n"
       "<text x=\"{3:.0f}\" y=\"26\" font-size=\"16\">{2}</text>\n",
       width, height, xml_text(title), left);
   const auto grid_line = [&](double value, const std::string& text) {
-    svg += fmt::format("<path d=\"M{:.0f} {:.1f}H{:.0f}\" stroke=\"#ddd\"/><text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", left,
-                       py(value), width - right, left - 8, py(value) + 4, text);
+    svg += fmt::format(
+        "<path d=\"M{:.0f} {:.1f}H{:.0f}\" stroke=\"#ddd\"/><text x=\"{:.0f}\" y=\"{:.1f}\" "
+        "text-anchor=\"end\">{}</text>\n",
+        left, py(value), width - right, left - 8, py(value) + 4, text);
   };
   if (log_y) {
-    for (double power = y.low; power <= y.high + 1e-9; ++power) grid_line(power, fmt::format("{:g}", std::pow(10.0, power)));
+    for (double power = y.low; power <= y.high + 1e-9; ++power)
+      grid_line(power, fmt::format("{:g}", std::pow(10.0, power)));
   } else {
-    for (const double tick : axis_ticks(y.low, y.high, 6)) grid_line(tick, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick));
+    for (const double tick : axis_ticks(y.low, y.high, 6))
+      grid_line(tick, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick));
   }
   for (const double tick : axis_ticks(x.low, x.high, 8))
-    svg += fmt::format("<path d=\"M{:.1f} {:.0f}v5\" stroke=\"#222\"/><text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{:g}</text>\n", px(tick),
-                       height - bottom, px(tick), height - bottom + 20, tick);
+    svg += fmt::format(
+        "<path d=\"M{:.1f} {:.0f}v5\" stroke=\"#222\"/><text x=\"{:.1f}\" y=\"{:.0f}\" "
+        "text-anchor=\"middle\">{:g}</text>\n",
+        px(tick), height - bottom, px(tick), height - bottom + 20, tick);
   svg += fmt::format("<path d=\"M{:.0f} {:.0f}H{:.0f}\" stroke=\"#222\"/>\n", left, height - bottom, width - right);
-  svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>\n", 0.5 * (left + width - right), height - 12, xml_text(x_title));
-  svg += fmt::format("<text transform=\"translate(18 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", 0.5 * (top + height - bottom), xml_text(y_title));
+  svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>\n", 0.5 * (left + width - right),
+                     height - 12, xml_text(x_title));
+  svg += fmt::format("<text transform=\"translate(18 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                     0.5 * (top + height - bottom), xml_text(y_title));
   if (usable(target)) {
     const double at = py(on_axis(target));
-    svg += fmt::format("<path d=\"M{:.0f} {:.1f}H{:.0f}\" stroke=\"#222\" stroke-dasharray=\"6 4\"/><text x=\"{:.0f}\" y=\"{:.1f}\">{}</text>\n", left, at,
-                       width - right, width - right + 8, at + 4, xml_text(target_name));
+    svg += fmt::format(
+        "<path d=\"M{:.0f} {:.1f}H{:.0f}\" stroke=\"#222\" stroke-dasharray=\"6 4\"/><text x=\"{:.0f}\" "
+        "y=\"{:.1f}\">{}</text>\n",
+        left, at, width - right, width - right + 8, at + 4, xml_text(target_name));
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const char* colour = colours[i % std::size(colours)];
@@ -83,10 +98,13 @@ std::string LineChart::svg() const {
       dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", px(at), py(on_axis(value)));
       pen_up = false;
     }
-    svg += fmt::format("<g fill=\"{0}\"><path d=\"{1}\" fill=\"none\" stroke=\"{0}\" stroke-width=\"2\"/>{2}</g>\n", colour, path, dots);
+    svg += fmt::format("<g fill=\"{0}\"><path d=\"{1}\" fill=\"none\" stroke=\"{0}\" stroke-width=\"2\"/>{2}</g>\n",
+                       colour, path, dots);
     const double at = top + 10 + 22 * static_cast<double>(i);
-    svg += fmt::format("<path d=\"M{0:.0f} {1:.0f}h20\" stroke=\"{2}\" stroke-width=\"3\"/><text x=\"{3:.0f}\" y=\"{4:.0f}\">{5}</text>\n", width - right + 10, at,
-                       colour, width - right + 36, at + 4, xml_text(lines[i].name));
+    svg += fmt::format(
+        "<path d=\"M{0:.0f} {1:.0f}h20\" stroke=\"{2}\" stroke-width=\"3\"/><text x=\"{3:.0f}\" "
+        "y=\"{4:.0f}\">{5}</text>\n",
+        width - right + 10, at, colour, width - right + 36, at + 4, xml_text(lines[i].name));
   }
   return svg + "</svg>\n";
 }

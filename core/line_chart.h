@@ -15,8 +15,8 @@ struct LineChart {
     std::vector<std::pair<double, double>> points;  ///< x, y; not finite: a gap
   };
   std::string title, x_title, y_title;
-  std::vector<Line> lines;             ///< at most eight have a colour of their own
-  bool log_y = false;                  ///< values <= 0 are gaps
+  std::vector<Line> lines;  ///< at most eight have a colour of their own
+  bool log_y = false;       ///< values <= 0 are gaps
   /// A horizontal line that says what is to be reached; NaN: none.
   double target = std::numeric_limits<double>::quiet_NaN();
   std::string target_name;

@@ -25,9 +25,11 @@ struct Banner {
 
 /// Words of the text with their lines; blank lines and comments are passed over.
 class Scanner {
- public:
+public:
   Scanner(std::string_view text, const std::string& source)
-      : at_(text.data()), end_(text.data() + text.size()), source_(source) {}
+      : at_(text.data()),
+        end_(text.data() + text.size()),
+        source_(source) {}
 
   [[noreturn]] void fail(const std::string& value, const std::string& allowed) const {
     throw InputError(fmt::format("{}:{}", source_, line_), value, allowed);
@@ -37,7 +39,7 @@ class Scanner {
   std::string_view take_line() {
     const char* begin = at_;
     while (at_ != end_ && *at_ != '\n') ++at_;
-    std::string_view line(begin, static_cast<std::size_t>(at_ - begin));
+    std::string_view line(begin, at_ - begin);
     if (at_ != end_) {
       ++at_;
       next_line_ = line_ + 1;
@@ -95,12 +97,13 @@ class Scanner {
       value = unusual_number(begin, end, error);
     if (error != std::errc() || !ends_word(end)) fail("the entry " + word(), "a finite number");
     if (!std::isfinite(value)) fail("the entry " + word(), "a finite number");
-    if (integer && value != std::floor(value)) fail("the entry " + word(), "a whole number, as the banner says 'integer'");
+    if (integer && value != std::floor(value))
+      fail("the entry " + word(), "a whole number, as the banner says 'integer'");
     at_ = end;
     return value;
   }
 
- private:
+private:
   static bool blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
   bool ends_word(const char* at) const { return at == end_ || blank(*at) || *at == '\n'; }
 
@@ -109,7 +112,8 @@ class Scanner {
     const char* stop = begin;
     while (!ends_word(stop)) ++stop;
     std::string copy(begin, stop);
-    std::replace_if(copy.begin(), copy.end(), [](char c) { return c == 'd' || c == 'D'; }, 'e');
+    std::replace_if(
+        copy.begin(), copy.end(), [](char c) { return c == 'd' || c == 'D'; }, 'e');
     double value = 0;
     const auto result = std::from_chars(copy.data(), copy.data() + copy.size(), value);
     error = result.ec;
@@ -163,7 +167,8 @@ Banner read_banner(Scanner& scan) {
   banner.integer = field == 1 || field == 4;
   banner.pattern = field == 2;
   banner.symmetry = static_cast<Banner::Symmetry>(one_of(4, {"general", "symmetric", "skew-symmetric"}));
-  if (banner.pattern && !banner.coordinate) scan.fail("'array pattern' in the banner", "coordinate with pattern, or array with real or integer");
+  if (banner.pattern && !banner.coordinate)
+    scan.fail("'array pattern' in the banner", "coordinate with pattern, or array with real or integer");
   if (banner.pattern && banner.symmetry == Banner::Symmetry::skew)
     scan.fail("'pattern skew-symmetric' in the banner", "pattern with general or symmetric");
   scan.begin_line();
@@ -176,8 +181,8 @@ struct Entries {
   std::vector<double> value;
 
   void add(long long i, long long j, double v) {
-    row.push_back(static_cast<int>(i));
-    column.push_back(static_cast<int>(j));
+    row.push_back(i);
+    column.push_back(j);
     value.push_back(v);
   }
   void add_with_mirror(long long i, long long j, double v, Banner::Symmetry symmetry) {
@@ -188,13 +193,14 @@ struct Entries {
   /// Two stable counting sorts, by row and by column, then sums of equal places.
   SparseMatrix matrix(Eigen::Index rows, Eigen::Index columns) const {
     const std::size_t count = value.size();
-    const auto sorted = [count](const std::vector<int>& key, Eigen::Index keys, const std::vector<std::size_t>* before) {
+    const auto sorted = [count](const std::vector<int>& key, Eigen::Index keys,
+                                const std::vector<std::size_t>* before) {
       std::vector<std::size_t> begin(static_cast<std::size_t>(keys) + 1, 0), order(count);
-      for (const int k : key) ++begin[static_cast<std::size_t>(k) + 1];
+      for (const int k : key) ++begin[k + 1];
       for (std::size_t k = 1; k < begin.size(); ++k) begin[k] += begin[k - 1];
       for (std::size_t i = 0; i < count; ++i) {
         const std::size_t entry = before ? (*before)[i] : i;
-        order[begin[static_cast<std::size_t>(key[entry])]++] = entry;
+        order[begin[key[entry]]++] = entry;
       }
       return order;
     };
@@ -212,16 +218,19 @@ struct Entries {
       last = column[entry];
       inner.push_back(row[entry]);
       values.push_back(value[entry]);
-      ++outer[static_cast<std::size_t>(last) + 1];
+      ++outer[last + 1];
     }
     for (std::size_t j = 1; j < outer.size(); ++j) outer[j] += outer[j - 1];
-    return Eigen::Map<const SparseMatrix>(rows, columns, static_cast<Eigen::Index>(values.size()), outer.data(), inner.data(), values.data());
+    return Eigen::Map<const SparseMatrix>(rows, columns, std::ssize(values), outer.data(), inner.data(), values.data());
   }
 };
 
-void read_coordinates(Scanner& scan, const Banner& banner, long long rows, long long columns, long long count, Entries& entries) {
+void read_coordinates(Scanner& scan, const Banner& banner, long long rows, long long columns, long long count,
+                      Entries& entries) {
   for (long long k = 0; k < count; ++k) {
-    if (!scan.seek()) scan.fail(fmt::format("the end of the file after {} of {} entries", k, count), "as many entries as the size line says");
+    if (!scan.seek())
+      scan.fail(fmt::format("the end of the file after {} of {} entries", k, count),
+                "as many entries as the size line says");
     const long long i = scan.whole_number(1, rows, "row") - 1;
     if (!scan.seek_in_line()) scan.fail("an entry without a column", "row, column and value in one line");
     const long long j = scan.whole_number(1, columns, "column") - 1;
@@ -230,10 +239,14 @@ void read_coordinates(Scanner& scan, const Banner& banner, long long rows, long 
       if (!scan.seek_in_line()) scan.fail("an entry without a value", "row, column and value in one line");
       value = scan.number(banner.integer);
     }
-    if (scan.seek_in_line()) scan.fail(scan.word() + " after the entry", banner.pattern ? "row and column" : "row, column and value");
-    if (banner.triangle() && j > i) scan.fail(fmt::format("entry ({}, {}) above the diagonal", i + 1, j + 1), "the lower triangle only, as the banner says");
+    if (scan.seek_in_line())
+      scan.fail(scan.word() + " after the entry", banner.pattern ? "row and column" : "row, column and value");
+    if (banner.triangle() && j > i)
+      scan.fail(fmt::format("entry ({}, {}) above the diagonal", i + 1, j + 1),
+                "the lower triangle only, as the banner says");
     if (banner.symmetry == Banner::Symmetry::skew && i == j && value != 0.0)
-      scan.fail(fmt::format("entry ({}, {}) on the diagonal", i + 1, j + 1), "zeros there, as the banner says skew-symmetric");
+      scan.fail(fmt::format("entry ({}, {}) on the diagonal", i + 1, j + 1),
+                "zeros there, as the banner says skew-symmetric");
     entries.add_with_mirror(i, j, value, banner.symmetry);
   }
 }
@@ -242,7 +255,9 @@ void read_array(Scanner& scan, const Banner& banner, long long rows, long long c
   for (long long j = 0; j < columns; ++j) {
     const long long first = banner.symmetry == Banner::Symmetry::skew ? j + 1 : banner.triangle() ? j : 0;
     for (long long i = first; i < rows; ++i) {
-      if (!scan.seek()) scan.fail(fmt::format("the end of the file before entry ({}, {})", i + 1, j + 1), fmt::format("all entries of a matrix of {} x {}, column by column", rows, columns));
+      if (!scan.seek())
+        scan.fail(fmt::format("the end of the file before entry ({}, {})", i + 1, j + 1),
+                  fmt::format("all entries of a matrix of {} x {}, column by column", rows, columns));
       const double value = scan.number(banner.integer);
       if (value != 0.0) entries.add_with_mirror(i, j, value, banner.symmetry);
     }
@@ -255,12 +270,15 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
   Scanner scan(text, source);
   const Banner banner = read_banner(scan);
   const auto extent = [&](const char* what, long long high) {
-    if (!scan.seek_in_line()) scan.fail(fmt::format("a size line without {}", what), banner.coordinate ? "rows, columns and entries" : "rows and columns");
+    if (!scan.seek_in_line())
+      scan.fail(fmt::format("a size line without {}", what),
+                banner.coordinate ? "rows, columns and entries" : "rows and columns");
     return scan.whole_number(1, high, what);
   };
   if (!scan.seek()) scan.fail("no size line", banner.coordinate ? "rows, columns and entries" : "rows and columns");
   const long long rows = extent("rows", largest_market_extent), columns = extent("columns", largest_market_extent);
-  if (banner.triangle() && rows != columns) scan.fail(fmt::format("{} x {}", rows, columns), "a square matrix, as the banner says symmetric");
+  if (banner.triangle() && rows != columns)
+    scan.fail(fmt::format("{} x {}", rows, columns), "a square matrix, as the banner says symmetric");
   Entries entries;
   // An entry is at least two characters: what the text cannot hold is not allocated.
   const auto room = static_cast<long long>(text.size() / 2 + 1);
@@ -275,27 +293,33 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
   } else {
     if (scan.seek_in_line()) scan.fail(scan.word() + " after the size", "rows and columns");
     if (rows > room * (banner.triangle() ? 2 : 1) / columns + 1)
-      scan.fail(fmt::format("{} x {} in a file of {} bytes", rows, columns, text.size()), "all entries of the matrix, column by column");
+      scan.fail(fmt::format("{} x {} in a file of {} bytes", rows, columns, text.size()),
+                "all entries of the matrix, column by column");
     read_array(scan, banner, rows, columns, entries);
   }
   if (scan.seek()) scan.fail(scan.word() + " after the last entry", "as many entries as the size line says");
   constexpr std::size_t most = 2'000'000'000;
-  if (entries.value.size() > most) scan.fail(fmt::format("{} entries", entries.value.size()), fmt::format("at most {}", most));
+  if (entries.value.size() > most)
+    scan.fail(fmt::format("{} entries", entries.value.size()), fmt::format("at most {}", most));
   SparseMatrix matrix = entries.matrix(rows, columns);
   for (Eigen::Index k = 0; k < matrix.nonZeros(); ++k)
-    if (!std::isfinite(matrix.valuePtr()[k])) throw InputError(source, "a sum of entries of one place overflows", "finite numbers");
+    if (!std::isfinite(matrix.valuePtr()[k]))
+      throw InputError(source, "a sum of entries of one place overflows", "finite numbers");
   return matrix;
 }
 
 SparseMatrix read_matrix_market(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) throw InputError(path.string(), "no such file", "a Matrix Market file");
+  if (!std::filesystem::is_regular_file(path, error))
+    throw InputError(path.string(), "no such file", "a Matrix Market file");
   return parse_matrix_market(read_file(path), path.string());
 }
 
 std::string format_matrix_market(const Eigen::MatrixXd& matrix, const std::string& comment) {
-  std::string text = fmt::format("%%MatrixMarket matrix array real general\n% {}\n{} {}\n", comment, matrix.rows(), matrix.cols());
-  for (Eigen::Index i = 0; i < matrix.size(); ++i) fmt::format_to(std::back_inserter(text), "{:.17g}\n", matrix.data()[i]);
+  std::string text =
+      fmt::format("%%MatrixMarket matrix array real general\n% {}\n{} {}\n", comment, matrix.rows(), matrix.cols());
+  for (Eigen::Index i = 0; i < matrix.size(); ++i)
+    fmt::format_to(std::back_inserter(text), "{:.17g}\n", matrix.data()[i]);
   return text;
 }
 

@@ -46,7 +46,7 @@ struct Ending {
   std::atomic<int> status{130};
   std::atomic<bool> leaving{false};
   std::atomic<bool> watched{false};
-  std::unique_ptr<char[]> reserve;   // memory to tidy up with
+  std::unique_ptr<char[]> reserve;  // memory to tidy up with
 };
 
 /// Never destroyed: the watching thread outlives the destructors of statics.
@@ -56,7 +56,9 @@ Ending& ending() {
 }
 
 /// Not through stdio, whose locks another thread may hold.
-void say(std::string_view text) { [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size()); }
+void say(std::string_view text) {
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
+}
 
 [[noreturn]] void end_now(int status) {
   Ending& end = ending();
@@ -65,8 +67,7 @@ void say(std::string_view text) { [[maybe_unused]] const ssize_t written = ::wri
     for (const fs::path& path : end.unfinished) {
       std::error_code error;
       // Another thread may still add files to a folder.
-      for (int attempt = 0; attempt < 5 && (fs::remove_all(path, error), error); ++attempt) {
-      }
+      for (int attempt = 0; attempt < 5 && (fs::remove_all(path, error), error); ++attempt) {}
     }
   }
   ::_exit(status);
@@ -75,8 +76,7 @@ void say(std::string_view text) { [[maybe_unused]] const ssize_t written = ::wri
 void watch() {
   Ending& end = ending();
   pollfd woken{end.wake[0], POLLIN, 0};
-  while (::poll(&woken, 1, -1) != 1) {
-  }
+  while (::poll(&woken, 1, -1) != 1) {}
   std::this_thread::sleep_for(patience);
   if (!end.leaving) say(fmt::format("thermotwin: {}\n", Interrupted().what()));
   end_now(end.status);
@@ -121,8 +121,9 @@ void sweep(const fs::path& folder) {
     std::smatch match;
     if (!std::regex_match(name, match, part)) continue;
     std::error_code ignored;
-    const bool is_stale = match[1] == host() ? !runs(match[2])
-                                             : fs::file_time_type::clock::now() - entry.last_write_time(ignored) > stale_elsewhere;
+    const bool is_stale = match[1] == host()
+                              ? !runs(match[2])
+                              : fs::file_time_type::clock::now() - entry.last_write_time(ignored) > stale_elsewhere;
     if (is_stale && std::find(ours.begin(), ours.end(), entry.path()) == ours.end()) stale.push_back(entry.path());
   }
   for (const fs::path& path : stale) fs::remove_all(path, error);
@@ -139,7 +140,8 @@ fs::path part_of(const fs::path& target) {
 
 }  // namespace
 
-UnfinishedPath::UnfinishedPath(const fs::path& target, Name name) : path_(name == Name::as_given ? target : part_of(target)) {
+UnfinishedPath::UnfinishedPath(const fs::path& target, Name name)
+    : path_(name == Name::as_given ? target : part_of(target)) {
   Ending& end = ending();
   const std::lock_guard lock(end.mutex);
   const fs::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
@@ -152,7 +154,8 @@ UnfinishedPath::~UnfinishedPath() {
   const std::lock_guard lock(end.mutex);
   std::error_code ignored;
   fs::remove_all(path_, ignored);
-  if (const auto at = std::find(end.unfinished.begin(), end.unfinished.end(), path_); at != end.unfinished.end()) end.unfinished.erase(at);
+  if (const auto at = std::find(end.unfinished.begin(), end.unfinished.end(), path_); at != end.unfinished.end())
+    end.unfinished.erase(at);
 }
 
 void remove_stale_parts(const fs::path& folder) {
@@ -165,7 +168,8 @@ std::unique_lock<std::timed_mutex> keep_from_leaving() { return std::unique_lock
 void watch_for_end() {
   static std::once_flag once;
   std::call_once(once, [] {
-    if (::pipe2(ending().wake.data(), O_CLOEXEC | O_NONBLOCK) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
+    if (::pipe2(ending().wake.data(), O_CLOEXEC | O_NONBLOCK) != 0)
+      throw std::system_error(errno, std::generic_category(), "pipe");
     std::thread(watch).detach();
     ending().watched = true;
   });

@@ -15,7 +15,7 @@ namespace thermotwin::core {
 /// for a folder "out/" (with the slash) out/part-HOST-12. It is removed, with all that is in it, when
 /// this goes out of scope or the process is ended by a signal. as_given: the target itself.
 class UnfinishedPath {
- public:
+public:
   enum class Name { of_this_process, as_given };
   explicit UnfinishedPath(const std::filesystem::path& target, Name name = Name::of_this_process);
   ~UnfinishedPath();
@@ -24,7 +24,7 @@ class UnfinishedPath {
 
   const std::filesystem::path& path() const { return path_; }
 
- private:
+private:
   std::filesystem::path path_;
 };
 

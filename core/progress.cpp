@@ -85,8 +85,8 @@ struct Progress::State {
   std::atomic<std::size_t> done{0};
   Clock::time_point start = Clock::now();
   std::atomic<Clock::duration> next_output{Clock::duration::zero()};  // since start
-  bool draws = false;      // constant after construction
-  bool line_shown = false;  // guarded by the terminal's mutex
+  bool draws = false;                                                 // constant after construction
+  bool line_shown = false;                                            // guarded by the terminal's mutex
 
   Clock::duration interval() const {
     return is_terminal() ? Clock::duration(bar_interval) : Clock::duration(line_interval);
@@ -96,7 +96,7 @@ struct Progress::State {
 
   std::string state_text() const {
     const std::size_t steps = std::min(done.load(), total);
-    const double share = static_cast<double>(steps) / static_cast<double>(total);
+    const double share = static_cast<double>(steps) / total;
     std::string text = fmt::format("{}/{} ({:.0f} %)", steps, total, 100.0 * share);
     if (steps > 0 && steps < total) text += ", " + duration_text(elapsed() * (1.0 / share - 1.0)) + " left";
     return text;

@@ -19,7 +19,7 @@ void log_line(const std::string& text);
 void warn(const std::string& text);
 
 class Progress {
- public:
+public:
   /// @param label  what is done, e.g. "thermal run 'warm_up'"
   /// @param total  number of steps, >= 1
   Progress(std::string label, std::size_t total);
@@ -30,7 +30,7 @@ class Progress {
   /// Thread-safe. Also calls check_interrupt().
   void advance(std::size_t steps = 1);
 
- private:
+private:
   struct State;
   State* state_;
 };

@@ -2,6 +2,7 @@
 #include "core/table.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cassert>
@@ -103,8 +104,7 @@ std::vector<std::string> parse_header(std::string_view line, const std::string& 
 }
 
 /// Appends the numbers of a line to values, row by row.
-void parse_row(std::string_view line, std::size_t line_number, const Table& table,
-               std::vector<double>& values) {
+void parse_row(std::string_view line, std::size_t line_number, const Table& table, std::vector<double>& values) {
   std::size_t column = 0;
   bool ended = false;
   while (const auto cell = take_until(line, ended, ',')) {
@@ -112,8 +112,8 @@ void parse_row(std::string_view line, std::size_t line_number, const Table& tabl
     const std::string_view text = trimmed(*cell);
     const std::optional<double> value = parse_cell(text);
     if (!value) {
-      throw InputError(fmt::format("{}:{} {}", table.source, line_number, table.columns[column]),
-                       shown(text), "a finite number, blank or nan (missing)");
+      throw InputError(fmt::format("{}:{} {}", table.source, line_number, table.columns[column]), shown(text),
+                       "a finite number, blank or nan (missing)");
     }
     values.push_back(*value);
     ++column;
@@ -140,8 +140,7 @@ std::optional<Eigen::Index> Table::find(const std::string& name) const {
 Eigen::VectorXd Table::column(const std::string& name) const {
   const auto index = find(name);
   if (!index) {
-    throw InputError(source, fmt::format("no column {}", name),
-                     fmt::format("nearest is {}", nearest(name, columns)));
+    throw InputError(source, fmt::format("no column {}", name), fmt::format("nearest is {}", nearest(name, columns)));
   }
   return values.col(*index);
 }
@@ -150,8 +149,7 @@ void Table::require_complete(const std::string& name) const {
   const Eigen::VectorXd numbers = column(name);
   for (Eigen::Index i = 0; i < numbers.size(); ++i) {
     if (std::isnan(numbers[i])) {
-      throw InputError(fmt::format("{}:{} {}", source, line_of_row(i), name), "missing value",
-                       "a number in every row");
+      throw InputError(fmt::format("{}:{} {}", source, line_of_row(i), name), "missing value", "a number in every row");
     }
   }
 }
@@ -171,8 +169,8 @@ Table parse_csv(const std::string& text, const std::string& source) {
   while (const auto line = take_until(rest, ended, '\n')) {
     parse_row(*line, ++line_number, table, values);
   }
-  const auto columns = static_cast<Eigen::Index>(table.columns.size());
-  const auto rows = static_cast<Eigen::Index>(line_number - 1);
+  const auto columns = std::ssize(table.columns);
+  const Eigen::Index rows = line_number - 1;
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   table.values = Eigen::Map<const RowMajor>(values.data(), rows, columns);
   return table;
@@ -208,18 +206,18 @@ void write_csv(const std::filesystem::path& path, const Table& table, int digits
 
 void require_time_column(const Table& table) {
   if (table.columns.empty() || table.columns.front() != "time_s") {
-    throw InputError(table.source + ":1 column 1",
-                     table.columns.empty() ? "no column" : shown(table.columns.front()), "time_s");
+    throw InputError(table.source + ":1 column 1", table.columns.empty() ? "no column" : shown(table.columns.front()),
+                     "time_s");
   }
   table.require_complete("time_s");
   for (Eigen::Index i = 1; i < table.rows(); ++i) {
     const double before = table.values(i - 1, 0);
     const double now = table.values(i, 0);
     if (now > before) continue;
-    throw InputError(fmt::format("{}:{} time_s", table.source, Table::line_of_row(i)),
-                     fmt::format("time {}: {} s after {} s", now < before ? "runs backwards" : "stands still",
-                                 now, before),
-                     "times that rise from row to row");
+    throw InputError(
+        fmt::format("{}:{} time_s", table.source, Table::line_of_row(i)),
+        fmt::format("time {}: {} s after {} s", now < before ? "runs backwards" : "stands still", now, before),
+        "times that rise from row to row");
   }
 }
 

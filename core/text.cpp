@@ -10,9 +10,8 @@ namespace {
 
 /// Characters that a terminal shows: every byte but the continuation bytes of UTF-8.
 std::size_t shown_width(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
-  }));
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }));
 }
 
 bool looks_like_number(std::string_view text) {
@@ -72,9 +71,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
   const auto best = std::min_element(
-      candidates.begin(), candidates.end(), [&](const std::string& a, const std::string& b) {
-        return edit_distance(word, a) < edit_distance(word, b);
-      });
+      candidates.begin(), candidates.end(),
+      [&](const std::string& a, const std::string& b) { return edit_distance(word, a) < edit_distance(word, b); });
   return best == candidates.end() ? std::string() : *best;
 }
 

@@ -24,8 +24,7 @@ void heed_memory_handler() {
     throw;
   } catch (const std::bad_alloc&) {
     if (const auto handler = std::get_new_handler()) handler();
-  } catch (...) {
-  }
+  } catch (...) {}
 }
 
 /// One parallel_for. It lives on its caller's stack, which the caller leaves only once the pool has
@@ -70,12 +69,10 @@ struct Job {
   }
 };
 
-int all_cores() {
-  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, max_thread_count);
-}
+int all_cores() { return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, max_thread_count); }
 
 class Pool {
- public:
+public:
   Pool() { start(all_cores()); }
   ~Pool() { stop(); }
   Pool(const Pool&) = delete;
@@ -102,7 +99,7 @@ class Pool {
     job.all_left.wait(lock, [&] { return job.workers_inside == 0; });
   }
 
- private:
+private:
   void start(int count) {
     stopping_ = false;
     for (int i = 1; i < count; ++i) workers_.emplace_back([this] { worker(); });
@@ -167,8 +164,7 @@ void set_thread_count(int count) {
 
 int thread_count() { return pool().thread_count(); }
 
-void parallel_for(std::size_t begin, std::size_t end, const std::function<void(std::size_t)>& body,
-                  std::size_t grain) {
+void parallel_for(std::size_t begin, std::size_t end, const std::function<void(std::size_t)>& body, std::size_t grain) {
   if (end <= begin) return;
   grain = std::max<std::size_t>(grain, 1);
   if (end - begin <= grain || pool().thread_count() == 1) {

@@ -28,8 +28,8 @@ void parallel_for(std::size_t begin, std::size_t end, const std::function<void(s
 /// @param map   (first, last) -> value of that block
 /// @param fold  (left, right) -> combined
 template <class Value, class Map, class Fold>
-Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t block, Value identity,
-                      const Map& map, const Fold& fold) {
+Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t block, Value identity, const Map& map,
+                      const Fold& fold) {
   const std::size_t count = end > begin ? (end - begin + block - 1) / block : 0;
   std::vector<Value> parts(count, identity);
   parallel_for(0, count, [&](std::size_t i) {

@@ -2,6 +2,7 @@
 #include "diagnosis/diagnose.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 
@@ -33,20 +34,22 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double none_gone = 0.003, none_likely = 0.5;  ///< below the one and above the other, more of the record is not asked
-constexpr double perhaps = 0.2;          ///< a cause beside those named that is worth more of the record
-constexpr double still_heldout = 0.5;    ///< of what is held out, where the rest is fitted to decide
-constexpr double clear = 200.0;         ///< ln Bayes factor against none that no second look changes
+constexpr double none_gone = 0.003,
+                 none_likely = 0.5;    ///< below the one and above the other, more of the record is not asked
+constexpr double perhaps = 0.2;        ///< a cause beside those named that is worth more of the record
+constexpr double still_heldout = 0.5;  ///< of what is held out, where the rest is fitted to decide
+constexpr double clear = 200.0;        ///< ln Bayes factor against none that no second look changes
 constexpr double most_moved = 3.0, least_moved = 0.1;  ///< stated deviations of other parameters in a second look
-constexpr double within_expected = 1.5;  ///< RMS of a residual over what is expected of it
+constexpr double within_expected = 1.5;                ///< RMS of a residual over what is expected of it
 
 void require_valid(const DiagnoseOptions& options) {
   const auto require = [](bool holds, const std::string& name, double value, const std::string& allowed) {
     if (!holds) throw core::InputError("diagnose " + name, fmt::format("{}", value), allowed);
   };
-  require(options.heldout_share >= 0.05 && options.heldout_share <= 0.9, "heldout_share",
-          options.heldout_share, "0.05 to 0.9");
-  for (const auto& [name, percent] : {std::pair{"displacement_error_percent", options.displacement_error_percent}, {"temperature_error_percent", options.temperature_error_percent}})
+  require(options.heldout_share >= 0.05 && options.heldout_share <= 0.9, "heldout_share", options.heldout_share,
+          "0.05 to 0.9");
+  for (const auto& [name, percent] : {std::pair{"displacement_error_percent", options.displacement_error_percent},
+                                      {"temperature_error_percent", options.temperature_error_percent}})
     require(percent > 0 && percent <= 50, name, percent, "above 0, at most 50");
   require(options.interval_s > 0, "interval_s", options.interval_s, "a positive number of seconds");
 }
@@ -62,16 +65,16 @@ Hypothesis shown(const Problem& problem, const SearchResult& found, const Diagno
     }
   if (d.verdict == "explained") {
     best = {};
-    best.value.resize(static_cast<Index>(d.causes.size()));
+    best.value.resize(std::ssize(d.causes));
     best.std.resize(best.value.size());
     for (std::size_t k = 0; k < d.causes.size(); ++k) {
-      for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
-        if (problem.parameters[static_cast<std::size_t>(i)].kind == d.causes[k].parameter.kind &&
-            problem.parameters[static_cast<std::size_t>(i)].where == d.causes[k].parameter.where &&
-            problem.parameters[static_cast<std::size_t>(i)].missing == d.causes[k].parameter.missing)
+      for (int i = 0; i < std::ssize(problem.parameters); ++i)
+        if (problem.parameters[i].kind == d.causes[k].parameter.kind &&
+            problem.parameters[i].where == d.causes[k].parameter.where &&
+            problem.parameters[i].missing == d.causes[k].parameter.missing)
           best.members.push_back(i);
-      best.value[static_cast<Index>(k)] = d.causes[k].value;
-      best.std[static_cast<Index>(k)] = d.causes[k].std;
+      best.value[k] = d.causes[k].value;
+      best.std[k] = d.causes[k].std;
     }
   }
   return best;
@@ -105,7 +108,7 @@ struct Look {
   Seen seen;
   SearchResult found;
   Diagnosis decided;
-  Strain strain;                  ///< of what is named
+  Strain strain;  ///< of what is named
 };
 
 /// What the best hypothesis makes of all other parameters, as far as it is within three stated deviations; not of readings, which
@@ -113,15 +116,18 @@ struct Look {
 VectorXd other_parameters(const Problem& problem, const SearchResult& found) {
   const Hypothesis& best = found.hypotheses.front();
   const White white(problem);
-  LinearForm form = best.members.empty() || !best.refined ? nominal_form(problem, white) : form_about(problem, white, best);
-  for (const int i : form.members) form.prior_std[i] = problem.parameters[static_cast<std::size_t>(i)].cause_std;
+  LinearForm form =
+      best.members.empty() || !best.refined ? nominal_form(problem, white) : form_about(problem, white, best);
+  for (const int i : form.members) form.prior_std[i] = problem.parameters[i].cause_std;
   const VectorXd mean = LinearEvidence(form.columns, form.residual, form.prior_std).mean();
   VectorXd around = VectorXd::Zero(problem.around.size());
   for (Index i = 0; i < around.size(); ++i) {
-    const Parameter& p = problem.parameters[static_cast<std::size_t>(i)];
-    if (acts_on_readings(p.kind) || std::find(form.members.begin(), form.members.end(), static_cast<int>(i)) != form.members.end()) continue;
+    const Parameter& p = problem.parameters[i];
+    if (acts_on_readings(p.kind) || std::find(form.members.begin(), form.members.end(), i) != form.members.end())
+      continue;
     const double std = problem.prior_std[i], shift = std::clamp(mean[i], -most_moved * std, most_moved * std);
-    if (std::abs(shift) > least_moved * std) around[i] = std::clamp(p.nominal + shift, p.low + (p.ratio ? 0.02 : 0.0), p.high) - p.nominal;
+    if (std::abs(shift) > least_moved * std)
+      around[i] = std::clamp(p.nominal + shift, p.low + (p.ratio ? 0.02 : 0.0), p.high) - p.nominal;
   }
   return around;
 }
@@ -131,7 +137,8 @@ bool deserves_second_look(const SearchResult& found) {
   return found.probability_none < none_likely && found.hypotheses.front().log_evidence < clear;
 }
 
-Look look_at(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const DiagnoseOptions& options) {
+Look look_at(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+             const DiagnoseOptions& options) {
   const mesh::Machine& machine = model.machine;
   Look look{.seen = see(model, measurement, options), .found = {}, .decided = {}, .strain = {}};
   Problem& problem = look.seen.problem;
@@ -143,11 +150,13 @@ Look look_at(const reduction::ReducedModel& model, const compensation::Measureme
   };
   search_it();
   if (deserves_second_look(look.found)) {
-    problem = make_problem(machine, measurement, *look.seen.observations, response, options, other_parameters(problem, look.found));
+    problem = make_problem(machine, measurement, *look.seen.observations, response, options,
+                           other_parameters(problem, look.found));
     search_it();
   }
   decide(problem, look.found, look.decided);
-  if (Hypothesis named = shown(problem, look.found, look.decided); !look.decided.causes.empty() && !named.members.empty()) {
+  if (Hypothesis named = shown(problem, look.found, look.decided);
+      !look.decided.causes.empty() && !named.members.empty()) {
     linearise(named, problem, response, machine);
     look.strain = strain_of(problem, named);
     leave_open(problem, look.found, look.strain, look.decided);
@@ -163,16 +172,20 @@ bool is_open(const Look& look) {
   const bool one_more = std::any_of(d.ranking.begin(), d.ranking.end(), [](const RankedCause& cause) {
     return !cause.parameter.name.empty() && cause.probability > perhaps && cause.probability < sure;
   });
-  return (none > none_gone && none < none_likely) || (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d)) || (d.verdict == "explained" && one_more);
+  return (none > none_gone && none < none_likely) ||
+         (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d)) ||
+         (d.verdict == "explained" && one_more);
 }
 
 /// Whether with this share there would be more to fit, and enough left to judge a gain: means of gauges, where there are any.
 bool leaves_enough(const Observations& seen, double heldout_share) {
   const double split = split_between(seen, heldout_share);
-  const bool gauged = std::any_of(seen.channels.begin(), seen.channels.end(), [](const ObservedChannel& c) { return !c.is_temperature(); });
+  const bool gauged = std::any_of(seen.channels.begin(), seen.channels.end(),
+                                  [](const ObservedChannel& c) { return !c.is_temperature(); });
   Eigen::Index most = 0;
   for (const ObservedChannel& channel : seen.channels)
-    if (gauged != channel.is_temperature()) most = std::max(most, static_cast<Eigen::Index>((channel.time.array() >= split).count()));
+    if (gauged != channel.is_temperature())
+      most = std::max(most, static_cast<Eigen::Index>((channel.time.array() >= split).count()));
   return split > seen.split && most >= least_means;
 }
 
@@ -198,17 +211,20 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   d.measurement = measurement.folder.filename().string();
   d.heldout_from_s = problem.observations.split;
   for (RankedCause& cause : d.causes)
-    if (const auto& missing = cause.parameter.missing) cause.series = source_series(*missing, cause.value, cause.std, problem.observations, machine);
+    if (const auto& missing = cause.parameter.missing)
+      cause.series = source_series(*missing, cause.value, cause.std, problem.observations, machine);
   Hypothesis best = shown(problem, found, d);
   std::vector<Parameter> members;
-  for (const int i : best.members) members.push_back(problem.parameters[static_cast<std::size_t>(i)]);
-  best.predicted = best.members.empty() ? problem.predicted
-                                        : response.predict(with_parameters(machine, members, best.value));
+  for (const int i : best.members) members.push_back(problem.parameters[i]);
+  best.predicted =
+      best.members.empty() ? problem.predicted : response.predict(with_parameters(machine, members, best.value));
   best.refined = true;
   judge(problem, best, d);
   if (const std::string objection = heldout_objection(d, look.strain.heldout_chi_square); !objection.empty()) {
     // What was named on the fitted part does not hold: neither is it taken away from what is seen.
-    const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.rms_before <= within_expected * r.explained_std; });
+    const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) {
+      return r.rms_before <= within_expected * r.explained_std;
+    });
     d.verdict = expected && found.hypotheses.front().log_evidence < strong ? "no_discrepancy" : "unexplained";
     d.warnings.push_back(objection);
     d.causes.clear();
@@ -221,13 +237,20 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   }
   if (d.verdict == "explained" && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
-  if (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d)) d.next = next_measurement(problem, model, options.programs, d);
+  if (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d))
+    d.next = next_measurement(problem, model, options.programs, d);
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer)
-    d.notes.push_back(fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later was held out.",
-                                  (open_until - problem.observations.start) / 3600.0, (problem.observations.split - problem.observations.start) / 3600.0));
+    d.notes.push_back(
+        fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later "
+                    "was held out.",
+                    (open_until - problem.observations.start) / 3600.0,
+                    (problem.observations.split - problem.observations.start) / 3600.0));
   if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0)
-    d.notes.push_back(fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} a value (1 or less: as expected).", look.strain.heldout_chi_square));
+    d.notes.push_back(
+        fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} "
+                    "a value (1 or less: as expected).",
+                    look.strain.heldout_chi_square));
   for (std::string& warning : warnings_of(machine, measurement, problem)) d.warnings.push_back(std::move(warning));
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));

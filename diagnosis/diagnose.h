@@ -20,7 +20,7 @@
 
 namespace thermotwin::diagnosis {
 
-Diagnosis diagnose(const reduction::ReducedModel& model,
-                   const compensation::Measurement& measurement, const DiagnoseOptions& options);
+Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+                   const DiagnoseOptions& options);
 
 }  // namespace thermotwin::diagnosis

@@ -20,7 +20,9 @@ namespace {
 
 constexpr double largest_overlap = 0.005;  // of the smaller body; facets of round fits cut into each other by less
 
-std::string point_text(const Eigen::Vector3d& p) { return fmt::format("[{:.4g}, {:.4g}, {:.4g}] mm", 1e3 * p[0], 1e3 * p[1], 1e3 * p[2]); }
+std::string point_text(const Eigen::Vector3d& p) {
+  return fmt::format("[{:.4g}, {:.4g}, {:.4g}] mm", 1e3 * p[0], 1e3 * p[1], 1e3 * p[2]);
+}
 
 Eigen::Vector3d centre(const TetMesh& mesh, Eigen::Index element) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -47,7 +49,7 @@ struct Share {
 double distance_to_others(const TetMesh& mesh, const Pieces& pieces, int piece) {
   std::vector<Eigen::Index> own, other;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f)
-    (pieces.of_element[static_cast<std::size_t>(mesh.face_tet[f])] == piece ? own : other).push_back(f);
+    (pieces.of_element[mesh.face_tet[f]] == piece ? own : other).push_back(f);
   const Eigen::Matrix3Xi triangles = mesh.faces(Eigen::all, other), inside = mesh.faces(Eigen::all, own);
   // Corners against triangles, both ways: exact but for two edges that cross at a distance.
   double least = std::numeric_limits<double>::infinity();
@@ -71,19 +73,18 @@ Share overlap(const TetMesh& one, const TetLocator& other) {
 }  // namespace
 
 Pieces connected_pieces(const TetMesh& mesh) {
-  std::vector<int> root(static_cast<std::size_t>(mesh.nodes()));
+  std::vector<int> root(mesh.nodes());
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int node) {
-    while (root[static_cast<std::size_t>(node)] != node)
-      node = root[static_cast<std::size_t>(node)] = root[static_cast<std::size_t>(root[static_cast<std::size_t>(node)])];
+    while (root[node] != node) node = root[node] = root[root[node]];
     return node;
   };
   for (Eigen::Index e = 0; e < mesh.elements(); ++e)
-    for (int i = 1; i < 4; ++i) root[static_cast<std::size_t>(find(mesh.tets(i, e)))] = find(mesh.tets(0, e));
+    for (int i = 1; i < 4; ++i) root[find(mesh.tets(i, e))] = find(mesh.tets(0, e));
   Pieces pieces;
   std::vector<int> number(root.size(), -1);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
-    int& own = number[static_cast<std::size_t>(find(mesh.tets(0, e)))];
+    int& own = number[find(mesh.tets(0, e))];
     if (own < 0) own = pieces.count++;
     pieces.of_element.push_back(own);
   }
@@ -94,18 +95,24 @@ void check_pieces(const BodySpec& spec, const TetMesh& mesh, const std::string& 
   const Pieces pieces = connected_pieces(mesh);
   if (pieces.count == spec.pieces) return;
   if (pieces.count < spec.pieces)
-    throw core::MeshError(place, fmt::format("body '{}' has {} unconnected {}", spec.id, pieces.count, pieces.count == 1 ? "piece" : "pieces"),
-                          fmt::format("pieces = {} as machine.toml states, or pieces = {}", spec.pieces, pieces.count));
-  std::vector<Share> shares(static_cast<std::size_t>(pieces.count));
-  for (Eigen::Index e = 0; e < mesh.elements(); ++e) shares[static_cast<std::size_t>(pieces.of_element[static_cast<std::size_t>(e)])].add(mesh, e);
-  const auto least = std::min_element(shares.begin(), shares.end(), [](const Share& a, const Share& b) { return a.volume < b.volume; });
+    throw core::MeshError(
+        place,
+        fmt::format("body '{}' has {} unconnected {}", spec.id, pieces.count, pieces.count == 1 ? "piece" : "pieces"),
+        fmt::format("pieces = {} as machine.toml states, or pieces = {}", spec.pieces, pieces.count));
+  std::vector<Share> shares(pieces.count);
+  for (Eigen::Index e = 0; e < mesh.elements(); ++e) shares[pieces.of_element[e]].add(mesh, e);
+  const auto least = std::min_element(shares.begin(), shares.end(),
+                                      [](const Share& a, const Share& b) { return a.volume < b.volume; });
   throw core::MeshError(
       place,
-      fmt::format("body '{}' falls into {} pieces; the smallest ({:.4g} cm3, {} elements) lies around {}, {:.3g} mm from the others", spec.id,
-                  pieces.count, 1e6 * least->volume, least->elements, point_text(least->middle()),
+      fmt::format("body '{}' falls into {} pieces; the smallest ({:.4g} cm3, {} elements) lies around {}, {:.3g} mm "
+                  "from the others",
+                  spec.id, pieces.count, 1e6 * least->volume, least->elements, point_text(least->middle()),
                   1e3 * distance_to_others(mesh, pieces, static_cast<int>(least - shares.begin()))),
-      fmt::format("{} (in CAD let solids share faces, or make each a body with a joint between them; pieces = {} where it is meant so)",
-                  spec.pieces == 1 ? "one piece" : fmt::format("pieces = {} as machine.toml states", spec.pieces), pieces.count));
+      fmt::format("{} (in CAD let solids share faces, or make each a body with a joint between them; pieces = {} where "
+                  "it is meant so)",
+                  spec.pieces == 1 ? "one piece" : fmt::format("pieces = {} as machine.toml states", spec.pieces),
+                  pieces.count));
 }
 
 void check_overlaps(const Machine& machine, const std::vector<TetMesh>& bodies) {
@@ -121,18 +128,21 @@ void check_overlaps(const Machine& machine, const std::vector<TetMesh>& bodies) 
       const BodySpec &one = machine.bodies[a], &two = machine.bodies[b];
       throw core::MeshError(
           fmt::format("{} bodies '{}' and '{}'", machine.path.string(), one.id, two.id),
-          fmt::format("they fill the same place around {} with all axes at home: {:.4g} cm3, {:.3g} % of the smaller one", point_text(shared.middle()),
-                      1e6 * shared.volume, 100.0 * shared.volume / smaller),
-          fmt::format("bodies that touch at most (is the unit or the position of {} or {} right?)", one.cad.filename().string(), two.cad.filename().string()));
+          fmt::format(
+              "they fill the same place around {} with all axes at home: {:.4g} cm3, {:.3g} % of the smaller one",
+              point_text(shared.middle()), 1e6 * shared.volume, 100.0 * shared.volume / smaller),
+          fmt::format("bodies that touch at most (is the unit or the position of {} or {} right?)",
+                      one.cad.filename().string(), two.cad.filename().string()));
     }
 }
 
 void warn_of_poor_quality(const BodySpec& spec, const TetMesh& mesh) {
   const Quality found = quality(mesh);
   if (found.minimum >= poor_quality) return;
-  core::warn(fmt::format("body '{}': the worst element has a quality of {:.2g} (regular: 1; {:.2g} % of {} elements below 0.1); another "
-                         "element_size_mm, or CAD without slivers and nearly coinciding faces, gives better ones",
-                         spec.id, found.minimum, found.below_0_1_percent, mesh.elements()));
+  core::warn(fmt::format(
+      "body '{}': the worst element has a quality of {:.2g} (regular: 1; {:.2g} % of {} elements below 0.1); another "
+      "element_size_mm, or CAD without slivers and nearly coinciding faces, gives better ones",
+      spec.id, found.minimum, found.below_0_1_percent, mesh.elements()));
 }
 
 }  // namespace thermotwin::mesh

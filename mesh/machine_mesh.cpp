@@ -36,14 +36,13 @@ TetMesh mesh_body(const BodySpec& body, const MeshOptions& options) {
 }  // namespace
 
 const TetMesh& MachineMesh::body_of_surface(int surface) const {
-  return bodies[static_cast<std::size_t>(
-      machine.body_index(machine.surfaces[static_cast<std::size_t>(surface)].body))];
+  return bodies[machine.body_index(machine.surfaces[surface].body)];
 }
 
 double MachineMesh::surface_area(int surface) const {
   const TetMesh& mesh = body_of_surface(surface);
   double sum = 0.0;
-  for (const int face : surfaces[static_cast<std::size_t>(surface)]) sum += mesh.face_area(face);
+  for (const int face : surfaces[surface]) sum += mesh.face_area(face);
   return sum;
 }
 
@@ -80,8 +79,7 @@ double size_factor(const Machine& machine, const std::string& word) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size() || !(value >= 0.01 && value <= 100.0))
-    throw core::InputError("mesh size", "'" + word + "'",
-                           "coarse, standard, fine, or a factor from 0.01 to 100");
+    throw core::InputError("mesh size", "'" + word + "'", "coarse, standard, fine, or a factor from 0.01 to 100");
   return value;
 }
 

@@ -21,8 +21,8 @@ struct MachineMesh {
 };
 
 struct MeshOptions {
-  double size_factor = 1.0;            ///< scales every element_size
-  std::filesystem::path cache;         ///< folder for meshes already made; empty: none
+  double size_factor = 1.0;     ///< scales every element_size
+  std::filesystem::path cache;  ///< folder for meshes already made; empty: none
 };
 
 /// Imports and meshes every body, in the machine's order, and resolves every surface.

@@ -48,13 +48,15 @@ Condition plane_condition(const TetMesh& mesh, const Rule& rule) {
               return std::numeric_limits<double>::infinity();
             double corners = 0.0;
             for (int i = 0; i < 3; ++i)
-              corners = std::max(corners, std::abs(rule.plane_normal->dot(mesh.points.col(mesh.faces(i, face)) - *rule.plane_point)));
+              corners = std::max(
+                  corners, std::abs(rule.plane_normal->dot(mesh.points.col(mesh.faces(i, face)) - *rule.plane_point)));
             return corners - rule.tolerance;
           },
           [&](double miss) {
             if (std::isinf(miss)) return std::string("no triangle looks along its normal within 30 deg");
-            return fmt::format("the nearest triangle that looks along its normal is {:.4g} mm from the plane (tolerance_mm = {:.4g})",
-                               1e3 * (miss + rule.tolerance), 1e3 * rule.tolerance);
+            return fmt::format(
+                "the nearest triangle that looks along its normal is {:.4g} mm from the plane (tolerance_mm = {:.4g})",
+                1e3 * (miss + rule.tolerance), 1e3 * rule.tolerance);
           }};
 }
 
@@ -68,8 +70,8 @@ Condition cylinder_condition(const TetMesh& mesh, const Rule& rule) {
             const Vector3d centre = radial(mesh.face_centre(face));
             double corners = 0.0;
             for (int i = 0; i < 3; ++i)
-              corners = std::max(corners, std::abs(radial(mesh.points.col(mesh.faces(i, face))).norm() -
-                                                   rule.cylinder_radius));
+              corners = std::max(corners,
+                                 std::abs(radial(mesh.points.col(mesh.faces(i, face))).norm() - rule.cylinder_radius));
             const double off = std::min(corners, std::abs(centre.norm() - rule.cylinder_radius));
             // The end cap of a coarse cylinder has its corners on the rim too, but looks along the axis.
             const bool looks_out = std::abs(mesh.face_normal(face).dot(centre)) > 0.7 * centre.norm();
@@ -82,22 +84,20 @@ Condition cylinder_condition(const TetMesh& mesh, const Rule& rule) {
 }
 
 Condition box_condition(const TetMesh& mesh, const Rule& rule) {
-  return {"box",
-          [&](int face) {
-            const Vector3d centre = mesh.face_centre(face);
-            return std::max((*rule.box_min - centre).maxCoeff(), (centre - *rule.box_max).maxCoeff());
-          },
-          [](double miss) {
-            return fmt::format("the nearest triangle centre is {:.4g} mm outside the box", 1e3 * miss);
-          }};
+  return {
+      "box",
+      [&](int face) {
+        const Vector3d centre = mesh.face_centre(face);
+        return std::max((*rule.box_min - centre).maxCoeff(), (centre - *rule.box_max).maxCoeff());
+      },
+      [](double miss) { return fmt::format("the nearest triangle centre is {:.4g} mm outside the box", 1e3 * miss); }};
 }
 
 Condition normal_condition(const TetMesh& mesh, const Rule& rule) {
   constexpr double degree = std::numbers::pi / 180.0;
   return {"normal",
           [&](int face) {
-            return std::acos(std::clamp(rule.normal->dot(mesh.face_normal(face)), -1.0, 1.0)) -
-                   rule.max_angle;
+            return std::acos(std::clamp(rule.normal->dot(mesh.face_normal(face)), -1.0, 1.0)) - rule.max_angle;
           },
           [&](double miss) {
             return fmt::format("the nearest outward normal is {:.4g} deg off (max_angle_deg = {:.4g})",
@@ -110,14 +110,14 @@ Condition group_condition(const TetMesh& mesh, const Rule& rule) {
   if (name.empty()) {
     std::vector<std::string> known;
     for (const auto& group : mesh.groups) known.push_back(group.first);
-    throw core::InputError(rule.place, "group '" + rule.group + "' is not in the mesh",
-                           known.empty() ? "no group: the CAD file has none, use a geometric rule"
-                                         : "one of: " + core::join(known) +
-                                               " (nearest: " + core::nearest(rule.group, known) + ")");
+    throw core::InputError(
+        rule.place, "group '" + rule.group + "' is not in the mesh",
+        known.empty() ? "no group: the CAD file has none, use a geometric rule"
+                      : "one of: " + core::join(known) + " (nearest: " + core::nearest(rule.group, known) + ")");
   }
-  std::vector<char> in(static_cast<std::size_t>(mesh.face_count()), 0);
-  for (const int face : mesh.groups.at(name)) in[static_cast<std::size_t>(face)] = 1;
-  return {"group", [in](int face) { return in[static_cast<std::size_t>(face)] != 0 ? 0.0 : 1.0; },
+  std::vector<char> in(mesh.face_count(), 0);
+  for (const int face : mesh.groups.at(name)) in[face] = 1;
+  return {"group", [in](int face) { return in[face] != 0 ? 0.0 : 1.0; },
           [](double) { return std::string("the group has no boundary triangle"); }};
 }
 
@@ -134,8 +134,8 @@ std::string explain(const std::vector<Condition>& conditions, int faces) {
     parts.push_back(condition.name + ": " +
                     (count > 0 ? fmt::format("holds for {} triangles", count) : condition.describe(least)));
   }
-  std::string text = "no triangle (of " + std::to_string(faces) +
-                     " of the body) fulfils the rule: " + core::join(parts, "; ");
+  std::string text =
+      "no triangle (of " + std::to_string(faces) + " of the body) fulfils the rule: " + core::join(parts, "; ");
   if (conditions.size() > 1) text += "; all together for none";
   return text;
 }
@@ -149,11 +149,10 @@ std::vector<int> select_faces(const TetMesh& mesh, const Rule& rule) {
   if (rule.cylinder_point && rule.cylinder_axis) conditions.push_back(cylinder_condition(mesh, rule));
   if (rule.box_min && rule.box_max) conditions.push_back(box_condition(mesh, rule));
   if (rule.normal) conditions.push_back(normal_condition(mesh, rule));
-  const int faces = static_cast<int>(mesh.face_count());
+  const int faces = mesh.face_count();
   std::vector<int> picked;
   for (int f = 0; f < faces; ++f)
-    if (std::all_of(conditions.begin(), conditions.end(),
-                    [&](const Condition& c) { return c.miss(f) <= 0.0; }))
+    if (std::all_of(conditions.begin(), conditions.end(), [&](const Condition& c) { return c.miss(f) <= 0.0; }))
       picked.push_back(f);
   if (picked.empty())
     throw core::InputError(rule.place, explain(conditions, faces), "a rule that picks one or more triangles");
@@ -166,17 +165,17 @@ std::vector<std::vector<int>> resolve_surfaces(const Machine& machine, const std
   const std::function<void(std::size_t)> resolve = [&](std::size_t s) {
     if (!done[s].empty()) return;
     const SurfaceSpec& spec = machine.surfaces[s];
-    const TetMesh& mesh = bodies[static_cast<std::size_t>(machine.body_index(spec.body))];
-    std::vector<char> in(static_cast<std::size_t>(mesh.face_count()), spec.any_of.empty() ? 1 : 0);
+    const TetMesh& mesh = bodies[machine.body_index(spec.body)];
+    std::vector<char> in(mesh.face_count(), spec.any_of.empty() ? 1 : 0);
     for (const Rule& rule : spec.any_of)
-      for (const int face : select_faces(mesh, rule)) in[static_cast<std::size_t>(face)] = 1;
+      for (const int face : select_faces(mesh, rule)) in[face] = 1;
     for (const std::string& id : spec.except) {
-      const auto other = static_cast<std::size_t>(machine.surface_index(id));
+      const std::size_t other = machine.surface_index(id);
       resolve(other);
-      for (const int face : done[other]) in[static_cast<std::size_t>(face)] = 0;
+      for (const int face : done[other]) in[face] = 0;
     }
     for (std::size_t f = 0; f < in.size(); ++f)
-      if (in[f]) done[s].push_back(static_cast<int>(f));
+      if (in[f]) done[s].push_back(f);
     if (done[s].empty())
       throw core::InputError(spec.place + " except", "nothing is left of surface '" + spec.id + "'",
                              "exceptions that leave one or more triangles");

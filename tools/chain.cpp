@@ -30,8 +30,7 @@ constexpr int off_grid_poses = 12;
 
 void print_summary(const CommonOptions& options, const std::string& text, const std::string& json) {
   std::cout << (options.json ? json : text);
-  if (const std::string& shown = options.json ? json : text; shown.empty() || shown.back() != '\n')
-    std::cout << '\n';
+  if (const std::string& shown = options.json ? json : text; shown.empty() || shown.back() != '\n') std::cout << '\n';
   std::cout.flush();
   if (!std::cout) throw core::InputError("standard output", "cannot be written", "a terminal, file or pipe with room");
 }
@@ -45,9 +44,10 @@ double peak_memory_GiB() {
 solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order, Asked asked) {
   solver::Case machine_case = solver::read_case(path);
   if (asked == Asked::tcp_error && !machine_case.machine.has_tcp())
-    throw core::InputError(machine_case.machine.path.string() + " [tcp]", "missing",
-                           "a [tcp] with surfaces of the tool and of the table on elastic bodies, for the TCP error; mesh, simulate and "
-                           "export do without");
+    throw core::InputError(
+        machine_case.machine.path.string() + " [tcp]", "missing",
+        "a [tcp] with surfaces of the tool and of the table on elastic bodies, for the TCP error; mesh, simulate and "
+        "export do without");
   if (mesh_order > 0) machine_case.machine.order = mesh_order;
   if (!size.empty()) machine_case.size = size;
   mesh::size_factor(machine_case.machine, machine_case.size);
@@ -58,15 +58,15 @@ void require_writable(const std::filesystem::path& out) {
   std::error_code error;
   std::filesystem::create_directories(out, error);
   if (error) throw core::InputError("--out " + out.string(), error.message(), "a folder, or a place for a new one");
-  if (::access(out.c_str(), W_OK | X_OK) != 0) throw core::InputError("--out " + out.string(), "no permission", "a folder that may be written");
+  if (::access(out.c_str(), W_OK | X_OK) != 0)
+    throw core::InputError("--out " + out.string(), "no permission", "a folder that may be written");
 }
 
 solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out, const std::string& solver) {
   require_writable(out);
-  return solver::build_full_model(
-      machine_case.machine,
-      {mesh::size_factor(machine_case.machine, machine_case.size), out / "cache"},
-      solver::solver_choice(solver, "--solver"));
+  return solver::build_full_model(machine_case.machine,
+                                  {mesh::size_factor(machine_case.machine, machine_case.size), out / "cache"},
+                                  solver::solver_choice(solver, "--solver"));
 }
 
 std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
@@ -92,10 +92,12 @@ void judge(ReducedCase& made, const mesh::Machine& machine, const std::vector<so
   made.reference.errors.clear();
   for (std::size_t i = 0; i < loads.size(); ++i) {
     if (!has_reference(made)) {
-      made.model.errors.push_back(reduction::compare(full[i], reduction::simulate_reduced(made.model, machine, loads[i], poses)));
+      made.model.errors.push_back(
+          reduction::compare(full[i], reduction::simulate_reduced(made.model, machine, loads[i], poses)));
       continue;
     }
-    const reduction::EstimatedRun run = reduction::simulate_with_estimate(made.model, made.reference, machine, loads[i], poses);
+    const reduction::EstimatedRun run =
+        reduction::simulate_with_estimate(made.model, made.reference, machine, loads[i], poses);
     reduction::ReductionErrors errors = reduction::compare(full[i], run.result);
     const reduction::Effectivity judged = reduction::effectivity(full[i], run);
     errors.estimate_max_um = judged.max_um;
@@ -136,14 +138,16 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   reduction::ReduceOptions reduce_options = wanted;
   reduce_options.tolerance_um = machine_case.tolerance_um;
   Eigen::MatrixXd basis;
-  made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary, &made.reference, bounded.empty() ? nullptr : &basis);
+  made.model = reduction::reduce(full, training, trained, reduce_options, &made.summary, &made.reference,
+                                 bounded.empty() ? nullptr : &basis);
   made.model.size = made.reference.size = fmt::format("{} ({} nodes{})", machine_case.size, full.mesh.nodes(),
                                                       machine_case.machine.order == 2 ? ", quadratic" : "");
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
   judge(made, machine_case.machine, heldout, held, poses);
   for (std::size_t i = 0; moves && i < heldout.size(); ++i)
-    made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i], truths[i], between));
+    made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i],
+                                                       truths[i], between));
   reduction::write_model(out / "model.rom.h5", made.model);
   if (has_reference(made)) reduction::write_model(out / "reference.rom.h5", made.reference);
   if (moves) reduction::write_off_grid(out / "off_grid.csv", machine_case.machine, made.off_grid_poses, made.off_grid);
@@ -158,8 +162,7 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   return made;
 }
 
-reduction::ReducedModel model_for(const std::filesystem::path& case_path,
-                                  const std::filesystem::path& model,
+reduction::ReducedModel model_for(const std::filesystem::path& case_path, const std::filesystem::path& model,
                                   const std::filesystem::path& out) {
   if (!model.empty()) {
     reduction::ReducedModel made = reduction::read_model(model);
@@ -171,8 +174,7 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path,
       core::warn(fmt::format("{} was made from another machine.toml than {}", model.string(), machine.path.string()));
     return made;
   }
-  if (case_path.empty())
-    throw core::UsageError("a CASE or --model model.rom.h5 is needed");
+  if (case_path.empty()) throw core::UsageError("a CASE or --model model.rom.h5 is needed");
   const solver::Case machine_case = open_case(case_path, "", 0);
   return make_reduced_model(build(machine_case, out), machine_case, {}, true, out).model;
 }
@@ -187,9 +189,11 @@ std::string error_table(const ReducedCase& made) {
                      e.estimate_max_um > 0 ? fmt::format("{:.2f}", e.effectivity) : "-"});
   std::string text = core::format_table(table);
   if (made.off_grid.empty()) return text;
-  table = {{fmt::format("at {} poses between the stored ones", made.off_grid_poses.size()), "peak um", "max error um", "rms um", "of peak %", "with these poses' own rows um"}};
+  table = {{fmt::format("at {} poses between the stored ones", made.off_grid_poses.size()), "peak um", "max error um",
+            "rms um", "of peak %", "with these poses' own rows um"}};
   for (const auto& e : made.off_grid)
-    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()), fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / static_cast<double>(e.rms.size()))),
+    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()),
+                     fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / e.rms.size())),
                      fmt::format("{:.2f}", 100 * e.max_um() / e.peak_um()), fmt::format("{:.3f}", e.own_rows_um())});
   return text + "\n\n" + core::format_table(table);
 }
@@ -215,8 +219,10 @@ void campaign(const CampaignOptions& options) {
   const std::size_t poses = mesh::workspace_poses(machine_case.machine).size();
   for (const solver::LoadResult& result : results) {
     const double peak = reduction::compare(result, result).peak_um;
-    table.push_back({result.load, std::to_string(result.sensors.rows()), std::to_string(poses), fmt::format("{:.2f}", peak)});
-    json["loads"].push_back({{"load", result.load}, {"times", result.sensors.rows()}, {"poses", poses}, {"peak_um", peak}});
+    table.push_back(
+        {result.load, std::to_string(result.sensors.rows()), std::to_string(poses), fmt::format("{:.2f}", peak)});
+    json["loads"].push_back(
+        {{"load", result.load}, {"times", result.sensors.rows()}, {"poses", poses}, {"peak_um", peak}});
   }
   print_summary(options,
                 fmt::format("{}\n{} nodes, {:.0f} s; tables in {}\n", core::format_table(table), full.mesh.nodes(),

@@ -24,9 +24,7 @@ namespace thermotwin::tools {
 
 struct Stopwatch {
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
 };
 
 /// Largest resident memory of this process so far, GiB.
@@ -37,7 +35,8 @@ enum class Asked { heat, tcp_error };
 
 /// The case with the size (empty: its own) and the order of tetrahedra (0: its own) asked for on the
 /// command line. @throws InputError where the TCP error is asked of a machine without [tcp]
-solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order, Asked asked = Asked::tcp_error);
+solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order,
+                       Asked asked = Asked::tcp_error);
 
 /// Makes the folder for results. @throws InputError before any work is lost
 void require_writable(const std::filesystem::path& out);
@@ -45,27 +44,27 @@ void require_writable(const std::filesystem::path& out);
 solver::FullModel build(const solver::Case& machine_case, const std::filesystem::path& out,
                         const std::string& solver = "auto");
 
-std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case,
-                                               const std::vector<std::string>& names);
+std::vector<solver::LoadProgram> load_programs(const solver::Case& machine_case, const std::vector<std::string>& names);
 
 /// A held-out load at one pose: what the error may be and what it is, translations.
 struct BoundedLoad {
   std::string load, pose;
   double peak_um = 0, error_um = 0, bound_um = 0;  ///< largest of the load
   double remainder_um = 0;                         ///< of the bound: what U's own error may be
-  double least_ratio = 0, median_ratio = 0;        ///< bound over error of single outputs, where the error is 1 % of its largest
+  double least_ratio = 0,
+         median_ratio = 0;  ///< bound over error of single outputs, where the error is 1 % of its largest
   double seconds = 0;
 };
 
 struct ReducedCase {
-  reduction::ReducedModel model, reference;   ///< reference: of larger order, for error estimates
+  reduction::ReducedModel model, reference;  ///< reference: of larger order, for error estimates
   std::optional<reduction::BoundModel> bound;
   std::vector<BoundedLoad> bounded;
-  double bound_seconds = 0;                   ///< to make it
+  double bound_seconds = 0;                           ///< to make it
   std::vector<reduction::Effectivity> effectivities;  ///< of the estimates, one a held-out load
   reduction::ReduceSummary summary;
-  std::vector<mesh::Pose> off_grid_poses;             ///< between the stored ones, at random
-  std::vector<reduction::OffGridErrors> off_grid;     ///< one a held-out load
+  std::vector<mesh::Pose> off_grid_poses;          ///< between the stored ones, at random
+  std::vector<reduction::OffGridErrors> off_grid;  ///< one a held-out load
   double campaign_seconds = 0;
   std::size_t loads = 0, poses = 0;
 };
@@ -78,8 +77,9 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
                                const std::vector<mesh::Pose>& bounded = {});
 
 /// Bound and error of each load at each pose of the bound that the campaign has. @param full  of the loads
-std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound, const mesh::Machine& machine,
-                                     const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& full);
+std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound,
+                                     const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
+                                     const std::vector<solver::LoadResult>& full);
 std::string bound_table(const ReducedCase& made);
 
 /// Rows of a tcp table at one pose, in order of time; none if the pose is not one of the table's.
@@ -93,8 +93,7 @@ void tell_what_no_bound_covers(const mesh::Machine& machine);
 void write_order_picture(const std::filesystem::path& file, const ReducedCase& made, double tolerance_um);
 
 /// The model of --model, or one made from the case.
-reduction::ReducedModel model_for(const std::filesystem::path& case_path,
-                                  const std::filesystem::path& model,
+reduction::ReducedModel model_for(const std::filesystem::path& case_path, const std::filesystem::path& model,
                                   const std::filesystem::path& out);
 
 /// Table of held-out errors for the terminal, at the stored poses and between them.

@@ -28,7 +28,8 @@ std::string learned_csv(const compensation::Compensator& compensator) {
   for (const compensation::ErrorModel::State& state : compensator.learned()) {
     std::string name = state.name;
     for (char& c : name) c = c == ',' ? ' ' : c;
-    text += fmt::format("{},{:.6g},{:.6g},{:.6g},{},{:.6g}\n", name, state.value, state.std, state.prior_std, state.unit, state.memory_s / 3600.0);
+    text += fmt::format("{},{:.6g},{:.6g},{:.6g},{},{:.6g}\n", name, state.value, state.std, state.prior_std,
+                        state.unit, state.memory_s / 3600.0);
   }
   return text;
 }
@@ -59,8 +60,9 @@ void compensate(const CompensateOptions& options) {
   const std::string in_name = from_stdin ? "standard input" : options.in;
 
   const compensation::OffsetLimits& limits = compensator.limits();
-  core::log_line(fmt::format("offsets: at most {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all at rapid", limits.largest_um,
-                             limits.rate_um_s, limits.fastest_um_s()));
+  core::log_line(
+      fmt::format("offsets: at most {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all at rapid",
+                  limits.largest_um, limits.rate_um_s, limits.fastest_um_s()));
   compensation::StreamOptions stream;
   stream.strict = options.strict;
   stream.probe_std_um = options.probe_std_um;
@@ -85,15 +87,21 @@ void compensate(const CompensateOptions& options) {
   if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
   if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
   const double seconds = time.seconds(), rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
-  const std::string text = fmt::format("compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB", done.rows, seconds, rate,
-                                       done.unreadable > 0 ? fmt::format("{} of them unreadable in part, ", done.unreadable) : "",
-                                       model.system.order(), memory);
+  const std::string text = fmt::format(
+      "compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB", done.rows, seconds, rate,
+      done.unreadable > 0 ? fmt::format("{} of them unreadable in part, ", done.unreadable) : "", model.system.order(),
+      memory);
   if (to_stdout) {
     core::log_line(text);
     return;
   }
-  const nlohmann::json json = {{"rows", done.rows}, {"unreadable", done.unreadable}, {"seconds", seconds}, {"order", model.system.order()},
-                               {"peak_memory_GiB", memory}, {"probed", compensator.probed()}, {"offsets", options.out.string()}};
+  const nlohmann::json json = {{"rows", done.rows},
+                               {"unreadable", done.unreadable},
+                               {"seconds", seconds},
+                               {"order", model.system.order()},
+                               {"peak_memory_GiB", memory},
+                               {"probed", compensator.probed()},
+                               {"offsets", options.out.string()}};
   print_summary(options, text + "; offsets in " + options.out.string(), json.dump());
 }
 

@@ -9,15 +9,15 @@
 namespace thermotwin::tools {
 
 class DescriptorInput : public std::streambuf {
- public:
+public:
   /// @param descriptor  open for reading; stays open
   explicit DescriptorInput(int descriptor) : descriptor_(descriptor) {}
 
- protected:
+protected:
   /// @throws core::Interrupted, which an istream takes for a bad stream
   int_type underflow() override;
 
- private:
+private:
   int descriptor_;
   std::array<char, 65536> buffer_{};
 };

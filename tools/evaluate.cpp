@@ -22,12 +22,25 @@ namespace {
 
 nlohmann::json json_of(const compensation::EvaluationRow& row) {
   const compensation::Measures& m = row.measures;
-  return {{"model", row.model}, {"channel", row.channel}, {"part", row.part}, {"unit", row.unit}, {"seen_by_fit", row.training},
-          {"from_s", row.from_s}, {"to_s", row.to_s}, {"count", m.count}, {"fit", m.fit},
-          {"peak_to_peak", m.peak_to_peak}, {"peak_to_peak_before", m.peak_to_peak_before},
-          {"peak_to_peak_reduction_percent", m.peak_to_peak_reduction_percent}, {"rms", m.rms}, {"rms_before", m.rms_before},
-          {"rms_reduction_percent", m.rms_reduction_percent}, {"mean", m.mean}, {"mean_before", m.mean_before},
-          {"maximum", m.maximum}, {"maximum_before", m.maximum_before}};
+  return {{"model", row.model},
+          {"channel", row.channel},
+          {"part", row.part},
+          {"unit", row.unit},
+          {"seen_by_fit", row.training},
+          {"from_s", row.from_s},
+          {"to_s", row.to_s},
+          {"count", m.count},
+          {"fit", m.fit},
+          {"peak_to_peak", m.peak_to_peak},
+          {"peak_to_peak_before", m.peak_to_peak_before},
+          {"peak_to_peak_reduction_percent", m.peak_to_peak_reduction_percent},
+          {"rms", m.rms},
+          {"rms_before", m.rms_before},
+          {"rms_reduction_percent", m.rms_reduction_percent},
+          {"mean", m.mean},
+          {"mean_before", m.mean_before},
+          {"maximum", m.maximum},
+          {"maximum_before", m.maximum_before}};
 }
 
 /// A channel id as a file's name.
@@ -39,17 +52,26 @@ std::string file_name(const std::string& id) {
   return name;
 }
 
-void study_lengths(const EvaluateOptions& options, const compensation::Measurement& measurement, nlohmann::json& json, std::string& text) {
+void study_lengths(const EvaluateOptions& options, const compensation::Measurement& measurement, nlohmann::json& json,
+                   std::string& text) {
   constexpr int lengths = 8, sections = 30;
-  const compensation::LengthStudy study = compensation::length_study(measurement, options.length_study[0], options.length_study[1], lengths, sections);
+  const compensation::LengthStudy study =
+      compensation::length_study(measurement, options.length_study[0], options.length_study[1], lengths, sections);
   const auto file = options.out / "evaluation" / "length_study.svg";
   core::write_file(file, compensation::length_study_svg(study));
-  text += fmt::format("\nlength of the measurement, {} of {}, {} sections each; residual in {} outside of the section\n", study.model, study.channel, sections, study.unit);
+  text +=
+      fmt::format("\nlength of the measurement, {} of {}, {} sections each; residual in {} outside of the section\n",
+                  study.model, study.channel, sections, study.unit);
   for (Eigen::Index l = 0; l < study.hours.size(); ++l) {
-    const compensation::Quartiles fit = compensation::quartiles(study.fit_rms.row(l)), rest = compensation::quartiles(study.rest_rms.row(l));
-    text += fmt::format("  {:6.1f} h  fit {:.3f} ({:.3f} to {:.3f})  outside {:.3f} ({:.3f} to {:.3f})\n", study.hours[l], fit.median, fit.low, fit.high, rest.median, rest.low, rest.high);
-    json["length_study"].push_back({{"hours", study.hours[l]}, {"fit_rms_median", fit.median}, {"fit_rms_quartiles", {fit.low, fit.high}},
-                                    {"outside_rms_median", rest.median}, {"outside_rms_quartiles", {rest.low, rest.high}}});
+    const compensation::Quartiles fit = compensation::quartiles(study.fit_rms.row(l)),
+                                  rest = compensation::quartiles(study.rest_rms.row(l));
+    text += fmt::format("  {:6.1f} h  fit {:.3f} ({:.3f} to {:.3f})  outside {:.3f} ({:.3f} to {:.3f})\n",
+                        study.hours[l], fit.median, fit.low, fit.high, rest.median, rest.low, rest.high);
+    json["length_study"].push_back({{"hours", study.hours[l]},
+                                    {"fit_rms_median", fit.median},
+                                    {"fit_rms_quartiles", {fit.low, fit.high}},
+                                    {"outside_rms_median", rest.median},
+                                    {"outside_rms_quartiles", {rest.low, rest.high}}});
   }
   text += "box plots in " + file.string() + "\n";
 }
@@ -72,7 +94,8 @@ void evaluate(const EvaluateOptions& options) {
                                "in --train-data: each folder once, and none that --data or --also judges");
     known.push_back(folder);
   }
-  compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models, options.check};
+  compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models,
+                                         options.check};
   std::optional<reduction::ReducedModel> extended;
   if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));
   for (const std::string& name : options.models) compensation::model_spec(name);
@@ -90,7 +113,8 @@ void evaluate(const EvaluateOptions& options) {
   const auto folder = options.out / "evaluation";
   const auto file = folder / "predictions.csv";
   core::write_csv(file, evaluation.predictions);
-  for (const auto& [name, table] : evaluation.other_predictions) core::write_csv(folder / ("predictions_" + file_name(name) + ".csv"), table);
+  for (const auto& [name, table] : evaluation.other_predictions)
+    core::write_csv(folder / ("predictions_" + file_name(name) + ".csv"), table);
   std::string models = "schema = 1\n", explained;
   for (const compensation::FittedModel& model : evaluation.models) {
     models += model.to_toml();
@@ -103,11 +127,16 @@ void evaluate(const EvaluateOptions& options) {
     core::write_file(folder / (file_name(channel) + ".svg"), compensation::channel_svg(evaluation, channel));
   }
 
-  nlohmann::json json = {{"predictions", file.string()}, {"training_hours", evaluation.training_hours}, {"inputs", evaluation.inputs}};
+  nlohmann::json json = {
+      {"predictions", file.string()}, {"training_hours", evaluation.training_hours}, {"inputs", evaluation.inputs}};
   for (const auto& row : evaluation.rows) json["rows"].push_back(json_of(row));
   for (const auto& standing : evaluation.leaderboard) {
-    json["leaderboard"].push_back({{"model", standing.model}, {"channels", standing.channels}, {"rms_reduction_percent", standing.reduction_percent},
-                                   {"below_static_regression_percent", standing.against_static_percent}, {"seen_by_fit", standing.seen_by_fit}, {"caution", standing.caution}});
+    json["leaderboard"].push_back({{"model", standing.model},
+                                   {"channels", standing.channels},
+                                   {"rms_reduction_percent", standing.reduction_percent},
+                                   {"below_static_regression_percent", standing.against_static_percent},
+                                   {"seen_by_fit", standing.seen_by_fit},
+                                   {"caution", standing.caution}});
   }
   json["notes"] = evaluation.notes;
   std::string text = evaluation.brief();
@@ -117,7 +146,8 @@ void evaluate(const EvaluateOptions& options) {
     text += "\n" + evaluation.observer;
     json["observer"] = evaluation.observer;
   }
-  text += fmt::format("predictions in {}, models in models.toml and models.txt, pictures in *.svg beside it\n", file.string());
+  text += fmt::format("predictions in {}, models in models.toml and models.txt, pictures in *.svg beside it\n",
+                      file.string());
   if (options.cross) {
     const compensation::CrossExperiment cross = compensation::cross_experiment(measurement, settings);
     text += "\n" + cross.brief();
@@ -125,7 +155,8 @@ void evaluate(const EvaluateOptions& options) {
     json["cross"]["notes"] = cross.notes;
     for (const auto& entry : cross.entries) {
       nlohmann::json rows = nlohmann::json::array();
-      for (const auto& row : entry.reduction_percent.rowwise()) rows.push_back(std::vector<double>(row.begin(), row.end()));
+      for (const auto& row : entry.reduction_percent.rowwise())
+        rows.push_back(std::vector<double>(row.begin(), row.end()));
       json["cross"]["models"].push_back({{"model", entry.model}, {"rms_reduction_percent", rows}});
     }
   }

@@ -23,7 +23,8 @@ namespace {
 /// A case, or a machine with the loads/ beside it.
 solver::Case open_machine(const ExportOptions& options) {
   std::filesystem::path path = options.model;
-  if (std::filesystem::is_directory(path)) path /= std::filesystem::exists(path / "case.toml") ? "case.toml" : "machine.toml";
+  if (std::filesystem::is_directory(path))
+    path /= std::filesystem::exists(path / "case.toml") ? "case.toml" : "machine.toml";
   if (!core::Config::load(path).root().has("kinematic_chain") && !core::Config::load(path).root().has("body"))
     return open_case(path, options.size, options.mesh_order, Asked::heat);
   solver::Case found;
@@ -88,17 +89,21 @@ void export_model(const ExportOptions& options) {
   const std::filesystem::path folder = options.out / "calculix";
   const solver::DeckSummary summary = solver::write_calculix_deck(folder, meshed, deck);
 
-  std::string text = fmt::format("{}: {} nodes, {} tetrahedra {}, {}\n", options.body.empty() ? machine.name : machine.name + " " + options.body,
-                                 summary.nodes, summary.elements, machine.order == 2 ? "C3D10" : "C3D4",
-                                 summary.end > 0.0 ? fmt::format("{} increments in {} steps to {:g} s", summary.increments, summary.steps, summary.end)
-                                                   : std::string("steady state"));
+  std::string text = fmt::format(
+      "{}: {} nodes, {} tetrahedra {}, {}\n", options.body.empty() ? machine.name : machine.name + " " + options.body,
+      summary.nodes, summary.elements, machine.order == 2 ? "C3D10" : "C3D4",
+      summary.end > 0.0
+          ? fmt::format("{} increments in {} steps to {:g} s", summary.increments, summary.steps, summary.end)
+          : std::string("steady state"));
   text += "What differs from thermotwin:\n";
   for (const std::string& note : summary.notes) text += "- " + note + "\n";
-  text += fmt::format("{} in {}; run: cd {} && ccx heat{}\n", core::join(summary.files), folder.string(), folder.string(),
-                      std::find(summary.files.begin(), summary.files.end(), "static.inp") == summary.files.end() ? "" : " && ccx static");
-  const nlohmann::json json = {{"folder", folder.string()}, {"files", summary.files},   {"nodes", summary.nodes},
-                               {"elements", summary.elements}, {"order", machine.order}, {"steps", summary.steps},
-                               {"increments", summary.increments}, {"end_s", summary.end}, {"notes", summary.notes}};
+  text += fmt::format(
+      "{} in {}; run: cd {} && ccx heat{}\n", core::join(summary.files), folder.string(), folder.string(),
+      std::find(summary.files.begin(), summary.files.end(), "static.inp") == summary.files.end() ? ""
+                                                                                                 : " && ccx static");
+  const nlohmann::json json = {{"folder", folder.string()},        {"files", summary.files}, {"nodes", summary.nodes},
+                               {"elements", summary.elements},     {"order", machine.order}, {"steps", summary.steps},
+                               {"increments", summary.increments}, {"end_s", summary.end},   {"notes", summary.notes}};
   print_summary(options, text, json.dump());
 }
 

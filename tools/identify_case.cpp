@@ -56,14 +56,15 @@ IdentifiedCase identify_case(const solver::Case& machine_case, const fs::path& c
   reduction::IdentifyOptions how;
   how.order = order;
   reduction::Identification model(training, inputs.even(), how);
-  return {std::move(inputs), std::move(model), std::move(tables), std::move(heldout), std::move(outputs), watch.seconds()};
+  return {std::move(inputs),  std::move(model),   std::move(tables),
+          std::move(heldout), std::move(outputs), watch.seconds()};
 }
 
 namespace {
 
 std::vector<std::string> names_of(const IdentifiedCase& made, const std::vector<Eigen::Index>& inputs) {
   std::vector<std::string> names;
-  for (const Eigen::Index k : inputs) names.push_back(made.inputs.names()[static_cast<std::size_t>(k)]);
+  for (const Eigen::Index k : inputs) names.push_back(made.inputs.names()[k]);
   return names;
 }
 
@@ -80,7 +81,8 @@ void write_picture(const fs::path& file, const std::string& machine, const Ident
   chart.lines.push_back(std::move(line));
   for (std::size_t l = 0; l < made.heldout.size(); ++l) {
     core::LineChart::Line of_load{made.heldout[l].load + ", largest", {}};
-    for (std::size_t i = 0; i < errors.size(); ++i) of_load.points.emplace_back(made.model.order_error_um()[i].first, errors[i][l].max_um);
+    for (std::size_t i = 0; i < errors.size(); ++i)
+      of_load.points.emplace_back(made.model.order_error_um()[i].first, errors[i][l].max_um);
     chart.lines.push_back(std::move(of_load));
   }
   core::write_file(file, chart.svg());
@@ -103,8 +105,14 @@ void reduce_from_campaign(const ReduceOptions& options) {
   const reduction::SystemNames names{made.inputs.names(), made.outputs, "identified"};
   reduction::write_system(options.out, made.model.lags(), reduced, &names);
 
-  nlohmann::json json = {{"method", "identified"}, {"order", order}, {"lags", made.model.lags().base.size()}, {"inputs", made.inputs.names().size()},
-                         {"kept_out", made.model.kept_out()}, {"ridge", made.model.ridge()}, {"stable", reduced.stable()}, {"identify_s", made.seconds},
+  nlohmann::json json = {{"method", "identified"},
+                         {"order", order},
+                         {"lags", made.model.lags().base.size()},
+                         {"inputs", made.inputs.names().size()},
+                         {"kept_out", made.model.kept_out()},
+                         {"ridge", made.model.ridge()},
+                         {"stable", reduced.stable()},
+                         {"identify_s", made.seconds},
                          {"never_moved", names_of(made, made.model.never_moved())}};
   std::vector<std::vector<std::string>> table{{"order", "RMS kept out um"}};
   for (const reduction::Samples& load : made.heldout) table[0].push_back(load.load + " max um");
@@ -121,18 +129,26 @@ void reduce_from_campaign(const ReduceOptions& options) {
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const reduction::ReductionErrors& e = chosen[i];
     const std::vector<std::string> beyond = names_of(made, made.model.beyond(made.heldout[i]));
-    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.2f}", e.max_um), fmt::format("{:.2f}", e.rms_um),
-                     fmt::format("{:.1f}", 100 * e.max_um / e.peak_um), beyond.empty() ? "-" : fmt::format("{}", fmt::join(beyond, ", "))});
-    json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um}, {"beyond", beyond}});
+    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.2f}", e.max_um),
+                     fmt::format("{:.2f}", e.rms_um), fmt::format("{:.1f}", 100 * e.max_um / e.peak_um),
+                     beyond.empty() ? "-" : fmt::format("{}", fmt::join(beyond, ", "))});
+    json["heldout"].push_back(
+        {{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um}, {"beyond", beyond}});
   }
   text += core::format_table(table) + "\n";
   write_picture(options.out / "order.svg", machine_case.machine.name, made, errors);
   json["seconds"] = time.seconds();
   const std::vector<std::string> unknown = names_of(made, made.model.never_moved());
-  if (!unknown.empty()) text += fmt::format("unknown     the effect of {}: no training load moved them\n", fmt::join(unknown, ", "));
-  text += fmt::format("identified  order {}{} of {} first-order lags behind {} inputs, stable, from {} loads; ridge {:.0e}, chosen on {}; {:.1f} s\n", order,
-                      options.order > 0 ? "" : " (chosen there too)", made.model.lags().base.size(), made.model.lags().base.inputs(), machine_case.train.size(), made.model.ridge(), made.model.kept_out(), made.seconds);
-  text += fmt::format("{}, matrices and order.svg in {}; {:.1f} s\n", reduction::system_file_name, options.out.string(), time.seconds());
+  if (!unknown.empty())
+    text += fmt::format("unknown     the effect of {}: no training load moved them\n", fmt::join(unknown, ", "));
+  text += fmt::format(
+      "identified  order {}{} of {} first-order lags behind {} inputs, stable, from {} loads; ridge {:.0e}, chosen on "
+      "{}; {:.1f} s\n",
+      order, options.order > 0 ? "" : " (chosen there too)", made.model.lags().base.size(),
+      made.model.lags().base.inputs(), machine_case.train.size(), made.model.ridge(), made.model.kept_out(),
+      made.seconds);
+  text += fmt::format("{}, matrices and order.svg in {}; {:.1f} s\n", reduction::system_file_name, options.out.string(),
+                      time.seconds());
   print_summary(options, text, json.dump());
 }
 

@@ -17,14 +17,15 @@ struct IdentifiedCase {
   reduction::Identification model;
   std::vector<reduction::CampaignTables> tables;  ///< of the held-out loads
   std::vector<reduction::Samples> heldout;
-  std::vector<std::string> outputs;               ///< names
-  double seconds = 0;                             ///< to read and to fit
+  std::vector<std::string> outputs;  ///< names
+  double seconds = 0;                ///< to read and to fit
 
   /// On each held-out load.
   std::vector<reduction::ReductionErrors> errors(Eigen::Index order) const;
 };
 
 /// Of the case only names, laws and lists of loads are used. @param order  0: chosen
-IdentifiedCase identify_case(const solver::Case& machine_case, const std::filesystem::path& campaign, Eigen::Index order);
+IdentifiedCase identify_case(const solver::Case& machine_case, const std::filesystem::path& campaign,
+                             Eigen::Index order);
 
 }  // namespace thermotwin::tools

@@ -57,14 +57,16 @@ void diagnose(const DiagnoseOptions& options) {
   std::string text = result.sentence + "\n";
   for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
   for (std::size_t i = 0; i < result.ranking.size() && i < 5; ++i)
-    text += fmt::format("  {:5.1f} %  {} {}\n", 100 * result.ranking[i].probability,
-                        result.ranking[i].parameter.kind, result.ranking[i].parameter.where);
+    text += fmt::format("  {:5.1f} %  {} {}\n", 100 * result.ranking[i].probability, result.ranking[i].parameter.kind,
+                        result.ranking[i].parameter.where);
   if (without_machine && result.causes.empty())
     text += fmt::format("residual on held-out time: {:.2f} um\n", result.heldout_rms_before_um);
   else
     text += fmt::format("{} on held-out time: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
-                      without_machine ? "residual" : "TCP residual", result.heldout_rms_before_um, result.heldout_rms_after_um, diagnosis::percent_text(result.reduction_percent),
-                      diagnosis::percent_text(result.ci95_low_percent), diagnosis::percent_text(result.ci95_high_percent));
+                        without_machine ? "residual" : "TCP residual", result.heldout_rms_before_um,
+                        result.heldout_rms_after_um, diagnosis::percent_text(result.reduction_percent),
+                        diagnosis::percent_text(result.ci95_low_percent),
+                        diagnosis::percent_text(result.ci95_high_percent));
   text += fmt::format("report: {}\n", (folder / "report.html").string());
   print_summary(options, text, diagnosis::diagnosis_json(result));
 }

@@ -34,23 +34,23 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   if (verbs.empty() && !extras.empty()) {
     std::vector<std::string> known;
     for (const CLI::App* verb : app.get_subcommands({})) known.push_back(verb->get_name());
-    return "unknown verb '" + extras.front() + "'; one of: " + core::join(known) + " (nearest: " +
-           core::nearest(extras.front(), known) + ")";
+    return "unknown verb '" + extras.front() + "'; one of: " + core::join(known) +
+           " (nearest: " + core::nearest(extras.front(), known) + ")";
   }
   return error.what();
 }
 
 int parse_and_run(int argc, char** argv) {
-  CLI::App app{"thermotwin: a thermal digital twin of machine tools, from CAD to a compensated TCP",
-               "thermotwin"};
+  CLI::App app{"thermotwin: a thermal digital twin of machine tools, from CAD to a compensated TCP", "thermotwin"};
   app.set_version_flag("--version", std::string("thermotwin ") + THERMOTWIN_VERSION);
   app.require_subcommand(1);
-  app.footer("Exit status: 0 done; 2 wrong usage; 3 bad input; 4 the numerics failed; 130 interrupted.\n"
-             "thermotwin VERB --help tells more.");
+  app.footer(
+      "Exit status: 0 done; 2 wrong usage; 3 bad input; 4 the numerics failed; 130 interrupted.\n"
+      "thermotwin VERB --help tells more.");
 
   using namespace tools;
-  for (const auto add : {add_run, add_mesh, add_simulate, add_campaign, add_reduce, add_compensate, add_offsets, add_evaluate,
-                         add_diagnose, add_validate, add_export})
+  for (const auto add : {add_run, add_mesh, add_simulate, add_campaign, add_reduce, add_compensate, add_offsets,
+                         add_evaluate, add_diagnose, add_validate, add_export})
     add(app);
 
   try {
@@ -76,7 +76,9 @@ int status_of(int argc, char** argv) {
     return 4;
   } catch (const std::system_error& error) {
     const bool thread = error.code() == std::errc::resource_unavailable_try_again;
-    std::cerr << "thermotwin: " << (thread ? "no thread can be started: not enough memory (ulimit -v) or too many processes (ulimit -u)" : error.what())
+    std::cerr << "thermotwin: "
+              << (thread ? "no thread can be started: not enough memory (ulimit -v) or too many processes (ulimit -u)"
+                         : error.what())
               << "\n";
     return 4;
   } catch (const std::exception& error) {

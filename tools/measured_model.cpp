@@ -15,14 +15,15 @@ namespace thermotwin::tools {
 namespace {
 
 std::string evaluate_instead(const std::filesystem::path& data) {
-  return "; for data that belong to no machine model leave CASE and --model away: thermotwin evaluate --data " + data.string() +
-         " or thermotwin diagnose --data " + data.string();
+  return "; for data that belong to no machine model leave CASE and --model away: thermotwin evaluate --data " +
+         data.string() + " or thermotwin diagnose --data " + data.string();
 }
 
 /// @throws InputError unless the measurement is one of the machine
 void require_measured_on(const mesh::Machine& machine, const compensation::Measurement& measurement) {
-  const bool names_machine = std::any_of(measurement.channels.begin(), measurement.channels.end(),
-                                         [](const auto& channel) { return !channel.quantity.empty() || !channel.input.empty(); });
+  const bool names_machine =
+      std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                  [](const auto& channel) { return !channel.quantity.empty() || !channel.input.empty(); });
   try {
     compensation::require_fits(measurement, machine);
   } catch (const core::InputError& error) {
@@ -41,7 +42,8 @@ reduction::ReducedModel model_of(const compensation::Measurement& measurement, c
   return made;
 }
 
-diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnosis& found, const std::filesystem::path& cache) {
+diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnosis& found,
+                          const std::filesystem::path& cache) {
   try {
     const mesh::MachineMesh mesh = mesh::build_machine_mesh(machine, {mesh::size_factor(machine, "coarse"), cache});
     return diagnosis::make_scene(mesh, diagnosis::marked_causes(found));
@@ -54,7 +56,8 @@ diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnos
 std::vector<solver::LoadProgram> programs_of(const solver::Case& machine_case, const mesh::Machine& machine) {
   std::vector<solver::LoadProgram> programs;
   for (const auto* names : {&machine_case.train, &machine_case.holdout})
-    for (const std::string& name : *names) programs.push_back(solver::LoadProgram::read(machine_case.folder / "loads" / (name + ".toml"), machine));
+    for (const std::string& name : *names)
+      programs.push_back(solver::LoadProgram::read(machine_case.folder / "loads" / (name + ".toml"), machine));
   return programs;
 }
 

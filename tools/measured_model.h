@@ -24,6 +24,7 @@ reduction::ReducedModel model_of(const compensation::Measurement& measurement, c
 std::vector<solver::LoadProgram> programs_of(const solver::Case& machine_case, const mesh::Machine& machine);
 
 /// The machine with the causes of a diagnosis marked, on a coarse mesh; empty, with a word on stderr, where it cannot be meshed.
-diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnosis& found, const std::filesystem::path& cache);
+diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnosis& found,
+                          const std::filesystem::path& cache);
 
 }  // namespace thermotwin::tools

@@ -24,7 +24,11 @@ namespace {
 using Table = std::vector<std::vector<std::string>>;
 
 /// Grams below 1 kg.
-std::string mass_text(double kg) { return kg < 1.0 ? fmt::format("{:.3g} g", 1e3 * kg) : kg < 10.0 ? fmt::format("{:.2f} kg", kg) : fmt::format("{:.0f} kg", kg); }
+std::string mass_text(double kg) {
+  return kg < 1.0    ? fmt::format("{:.3g} g", 1e3 * kg)
+         : kg < 10.0 ? fmt::format("{:.2f} kg", kg)
+                     : fmt::format("{:.0f} kg", kg);
+}
 
 /// @return mass of all bodies, kg
 double add_bodies(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& json) {
@@ -37,12 +41,20 @@ double add_bodies(const mesh::MachineMesh& meshed, Table& table, nlohmann::json&
     const int pieces = mesh::connected_pieces(body).count;
     const double kg = body.total_volume() * meshed.machine.material(spec.material).density;
     mass += kg;
-    table.push_back({spec.id, spec.material, body.solids > 0 ? std::to_string(body.solids) : "-", std::to_string(pieces), std::to_string(body.nodes()),
-                     std::to_string(body.elements()), fmt::format("{:.3f}{}", quality.minimum, quality.minimum < mesh::poor_quality ? " poor" : ""),
-                     fmt::format("{:.2f}", quality.mean), fmt::format("{:.0f}-{:.0f}", 1e3 * quality.shortest_edge, 1e3 * quality.longest_edge),
+    table.push_back({spec.id, spec.material, body.solids > 0 ? std::to_string(body.solids) : "-",
+                     std::to_string(pieces), std::to_string(body.nodes()), std::to_string(body.elements()),
+                     fmt::format("{:.3f}{}", quality.minimum, quality.minimum < mesh::poor_quality ? " poor" : ""),
+                     fmt::format("{:.2f}", quality.mean),
+                     fmt::format("{:.0f}-{:.0f}", 1e3 * quality.shortest_edge, 1e3 * quality.longest_edge),
                      mass_text(kg)});
-    json["bodies"].push_back({{"id", spec.id}, {"solids", body.solids}, {"pieces", pieces}, {"nodes", body.nodes()}, {"elements", body.elements()},
-                              {"quality_min", quality.minimum}, {"quality_mean", quality.mean}, {"mass_kg", kg}});
+    json["bodies"].push_back({{"id", spec.id},
+                              {"solids", body.solids},
+                              {"pieces", pieces},
+                              {"nodes", body.nodes()},
+                              {"elements", body.elements()},
+                              {"quality_min", quality.minimum},
+                              {"quality_mean", quality.mean},
+                              {"mass_kg", kg}});
   }
   return mass;
 }
@@ -50,15 +62,16 @@ double add_bodies(const mesh::MachineMesh& meshed, Table& table, nlohmann::json&
 void add_surfaces(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& json) {
   table = {{"surface", "triangles", "area cm2"}};
   for (std::size_t s = 0; s < meshed.surfaces.size(); ++s) {
-    const double area = meshed.surface_area(static_cast<int>(s));
-    table.push_back({meshed.machine.surfaces[s].id, std::to_string(meshed.surfaces[s].size()), fmt::format("{:.1f}", 1e4 * area)});
+    const double area = meshed.surface_area(s);
+    table.push_back(
+        {meshed.machine.surfaces[s].id, std::to_string(meshed.surfaces[s].size()), fmt::format("{:.1f}", 1e4 * area)});
     json["surfaces"].push_back({{"id", meshed.machine.surfaces[s].id}, {"area_m2", area}});
   }
 }
 
 /// Contact of a joint with all axes at home.
 struct Contact {
-  double area = 0;                           ///< m^2
+  double area = 0;                              ///< m^2
   double gap = 0, least_gap = 0, most_gap = 0;  ///< m along the slave's normal, mean over the area; negative: overlap
 };
 
@@ -67,12 +80,13 @@ Contact contact_of(const mesh::MachineMesh& meshed, const mesh::JointSpec& joint
   Contact contact;
   if (joint.master.empty()) return {meshed.surface_area(machine.surface_index(joint.slave))};
   const auto body_of = [&](const std::string& surface) {
-    return machine.body_index(machine.surfaces[static_cast<std::size_t>(machine.surface_index(surface))].body);
+    return machine.body_index(machine.surfaces[machine.surface_index(surface)].body);
   };
   const int slave = body_of(joint.slave), master = body_of(joint.master);
   const mesh::Pose home = mesh::home_pose(machine);
-  const Eigen::Isometry3d slave_from_home = mesh::body_transform(machine, slave, home), master_from_home = mesh::body_transform(machine, master, home);
-  const mesh::TetMesh& base = meshed.bodies[static_cast<std::size_t>(master)];
+  const Eigen::Isometry3d slave_from_home = mesh::body_transform(machine, slave, home),
+                          master_from_home = mesh::body_transform(machine, master, home);
+  const mesh::TetMesh& base = meshed.bodies[master];
   contact.least_gap = std::numeric_limits<double>::infinity();
   contact.most_gap = -contact.least_gap;
   for (const solver::ContactPoint& point : solver::find_contact(meshed, joint, slave_from_home, master_from_home)) {
@@ -95,28 +109,34 @@ void add_joints(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& j
     const Contact contact = contact_of(meshed, joint);
     const double share = 100.0 * contact.area / meshed.surface_area(meshed.machine.surface_index(joint.slave));
     const bool on_ground = joint.master.empty(), touches = contact.area > 0.0;
-    const auto gap_text = [&](double gap) { return on_ground || !touches ? std::string("-") : fmt::format("{:.3f}", 1e3 * gap); };
-    table.push_back({joint.id, fmt::format("{:.1f}", 1e4 * contact.area), fmt::format("{:.0f}", share), gap_text(contact.gap), gap_text(contact.least_gap),
-                     gap_text(contact.most_gap)});
+    const auto gap_text = [&](double gap) {
+      return on_ground || !touches ? std::string("-") : fmt::format("{:.3f}", 1e3 * gap);
+    };
+    table.push_back({joint.id, fmt::format("{:.1f}", 1e4 * contact.area), fmt::format("{:.0f}", share),
+                     gap_text(contact.gap), gap_text(contact.least_gap), gap_text(contact.most_gap)});
     nlohmann::json row = {{"id", joint.id}, {"contact_area_m2", contact.area}, {"share_of_slave_percent", share}};
     if (!on_ground && touches)
       row.update({{"gap_mean_m", contact.gap}, {"gap_least_m", contact.least_gap}, {"gap_most_m", contact.most_gap}});
     json["joints"].push_back(row);
     if (!touches)
-      core::warn(fmt::format("joint '{}': '{}' and '{}' do not touch with all axes at home: no triangles face each other within reach_mm = {:g}; "
-                             "a larger reach_mm bridges a gap of the CAD",
-                             joint.id, joint.slave, joint.master, 1e3 * joint.reach));
+      core::warn(
+          fmt::format("joint '{}': '{}' and '{}' do not touch with all axes at home: no triangles face each other "
+                      "within reach_mm = {:g}; "
+                      "a larger reach_mm bridges a gap of the CAD",
+                      joint.id, joint.slave, joint.master, 1e3 * joint.reach));
   }
 }
 
 }  // namespace
 
 void mesh_machine(const MeshOptions& options) {
-  const std::filesystem::path file = std::filesystem::is_directory(options.machine) ? options.machine / "machine.toml" : options.machine;
+  const std::filesystem::path file =
+      std::filesystem::is_directory(options.machine) ? options.machine / "machine.toml" : options.machine;
   mesh::Machine machine = mesh::read_machine(file);
   if (options.mesh_order > 0) machine.order = options.mesh_order;
   require_writable(options.out);
-  const mesh::MachineMesh meshed = mesh::build_machine_mesh(machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
+  const mesh::MachineMesh meshed =
+      mesh::build_machine_mesh(machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
   core::write_files_by(options.out / "mesh", [&](const std::filesystem::path& staged) {
     std::vector<std::filesystem::path> files;
     for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
@@ -134,8 +154,9 @@ void mesh_machine(const MeshOptions& options) {
   std::string text = core::format_table(bodies) + "\n" + core::format_table(surfaces) + "\n";
   if (joints.size() > 1) text += core::format_table(joints) + "\n";
   print_summary(options,
-                text + fmt::format("{}: {} bodies, {} nodes of {} tetrahedra, {}; meshes in {}\n", machine.name, machine.bodies.size(), meshed.nodes(),
-                                   machine.order == 2 ? "quadratic" : "linear", mass_text(mass), (options.out / "mesh").string()),
+                text + fmt::format("{}: {} bodies, {} nodes of {} tetrahedra, {}; meshes in {}\n", machine.name,
+                                   machine.bodies.size(), meshed.nodes(), machine.order == 2 ? "quadratic" : "linear",
+                                   mass_text(mass), (options.out / "mesh").string()),
                 json.dump());
 }
 

@@ -27,17 +27,20 @@ struct Column {
   double factor = 1.0;
 };
 
-std::vector<Column> columns_of(const core::Table& table, const compensation::LocationOffsets& map, const std::vector<std::string>& axes,
-                               const compensation::KinematicChain& chain) {
+std::vector<Column> columns_of(const core::Table& table, const compensation::LocationOffsets& map,
+                               const std::vector<std::string>& axes, const compensation::KinematicChain& chain) {
   std::map<std::string, Column> known{{"time_s", {Column::Kind::time, "time_s"}}};
-  for (int i = 0; i < 3; ++i) known[fmt::format("point_{}_mm", "xyz"[i])] = {Column::Kind::point, "", i, core::units::mm};
+  for (int i = 0; i < 3; ++i)
+    known[fmt::format("point_{}_mm", "xyz"[i])] = {Column::Kind::point, "", i, core::units::mm};
   for (const std::string& axis : axes) {
     const bool rotary = chain.find(axis)->rotary;
-    known[axis + (rotary ? "_deg" : "_mm")] = {Column::Kind::position, axis, 0, rotary ? core::units::deg : core::units::mm};
+    known[axis + (rotary ? "_deg" : "_mm")] = {Column::Kind::position, axis, 0,
+                                               rotary ? core::units::deg : core::units::mm};
   }
   for (const std::string& error : map.known_errors()) {
     const bool turns = error[0] >= 'A' && error[0] <= 'C';
-    known[error + (turns ? "_um_per_m" : "_um")] = {Column::Kind::error, error, 0, turns ? core::units::um_per_m : core::units::um};
+    known[error + (turns ? "_um_per_m" : "_um")] = {Column::Kind::error, error, 0,
+                                                    turns ? core::units::um_per_m : core::units::um};
   }
   std::vector<std::string> names;
   for (const auto& [name, column] : known) names.push_back(name);
@@ -46,7 +49,8 @@ std::vector<Column> columns_of(const core::Table& table, const compensation::Loc
     const auto found = known.find(table.columns[i]);
     if (found == known.end()) {
       throw core::InputError(fmt::format("{}:1 column {}", table.source, i + 1), "'" + table.columns[i] + "'",
-                             "time_s, a position, point_x_mm or a location error of the chain (nearest: " + core::nearest(table.columns[i], names) + ")");
+                             "time_s, a position, point_x_mm or a location error of the chain (nearest: " +
+                                 core::nearest(table.columns[i], names) + ")");
     }
     columns.push_back(found->second);
   }
@@ -67,22 +71,25 @@ void offsets(const OffsetsOptions& options) {
     }
     axis->direction = -axis->direction;
   }
-  const compensation::LocationOffsets map(chain, {options.orientation, options.axes, options.table_radius_mm * core::units::mm});
+  const compensation::LocationOffsets map(
+      chain, {options.orientation, options.axes, options.table_radius_mm * core::units::mm});
   const core::Table table = core::read_csv(options.in);
   core::require_time_column(table);
   const std::vector<Column> columns = columns_of(table, map, axes, chain);
 
   std::string text = "time_s";
-  for (const std::string& axis : map.axes()) text += fmt::format(",offset_{}_{}", axis, chain.find(axis)->rotary ? "um_per_m" : "um");
+  for (const std::string& axis : map.axes())
+    text += fmt::format(",offset_{}_{}", axis, chain.find(axis)->rotary ? "um_per_m" : "um");
   text += ",left_x_um,left_y_um,left_z_um,left_a_um_per_m,left_b_um_per_m,left_c_um_per_m\n";
   double largest_left = 0.0, largest_turn_left = 0.0;
   for (Eigen::Index i = 0; i < table.rows(); ++i) {
     std::map<std::string, double> errors, positions;
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
     for (std::size_t c = 0; c < columns.size(); ++c) {
-      const double value = table.values(i, static_cast<Eigen::Index>(c)) * columns[c].factor;
+      const double value = table.values(i, c) * columns[c].factor;
       if (std::isnan(value)) {
-        throw core::InputError(fmt::format("{}:{} {}", table.source, core::Table::line_of_row(i), table.columns[c]), "a missing value", "a number");
+        throw core::InputError(fmt::format("{}:{} {}", table.source, core::Table::line_of_row(i), table.columns[c]),
+                               "a missing value", "a number");
       }
       if (columns[c].kind == Column::Kind::position) positions[columns[c].name] = value;
       if (columns[c].kind == Column::Kind::point) point[columns[c].component] = value;
@@ -102,11 +109,16 @@ void offsets(const OffsetsOptions& options) {
     return;
   }
   core::write_file(options.out, text);
-  const nlohmann::json json = {{"rows", table.rows()}, {"offsets", options.out.string()}, {"axes", map.axes()},
+  const nlohmann::json json = {{"rows", table.rows()},
+                               {"offsets", options.out.string()},
+                               {"axes", map.axes()},
                                {"largest_point_left_um", largest_left / core::units::um},
                                {"largest_orientation_left_um_per_m", largest_turn_left / core::units::um_per_m}};
-  print_summary(options, fmt::format("{} rows; at most {:.3g} um at the point and {:.3g} um/m of orientation cannot be compensated; offsets in {}\n", table.rows(),
-                                     largest_left / core::units::um, largest_turn_left / core::units::um_per_m, options.out.string()),
+  print_summary(options,
+                fmt::format("{} rows; at most {:.3g} um at the point and {:.3g} um/m of orientation cannot be "
+                            "compensated; offsets in {}\n",
+                            table.rows(), largest_left / core::units::um, largest_turn_left / core::units::um_per_m,
+                            options.out.string()),
                 json.dump());
 }
 

@@ -16,14 +16,14 @@ namespace thermotwin::tools {
 
 struct CommonOptions {
   std::filesystem::path out = "out";
-  int threads = 0;          ///< 0: all cores
+  int threads = 0;  ///< 0: all cores
   bool quiet = false, json = false;
 };
 
 struct RunOptions : CommonOptions {
   std::filesystem::path case_path;
-  std::string size;         ///< empty: the case's own
-  int mesh_order = 0;       ///< of the tetrahedra, 1 or 2; 0: the machine's own
+  std::string size;    ///< empty: the case's own
+  int mesh_order = 0;  ///< of the tetrahedra, 1 or 2; 0: the machine's own
   bool resume = false;
   std::string solver = "auto";
 };
@@ -37,9 +37,9 @@ struct SimulateOptions : CommonOptions {
   std::string size, load, pose;
   int mesh_order = 0;
   double fields_every_s = 3600;
-  std::vector<double> output_times;         ///< s; empty: every output_s of the load
+  std::vector<double> output_times;  ///< s; empty: every output_s of the load
   std::filesystem::path start_from, start_from_sensors;
-  double start_time_s = -1;                 ///< of start_from_sensors; negative: its first row
+  double start_time_s = -1;  ///< of start_from_sensors; negative: its first row
   bool resume = false;
   double checkpoint_every_s = 60;
   std::string solver = "auto";
@@ -52,10 +52,10 @@ struct CampaignOptions : CommonOptions {
   bool resume = false;
   double checkpoint_every_s = 60;
   std::string solver = "auto";
-  bool reduced = false;                     ///< by the reduced model
-  bool exact = false;                       ///< without time error where coefficients stand
-  bool bound = false;                       ///< error_bound.csv from bound.rom.h5 beside the model
-  std::filesystem::path model, reference;   ///< of it; empty: out/model.rom.h5, reference.rom.h5 beside it
+  bool reduced = false;                    ///< by the reduced model
+  bool exact = false;                      ///< without time error where coefficients stand
+  bool bound = false;                      ///< error_bound.csv from bound.rom.h5 beside the model
+  std::filesystem::path model, reference;  ///< of it; empty: out/model.rom.h5, reference.rom.h5 beside it
 };
 struct ReduceOptions : CommonOptions {
   std::filesystem::path case_path;
@@ -65,15 +65,15 @@ struct ReduceOptions : CommonOptions {
   bool order_by_observer = false;
   bool resume = false;
   std::string solver = "auto";
-  std::filesystem::path matrices;           ///< instead of a case: a folder of Matrix Market files
-  std::string method;                       ///< empty: combined for a case, balanced for matrices
+  std::filesystem::path matrices;  ///< instead of a case: a folder of Matrix Market files
+  std::string method;              ///< empty: combined for a case, balanced for matrices
   double tolerance = 1e-3;
   bool absolute = false, compare = false;
-  bool bound = false;                       ///< bound.rom.h5 too ...
-  std::vector<std::string> bound_poses;     ///< ... for these poses; empty: the middle of the workspace
-  std::vector<std::string> films;           ///< "name=value[,value...]"
-  bool identify = false;                    ///< from the tables of a campaign alone ...
-  std::filesystem::path campaign;           ///< ... in this folder; empty: out/campaign
+  bool bound = false;                    ///< bound.rom.h5 too ...
+  std::vector<std::string> bound_poses;  ///< ... for these poses; empty: the middle of the workspace
+  std::vector<std::string> films;        ///< "name=value[,value...]"
+  bool identify = false;                 ///< from the tables of a campaign alone ...
+  std::filesystem::path campaign;        ///< ... in this folder; empty: out/campaign
 };
 struct CompensateOptions : CommonOptions {
   CompensateOptions() { out = "-"; }  ///< a file here, "-" for stdout
@@ -81,17 +81,17 @@ struct CompensateOptions : CommonOptions {
   std::string in = "-";
   bool no_sensors = false;
   double step_s = 60;
-  double largest_um = 0, rate_um_s = 0;     ///< of an offset; 0: by the model
+  double largest_um = 0, rate_um_s = 0;  ///< of an offset; 0: by the model
   bool strict = false;
   double probe_std_um = 0.5;
   bool probed_compensated = false;
-  std::filesystem::path learned, explain;   ///< written at the end; empty: not
+  std::filesystem::path learned, explain;  ///< written at the end; empty: not
 };
 struct OffsetsOptions : CommonOptions {
   OffsetsOptions() { out = "-"; }  ///< a file here, "-" for stdout
   std::filesystem::path in;
   std::string chain;
-  std::vector<std::string> along_letter;    ///< axes whose body goes with the letter though it carries the workpiece
+  std::vector<std::string> along_letter;  ///< axes whose body goes with the letter though it carries the workpiece
   bool orientation = false;
   std::vector<std::string> axes;
   double table_radius_mm = 300;
@@ -99,10 +99,10 @@ struct OffsetsOptions : CommonOptions {
 struct EvaluateOptions : CommonOptions {
   std::filesystem::path case_path, data, model, extended, fitted;
   std::vector<std::filesystem::path> also, train_data;
-  double train_until_h = 0;                 ///< 0: a day, of a short record half
+  double train_until_h = 0;  ///< 0: a day, of a short record half
   std::vector<std::string> train_programs, models, check;
   bool cross = false;
-  std::vector<std::string> length_study;    ///< model and channel
+  std::vector<std::string> length_study;  ///< model and channel
 };
 struct DiagnoseOptions : CommonOptions {
   std::filesystem::path case_path, data, model;
@@ -115,18 +115,18 @@ struct ValidateOptions : CommonOptions {
   int draws = 5;
   std::uint64_t first_seed = 1;
   double size_factor = 0.7;
-  std::string perturb = "all";              ///< or "thermal"
+  std::string perturb = "all";  ///< or "thermal"
   bool power_off = false, failed_sensors = false;
-  std::filesystem::path reference;          ///< truth instead of the full model
-  int full_draws = 0;                       ///< of the draws, so many on full models too
+  std::filesystem::path reference;  ///< truth instead of the full model
+  int full_draws = 0;               ///< of the draws, so many on full models too
 };
 struct ExportOptions : CommonOptions {
-  std::filesystem::path model;              ///< case or machine
+  std::filesystem::path model;  ///< case or machine
   bool calculix = false, matrices = false, heat_only = false;
   std::string size, load, pose, body;
   int mesh_order = 0;
-  double time_step_s = 0;                   ///< 0: the load's own
-  double steady_at_s = -1;                  ///< negative: transient
+  double time_step_s = 0;   ///< 0: the load's own
+  double steady_at_s = -1;  ///< negative: transient
 };
 
 void run(const RunOptions& options);

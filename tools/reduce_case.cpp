@@ -31,17 +31,18 @@ constexpr Eigen::Index compared_orders[] = {20, 40, 60, 80, 120, 160, 240, 320, 
 struct MethodErrors {
   std::string name;
   double basis_seconds = 0;
-  std::vector<std::pair<Eigen::Index, double>> worst_um;   ///< order, over all held-out loads
+  std::vector<std::pair<Eigen::Index, double>> worst_um;  ///< order, over all held-out loads
 };
 
 /// Errors on the held-out loads of every method, order by order. The campaign is there, and so is one of the
 /// models: that of `method`.
-std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const solver::Case& machine_case, const ReducedCase& made,
-                                          reduction::BasisMethod method, const fs::path& out) {
+std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const solver::Case& machine_case,
+                                          const ReducedCase& made, reduction::BasisMethod method, const fs::path& out) {
   solver::CampaignOptions options;
   options.out = options.checkpoints = out / "campaign";
   options.resume = options.keep_snapshots = true;
-  const auto training = load_programs(machine_case, machine_case.train), heldout = load_programs(machine_case, machine_case.holdout);
+  const auto training = load_programs(machine_case, machine_case.train),
+             heldout = load_programs(machine_case, machine_case.holdout);
   auto trained = solver::run_campaign(full, training, options);
   for (solver::LoadResult& result : trained) result.tcp = {};  // snapshots are wanted, errors on these loads are not
   options.keep_snapshots = false;
@@ -57,8 +58,8 @@ std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const s
     wanted.parts = false;
     reduction::ReduceSummary summary;
     const bool made_before = wanted.method == method && made.reference.system.order() >= largest;
-    const reduction::ReducedModel model =
-        made_before ? reduction::truncated(made.reference, largest) : reduction::reduce(full, training, trained, wanted, &summary);
+    const reduction::ReducedModel model = made_before ? reduction::truncated(made.reference, largest)
+                                                      : reduction::reduce(full, training, trained, wanted, &summary);
     of.basis_seconds = made_before ? made.summary.basis_seconds : summary.basis_seconds;
     std::vector<Eigen::Index> orders;
     for (const Eigen::Index order : compared_orders)
@@ -69,7 +70,9 @@ std::vector<MethodErrors> compare_methods(const solver::FullModel& full, const s
       const reduction::ReducedModel small = reduction::truncated(model, order);
       std::vector<double> worst(heldout.size());
       core::parallel_for(0, heldout.size(), [&](std::size_t i) {
-        worst[i] = reduction::compare(held[i], reduction::simulate_reduced(small, machine_case.machine, heldout[i], poses, {.tell = false})).max_um;
+        worst[i] = reduction::compare(held[i], reduction::simulate_reduced(small, machine_case.machine, heldout[i],
+                                                                           poses, {.tell = false}))
+                       .max_um;
         progress.advance();
       });
       of.worst_um.emplace_back(order, *std::max_element(worst.begin(), worst.end()));
@@ -103,7 +106,8 @@ std::string comparison_table(const std::vector<MethodErrors>& methods) {
   for (const Eigen::Index order : orders) {
     std::vector<std::string> row{std::to_string(order)};
     for (const MethodErrors& method : methods) {
-      const auto at = std::find_if(method.worst_um.begin(), method.worst_um.end(), [order](const auto& entry) { return entry.first == order; });
+      const auto at = std::find_if(method.worst_um.begin(), method.worst_um.end(),
+                                   [order](const auto& entry) { return entry.first == order; });
       row.push_back(at == method.worst_um.end() ? "-" : fmt::format("{:.3f}", at->second));
     }
     table.push_back(std::move(row));
@@ -117,8 +121,8 @@ std::string comparison_table(const std::vector<MethodErrors>& methods) {
 /// What a user would run instead of reducing: a transient of so many steps of a held-out load at one pose.
 struct TransientTime {
   std::string load;
-  double seconds = 0;          ///< for all steps, with factors and the pose's rows
-  std::size_t run = 0;         ///< steps that were run; the rest is taken in proportion
+  double seconds = 0;   ///< for all steps, with factors and the pose's rows
+  std::size_t run = 0;  ///< steps that were run; the rest is taken in proportion
 };
 constexpr std::size_t transient_steps = 800;
 
@@ -133,16 +137,21 @@ TransientTime time_transient(const solver::FullModel& full, const solver::Case& 
   options.poses = {poses[poses.size() / 2]};
   const Stopwatch watch;
   solver::run_campaign(full, {load}, options);
-  result.seconds = watch.seconds() * static_cast<double>(transient_steps) / static_cast<double>(result.run);
+  result.seconds = watch.seconds() * static_cast<double>(transient_steps) / result.run;
   return result;
 }
 
 std::string building_text(const ReducedCase& made, const TransientTime& transient) {
   const reduction::ReduceSummary& s = made.summary;
-  std::string text = fmt::format("built in    {:.1f} s: output rows {:.1f}, basis {:.1f}, projection {:.1f}, orders {:.1f}, parts {:.1f}; the campaign before it {:.1f} s\n",
-                                 s.seconds(), s.rows_seconds, s.basis_seconds, s.projection_seconds, s.orders_seconds, s.parts_seconds, made.campaign_seconds);
-  text += fmt::format("transient   of {} steps at one pose on this mesh ({}{}): {:.1f} s; building takes {:.1f} times that", transient_steps, transient.load,
-                      transient.run < transient_steps ? fmt::format(", from {}", transient.run) : "", transient.seconds, s.seconds() / transient.seconds);
+  std::string text = fmt::format(
+      "built in    {:.1f} s: output rows {:.1f}, basis {:.1f}, projection {:.1f}, orders {:.1f}, parts {:.1f}; the "
+      "campaign before it {:.1f} s\n",
+      s.seconds(), s.rows_seconds, s.basis_seconds, s.projection_seconds, s.orders_seconds, s.parts_seconds,
+      made.campaign_seconds);
+  text += fmt::format(
+      "transient   of {} steps at one pose on this mesh ({}{}): {:.1f} s; building takes {:.1f} times that",
+      transient_steps, transient.load, transient.run < transient_steps ? fmt::format(", from {}", transient.run) : "",
+      transient.seconds, s.seconds() / transient.seconds);
   return text;
 }
 
@@ -173,17 +182,20 @@ void write_order_picture(const fs::path& file, const ReducedCase& made, double t
   core::LineChart::Line line{"training loads", {}};
   for (const auto& [order, error] : made.summary.order_error_um) line.points.emplace_back(order, error);
   chart.lines.push_back(std::move(line));
-  for (const auto& e : made.model.errors) chart.lines.push_back({e.load, {{static_cast<double>(made.summary.order), e.max_um}}});
+  for (const auto& e : made.model.errors)
+    chart.lines.push_back({e.load, {{static_cast<double>(made.summary.order), e.max_um}}});
   chart.target = tolerance_um;
   chart.target_name = "tolerance";
   core::write_file(file, chart.svg());
 }
 
 void reduce(const ReduceOptions& options) {
-  if (options.order_by_observer && (options.identify || !options.matrices.empty())) throw core::UsageError("--order observer: of a case that is reduced with its full model only");
+  if (options.order_by_observer && (options.identify || !options.matrices.empty()))
+    throw core::UsageError("--order observer: of a case that is reduced with its full model only");
   if (!options.matrices.empty()) return reduce_matrices(options);
   if (options.identify) return reduce_from_campaign(options);
-  if (options.case_path.empty()) throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
+  if (options.case_path.empty())
+    throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
@@ -192,7 +204,8 @@ void reduce(const ReduceOptions& options) {
   wanted.order_by_observer = options.order_by_observer;
   if (!options.method.empty()) wanted.method = reduction::basis_method(options.method);
   std::vector<mesh::Pose> bounded;
-  for (const std::string& pose : options.bound_poses) bounded.push_back(mesh::parse_pose(machine_case.machine, pose, "--bound-pose"));
+  for (const std::string& pose : options.bound_poses)
+    bounded.push_back(mesh::parse_pose(machine_case.machine, pose, "--bound-pose"));
   if (options.bound && bounded.empty()) {
     const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine_case.machine);
     bounded.push_back(grid[grid.size() / 2]);
@@ -201,8 +214,10 @@ void reduce(const ReduceOptions& options) {
   const solver::FullModel full = build(machine_case, options.out, options.solver);
   const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out, bounded);
   const TransientTime transient = time_transient(full, machine_case);
-  nlohmann::json json = {{"order", made.summary.order}, {"nodes", full.mesh.nodes()}, {"reference_order", made.reference.system.order()},
-                         {"method", reduction::basis_methods[static_cast<int>(wanted.method)]},
+  nlohmann::json json = {{"order", made.summary.order},
+                         {"nodes", full.mesh.nodes()},
+                         {"reference_order", made.reference.system.order()},
+                         {"method", reduction::basis_methods[wanted.method]},
                          {"basis_s", made.summary.basis_seconds}};
   for (std::size_t i = 0; i < made.summary.order_error_um.size(); ++i) {
     const auto& [order, error] = made.summary.order_error_um[i];
@@ -211,17 +226,35 @@ void reduce(const ReduceOptions& options) {
   }
   json["order_of_observer"] = made.summary.order_of_observer();
   for (const auto& e : made.off_grid)
-    json["off_grid"].push_back({{"load", e.load}, {"peak_um", e.peak_um()}, {"max_um", e.max_um()}, {"own_rows_max_um", e.own_rows_um()}});
+    json["off_grid"].push_back(
+        {{"load", e.load}, {"peak_um", e.peak_um()}, {"max_um", e.max_um()}, {"own_rows_max_um", e.own_rows_um()}});
   const reduction::ReduceSummary& stages = made.summary;
-  json["building"] = {{"rows_s", stages.rows_seconds}, {"basis_s", stages.basis_seconds}, {"projection_s", stages.projection_seconds},
-                      {"orders_s", stages.orders_seconds}, {"parts_s", stages.parts_seconds}, {"all_s", stages.seconds()},
-                      {"transient_s", transient.seconds}, {"ratio", stages.seconds() / transient.seconds}, {"campaign_s", made.campaign_seconds}};
+  json["building"] = {{"rows_s", stages.rows_seconds},
+                      {"basis_s", stages.basis_seconds},
+                      {"projection_s", stages.projection_seconds},
+                      {"orders_s", stages.orders_seconds},
+                      {"parts_s", stages.parts_seconds},
+                      {"all_s", stages.seconds()},
+                      {"transient_s", transient.seconds},
+                      {"ratio", stages.seconds() / transient.seconds},
+                      {"campaign_s", made.campaign_seconds}};
   for (const auto& e : made.model.errors)
-    json["heldout"].push_back({{"load", e.load}, {"peak_um", e.peak_um}, {"max_um", e.max_um}, {"rms_um", e.rms_um},
-                               {"estimate_max_um", e.estimate_max_um}, {"effectivity", e.effectivity}});
+    json["heldout"].push_back({{"load", e.load},
+                               {"peak_um", e.peak_um},
+                               {"max_um", e.max_um},
+                               {"rms_um", e.rms_um},
+                               {"estimate_max_um", e.estimate_max_um},
+                               {"effectivity", e.effectivity}});
   for (const BoundedLoad& b : made.bounded)
-    json["bounds"].push_back({{"load", b.load}, {"pose", b.pose}, {"peak_um", b.peak_um}, {"error_um", b.error_um}, {"bound_um", b.bound_um},
-                              {"remainder_um", b.remainder_um}, {"least_ratio", b.least_ratio}, {"median_ratio", b.median_ratio}, {"seconds", b.seconds}});
+    json["bounds"].push_back({{"load", b.load},
+                              {"pose", b.pose},
+                              {"peak_um", b.peak_um},
+                              {"error_um", b.error_um},
+                              {"bound_um", b.bound_um},
+                              {"remainder_um", b.remainder_um},
+                              {"least_ratio", b.least_ratio},
+                              {"median_ratio", b.median_ratio},
+                              {"seconds", b.seconds}});
   std::vector<MethodErrors> methods;
   std::string text = made.summary.brief() + "\n\n" + error_table(made) + "\n" + building_text(made, transient) + "\n";
   if (made.bound) text += bound_table(made) + "\n";
@@ -230,7 +263,8 @@ void reduce(const ReduceOptions& options) {
     text += comparison_table(methods) + "\n";
     for (const MethodErrors& method : methods)
       for (const auto& [order, error] : method.worst_um)
-        json["comparison"].push_back({{"method", method.name}, {"order", order}, {"worst_um", error}, {"basis_s", method.basis_seconds}});
+        json["comparison"].push_back(
+            {{"method", method.name}, {"order", order}, {"worst_um", error}, {"basis_s", method.basis_seconds}});
   }
   if (options.compare) {
     write_comparison_picture(options.out / "order.svg", made, methods);
@@ -238,7 +272,9 @@ void reduce(const ReduceOptions& options) {
     write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
   }
   json["seconds"] = time.seconds();
-  print_summary(options, text + fmt::format("{} and {} in {:.0f} s\n", (options.out / "model.rom.h5").string(), (options.out / "order.svg").string(), time.seconds()),
+  print_summary(options,
+                text + fmt::format("{} and {} in {:.0f} s\n", (options.out / "model.rom.h5").string(),
+                                   (options.out / "order.svg").string(), time.seconds()),
                 json.dump());
 }
 

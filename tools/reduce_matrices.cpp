@@ -27,7 +27,8 @@ using reduction::SystemReduction;
 double number_of(const std::string& text, const std::string& place) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) throw core::InputError(place, "'" + text + "'", "a finite number");
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    throw core::InputError(place, "'" + text + "'", "a finite number");
   return value;
 }
 
@@ -39,7 +40,8 @@ std::string films_allowed(const std::string& name, const std::vector<std::string
 }
 
 /// Every combination of the films' values, those not named where they stand.
-std::vector<std::vector<double>> points_of(const std::vector<std::string>& arguments, const reduction::LinearSystem& system) {
+std::vector<std::vector<double>> points_of(const std::vector<std::string>& arguments,
+                                           const reduction::LinearSystem& system) {
   std::vector<std::vector<double>> values(system.films.size());
   std::vector<std::string> names;
   for (const auto& film : system.films) names.push_back(film.name);
@@ -53,8 +55,9 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
       throw core::InputError(
           place, "'" + name + "'",
           names.empty() ? "films whose A_film_NAME.mtx is there; there is none" : films_allowed(name, names));
-    std::vector<double>& list = values[static_cast<std::size_t>(known - names.begin())];
-    if (!list.empty()) throw core::InputError(place, "'" + name + "' named twice", "each film once, with all its values");
+    std::vector<double>& list = values[known - names.begin()];
+    if (!list.empty())
+      throw core::InputError(place, "'" + name + "' named twice", "each film once, with all its values");
     for (std::size_t from = equals + 1; from <= argument.size();) {
       const std::size_t comma = std::min(argument.find(',', from), argument.size());
       list.push_back(number_of(argument.substr(from, comma - from), place));
@@ -73,7 +76,9 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
         more.back().push_back(value);
       }
     points = std::move(more);
-    if (points.size() > most) throw core::InputError("--film", fmt::format("{} combinations of values or more", points.size()), fmt::format("at most {}", most));
+    if (points.size() > most)
+      throw core::InputError("--film", fmt::format("{} combinations of values or more", points.size()),
+                             fmt::format("at most {}", most));
   }
   return points;
 }
@@ -92,11 +97,16 @@ std::string films_text(const reduction::LinearSystem& system, const PointResult&
 std::string hankel_text(const PointResult& point) {
   constexpr Eigen::Index shown = 12;
   std::string text;
-  for (Eigen::Index k = 0; k < std::min(shown, point.hankel.size()); ++k) text += fmt::format("{}{:.6e}", k == 0 ? "" : k % 6 == 0 ? "\n            " : "  ", point.hankel(k));
-  return fmt::format("Hankel      {}\n            {}\n", text,
-                     point.complete ? fmt::format("the leading {} of {}; all are computed", std::min(shown, point.hankel.size()), point.hankel.size())
-                                    : fmt::format("the leading {} of {} computed from low-rank Gramians ({} steps, relative residual {:.1e})",
-                                                  std::min(shown, point.hankel.size()), point.hankel.size(), point.gramian_steps, point.gramian_residual));
+  for (Eigen::Index k = 0; k < std::min(shown, point.hankel.size()); ++k)
+    text += fmt::format("{}{:.6e}", k == 0 ? "" : k % 6 == 0 ? "\n            " : "  ", point.hankel(k));
+  return fmt::format(
+      "Hankel      {}\n            {}\n", text,
+      point.complete
+          ? fmt::format("the leading {} of {}; all are computed", std::min(shown, point.hankel.size()),
+                        point.hankel.size())
+          : fmt::format("the leading {} of {} computed from low-rank Gramians ({} steps, relative residual {:.1e})",
+                        std::min(shown, point.hankel.size()), point.hankel.size(), point.gramian_steps,
+                        point.gramian_residual));
 }
 
 /// What rounding may make of the bound: each Hankel singular value is off by up to n eps of the largest.
@@ -107,27 +117,39 @@ double bound_rounding(const PointResult& point) {
 
 std::string bound_text(const SystemReduction& reduction, const PointResult& point) {
   const double norm = point.norm.value;
-  std::string text = fmt::format("H-infinity  norm {:.6e} at {:.4g} rad/s (sampled, without D)\n", norm, point.norm.frequency);
+  std::string text =
+      fmt::format("H-infinity  norm {:.6e} at {:.4g} rad/s (sampled, without D)\n", norm, point.norm.frequency);
   const bool balanced = reduction.method == reduction::Method::balanced;
-  text += fmt::format("bound       {:.3e}, {:.2e} of the norm: 2 x the Hankel singular values beyond {}{}\n", point.bound, point.bound / norm, point.order,
+  text += fmt::format("bound       {:.3e}, {:.2e} of the norm: 2 x the Hankel singular values beyond {}{}\n",
+                      point.bound, point.bound / norm, point.order,
                       reduction.joined ? ";\n            of this point's own balanced model, the joined model has none"
-                      : balanced       ? ""
-                                       : fmt::format(";\n            of balanced truncation, {} has none", word(reduction.method)));
+                      : balanced
+                          ? ""
+                          : fmt::format(";\n            of balanced truncation, {} has none", word(reduction.method)));
   if (!point.complete)
-    text += point.unknown_sum
-                ? fmt::format("            those not computed, and errors of those computed, change their sum by {:.1e} at most\n", *point.unknown_sum)
-                : std::string("            those not computed are not in it: no bound of their sum is known for this system\n");
-  text += fmt::format("true error  {:.3e}, {:.2e} of the norm, at {:.4g} rad/s (largest seen; {} frequencies of the full system{})\n", point.error.value,
-                      point.error.value / norm, point.error.frequency, point.samples, point.dense ? " and searches between them" : "");
+    text +=
+        point.unknown_sum
+            ? fmt::format(
+                  "            those not computed, and errors of those computed, change their sum by {:.1e} at most\n",
+                  *point.unknown_sum)
+            : std::string(
+                  "            those not computed are not in it: no bound of their sum is known for this system\n");
+  text += fmt::format(
+      "true error  {:.3e}, {:.2e} of the norm, at {:.4g} rad/s (largest seen; {} frequencies of the full system{})\n",
+      point.error.value, point.error.value / norm, point.error.frequency, point.samples,
+      point.dense ? " and searches between them" : "");
   if (const double excess = point.error.value - point.bound; balanced && !reduction.joined && excess > 0.0) {
     const double rounding = bound_rounding(point);
-    text += fmt::format("            the error seen exceeds the bound by {:.1e} of it, {} the rounding of {:.1e} of the Hankel singular values\n", excess / point.bound,
-                        excess <= rounding ? "within" : "beyond", rounding / point.bound);
+    text += fmt::format(
+        "            the error seen exceeds the bound by {:.1e} of it, {} the rounding of {:.1e} of the Hankel "
+        "singular values\n",
+        excess / point.bound, excess <= rounding ? "within" : "beyond", rounding / point.bound);
   }
   return text;
 }
 
-nlohmann::json point_json(const reduction::LinearSystem& system, const SystemReduction& reduction, const PointResult& point) {
+nlohmann::json point_json(const reduction::LinearSystem& system, const SystemReduction& reduction,
+                          const PointResult& point) {
   nlohmann::json json = {{"order", point.order},
                          {"hankel_singular_values", std::vector<double>(point.hankel.begin(), point.hankel.end())},
                          {"hankel_complete", point.complete},
@@ -159,9 +181,13 @@ std::string comparison_text(const SystemReduction& reduction, nlohmann::json& js
   for (const auto& row : reduction.comparison) {
     const double bound = reduction::bound_of(point.hankel, row.order);
     const bool balanced = row.method == reduction::Method::balanced;
-    table.push_back({word(row.method), std::to_string(row.order), fmt::format("{:.3e}", row.error), fmt::format("{:.2e}", row.error / point.norm.value),
-                     balanced ? fmt::format("{:.3e}", bound) : "-", row.stable ? "yes" : "no"});
-    json["compare"].push_back({{"method", word(row.method)}, {"order", row.order}, {"hinf_error_sampled", row.error}, {"stable", row.stable}});
+    table.push_back({word(row.method), std::to_string(row.order), fmt::format("{:.3e}", row.error),
+                     fmt::format("{:.2e}", row.error / point.norm.value), balanced ? fmt::format("{:.3e}", bound) : "-",
+                     row.stable ? "yes" : "no"});
+    json["compare"].push_back({{"method", word(row.method)},
+                               {"order", row.order},
+                               {"hinf_error_sampled", row.error},
+                               {"stable", row.stable}});
     json["compare"].back()["bound"] = balanced ? nlohmann::json(bound) : nlohmann::json();
   }
   return core::format_table(table) + "\n";
@@ -200,8 +226,8 @@ void reduce_matrices(const ReduceOptions& options) {
   for (const PointResult& point : reduced.points) json["points"].push_back(point_json(system, reduced, point));
   json["folder"] = options.out.string();
 
-  std::string text = fmt::format("system      {} states, {} inputs, {} outputs{}{}{}\n", base.size(), base.inputs(), base.outputs(),
-                                 base.symmetric ? ", symmetric" : "", base.identity ? ", E = 1" : "",
+  std::string text = fmt::format("system      {} states, {} inputs, {} outputs{}{}{}\n", base.size(), base.inputs(),
+                                 base.outputs(), base.symmetric ? ", symmetric" : "", base.identity ? ", E = 1" : "",
                                  first.proved_stable ? "" : "; no unstable eigenvalue was found, which is no proof");
   for (const PointResult& point : reduced.points) {
     if (!point.films.empty()) text += fmt::format("at          {}\n", films_text(system, point));
@@ -212,8 +238,9 @@ void reduce_matrices(const ReduceOptions& options) {
   json["read_seconds"] = read_seconds;
   json["seconds"] = time.seconds();
   json["peak_memory_GiB"] = peak_memory_GiB();
-  text += fmt::format("reduced     order {} by {}, stable; matrices and {} in {}; {:.1f} s, {:.2f} GiB\n", reduced.model.order(), word(reduced.method),
-                      reduction::system_file_name, options.out.string(), time.seconds(), peak_memory_GiB());
+  text += fmt::format("reduced     order {} by {}, stable; matrices and {} in {}; {:.1f} s, {:.2f} GiB\n",
+                      reduced.model.order(), word(reduced.method), reduction::system_file_name, options.out.string(),
+                      time.seconds(), peak_memory_GiB());
   print_summary(options, text, json.dump());
 }
 

@@ -35,7 +35,8 @@ struct Outcome {
   std::size_t times = 0;
 };
 
-void write_load(const fs::path& folder, const solver::LoadResult& result, const core::Table* estimate, const core::Table* bound, const std::string& maker) {
+void write_load(const fs::path& folder, const solver::LoadResult& result, const core::Table* estimate,
+                const core::Table* bound, const std::string& maker) {
   core::write_files_by(folder, [&](const fs::path& staged) {
     std::vector<fs::path> files{"tcp.csv", "sensors.csv", "inputs.csv"};
     const core::Table* tables[] = {&result.tcp, &result.sensors, &result.inputs};
@@ -90,7 +91,8 @@ void reduced_campaign(const CampaignOptions& options) {
 
   std::optional<reduction::BoundModel> bound;
   if (options.bound) {
-    if (options.exact) throw core::UsageError("campaign: --bound is for the full model's time scheme, --exact has another");
+    if (options.exact)
+      throw core::UsageError("campaign: --bound is for the full model's time scheme, --exact has another");
     bound = reduction::read_bound(file.parent_path() / "bound.rom.h5", model);
     tell_what_no_bound_covers(machine_case.machine);
   }
@@ -105,8 +107,10 @@ void reduced_campaign(const CampaignOptions& options) {
   reduction::ReducedRun run;
   run.exact = options.exact;
   const auto poses = mesh::workspace_poses(machine_case.machine);
-  const fs::path folder = options.out / "campaign_reduced";  // campaign/ holds the full model's tables, which resumed runs trust
-  const std::string maker = fmt::format("reduced model of order {}, {}\n", model.system.order(), file.filename().string());
+  const fs::path folder =
+      options.out / "campaign_reduced";  // campaign/ holds the full model's tables, which resumed runs trust
+  const std::string maker =
+      fmt::format("reduced model of order {}, {}\n", model.system.order(), file.filename().string());
   std::vector<Outcome> outcomes(programs.size());
   core::Progress progress("reduced runs", programs.size());
   core::parallel_for(0, programs.size(), [&](std::size_t i) {
@@ -124,7 +128,8 @@ void reduced_campaign(const CampaignOptions& options) {
       return static_cast<const core::Table*>(&bounded->table);
     };
     if (reference) {
-      reduction::EstimatedRun estimated = reduction::simulate_with_estimate(model, *reference, machine_case.machine, programs[i], poses, how);
+      reduction::EstimatedRun estimated =
+          reduction::simulate_with_estimate(model, *reference, machine_case.machine, programs[i], poses, how);
       outcome.estimate_um = reduction::largest_translation(estimated.estimate);
       if (bound) {
         const auto there = at_poses(estimated.estimate, poses, bound->poses);
@@ -141,7 +146,7 @@ void reduced_campaign(const CampaignOptions& options) {
       write_load(folder / programs[i].name(), result, nullptr, limits, maker);
     }
     outcome.peak_um = reduction::largest_translation(result.tcp);
-    outcome.times = static_cast<std::size_t>(result.sensors.rows());
+    outcome.times = result.sensors.rows();
     progress.advance();
   });
 
@@ -159,15 +164,24 @@ void reduced_campaign(const CampaignOptions& options) {
       table.back().push_back(fmt::format("{:.3f}", o.bound_um));
     }
     table.back().push_back(fmt::format("{:.3f}", o.seconds));
-    json["loads"].push_back({{"load", programs[i].name()}, {"times", o.times}, {"poses", poses.size()}, {"peak_um", o.peak_um}, {"seconds", o.seconds}});
+    json["loads"].push_back({{"load", programs[i].name()},
+                             {"times", o.times},
+                             {"poses", poses.size()},
+                             {"peak_um", o.peak_um},
+                             {"seconds", o.seconds}});
     if (reference) json["loads"].back()["estimate_um"] = o.estimate_um;
     if (bound) json["loads"].back()["bound_um"] = o.bound_um;
     if (o.estimate_there_um) json["loads"].back()["estimate_at_bound_poses_um"] = *o.estimate_there_um;
   }
-  print_summary(options, fmt::format("{}\norder {}{}{}, {:.1f} s; tables in {}\n", core::format_table(table), model.system.order(),
-                                     reference ? fmt::format(", estimates by order {}", reference->system.order()) : "",
-                                     bound ? fmt::format(", bounds at {} by order {}", poses_text(machine_case.machine, bound->poses), bound->terms.order()) : "", time.seconds(), folder.string()),
-                json.dump());
+  print_summary(
+      options,
+      fmt::format("{}\norder {}{}{}, {:.1f} s; tables in {}\n", core::format_table(table), model.system.order(),
+                  reference ? fmt::format(", estimates by order {}", reference->system.order()) : "",
+                  bound ? fmt::format(", bounds at {} by order {}", poses_text(machine_case.machine, bound->poses),
+                                      bound->terms.order())
+                        : "",
+                  time.seconds(), folder.string()),
+      json.dump());
 }
 
 }  // namespace thermotwin::tools

@@ -75,7 +75,8 @@ void require_whole_chain(const solver::Case& machine_case) {
 }
 
 /// The measurement that the case names, or one of the machine that it describes.
-compensation::Measurement measurement_of(const solver::Case& machine_case, bool resume, const std::filesystem::path& out) {
+compensation::Measurement measurement_of(const solver::Case& machine_case, bool resume,
+                                         const std::filesystem::path& out) {
   if (!machine_case.measurement.empty()) return compensation::read_measurement(machine_case.measurement);
   const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
   const mesh::Machine machine = measured_machine(machine_case);
@@ -87,8 +88,9 @@ compensation::Measurement measurement_of(const solver::Case& machine_case, bool 
 
   const auto folder = out / "measurement";
   const mesh::MeshOptions mesh_options{options.size_factor, options.mesh_cache};
-  std::string inputs = fmt::format("{} {} {} {} {} {} {} {} {} {}", machine.hash, wrong.load, wrong.kind, wrong.where, wrong.factor,
-                                   wrong.seed, options.size_factor, wrong.refine, solver::word(options.time.scheme), options.time.tolerance_K);
+  std::string inputs = fmt::format("{} {} {} {} {} {} {} {} {} {}", machine.hash, wrong.load, wrong.kind, wrong.where,
+                                   wrong.factor, wrong.seed, options.size_factor, wrong.refine,
+                                   solver::word(options.time.scheme), options.time.tolerance_K);
   inputs += solver::hash_of_mesh(mesh::build_machine_mesh(machine, mesh_options));
   inputs += core::read_file(machine_case.folder / "loads" / (wrong.load + ".toml"));
   for (const mesh::Pose& pose : machine_case.check_points) inputs += mesh::format_pose(machine, pose) + " ";
@@ -110,8 +112,8 @@ compensation::Measurement measurement_of(const solver::Case& machine_case, bool 
 }
 
 /// Temperature and deformation of one training load at its warmest output, and the poses' errors.
-void write_pictures(const solver::FullModel& full, const solver::Case& machine_case,
-                    const std::filesystem::path& out, const std::string& load) {
+void write_pictures(const solver::FullModel& full, const solver::Case& machine_case, const std::filesystem::path& out,
+                    const std::string& load) {
   const mesh::Machine& machine = machine_case.machine;
   solver::CampaignOptions options;
   options.keep_snapshots = true;
@@ -119,7 +121,8 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
   options.poses = {poses[poses.size() / 2]};
   const solver::LoadResult result = solver::run_campaign(full, {machine_case.load(load)}, options).front();
   Eigen::Index warmest = 0;
-  const Eigen::VectorXd dz = result.tcp.column("dz_um"), dy = result.tcp.column("dy_um"), dx = result.tcp.column("dx_um");
+  const Eigen::VectorXd dz = result.tcp.column("dz_um"), dy = result.tcp.column("dy_um"),
+                        dx = result.tcp.column("dx_um");
   (dx.array().square() + dy.array().square() + dz.array().square()).maxCoeff(&warmest);
   const Eigen::VectorXd state = result.snapshots.col(warmest);
   const Eigen::VectorXd temperature_C = (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix();
@@ -165,7 +168,9 @@ std::string drift_lines(const compensation::Evaluation& drift, nlohmann::json& j
     if (row.training) continue;
     std::string& days = lines[row.model][row.channel];
     days += fmt::format("{}{:.0f}", days.empty() ? "" : ", ", row.measures.rms_reduction_percent);
-    json["measured_drift"].push_back({{"model", row.model}, {"channel", row.channel}, {"part", row.part},
+    json["measured_drift"].push_back({{"model", row.model},
+                                      {"channel", row.channel},
+                                      {"part", row.part},
                                       {"rms_reduction_percent", row.measures.rms_reduction_percent}});
   }
   std::string text;
@@ -184,7 +189,8 @@ std::string hidden_truth(const solver::Case& machine_case) {
   mesh::Machine nominal = machine_case.machine;
   mesh::Machine measured = measured_machine(machine_case);
   const diagnosis::Parameter effect = diagnosis::make_parameter(wrong.kind, wrong.where);
-  const double ratio = *diagnosis::machine_values(measured, effect).front().value / *diagnosis::machine_values(nominal, effect).front().value;
+  const double ratio = *diagnosis::machine_values(measured, effect).front().value /
+                       *diagnosis::machine_values(nominal, effect).front().value;
   return fmt::format("            hidden in the virtual measurement of {}: {} of {} x {:.3g}\n", wrong.load, wrong.kind,
                      wrong.where, ratio);
 }
@@ -204,21 +210,23 @@ void run(const RunOptions& options) {
   const solver::FullModel full = build(machine_case, options.out, options.solver);
   Eigen::Index elements = 0;
   for (const mesh::TetMesh& body : full.mesh.bodies) elements += body.elements();
-  text += fmt::format("mesh        {} bodies, {} nodes, {} tetrahedra, {} joints ({}); {:.0f} s\n", machine.bodies.size(),
-                      full.mesh.nodes(), elements, machine.joints.size(), machine_case.size, step.seconds());
+  text +=
+      fmt::format("mesh        {} bodies, {} nodes, {} tetrahedra, {} joints ({}); {:.0f} s\n", machine.bodies.size(),
+                  full.mesh.nodes(), elements, machine.joints.size(), machine_case.size, step.seconds());
   json["mesh"] = {{"bodies", machine.bodies.size()}, {"nodes", full.mesh.nodes()}, {"elements", elements}};
 
   step = {};
   const ReducedCase made = make_reduced_model(full, machine_case, {}, options.resume, options.out);
   write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
-  text += fmt::format("campaign    {} load programs x {} poses; {:.0f} s\n", made.loads, made.poses, made.campaign_seconds);
+  text +=
+      fmt::format("campaign    {} load programs x {} poses; {:.0f} s\n", made.loads, made.poses, made.campaign_seconds);
   text += fmt::format("reduced     order {} for {} unknowns; basis and projection {:.0f} s\n", made.summary.order,
                       full.thermal.size, made.summary.basis_seconds + made.summary.projection_seconds);
   json["campaign"] = {{"loads", made.loads}, {"poses", made.poses}, {"seconds", made.campaign_seconds}};
   json["reduced"]["order"] = made.summary.order;
   for (const reduction::ReductionErrors& e : made.model.errors) {
-    text += fmt::format("  held out  {:18} reduced against full: {:.3f} um at most, {:.2f} % of the peak {:.1f} um{}\n", e.load,
-                        e.max_um, 100 * e.max_um / e.peak_um, e.peak_um,
+    text += fmt::format("  held out  {:18} reduced against full: {:.3f} um at most, {:.2f} % of the peak {:.1f} um{}\n",
+                        e.load, e.max_um, 100 * e.max_um / e.peak_um, e.peak_um,
                         e.estimate_max_um > 0 ? fmt::format("; estimated {:.3f}", e.estimate_max_um) : "");
     json["reduced"]["heldout"].push_back({{"load", e.load}, {"max_um", e.max_um}, {"peak_um", e.peak_um}});
   }
@@ -234,8 +242,8 @@ void run(const RunOptions& options) {
   const double bare = validation.median_reduction(unseen, false), sensed = validation.median_reduction(unseen, true);
   double before = 0, after = 0;
   for (const auto& row : validation.rows) {
-    before += row.rms_before_um * row.rms_before_um / static_cast<double>(validation.rows.size());
-    after += row.rms_sensors_um * row.rms_sensors_um / static_cast<double>(validation.rows.size());
+    before += row.rms_before_um * row.rms_before_um / validation.rows.size();
+    after += row.rms_sensors_um * row.rms_sensors_um / validation.rows.size();
   }
   text += fmt::format(
       "compensated {} on a machine measured virtually ({} nodes, perturbed parameters, noise), {} check points:\n"
@@ -247,8 +255,10 @@ void run(const RunOptions& options) {
   step = {};
   const compensation::Measurement measurement = measurement_of(machine_case, options.resume, options.out);
   compensation::require_fits(measurement, machine);
-  const diagnosis::Diagnosis found = diagnosis::diagnose(made.model, measurement, {.programs = programs_of(machine_case, machine)});
-  diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model, diagnosis::make_scene(full.mesh, diagnosis::marked_causes(found)));
+  const diagnosis::Diagnosis found =
+      diagnosis::diagnose(made.model, measurement, {.programs = programs_of(machine_case, machine)});
+  diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model,
+                             diagnosis::make_scene(full.mesh, diagnosis::marked_causes(found)));
   text += fmt::format("diagnosis   {}\n{}", found.sentence, hidden_truth(machine_case));
   json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(found));
 

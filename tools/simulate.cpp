@@ -39,17 +39,20 @@ std::vector<std::size_t> field_outputs(const std::vector<double>& times, const S
   return chosen;
 }
 
-Eigen::VectorXd start_field(const SimulateOptions& options, const solver::FullModel& full, const solver::LoadProgram& program) {
+Eigen::VectorXd start_field(const SimulateOptions& options, const solver::FullModel& full,
+                            const solver::LoadProgram& program) {
   if (!options.start_from.empty()) {
     const solver::StartField start = solver::field_from_vtu(options.start_from, full.mesh, full.thermal);
-    core::log_line(fmt::format("start from {}: nodes are at most {:.2g} mm outside its mesh", options.start_from.string(), 1e3 * start.farthest));
+    core::log_line(fmt::format("start from {}: nodes are at most {:.2g} mm outside its mesh",
+                               options.start_from.string(), 1e3 * start.farthest));
     return start.temperature;
   }
   if (options.start_from_sensors.empty()) return {};
   const core::Table table = core::read_csv(options.start_from_sensors);
   core::require_time_column(table);
   const double time = options.start_time_s >= 0 || table.rows() == 0 ? options.start_time_s : table.values(0, 0);
-  return solver::field_from_sensors(table, time, solver::OperatingModel(full.mesh.machine, full.thermal.layout), program, full.thermal);
+  return solver::field_from_sensors(table, time, solver::OperatingModel(full.mesh.machine, full.thermal.layout),
+                                    program, full.thermal);
 }
 
 /// What each coolant's chiller takes; the first row of heat.csv is the start and has no flows.
@@ -62,8 +65,9 @@ std::string cooling_lines(const mesh::Machine& machine, const core::Table& flows
     const Eigen::VectorXd time = flows.column("time_s"), power = flows.column(column).tail(last);
     const double mean = power.dot(time.tail(last) - time.head(last)) / (time[last] - time[0]);
     json["cooling_power_W"][coolant.id] = {{"mean", mean}, {"largest", power.maxCoeff()}, {"end", power[last - 1]}};
-    lines += fmt::format("coolant {} carries off {:.1f} W in the mean, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n", coolant.id, mean,
-                         power.maxCoeff(), power[last - 1]);
+    lines +=
+        fmt::format("coolant {} carries off {:.1f} W in the mean, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n",
+                    coolant.id, mean, power.maxCoeff(), power[last - 1]);
   }
   return lines;
 }
@@ -86,8 +90,8 @@ std::string sensor_table(const mesh::Machine& machine, const core::Table& sensor
   std::vector<std::vector<std::string>> table{{"sensor degC", "at the end", "lowest", "highest"}};
   for (const mesh::SensorSpec& sensor : machine.sensors) {
     const Eigen::VectorXd values = sensors.column(sensor.id + "_C");
-    table.push_back({sensor.id, fmt::format("{:.2f}", values(values.size() - 1)), fmt::format("{:.2f}", values.minCoeff()),
-                     fmt::format("{:.2f}", values.maxCoeff())});
+    table.push_back({sensor.id, fmt::format("{:.2f}", values(values.size() - 1)),
+                     fmt::format("{:.2f}", values.minCoeff()), fmt::format("{:.2f}", values.maxCoeff())});
   }
   return no_tcp + core::format_table(table);
 }
@@ -100,8 +104,8 @@ void simulate(const SimulateOptions& options) {
   const mesh::Machine& machine = machine_case.machine;
   solver::LoadProgram program = machine_case.load(options.load);
   if (!options.output_times.empty()) program.choose_outputs(options.output_times, "--output-times");
-  const mesh::Pose pose = options.pose.empty() ? mesh::home_pose(machine)
-                                               : mesh::parse_pose(machine, options.pose, "--pose");
+  const mesh::Pose pose =
+      options.pose.empty() ? mesh::home_pose(machine) : mesh::parse_pose(machine, options.pose, "--pose");
   const solver::FullModel full = build(machine_case, options.out, options.solver);
 
   const auto folder = options.out / "simulate" / program.name();
@@ -126,9 +130,11 @@ void simulate(const SimulateOptions& options) {
     const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
     for (const auto& [screw, tension] : full.elastic.screw_tensions(state, pose))
       if (tension < 0.0 && slack.insert(screw).second)
-        core::warn(fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N): the TCP error from here on counts it as if it could push",
-                               output.time, machine.screws[static_cast<std::size_t>(screw)].body, tension));
-    solver::write_fields(folder / files[static_cast<std::size_t>(number)].second, full.mesh, pose,
+        core::warn(
+            fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N): the TCP error from here on "
+                        "counts it as if it could push",
+                        output.time, machine.screws[screw].body, tension));
+    solver::write_fields(folder / files[number].second, full.mesh, pose,
                          (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(), displacement,
                          output.time, displacement.cols() > 0 ? stress.nodal(displacement, state) : Eigen::MatrixXd());
     // What there is so far can be looked at while the run goes on.
@@ -142,26 +148,33 @@ void simulate(const SimulateOptions& options) {
   core::write_csv(folder / "sensors.csv", result.sensors);
   core::write_csv(folder / "heat.csv", result.heat_flows);
 
-  nlohmann::json json = {{"load", program.name()}, {"pose", mesh::format_pose(machine, pose)},
-                         {"nodes", full.mesh.nodes()}, {"folder", folder.string()},
-                         {"steps", result.run.steps}, {"rejected", result.run.rejected},
-                         {"factorisations", result.run.factorisations}, {"iterations", result.run.iterations},
+  nlohmann::json json = {{"load", program.name()},
+                         {"pose", mesh::format_pose(machine, pose)},
+                         {"nodes", full.mesh.nodes()},
+                         {"folder", folder.string()},
+                         {"steps", result.run.steps},
+                         {"rejected", result.run.rejected},
+                         {"factorisations", result.run.factorisations},
+                         {"iterations", result.run.iterations},
                          {"resumed_at_s", result.run.resumed_at}};
   for (const auto& at : result.run.switches)
-    json["switches"].push_back({{"time_s", at.time}, {"coolant", machine.coolants[static_cast<std::size_t>(at.coolant)].id}, {"running", at.running}});
+    json["switches"].push_back(
+        {{"time_s", at.time}, {"coolant", machine.coolants[at.coolant].id}, {"running", at.running}});
   std::string heat;
   if (result.heat) {
     heat = result.heat->brief() + "\n";
-    json["heat"] = {{"stored_J", result.heat->stored()}, {"throughput_J", result.heat->throughput()}, {"gap", result.heat->gap()}};
+    json["heat"] = {
+        {"stored_J", result.heat->stored()}, {"throughput_J", result.heat->throughput()}, {"gap", result.heat->gap()}};
     for (const auto& item : result.heat->items()) json["heat"]["in_J"][item.id] = item.heat;
     heat += cooling_lines(machine, result.heat_flows, json);
   }
   const std::string at_pose = machine.axes.empty() ? "" : ", pose " + mesh::format_pose(machine, pose);
   print_summary(options,
                 fmt::format("{} ({}){}\n{}\n{}{}: {}\n{} nodes, {} fields, {:.0f} s, {:.2f} GiB; open {} in ParaView\n",
-                            program.name(), program.title(), at_pose, machine.has_tcp() ? tcp_table(result.tcp, json) : sensor_table(machine, result.sensors), heat,
-                            word(program.time().scheme), result.run.brief(), full.mesh.nodes(), files.size(), time.seconds(),
-                            peak_memory_GiB(), (folder / "fields.pvd").string()),
+                            program.name(), program.title(), at_pose,
+                            machine.has_tcp() ? tcp_table(result.tcp, json) : sensor_table(machine, result.sensors),
+                            heat, word(program.time().scheme), result.run.brief(), full.mesh.nodes(), files.size(),
+                            time.seconds(), peak_memory_GiB(), (folder / "fields.pvd").string()),
                 json.dump());
 }
 

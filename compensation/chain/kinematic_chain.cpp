@@ -14,8 +14,10 @@ constexpr const char* example = "a chain of ISO 10791-1 such as V [w C' B' b Y X
 
 Eigen::Vector3d axis_of(char letter) {
   switch (letter) {
-    case 'X': case 'A': return Eigen::Vector3d::UnitX();
-    case 'Y': case 'B': return Eigen::Vector3d::UnitY();
+    case 'X':
+    case 'A': return Eigen::Vector3d::UnitX();
+    case 'Y':
+    case 'B': return Eigen::Vector3d::UnitY();
     default: return Eigen::Vector3d::UnitZ();
   }
 }
@@ -25,9 +27,14 @@ ChainAxis axis_named(const std::string& word, bool table_side, const std::string
   const bool primed = !id.empty() && id.back() == '\'';
   if (primed) id.pop_back();
   const bool letter = !id.empty() && std::string("XYZABCUVW").find(id[0]) != std::string::npos;
-  const bool numbered = std::all_of(id.begin() + (id.empty() ? 0 : 1), id.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (!letter || !numbered || id.size() > 3) throw InputError(place, "'" + word + "'", "axes X Y Z A B C U V W with an optional number, in " + std::string(example));
-  if (primed && !table_side) throw InputError(place, "'" + word + "' on the tool's side", "primes where an axis carries the workpiece, between w and b");
+  const bool numbered =
+      std::all_of(id.begin() + (id.empty() ? 0 : 1), id.end(), [](char c) { return c >= '0' && c <= '9'; });
+  if (!letter || !numbered || id.size() > 3)
+    throw InputError(place, "'" + word + "'",
+                     "axes X Y Z A B C U V W with an optional number, in " + std::string(example));
+  if (primed && !table_side)
+    throw InputError(place, "'" + word + "' on the tool's side",
+                     "primes where an axis carries the workpiece, between w and b");
   ChainAxis axis;
   axis.id = id;
   axis.rotary = id[0] >= 'A' && id[0] <= 'C';
@@ -45,7 +52,8 @@ KinematicChain KinematicChain::parse(const std::string& text, const std::string&
   if (open == std::string::npos || close == std::string::npos || close < open) refuse("'" + text + "' without [ ]");
   std::string before = text.substr(0, open), after = text.substr(close + 1);
   for (std::string* rest : {&before, &after}) rest->erase(std::remove(rest->begin(), rest->end(), ' '), rest->end());
-  if ((!before.empty() && before != "V" && before != "H") || !after.empty()) refuse("'" + before + after + "' beside the brackets");
+  if ((!before.empty() && before != "V" && before != "H") || !after.empty())
+    refuse("'" + before + after + "' beside the brackets");
 
   KinematicChain chain;
   std::istringstream words(text.substr(open + 1, close - open - 1));
@@ -69,8 +77,10 @@ KinematicChain KinematicChain::parse(const std::string& text, const std::string&
     } else {
       const ChainAxis axis = axis_named(word, where == table_side, place);
       if (chain.find(axis.id) != nullptr) refuse("'" + axis.id + "' a second time");
-      if (where == table_side) chain.table.insert(chain.table.begin(), axis);  // written from the workpiece
-      else chain.tool.push_back(axis);
+      if (where == table_side)
+        chain.table.insert(chain.table.begin(), axis);  // written from the workpiece
+      else
+        chain.tool.push_back(axis);
     }
   }
   if (where != done) refuse("'" + text + "' without " + (where == at_start ? "w" : where == table_side ? "b" : "t"));
@@ -85,7 +95,9 @@ const ChainAxis* KinematicChain::find(const std::string& id) const {
   }
   return nullptr;
 }
-ChainAxis* KinematicChain::find(const std::string& id) { return const_cast<ChainAxis*>(static_cast<const KinematicChain*>(this)->find(id)); }
+ChainAxis* KinematicChain::find(const std::string& id) {
+  return const_cast<ChainAxis*>(static_cast<const KinematicChain*>(this)->find(id));
+}
 
 std::vector<std::string> KinematicChain::ids() const {
   std::vector<std::string> names;
@@ -100,10 +112,11 @@ std::vector<std::string> KinematicChain::ids() const {
   return names;
 }
 
-Eigen::Isometry3d KinematicChain::frame(const std::vector<ChainAxis>& branch, int moved, const std::map<std::string, double>& positions) {
+Eigen::Isometry3d KinematicChain::frame(const std::vector<ChainAxis>& branch, int moved,
+                                        const std::map<std::string, double>& positions) {
   Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
   for (int i = 0; i <= moved; ++i) {
-    const ChainAxis& axis = branch[static_cast<std::size_t>(i)];
+    const ChainAxis& axis = branch[i];
     const auto found = positions.find(axis.id);
     const double position = found == positions.end() ? 0.0 : found->second;
     if (axis.rotary) {

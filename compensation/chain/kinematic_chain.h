@@ -14,9 +14,9 @@
 namespace thermotwin::compensation {
 
 struct ChainAxis {
-  std::string id;                    ///< "X", "B", "X1"
+  std::string id;  ///< "X", "B", "X1"
   bool rotary = false;
-  bool table_side = false;           ///< carries the workpiece
+  bool table_side = false;  ///< carries the workpiece
   /// Which way the body goes that the axis moves: along, or about, X, Y or Z. A workpiece goes
   /// against the letter (ISO 841), the tool with it.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
@@ -24,8 +24,8 @@ struct ChainAxis {
 };
 
 struct KinematicChain {
-  std::vector<ChainAxis> table;      ///< from the bed to the workpiece
-  std::vector<ChainAxis> tool;       ///< from the bed to the tool
+  std::vector<ChainAxis> table;  ///< from the bed to the workpiece
+  std::vector<ChainAxis> tool;   ///< from the bed to the tool
 
   /// @throws InputError (place) with what is wrong and what is allowed
   static KinematicChain parse(const std::string& text, const std::string& place);
@@ -38,7 +38,8 @@ struct KinematicChain {
 
   /// From the frame of what the axis with this index moves (its home) to the machine's frame.
   /// @param moved  -1: the bed  @param positions  m and rad by id; absent: 0
-  static Eigen::Isometry3d frame(const std::vector<ChainAxis>& branch, int moved, const std::map<std::string, double>& positions);
+  static Eigen::Isometry3d frame(const std::vector<ChainAxis>& branch, int moved,
+                                 const std::map<std::string, double>& positions);
 };
 
 }  // namespace thermotwin::compensation

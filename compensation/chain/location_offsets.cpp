@@ -33,23 +33,28 @@ int index_of(const std::vector<ChainAxis>& branch, const std::string& id) {
 /// The rotary axis nearest to the workpiece: its body is the table. -1: none.
 int table_axis(const std::vector<ChainAxis>& table) {
   for (int i = static_cast<int>(table.size()) - 1; i >= 0; --i) {
-    if (table[static_cast<std::size_t>(i)].rotary) return i;
+    if (table[i].rotary) return i;
   }
   return -1;
 }
 
 }  // namespace
 
-LocationOffsets::LocationOffsets(KinematicChain chain, const OffsetOptions& options) : chain_(std::move(chain)), options_(options) {
-  if (!(options.table_radius > 0.0)) throw InputError("location offsets: table radius", fmt::format("{} m", options.table_radius), "a length above 0");
+LocationOffsets::LocationOffsets(KinematicChain chain, const OffsetOptions& options)
+    : chain_(std::move(chain)),
+      options_(options) {
+  if (!(options.table_radius > 0.0))
+    throw InputError("location offsets: table radius", fmt::format("{} m", options.table_radius), "a length above 0");
   const std::vector<std::string> all = chain_.ids();
   for (const std::string& id : options.axes) {
     if (std::find(all.begin(), all.end(), id) == all.end()) {
-      throw InputError("location offsets: axes", "'" + id + "'", "one of: " + core::join(all) + " (nearest: " + core::nearest(id, all) + ")");
+      throw InputError("location offsets: axes", "'" + id + "'",
+                       "one of: " + core::join(all) + " (nearest: " + core::nearest(id, all) + ")");
     }
   }
   for (const std::string& id : all) {
-    const bool wanted = options.axes.empty() || std::find(options.axes.begin(), options.axes.end(), id) != options.axes.end();
+    const bool wanted =
+        options.axes.empty() || std::find(options.axes.begin(), options.axes.end(), id) != options.axes.end();
     if (wanted && (options.orientation || !chain_.find(id)->rotary)) axes_.push_back(id);
     for (const char component : components) known_.push_back(std::string(1, component) + "0" + id);
   }
@@ -57,10 +62,12 @@ LocationOffsets::LocationOffsets(KinematicChain chain, const OffsetOptions& opti
   known_.emplace_back("R0T");
 }
 
-LocationOffsets::Motion LocationOffsets::motion_of(const std::string& error, double value, const std::map<std::string, double>& positions,
+LocationOffsets::Motion LocationOffsets::motion_of(const std::string& error, double value,
+                                                   const std::map<std::string, double>& positions,
                                                    const Vector3d& point) const {
   if (std::find(known_.begin(), known_.end(), error) == known_.end()) {
-    throw InputError("location error", "'" + error + "'", "one of: " + core::join(known_) + " (nearest: " + core::nearest(error, known_) + ")");
+    throw InputError("location error", "'" + error + "'",
+                     "one of: " + core::join(known_) + " (nearest: " + core::nearest(error, known_) + ")");
   }
   const std::string of = error.substr(2);
   const bool of_table = of == "T";
@@ -69,14 +76,14 @@ LocationOffsets::Motion LocationOffsets::motion_of(const std::string& error, dou
   const int axis = of_table ? table_axis(branch) : index_of(branch, of);
   // Errors stand in the frame of the body that carries the axis.
   const Eigen::Isometry3d carrier = KinematicChain::frame(branch, axis - 1, positions);
-  const Vector3d origin = axis >= 0 ? branch[static_cast<std::size_t>(axis)].origin : Vector3d::Zero();
+  const Vector3d origin = axis >= 0 ? branch[axis].origin : Vector3d::Zero();
   const Vector3d arm = carrier.inverse() * point - origin;
   Motion motion;
   if (error == "R0T") {
-    const Vector3d along = axis >= 0 ? branch[static_cast<std::size_t>(axis)].direction : Vector3d::UnitZ();
+    const Vector3d along = axis >= 0 ? branch[axis].direction : Vector3d::UnitZ();
     motion.shift = value / options_.table_radius * (arm - along * along.dot(arm));
   } else {
-    const auto component = static_cast<Index>(std::find(components.begin(), components.end(), error[0]) - components.begin());
+    const Index component = std::find(components.begin(), components.end(), error[0]) - components.begin();
     if (component < 3) {
       motion.shift[component] = value;
     } else {
@@ -90,8 +97,8 @@ LocationOffsets::Motion LocationOffsets::motion_of(const std::string& error, dou
   return motion;
 }
 
-AxisOffsets LocationOffsets::offsets(const std::map<std::string, double>& errors, const std::map<std::string, double>& positions,
-                                     const Vector3d& point) const {
+AxisOffsets LocationOffsets::offsets(const std::map<std::string, double>& errors,
+                                     const std::map<std::string, double>& positions, const Vector3d& point) const {
   AxisOffsets result;
   result.point_error.setZero();
   result.orientation_error.setZero();
@@ -102,13 +109,13 @@ AxisOffsets LocationOffsets::offsets(const std::map<std::string, double>& errors
   }
   // Motion of the tool against the workpiece for a unit of each axis.
   std::vector<Index> linear, rotary;
-  MatrixXd shift = MatrixXd::Zero(3, static_cast<Index>(axes_.size())), turn = shift;
+  MatrixXd shift = MatrixXd::Zero(3, std::ssize(axes_)), turn = shift;
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     const ChainAxis& axis = *chain_.find(axes_[i]);
     const std::vector<ChainAxis>& branch = axis.table_side ? chain_.table : chain_.tool;
     const Eigen::Isometry3d carrier = KinematicChain::frame(branch, index_of(branch, axis.id) - 1, positions);
     const Vector3d direction = (axis.table_side ? -1.0 : 1.0) * (carrier.linear() * axis.direction);
-    const auto column = static_cast<Index>(i);
+    const Index column = i;
     if (axis.rotary) {
       turn.col(column) = direction;
       shift.col(column) = direction.cross(point - carrier * axis.origin);
@@ -118,7 +125,7 @@ AxisOffsets LocationOffsets::offsets(const std::map<std::string, double>& errors
       linear.push_back(column);
     }
   }
-  result.offset = VectorXd::Zero(static_cast<Index>(axes_.size()));
+  result.offset = VectorXd::Zero(std::ssize(axes_));
   const auto solve = [](const MatrixXd& matrix, const Vector3d& right) {
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> factor(matrix.rows(), matrix.cols());
     constexpr double parallel = 1e-6;  // axes that have turned into each other

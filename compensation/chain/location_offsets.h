@@ -24,21 +24,21 @@
 namespace thermotwin::compensation {
 
 struct OffsetOptions {
-  bool orientation = false;          ///< rotary axes may be used for the functional orientation
-  std::vector<std::string> axes;     ///< that may be used; empty: all of the chain
-  double table_radius = 0.3;         ///< m, at which R0T is stated
+  bool orientation = false;       ///< rotary axes may be used for the functional orientation
+  std::vector<std::string> axes;  ///< that may be used; empty: all of the chain
+  double table_radius = 0.3;      ///< m, at which R0T is stated
 };
 
 struct AxisOffsets {
-  Eigen::VectorXd offset;            ///< (axes) m or rad, in the order of axes()
-  Eigen::Vector3d point_error;       ///< m, tool less workpiece before, machine's frame
-  Eigen::Vector3d orientation_error; ///< rad
-  Eigen::Vector3d point_left;        ///< m, after the offsets
-  Eigen::Vector3d orientation_left;  ///< rad
+  Eigen::VectorXd offset;             ///< (axes) m or rad, in the order of axes()
+  Eigen::Vector3d point_error;        ///< m, tool less workpiece before, machine's frame
+  Eigen::Vector3d orientation_error;  ///< rad
+  Eigen::Vector3d point_left;         ///< m, after the offsets
+  Eigen::Vector3d orientation_left;   ///< rad
 };
 
 class LocationOffsets {
- public:
+public:
   /// @throws InputError for axes that the chain does not have, or a radius that is not above 0
   explicit LocationOffsets(KinematicChain chain, const OffsetOptions& options = {});
 
@@ -53,7 +53,7 @@ class LocationOffsets {
   AxisOffsets offsets(const std::map<std::string, double>& errors, const std::map<std::string, double>& positions,
                       const Eigen::Vector3d& functional_point) const;
 
- private:
+private:
   struct Motion {
     Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
   };

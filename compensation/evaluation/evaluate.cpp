@@ -2,6 +2,7 @@
 #include "compensation/evaluation/evaluate.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -26,7 +27,9 @@ using Eigen::VectorXd;
 constexpr double nothing_trains = -1.0;  // as train_until_s
 
 void require_displacements(const Measurement& measurement) {
-  if (std::any_of(measurement.channels.begin(), measurement.channels.end(), [](const auto& c) { return c.kind == ChannelKind::displacement; })) return;
+  if (std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                  [](const auto& c) { return c.kind == ChannelKind::displacement; }))
+    return;
   throw InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
                    "at least one, since models are compared on displacements");
 }
@@ -79,7 +82,8 @@ std::vector<EvaluationPart> parts_of_other(const Measurement& other, bool traini
   return parts;
 }
 
-void judge_machine(const Measurement& measurement, const reduction::ReducedModel* model, const std::string& name, Judge& judge) {
+void judge_machine(const Measurement& measurement, const reduction::ReducedModel* model, const std::string& name,
+                   Judge& judge) {
   if (model == nullptr) return;
   judge_reduced_model(measurement, *model, name, false, judge);
   const bool any_sensor = std::any_of(measurement.channels.begin(), measurement.channels.end(),
@@ -104,8 +108,9 @@ double training_hours(const Judge& judge) {
 
 }  // namespace
 
-Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model, const EvaluateOptions& options,
-                    const std::vector<Measurement>& others, const std::vector<Measurement>& training_data) {
+Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model,
+                    const EvaluateOptions& options, const std::vector<Measurement>& others,
+                    const std::vector<Measurement>& training_data) {
   require_displacements(measurement);
   require_channels(options.check, measurement);
   for (const Measurement& other : others) require_displacements(other);
@@ -128,7 +133,8 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   const TrainingRows rows = training_rows(judge, training_judges);
   const std::vector<bool> training = judge.training();
   if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
-    judge.note("all data are training data: nothing is left to judge the fitted models on, the leaderboard shows their fit");
+    judge.note(
+        "all data are training data: nothing is left to judge the fitted models on, the leaderboard shows their fit");
   }
   Index incomplete = 0;
   for (Index i = 0; i < judge.data().rows(); ++i) incomplete += !judge.data().input_values.row(i).allFinite();
@@ -151,7 +157,8 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   result.training_hours = training_hours(judge);
   result.inputs = judge.data().input_values.cols();
   for (std::size_t i = 0; i < others.size(); ++i) {
-    result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(), other_judges[i].predictions());
+    result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(),
+                                          other_judges[i].predictions());
     add_rows(other_judges[i].rows, judge, result);
   }
   for (const Judge& other : training_judges) {
@@ -189,7 +196,9 @@ Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> mod
   // Both are compared where neither was fitted.
   std::vector<EvaluationRow> comparable;
   for (const EvaluationRow& row : result.rows) {
-    const bool seen = std::any_of(judge.parts().begin(), judge.parts().end(), [&](const EvaluationPart& p) { return p.training && p.name == row.part && p.from == row.from_s; });
+    const bool seen = std::any_of(judge.parts().begin(), judge.parts().end(), [&](const EvaluationPart& p) {
+      return p.training && p.name == row.part && p.from == row.from_s;
+    });
     if (!seen) comparable.push_back(row);
   }
   result.leaderboard = standings(comparable, result.models);
@@ -208,24 +217,27 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
   }
   CrossExperiment cross;
   for (const Program& program : cut.programs) cross.programs.push_back(program.name);
-  const auto n = static_cast<Index>(cross.programs.size());
-  if (n < 2) throw InputError(measurement.folder.string(), fmt::format("{} program or day", n), "at least two, to fit on one and judge on another");
+  const auto n = std::ssize(cross.programs);
+  if (n < 2)
+    throw InputError(measurement.folder.string(), fmt::format("{} program or day", n),
+                     "at least two, to fit on one and judge on another");
   for (const ModelSpec* spec : chosen_models(options)) {
     CrossExperiment::Entry entry{spec->name, MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN())};
     for (Index from = 0; from < n; ++from) {
       EvaluateOptions one = options;
-      one.train_programs = {cross.programs[static_cast<std::size_t>(from)]};
+      one.train_programs = {cross.programs[from]};
       Judge judge(cut, parts_of(cut, one));
       FittedModel model(*spec);
       std::vector<Judge> none;
       const bool fitted = fit_and_judge(model, options.check, training_rows(judge), judge, none);
       // A fit that runs away in one channel is refused as a whole: the others alone would look better than it is.
-      for (const std::string& reason : model.refused()) cross.notes.push_back("fitted on " + cross.programs[static_cast<std::size_t>(from)] + ", refused: " + reason);
+      for (const std::string& reason : model.refused())
+        cross.notes.push_back("fitted on " + cross.programs[from] + ", refused: " + reason);
       if (!fitted || !model.refused().empty()) continue;
       for (Index to = 0; to < n; ++to) {
         double shares = 0.0, count = 0.0;
         for (const EvaluationRow& row : judge.rows) {
-          if (row.part != cross.programs[static_cast<std::size_t>(to)] || !(row.measures.rms_before > 0.0)) continue;
+          if (row.part != cross.programs[to] || !(row.measures.rms_before > 0.0)) continue;
           shares += std::pow(row.measures.rms / row.measures.rms_before, 2);
           count += 1.0;
         }
@@ -237,21 +249,30 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
   return cross;
 }
 
-LengthStudy length_study(const Measurement& measurement, const std::string& name, const std::string& channel, int lengths, int sections) {
+LengthStudy length_study(const Measurement& measurement, const std::string& name, const std::string& channel,
+                         int lengths, int sections) {
   require_channels({channel}, measurement);
-  if (lengths < 2 || sections < 2) throw InputError("length study", fmt::format("{} lengths, {} sections", lengths, sections), "at least 2 each");
+  if (lengths < 2 || sections < 2)
+    throw InputError("length study", fmt::format("{} lengths, {} sections", lengths, sections), "at least 2 each");
   Dataset data = make_dataset(measurement);
   std::size_t target = 0;
   while (data.targets[target].id != channel) ++target;
-  const auto [first, last] = known_range(data.target_values.col(static_cast<Index>(target)));
-  if (first < 0 || first == last) throw InputError(measurement.folder.string(), "channel '" + channel + "' without rows", "a channel that was measured");
+  const auto [first, last] = known_range(data.target_values.col(target));
+  if (first < 0 || first == last)
+    throw InputError(measurement.folder.string(), "channel '" + channel + "' without rows",
+                     "a channel that was measured");
   const MeasuredChannel kept = data.targets[target];
-  const VectorXd values = data.target_values.col(static_cast<Index>(target));
+  const VectorXd values = data.target_values.col(target);
   data.targets = {kept};
   data.target_values = values;
   const double begin = data.time[first], span = data.time[last] - begin;
 
-  LengthStudy study{name, channel, kept.unit, VectorXd(lengths), MatrixXd::Constant(lengths, sections, std::numeric_limits<double>::quiet_NaN()), {}};
+  LengthStudy study{name,
+                    channel,
+                    kept.unit,
+                    VectorXd(lengths),
+                    MatrixXd::Constant(lengths, sections, std::numeric_limits<double>::quiet_NaN()),
+                    {}};
   study.rest_rms = study.fit_rms;
   std::mt19937_64 engine(5);
   const ModelSpec& spec = model_spec(name);
@@ -260,11 +281,11 @@ LengthStudy length_study(const Measurement& measurement, const std::string& name
     study.hours[l] = length / 3600.0;
     for (int s = 0; s < sections; ++s) {
       const double from = begin + (span - length) * static_cast<double>(engine() >> 11U) * 0x1p-53;
-      std::vector<bool> training(static_cast<std::size_t>(data.rows()));
+      std::vector<bool> training(data.rows());
       VectorXd inside = values, outside = values;
       for (Index i = 0; i < data.rows(); ++i) {
         const bool in = data.time[i] >= from && data.time[i] < from + length;
-        training[static_cast<std::size_t>(i)] = in;
+        training[i] = in;
         (in ? outside : inside)[i] = std::numeric_limits<double>::quiet_NaN();
       }
       FittedModel model(spec);

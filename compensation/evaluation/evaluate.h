@@ -47,9 +47,9 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
 /// random places, a fit on each.
 struct LengthStudy {
   std::string model, channel, unit;
-  Eigen::VectorXd hours;              ///< (lengths)
-  Eigen::MatrixXd fit_rms;            ///< (lengths x sections) residual in the section; NaN: could not be fitted, or refused
-  Eigen::MatrixXd rest_rms;           ///< (lengths x sections) residual in the rows outside of it
+  Eigen::VectorXd hours;     ///< (lengths)
+  Eigen::MatrixXd fit_rms;   ///< (lengths x sections) residual in the section; NaN: could not be fitted, or refused
+  Eigen::MatrixXd rest_rms;  ///< (lengths x sections) residual in the rows outside of it
 };
 LengthStudy length_study(const Measurement& measurement, const std::string& model, const std::string& channel,
                          int lengths, int sections);

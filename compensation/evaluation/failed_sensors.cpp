@@ -25,20 +25,25 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double row_s = 60.0;             ///< of a control
+constexpr double row_s = 60.0;                  ///< of a control
 constexpr double earliest = 0.2, latest = 0.6;  ///< share of the record at which a sensor fails
-constexpr Index smooth = 2;                ///< rows to both sides that tell where a reading truly is
+constexpr Index smooth = 2;                     ///< rows to both sides that tell where a reading truly is
 constexpr double soon_min = 15.0;
 const char* const faults[] = {"stuck", "offset", "noise", "absent"};
 
-void spoil(Eigen::Ref<Eigen::VectorXd> readings, Index from, std::string_view fault, double deviation, std::mt19937_64& random) {
+void spoil(Eigen::Ref<Eigen::VectorXd> readings, Index from, std::string_view fault, double deviation,
+           std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   const double held = readings[from];
   for (Index i = from; i < readings.size(); ++i) {
-    if (fault == "stuck") readings[i] = held;
-    else if (fault == "offset") readings[i] += 2.0;
-    else if (fault == "noise") readings[i] += std::sqrt(99.0) * deviation * normal(random);
-    else readings[i] = solver::not_given;
+    if (fault == "stuck")
+      readings[i] = held;
+    else if (fault == "offset")
+      readings[i] += 2.0;
+    else if (fault == "noise")
+      readings[i] += std::sqrt(99.0) * deviation * normal(random);
+    else
+      readings[i] = solver::not_given;
   }
 }
 
@@ -62,7 +67,9 @@ struct Judged {
   std::vector<mesh::Pose> poses;
   std::vector<Eigen::Matrix3Xd> measured;
 
-  Judged(const Measurement& m, const mesh::Machine& machine) : measurement(m) { measured = detail::measured_translations(m, machine, poses); }
+  Judged(const Measurement& m, const mesh::Machine& machine) : measurement(m) {
+    measured = detail::measured_translations(m, machine, poses);
+  }
   /// Share of the RMS over the check points that predictions remove from a row on, percent.
   double removed(const std::vector<std::vector<solver::TcpError>>& errors, Index from) const {
     double before = 0.0, left = 0.0;
@@ -71,7 +78,7 @@ struct Judged {
         const Eigen::Vector3d truth = measured[p].col(i);
         if (!truth.allFinite()) continue;
         before += truth.squaredNorm();
-        left += (truth - errors[p][static_cast<std::size_t>(i)].error.head<3>() / core::units::um).squaredNorm();
+        left += (truth - errors[p][i].error.head<3>() / core::units::um).squaredNorm();
       }
     return 100.0 * (1.0 - std::sqrt(left / before));
   }
@@ -79,13 +86,15 @@ struct Judged {
 
 }  // namespace
 
-FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options) {
+FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                                       const ValidationOptions& options) {
   if (machine_case.check_points.empty())
-    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses", "at least one pose, to judge the compensation at");
+    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
+                           "at least one pose, to judge the compensation at");
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   const mesh::Machine& machine = machine_case.machine;
   FailedSensorStudy study;
-  study.alarms.assign(static_cast<std::size_t>(options.draws), 0);
+  study.alarms.assign(options.draws, 0);
   MeasuredRun how;
   how.guarded = true;
   for (int draw = 0; draw < options.draws; ++draw) {
@@ -103,7 +112,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
       const auto undisturbed = run_compensator(whole, model, judged.poses, how, nullptr, &named);
       std::set<std::string> alarms;
       for (const std::string& row : named) alarms.merge(names(row));
-      study.alarms[static_cast<std::size_t>(draw)] += static_cast<int>(alarms.size());
+      study.alarms[draw] += static_cast<int>(alarms.size());
       for (std::size_t c = 0; c < whole.channels.size(); ++c) {
         const MeasuredChannel& channel = whole.channels[c];
         if (machine.sensor_index(channel.sensor) < 0) continue;
@@ -116,19 +125,20 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
           spoil(spoilt.data.values.col(channel.column), from, faults[f], channel.uncertainty, random);
           named.clear();
           const auto errors = run_compensator(spoilt, model, judged.poses, how, nullptr, &named);
-          FailedSensorRow row{name, channel.sensor, faults[f], draw, judged.removed(undisturbed, from), judged.removed(errors, from)};
+          FailedSensorRow row{
+              name, channel.sensor, faults[f], draw, judged.removed(undisturbed, from), judged.removed(errors, from)};
           const Index clock = row.fault == "stuck" ? moved(readings, from, 5.0 * channel.uncertainty) : from;
           row.told = clock < readings.size();
           row.named_min = std::numeric_limits<double>::infinity();
           std::set<std::string> others;
           const Eigen::VectorXd time = whole.time();
           for (Index i = from; i < readings.size(); ++i) {
-            std::set<std::string> now = names(named[static_cast<std::size_t>(i)]);
+            std::set<std::string> now = names(named[i]);
             if (now.erase(channel.sensor) > 0 && !std::isfinite(row.named_min))
               row.named_min = std::max(0.0, time[i] - time[std::min(clock, readings.size() - 1)]) / 60.0;
             others.merge(now);
           }
-          row.false_names = static_cast<int>(others.size());
+          row.false_names = others.size();
           study.rows.push_back(row);
         }
       }
@@ -148,15 +158,20 @@ FailedSensorStudy FailedSensorStudy::first(int draws) const {
 }
 
 std::string FailedSensorStudy::brief() const {
-  return core::format_table(summary()) + fmt::format("cost: of the reduction with all sensors, after the failure; named after the failure, where stuck after the true reading has moved by 5 deviations\nsensors named where none had failed: {}\n", false_alarms());
+  return core::format_table(summary()) +
+         fmt::format(
+             "cost: of the reduction with all sensors, after the failure; named after the failure, where stuck after "
+             "the true reading has moved by 5 deviations\nsensors named where none had failed: {}\n",
+             false_alarms());
 }
 
 Rows FailedSensorStudy::summary() const {
-  Rows table{{"program", "fault", "cases", "cost %: median", "90th percentile", "largest", "at", "above 20 %", "named after min: median", "90th percentile",
-                                               "within 15 min %", "never named", "others named"}};
+  Rows table{{"program", "fault", "cases", "cost %: median", "90th percentile", "largest", "at", "above 20 %",
+              "named after min: median", "90th percentile", "within 15 min %", "never named", "others named"}};
   std::vector<std::pair<std::string, std::string>> groups;
   for (const FailedSensorRow& row : rows)
-    if (std::find(groups.begin(), groups.end(), std::pair{row.load, row.fault}) == groups.end()) groups.emplace_back(row.load, row.fault);
+    if (std::find(groups.begin(), groups.end(), std::pair{row.load, row.fault}) == groups.end())
+      groups.emplace_back(row.load, row.fault);
   for (const auto& [load, fault] : groups) {
     std::vector<double> costs, times;
     const FailedSensorRow* worst = nullptr;
@@ -174,10 +189,16 @@ Rows FailedSensorStudy::summary() const {
       never += !std::isfinite(row.named_min);
     }
     // quantile() interpolates: of a time that is infinite it is infinite.
-    const auto minutes = [&](double share) { const double t = quantile(times, share); return std::isfinite(t) ? fmt::format("{:.0f}", t) : std::string("-"); };
-    table.push_back({load, fault, std::to_string(cases), fmt::format("{:.1f}", quantile(costs, 0.5)), fmt::format("{:.1f}", quantile(costs, 0.9)),
-                     fmt::format("{:.1f}", worst->cost_percent()), fmt::format("{}, machine {}", worst->sensor, worst->draw + 1), std::to_string(dear), minutes(0.5), minutes(0.9),
-                     times.empty() ? "-" : fmt::format("{:.0f}", 100.0 * soon / static_cast<double>(times.size())), std::to_string(never), std::to_string(others)});
+    const auto minutes = [&](double share) {
+      const double t = quantile(times, share);
+      return std::isfinite(t) ? fmt::format("{:.0f}", t) : std::string("-");
+    };
+    table.push_back({load, fault, std::to_string(cases), fmt::format("{:.1f}", quantile(costs, 0.5)),
+                     fmt::format("{:.1f}", quantile(costs, 0.9)), fmt::format("{:.1f}", worst->cost_percent()),
+                     fmt::format("{}, machine {}", worst->sensor, worst->draw + 1), std::to_string(dear), minutes(0.5),
+                     minutes(0.9),
+                     times.empty() ? "-" : fmt::format("{:.0f}", 100.0 * soon / static_cast<double>(times.size())),
+                     std::to_string(never), std::to_string(others)});
   }
   return table;
 }

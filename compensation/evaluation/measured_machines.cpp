@@ -17,7 +17,10 @@ namespace fs = std::filesystem;
 
 MeasuredMachines::MeasuredMachines(const solver::Case& machine_case, VirtualOptions options, fs::path keep,
                                    const reduction::ReducedModel* reference)
-    : case_(machine_case), options_(std::move(options)), keep_(std::move(keep)), reference_(reference) {}
+    : case_(machine_case),
+      options_(std::move(options)),
+      keep_(std::move(keep)),
+      reference_(reference) {}
 
 std::string MeasuredMachines::stamp(std::uint64_t seed, const std::string& load_text) {
   if (mesh_hash_.empty()) {
@@ -28,13 +31,15 @@ std::string MeasuredMachines::stamp(std::uint64_t seed, const std::string& load_
   const solver::TimeOptions& time = options_.time;
   std::string inputs = fmt::format("{} {} {} {} {} {} {}", case_.machine.hash, mesh_hash_, options_.size_factor,
                                    options_.sensor_noise_K, options_.probe_noise_um, seed, farthest_std);
-  inputs += fmt::format(" {} {} {} {} {} {}", options_.what == Perturb::all ? "all" : "thermal", solver::word(time.scheme),
-                        time.tolerance_K, time.shortest_step, time.longest_step, options_.refine);
+  inputs +=
+      fmt::format(" {} {} {} {} {} {}", options_.what == Perturb::all ? "all" : "thermal", solver::word(time.scheme),
+                  time.tolerance_K, time.shortest_step, time.longest_step, options_.refine);
   for (const mesh::Pose& pose : case_.check_points) inputs += " " + mesh::format_pose(case_.machine, pose);
   return core::content_hash(inputs + load_text) + "\n";
 }
 
-Measurement MeasuredMachines::measure(std::uint64_t seed, const solver::LoadProgram& load, const std::string& load_text) {
+Measurement MeasuredMachines::measure(std::uint64_t seed, const solver::LoadProgram& load,
+                                      const std::string& load_text) {
   VirtualOptions options = options_;
   options.seed = seed;
   const mesh::Machine machine = perturbed(case_.machine, seed, 1.0, options.what);
@@ -48,7 +53,8 @@ Measurement MeasuredMachines::measure(std::uint64_t seed, const solver::LoadProg
     how.refine = options.refine;
     how.exact = true;  // another scheme than the compensator's here too
     how.tell = false;
-    measured = measure_run(reduction::simulate_reduced(*reference_, machine, load, case_.check_points, how), machine, case_.check_points, options);
+    measured = measure_run(reduction::simulate_reduced(*reference_, machine, load, case_.check_points, how), machine,
+                           case_.check_points, options);
   } else {
     if (!full_ || full_seed_ != seed) {
       full_.reset();  // before the next one: two do not fit into a small memory

@@ -18,7 +18,7 @@
 namespace thermotwin::compensation {
 
 class MeasuredMachines {
- public:
+public:
   /// @param reference  truth instead of the full model; nullptr: the full model. Must outlive this
   /// @param keep       folder of measurements, <load>/machine_<seed>; full runs are found again; empty: none
   MeasuredMachines(const solver::Case& machine_case, VirtualOptions options, std::filesystem::path keep,
@@ -29,7 +29,7 @@ class MeasuredMachines {
   /// Nodes of the measured machine; 0 where no full model had to be built.
   Eigen::Index nodes() const { return nodes_; }
 
- private:
+private:
   std::string stamp(std::uint64_t seed, const std::string& load_text);
 
   const solver::Case& case_;

@@ -20,13 +20,15 @@ using Eigen::VectorXd;
 constexpr std::array<const char*, 6> colours{"#222222", "#d1495b", "#2e86ab", "#3b8132", "#b26e00", "#7a4fa3"};
 
 std::string label(double x, double y, const std::string& text, const char* anchor = "start", const char* extra = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>\n", x, y, anchor, extra, core::xml_text(text));
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>\n", x, y, anchor, extra,
+                     core::xml_text(text));
 }
 
 std::string opening(double width, double height) {
-  return fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-                     "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-                     width, height);
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
+      "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+      width, height);
 }
 
 /// A panel with axes; maps values to pixels.
@@ -38,14 +40,18 @@ struct Panel {
   std::string frame(const std::string& x_name, const std::string& y_name) const {
     std::string svg;
     for (const double tick : core::axis_ticks(y_low, y_high, 6)) {
-      svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#dddddd\"/>\n", left, left + width, y(tick), y(tick));
+      svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#dddddd\"/>\n", left,
+                         left + width, y(tick), y(tick));
       svg += label(left - 6, y(tick) + 4, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick), "end");
     }
     for (const double tick : core::axis_ticks(x_low, x_high, 10)) {
-      svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#eeeeee\"/>\n", x(tick), top, top + height);
+      svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#eeeeee\"/>\n",
+                         x(tick), top, top + height);
       if (!x_name.empty()) svg += label(x(tick), top + height + 16, fmt::format("{:g}", tick), "middle");
     }
-    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"#888888\"/>\n", left, top, width, height);
+    svg += fmt::format(
+        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"#888888\"/>\n", left,
+        top, width, height);
     svg += label(left, top - 6, y_name);
     if (!x_name.empty()) svg += label(left + width, top + height + 32, x_name, "end");
     return svg;
@@ -81,16 +87,21 @@ void widen(double& low, double& high) {
 std::string bars_of(const Panel& panel, double at, double half, const Quartiles& box, const char* colour) {
   std::string svg;
   const auto horizontal = [&](double value, double wide, double thickness) {
-    svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"/>\n", at - wide, at + wide, panel.y(value), panel.y(value), colour, thickness);
+    svg += fmt::format(
+        "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"/>\n",
+        at - wide, at + wide, panel.y(value), panel.y(value), colour, thickness);
   };
-  svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\"/>\n", at, panel.y(box.whisker_low), panel.y(box.whisker_high), colour);
-  svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"white\" stroke=\"{}\"/>\n", at - half, panel.y(box.high), 2 * half,
-                     std::max(0.5, panel.y(box.low) - panel.y(box.high)), colour);
+  svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\"/>\n", at,
+                     panel.y(box.whisker_low), panel.y(box.whisker_high), colour);
+  svg +=
+      fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"white\" stroke=\"{}\"/>\n",
+                  at - half, panel.y(box.high), 2 * half, std::max(0.5, panel.y(box.low) - panel.y(box.high)), colour);
   horizontal(box.median, half, 2.5);
   horizontal(box.whisker_low, half / 2, 1);
   horizontal(box.whisker_high, half / 2, 1);
   for (const double value : box.outliers) {
-    svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2\" fill=\"none\" stroke=\"{}\"/>\n", at, panel.y(std::min(value, panel.y_high)), colour);
+    svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2\" fill=\"none\" stroke=\"{}\"/>\n", at,
+                       panel.y(std::min(value, panel.y_high)), colour);
   }
   return svg;
 }
@@ -109,9 +120,12 @@ std::string leaderboard_svg(const Evaluation& evaluation) {
   constexpr double row = 24.0, left = 210.0, width = 480.0, top = 46.0;
   const auto count = static_cast<double>(evaluation.leaderboard.size());
   std::string svg = opening(left + width + 90.0, top + row * count + 46.0);
-  const bool fits = std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(), [](const Standing& s) { return s.seen_by_fit; });
-  svg += label(12, 22, fits ? "RMS of the thermal error removed, %; (fit): in the training rows, nothing was held out" : "RMS of the thermal error removed where no fit saw it, %", "start",
-               "font-size=\"15\" font-weight=\"bold\"");
+  const bool fits = std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(),
+                                [](const Standing& s) { return s.seen_by_fit; });
+  svg += label(12, 22,
+               fits ? "RMS of the thermal error removed, %; (fit): in the training rows, nothing was held out"
+                    : "RMS of the thermal error removed where no fit saw it, %",
+               "start", "font-size=\"15\" font-weight=\"bold\"");
   double low = 0.0;
   for (const Standing& standing : evaluation.leaderboard) {
     if (std::isfinite(standing.reduction_percent)) low = std::min(low, standing.reduction_percent);
@@ -119,22 +133,31 @@ std::string leaderboard_svg(const Evaluation& evaluation) {
   low = std::max(low, -100.0);  // how much worse than nothing matters little
   const Panel panel{left, top, width, row * count, low, 100.0, 0.0, 1.0};
   for (const double tick : core::axis_ticks(low, 100.0, 8)) {
-    svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#dddddd\"/>\n", panel.x(tick), top, top + row * count);
+    svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#dddddd\"/>\n",
+                       panel.x(tick), top, top + row * count);
     svg += label(panel.x(tick), top + row * count + 18, fmt::format("{:g}", tick), "middle");
   }
   double y = top;
   for (const Standing& standing : evaluation.leaderboard) {
-    const bool twin = standing.model.starts_with("reduced_model") || standing.model.starts_with("extended_model"), baseline = standing.model == "static_regression";
-    const double value = std::isfinite(standing.reduction_percent) ? std::clamp(standing.reduction_percent, low, 100.0) : 0.0;
+    const bool twin = standing.model.starts_with("reduced_model") || standing.model.starts_with("extended_model"),
+               baseline = standing.model == "static_regression";
+    const double value =
+        std::isfinite(standing.reduction_percent) ? std::clamp(standing.reduction_percent, low, 100.0) : 0.0;
     const double from = panel.x(std::min(0.0, value)), to = panel.x(std::max(0.0, value));
-    svg += label(left - 8, y + 16, standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"), "end");
-    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>\n", from, y + 4, to - from, row - 8,
-                       twin ? "#d1495b" : baseline ? "#888888" : "#2e86ab");
+    svg +=
+        label(left - 8, y + 16,
+              standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"), "end");
+    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>\n", from,
+                       y + 4, to - from, row - 8,
+                       twin       ? "#d1495b"
+                       : baseline ? "#888888"
+                                  : "#2e86ab");
     svg += label(panel.x(100.0) + 8, y + 16, fmt::format("{:.1f} ({})", standing.reduction_percent, standing.channels));
     y += row;
   }
   svg += label(panel.x(100.0) + 8, top - 8, "(channels)");
-  if (std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(), [](const Standing& s) { return !s.caution.empty(); }))
+  if (std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(),
+                  [](const Standing& s) { return !s.caution.empty(); }))
     svg += label(12, top + row * count + 36, "* ranked last, reason in tables.txt");
   return svg + "</svg>\n";
 }
@@ -145,7 +168,9 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
   for (const Standing& standing : evaluation.leaderboard) {
     if (shown.size() < 3 && table.find(channel + "_" + standing.model)) shown.push_back(standing.model);
   }
-  if (std::find(shown.begin(), shown.end(), "static_regression") == shown.end() && table.find(channel + "_static_regression")) shown.emplace_back("static_regression");
+  if (std::find(shown.begin(), shown.end(), "static_regression") == shown.end() &&
+      table.find(channel + "_static_regression"))
+    shown.emplace_back("static_regression");
   const VectorXd hours = table.column("time_s") / 3600.0, measured = table.column(channel + "_measured");
   std::string unit;
   for (const EvaluationRow& row : evaluation.rows) unit = row.channel == channel ? row.unit : unit;
@@ -166,16 +191,21 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
   for (const EvaluationRow& row : evaluation.rows) {
     if (shown.empty() || !row.training || row.channel != channel || row.model != shown.front()) continue;
     for (const Panel& panel : {above, below}) {
-      const double from = panel.x(std::max(x_low, row.from_s / 3600.0)), to = panel.x(std::min(x_high, row.to_s / 3600.0));
-      svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f2f2f2\"/>\n", from, panel.top, std::max(0.0, to - from), panel.height);
+      const double from = panel.x(std::max(x_low, row.from_s / 3600.0)),
+                   to = panel.x(std::min(x_high, row.to_s / 3600.0));
+      svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f2f2f2\"/>\n",
+                         from, panel.top, std::max(0.0, to - from), panel.height);
     }
   }
-  svg += above.frame("", fmt::format("{} in {}", channel, unit)) + below.frame("time in h", fmt::format("measured less predicted in {}", unit));
+  svg += above.frame("", fmt::format("{} in {}", channel, unit)) +
+         below.frame("time in h", fmt::format("measured less predicted in {}", unit));
   svg += above.line(hours, measured, colours[0], 2.0);
   double x = 70.0;
   const auto legend = [&](const std::string& text, const char* colour) {
-    svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"20\" y2=\"20\" stroke=\"{}\" stroke-width=\"3\"/>\n", x, x + 18, colour) + label(x + 22, 24, text);
-    x += 40.0 + 7.2 * static_cast<double>(text.size());
+    svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"20\" y2=\"20\" stroke=\"{}\" stroke-width=\"3\"/>\n", x,
+                       x + 18, colour) +
+           label(x + 22, 24, text);
+    x += 40.0 + 7.2 * text.size();
   };
   legend("measured", colours[0]);
   for (std::size_t i = 0; i < shown.size(); ++i) {
@@ -199,7 +229,7 @@ Quartiles quartiles(const VectorXd& values) {
   std::sort(sorted.begin(), sorted.end());
   const auto at = [&](double share) {
     const double position = share * static_cast<double>(sorted.size() - 1);
-    const auto below = static_cast<std::size_t>(position);
+    const std::size_t below = position;
     const std::size_t above = std::min(below + 1, sorted.size() - 1);
     return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
   };
@@ -232,11 +262,15 @@ std::string length_study_svg(const LengthStudy& study) {
   }
   high = high > 0.0 ? 1.3 * high : 1.0;
   const Panel panel{70, 60, 700, 320, 0.0, static_cast<double>(study.hours.size()), 0.0, high};
-  std::string svg = opening(800, 440) + panel.frame("", fmt::format("RMS residual in {}: blue in the section that was fitted, red outside of it", study.unit));
-  svg += label(70, 24, fmt::format("{} of {}: how long a measurement it needs", study.model, study.channel), "start", "font-size=\"15\" font-weight=\"bold\"");
+  std::string svg =
+      opening(800, 440) +
+      panel.frame(
+          "", fmt::format("RMS residual in {}: blue in the section that was fitted, red outside of it", study.unit));
+  svg += label(70, 24, fmt::format("{} of {}: how long a measurement it needs", study.model, study.channel), "start",
+               "font-size=\"15\" font-weight=\"bold\"");
   for (Index l = 0; l < study.hours.size(); ++l) {
-    const auto i = static_cast<std::size_t>(l);
-    const double at = panel.x(static_cast<double>(l) + 0.5);
+    const std::size_t i = l;
+    const double at = panel.x(l + 0.5);
     if (std::isfinite(fit[i].median)) svg += bars_of(panel, at - 14, 11, fit[i], colours[2]);
     if (std::isfinite(rest[i].median)) svg += bars_of(panel, at + 14, 11, rest[i], colours[1]);
     svg += label(at, 398, fmt::format("{:.3g} h", study.hours[l]), "middle");

@@ -30,18 +30,21 @@ constexpr double back_h = 3.0;
 double in_rows(double hours) { return std::round(12.0 * hours) / 12.0; }
 
 class Dice {
- public:
+public:
   explicit Dice(std::uint64_t seed) : engine_(7919 * seed + 17) {}
-  double between(double low, double high) { return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53; }
+  double between(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
   bool often(double share) { return between(0.0, 1.0) < share; }
 
- private:
+private:
   std::mt19937_64 engine_;
 };
 
 std::string phase(const mesh::Machine& machine, Dice& dice, double hours, const std::string& name) {
   std::string text = fmt::format("[[phase]]\nname = \"{}\"\nduration_h = {:.10g}\nmachine_on = true\n", name, hours);
-  text += fmt::format("spindle_rpm = {:.0f}\n", dice.often(0.7) ? dice.between(0.1, 1.0) * machine.spindle_max_rpm : 0.0);
+  text +=
+      fmt::format("spindle_rpm = {:.0f}\n", dice.often(0.7) ? dice.between(0.1, 1.0) * machine.spindle_max_rpm : 0.0);
   for (const mesh::Axis& axis : machine.axes) {
     const bool linear = axis.kind == mesh::AxisKind::linear;
     if (!dice.often(linear ? 0.6 : 0.35)) continue;
@@ -50,10 +53,11 @@ std::string phase(const mesh::Machine& machine, Dice& dice, double hours, const 
     if (axis.endless) {
       text += fmt::format("speed_rpm = {:.1f}\n", share * axis.rapid * 60.0 / (2.0 * std::numbers::pi));
     } else {
-      const double unit = linear ? 1e3 : 180.0 / std::numbers::pi, reach = dice.between(0.2, 0.9), range = axis.high - axis.low;
+      const double unit = linear ? 1e3 : 180.0 / std::numbers::pi, reach = dice.between(0.2, 0.9),
+                   range = axis.high - axis.low;
       const double low = axis.low + dice.between(0.0, 1.0 - reach) * range;
-      text += fmt::format("low_{0} = {1:.1f}\nhigh_{0} = {2:.1f}\nfeed_{0}_min = {3:.0f}\n", linear ? "mm" : "deg", unit * low, unit * (low + reach * range),
-                          unit * 60.0 * share * axis.rapid);
+      text += fmt::format("low_{0} = {1:.1f}\nhigh_{0} = {2:.1f}\nfeed_{0}_min = {3:.0f}\n", linear ? "mm" : "deg",
+                          unit * low, unit * (low + reach * range), unit * 60.0 * share * axis.rapid);
       text += fmt::format("duty_percent = {:.0f}\n", dice.between(20.0, 100.0));
     }
   }
@@ -65,7 +69,8 @@ std::string phase(const mesh::Machine& machine, Dice& dice, double hours, const 
 std::string random_power_off(const mesh::Machine& machine, std::uint64_t seed) {
   Dice dice(seed);
   const double hall = machine.reference_C + dice.between(-2.0, 12.0), off_h = in_rows(dice.between(0.5, 10.0));
-  std::string text = fmt::format("schema = 1\ntitle = \"work, power-off, work\"\ninitial_C = {:.2f}\ntime_step_s = 60\noutput_s = 300\n", hall);
+  std::string text = fmt::format(
+      "schema = 1\ntitle = \"work, power-off, work\"\ninitial_C = {:.2f}\ntime_step_s = 60\noutput_s = 300\n", hall);
   std::string first = phase(machine, dice, in_rows(dice.between(1.0, 3.0)), "work 1");
   std::string surroundings = fmt::format("air_C = {:.2f}\n", hall);
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
@@ -73,8 +78,10 @@ std::string random_power_off(const mesh::Machine& machine, std::uint64_t seed) {
   }
   text += first.insert(first.find("machine_on"), surroundings);
   text += phase(machine, dice, in_rows(dice.between(1.0, 3.0)), "work 2");
-  text += fmt::format("[[phase]]\nname = \"off\"\nduration_h = {:.10g}\nspindle_rpm = 0\nmachine_on = false\nair_C = [{:.2f}, {:.2f}]\n", off_h, hall,
-                      hall + dice.between(-1.5, 0.5));
+  text += fmt::format(
+      "[[phase]]\nname = \"off\"\nduration_h = {:.10g}\nspindle_rpm = 0\nmachine_on = false\nair_C = [{:.2f}, "
+      "{:.2f}]\n",
+      off_h, hall, hall + dice.between(-1.5, 0.5));
   return text + phase(machine, dice, back_h, "back");
 }
 
@@ -85,10 +92,12 @@ std::vector<double> PowerOffStudy::left_percent(int moment) const {
 }
 
 Rows PowerOffStudy::summary() const {
-  Rows table{{"machines", "left % after 5 min: median", "90th percentile", "after 30 min: median", "90th percentile", "after 2 h: median", "90th percentile"},
+  Rows table{{"machines", "left % after 5 min: median", "90th percentile", "after 30 min: median", "90th percentile",
+              "after 2 h: median", "90th percentile"},
              {std::to_string(rows.size())}};
   for (int k = 0; k < 3; ++k)
-    for (const double share : {0.5, 0.9}) table.back().push_back(fmt::format("{:.1f}", quantile(left_percent(k), share)));
+    for (const double share : {0.5, 0.9})
+      table.back().push_back(fmt::format("{:.1f}", quantile(left_percent(k), share)));
   return table;
 }
 
@@ -99,10 +108,11 @@ PowerOffStudy PowerOffStudy::first(int draws) const {
 }
 
 std::string PowerOffStudy::brief() const {
-  std::vector<std::vector<std::string>> table{
-      {"machine", "hall degC", "worked h", "off h", "RMS um after 5 min", "left %", "after 30 min um", "left %", "after 2 h um", "left %"}};
+  std::vector<std::vector<std::string>> table{{"machine", "hall degC", "worked h", "off h", "RMS um after 5 min",
+                                               "left %", "after 30 min um", "left %", "after 2 h um", "left %"}};
   for (const PowerOffRow& row : rows) {
-    table.push_back({std::to_string(row.draw + 1), fmt::format("{:.1f}", row.hall_C), fmt::format("{:.1f}", row.worked_h), fmt::format("{:.1f}", row.off_h)});
+    table.push_back({std::to_string(row.draw + 1), fmt::format("{:.1f}", row.hall_C),
+                     fmt::format("{:.1f}", row.worked_h), fmt::format("{:.1f}", row.off_h)});
     for (int k = 0; k < 3; ++k) {
       table.back().push_back(fmt::format("{:.2f}", row.before_um[k]));
       table.back().push_back(fmt::format("{:.1f}", 100.0 * row.left_um[k] / row.before_um[k]));
@@ -118,18 +128,22 @@ std::string PowerOffStudy::brief() const {
   return core::format_table(table);
 }
 
-PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options) {
+PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                              const ValidationOptions& options) {
   if (machine_case.check_points.empty())
-    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses", "at least one pose, to judge the compensation at");
+    throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
+                           "at least one pose, to judge the compensation at");
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   PowerOffStudy study;
   for (int draw = 0; draw < options.draws; ++draw) {
     const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(draw);
     const std::string text = random_power_off(machine_case.machine, seed);
-    const solver::LoadProgram load = solver::LoadProgram::parse(text, fmt::format("power_off_{}.toml", seed), machine_case.machine);
+    const solver::LoadProgram load =
+        solver::LoadProgram::parse(text, fmt::format("power_off_{}.toml", seed), machine_case.machine);
     const Measurement measurement = machines.measure(seed, load, text);
     std::vector<mesh::Pose> poses;
-    const std::vector<Eigen::Matrix3Xd> measured = detail::measured_translations(measurement, machine_case.machine, poses);
+    const std::vector<Eigen::Matrix3Xd> measured =
+        detail::measured_translations(measurement, machine_case.machine, poses);
     const Eigen::VectorXd time = measurement.time();
     const double returned = load.duration() - 3600.0 * back_h;
     Index from = 0;
@@ -147,7 +161,7 @@ PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction:
       while (at + 1 < time.size() && time[at] < time[from] + after_s[k] - 1.0) ++at;
       for (std::size_t p = 0; p < poses.size(); ++p) {
         const Eigen::Vector3d truth = measured[p].col(at);
-        const Eigen::Vector3d predicted = errors[p][static_cast<std::size_t>(at - from)].error.head<3>() / core::units::um;
+        const Eigen::Vector3d predicted = errors[p][at - from].error.head<3>() / core::units::um;
         row.before_um[k] += truth.squaredNorm();
         row.left_um[k] += (truth - predicted).squaredNorm();
       }

@@ -28,10 +28,11 @@ struct PowerOffStudy {
   Eigen::Index measured_nodes = 0;
   std::vector<double> left_percent(int moment) const;
   std::string brief() const;
-  Rows summary() const;             ///< medians and 90th percentiles
+  Rows summary() const;  ///< medians and 90th percentiles
   PowerOffStudy first(int draws) const;
 };
 
-PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options);
+PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                              const ValidationOptions& options);
 
 }  // namespace thermotwin::compensation

@@ -4,6 +4,7 @@
 #include "compensation/evaluation/reduced_models.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include "compensation/evaluation/replay.h"
 #include "compensation/evaluation/scoring.h"
@@ -20,8 +21,8 @@ using Eigen::VectorXd;
 namespace {
 
 /// Errors in the frame of the table where the channel asks for it.
-void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChannel& channel, const mesh::Machine& machine,
-                     const mesh::Pose& pose) {
+void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChannel& channel,
+                     const mesh::Machine& machine, const mesh::Pose& pose) {
   if (channel.frame != "table") return;
   const Eigen::Matrix3d to_table =
       mesh::body_transform(machine, machine.body_index(machine.tcp.table_body), pose).linear().transpose();
@@ -35,21 +36,25 @@ void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChanne
 
 }  // namespace
 
-void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name, bool with_sensors, Judge& judge) {
+void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
+                         bool with_sensors, Judge& judge) {
   require_fits(measurement, model.machine);
   const std::vector<MeasuredChannel>& displacements = judge.data().targets;
   std::vector<mesh::Pose> poses;
   for (const MeasuredChannel& channel : displacements) {
     poses.push_back(mesh::parse_pose(model.machine, channel.pose_text, channel.id));
   }
-  std::vector<std::vector<solver::TcpError>> errors = run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &judge.observer : nullptr);
+  std::vector<std::vector<solver::TcpError>> errors =
+      run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &judge.observer : nullptr);
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const MeasuredChannel& channel = displacements[k];
     turn_into_frame(errors[k], channel, model.machine, poses[k]);
     const VectorXd predicted = quantity_series(errors[k], channel);
     judge.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
-  if (!with_sensors) judge.note(fmt::format("{}: nothing fitted; starts uniform at {:.2f} degC", name, start_temperature(measurement, model.machine)));
+  if (!with_sensors)
+    judge.note(fmt::format("{}: nothing fitted; starts uniform at {:.2f} degC", name,
+                           start_temperature(measurement, model.machine)));
 }
 
 VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel) {
@@ -71,8 +76,8 @@ VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const Meas
                            "a displacement or rotation of the TCP at a pose: dx dy dz ra rb rc X0C Y0C Z0T A0C B0C");
   }
   const double scale = sign / (component < 3 ? core::units::um : core::units::um_per_m);
-  VectorXd values(static_cast<Index>(errors.size()));
-  for (Index i = 0; i < values.size(); ++i) values[i] = scale * errors[static_cast<std::size_t>(i)].error[component];
+  VectorXd values(std::ssize(errors));
+  for (Index i = 0; i < values.size(); ++i) values[i] = scale * errors[i].error[component];
   return values;
 }
 

@@ -11,11 +11,11 @@
 
 namespace thermotwin::compensation {
 
-void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name, bool with_sensors, Judge& judge);
+void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
+                         bool with_sensors, Judge& judge);
 
 /// Predicted time series of a displacement channel's quantity by the compensator (um or um/m).
 /// @param errors  TCP error at the channel's pose per time
-Eigen::VectorXd quantity_series(const std::vector<solver::TcpError>& errors,
-                                const MeasuredChannel& channel);
+Eigen::VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel);
 
 }  // namespace thermotwin::compensation

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "compensation/measurement/dataset.h"
@@ -27,8 +28,8 @@ double start_temperature(const Measurement& measurement, const mesh::Machine& ma
   return machine.reference_C;
 }
 
-MatrixXd compensator_rows(const Measurement& measurement, const mesh::Machine& machine, const solver::Channels& channels,
-                          const MeasuredRun& how) {
+MatrixXd compensator_rows(const Measurement& measurement, const mesh::Machine& machine,
+                          const solver::Channels& channels, const MeasuredRun& how) {
   const MatrixXd held = channel_rows(measurement, channels);
   // Row i of a measurement holds until i + 1; the compensator is told what held since its last row.
   MatrixXd rows = held;
@@ -37,22 +38,26 @@ MatrixXd compensator_rows(const Measurement& measurement, const mesh::Machine& m
   const double air_C = start_temperature(measurement, machine, how.from);
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
     const std::string name = ambient.id + ".T_C";
-    const bool measured = std::any_of(measurement.channels.begin(), measurement.channels.end(), [&](const MeasuredChannel& c) { return c.input == name; });
+    const bool measured = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                      [&](const MeasuredChannel& c) { return c.input == name; });
     // What is warmer than the reference at home (a fluid in its tank) is so above this hall too.
-    if (!measured && ambient.follows.empty()) rows.col(channels.index(name)).setConstant(air_C + ambient.default_C.value - machine.reference_C);
+    if (!measured && ambient.follows.empty())
+      rows.col(channels.index(name)).setConstant(air_C + ambient.default_C.value - machine.reference_C);
   }
   return rows;
 }
 
 MatrixXd sensor_readings(const Measurement& measurement, const mesh::Machine& machine) {
-  MatrixXd readings = MatrixXd::Constant(measurement.data.rows(), static_cast<Index>(machine.sensors.size()), solver::not_given);
+  MatrixXd readings = MatrixXd::Constant(measurement.data.rows(), std::ssize(machine.sensors), solver::not_given);
   for (const MeasuredChannel& channel : measurement.channels) {
-    if (const int sensor = machine.sensor_index(channel.sensor); sensor >= 0) readings.col(sensor) = measurement.values(channel);
+    if (const int sensor = machine.sensor_index(channel.sensor); sensor >= 0)
+      readings.col(sensor) = measurement.values(channel);
   }
   return readings;
 }
 
-std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement, const reduction::ReducedModel& model,
+std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement,
+                                                           const reduction::ReducedModel& model,
                                                            const std::vector<mesh::Pose>& poses, const MeasuredRun& how,
                                                            std::string* explained, std::vector<std::string>* failed) {
   CompensatorOptions options;
@@ -73,16 +78,18 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
       GuardOptions limits;
       limits.largest_um = compensator->limits().largest_um;
       limits.rate_um_s = compensator->limits().rate_um_s;
-      guards.assign(poses.size(), OffsetGuard(static_cast<Index>(compensator->axes().size()), limits));
+      guards.assign(poses.size(), OffsetGuard(std::ssize(compensator->axes()), limits));
     }
     // What held before a gap says nothing any more.
     const Index told = gap ? std::min(i + 1, time.size() - 1) : i;
-    const Offsets& offsets = compensator->step(time[i], rows.row(told).transpose(), how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
+    const Offsets& offsets = compensator->step(time[i], rows.row(told).transpose(),
+                                               how.sensors ? VectorXd(readings.row(i).transpose()) : VectorXd());
     if (failed != nullptr) failed->push_back(offsets.failed_sensors);
     for (std::size_t p = 0; p < poses.size(); ++p) {
       solver::TcpError error = compensator->tcp(poses[p]);
       const VectorXd wanted_um = how.guarded ? VectorXd(map.offsets(error) / core::units::um) : VectorXd();
-      if (how.guarded) error.error.head<3>() -= map.motion((guards[p].step(time[i], wanted_um) - wanted_um) * core::units::um);
+      if (how.guarded)
+        error.error.head<3>() -= map.motion((guards[p].step(time[i], wanted_um) - wanted_um) * core::units::um);
       errors[p].push_back(error);
     }
   }

@@ -18,14 +18,14 @@ struct MeasuredRun {
   /// Ambients that nobody measures stand where the air stood at the start: what an operator who knows
   /// the hall would say; without it they stand at their defaults.
   bool told_surroundings = false;
-  Eigen::Index from = 0;             ///< row of the start: what came before is unknown
+  Eigen::Index from = 0;  ///< row of the start: what came before is unknown
   bool guarded = false;
   double longest_gap_s = 12 * 3600.0;  ///< after a longer one nobody knows what the machine did: a new start
 };
 
 /// Inputs row by row as a compensator wants them: what held since the row before. (rows x channels)
-Eigen::MatrixXd compensator_rows(const Measurement& measurement, const mesh::Machine& machine, const solver::Channels& channels,
-                                 const MeasuredRun& how);
+Eigen::MatrixXd compensator_rows(const Measurement& measurement, const mesh::Machine& machine,
+                                 const solver::Channels& channels, const MeasuredRun& how);
 /// Readings of the machine's sensors, (rows x sensors), NaN where missing or not measured.
 Eigen::MatrixXd sensor_readings(const Measurement& measurement, const mesh::Machine& machine);
 /// Uniform start where no sensor tells better: the first air temperature, else the reference.
@@ -34,8 +34,10 @@ double start_temperature(const Measurement& measurement, const mesh::Machine& ma
 /// @param explained  if given: gets what the observer's sensors could tell (Detectability::brief)
 /// @param failed     if given: gets Offsets::failed_sensors of each row from `from` on
 /// @return for each pose, as if the machine stood there, the predicted errors at the rows from `from` on
-std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement, const reduction::ReducedModel& model,
+std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement,
+                                                           const reduction::ReducedModel& model,
                                                            const std::vector<mesh::Pose>& poses, const MeasuredRun& how,
-                                                           std::string* explained = nullptr, std::vector<std::string>* failed = nullptr);
+                                                           std::string* explained = nullptr,
+                                                           std::vector<std::string>* failed = nullptr);
 
 }  // namespace thermotwin::compensation

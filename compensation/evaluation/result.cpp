@@ -20,21 +20,36 @@ std::string number(double value, const char* format = "{:.2f}") {
 
 std::vector<std::string> line_of(const EvaluationRow& row) {
   const Measures& m = row.measures;
-  return {row.model, row.part + (row.training ? " (seen)" : ""), std::to_string(m.count), number(m.rms_before, "{:.3f}"), number(m.rms, "{:.3f}"),
-          number(m.rms_reduction_percent, "{:.1f}"), number(m.peak_to_peak_before), number(m.peak_to_peak), number(m.mean_before), number(m.mean),
-          number(m.maximum_before), number(m.maximum), number(m.fit, "{:.1f}")};
+  return {row.model,
+          row.part + (row.training ? " (seen)" : ""),
+          std::to_string(m.count),
+          number(m.rms_before, "{:.3f}"),
+          number(m.rms, "{:.3f}"),
+          number(m.rms_reduction_percent, "{:.1f}"),
+          number(m.peak_to_peak_before),
+          number(m.peak_to_peak),
+          number(m.mean_before),
+          number(m.mean),
+          number(m.maximum_before),
+          number(m.maximum),
+          number(m.fit, "{:.1f}")};
 }
 
 }  // namespace
 
 std::string Evaluation::brief() const {
-  std::string text = fmt::format("fitted on {:.1f} h of displacements with {} inputs at hand\n", training_hours, inputs);
+  std::string text =
+      fmt::format("fitted on {:.1f} h of displacements with {} inputs at hand\n", training_hours, inputs);
   // With all rows in training nothing but the fit is left to show.
-  const bool fits = std::any_of(leaderboard.begin(), leaderboard.end(), [](const Standing& s) { return s.seen_by_fit; });
+  const bool fits =
+      std::any_of(leaderboard.begin(), leaderboard.end(), [](const Standing& s) { return s.seen_by_fit; });
   std::vector<std::vector<std::string>> board = {
-      {"model", "channels", fits ? "RMS removed (fit: of the training rows) %" : "RMS removed where no fit saw it %", "below static_regression %"}};
+      {"model", "channels", fits ? "RMS removed (fit: of the training rows) %" : "RMS removed where no fit saw it %",
+       "below static_regression %"}};
   for (const Standing& standing : leaderboard) {
-    board.push_back({standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"), std::to_string(standing.channels), number(standing.reduction_percent, "{:.1f}"), number(standing.against_static_percent, "{:.1f}")});
+    board.push_back({standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"),
+                     std::to_string(standing.channels), number(standing.reduction_percent, "{:.1f}"),
+                     number(standing.against_static_percent, "{:.1f}")});
   }
   text += core::format_table(board);
   for (const Standing& standing : leaderboard) {
@@ -45,8 +60,9 @@ std::string Evaluation::brief() const {
     if (std::find(channels.begin(), channels.end(), row.channel) == channels.end()) channels.push_back(row.channel);
   }
   for (const std::string& channel : channels) {
-    std::vector<std::vector<std::string>> table = {
-        {"model", "part", "rows", "RMS before", "after", "removed %", "PK before", "after", "mean before", "after", "max before", "after", "fit %"}};
+    std::vector<std::vector<std::string>> table = {{"model", "part", "rows", "RMS before", "after", "removed %",
+                                                    "PK before", "after", "mean before", "after", "max before", "after",
+                                                    "fit %"}};
     std::string unit;
     for (const EvaluationRow& row : rows) {
       if (row.channel != channel) continue;
@@ -67,7 +83,7 @@ std::string CrossExperiment::brief() const {
     for (std::size_t i = 0; i < programs.size(); ++i) {
       table.push_back({programs[i]});
       for (std::size_t j = 0; j < programs.size(); ++j) {
-        table.back().push_back(number(entry.reduction_percent(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)), "{:.1f}"));
+        table.back().push_back(number(entry.reduction_percent(i, j), "{:.1f}"));
       }
     }
     text += core::format_table(table);

@@ -15,11 +15,11 @@
 namespace thermotwin::compensation {
 
 struct EvaluationRow {
-  std::string model, channel, part;   ///< part: "training", "day 2", a program or another folder
+  std::string model, channel, part;  ///< part: "training", "day 2", a program or another folder
   double from_s = 0, to_s = 0;
   Measures measures;
   std::string unit;
-  bool training = false;              ///< the model's fit saw displacements of this part
+  bool training = false;  ///< the model's fit saw displacements of this part
 };
 
 /// A model over all displacements that its fit did not see, or where there are none (all rows train), over those that it saw.
@@ -38,11 +38,11 @@ struct Evaluation {
   core::Table predictions;            ///< time_s, <channel>_measured, <channel>_<model>
   std::vector<std::pair<std::string, core::Table>> other_predictions;  ///< by name of the folder
   std::vector<FittedModel> models;
-  std::vector<std::string> notes;     ///< what was left out and why
-  std::string observer;               ///< with a reduced model: which augmented states its sensors tell
-  double training_hours = 0;          ///< calibration effort: displacements over this time ...
-  Eigen::Index inputs = 0;            ///< ... and this many channels that a control has to know
-  std::string brief() const;          ///< leaderboard, and a table a channel
+  std::vector<std::string> notes;  ///< what was left out and why
+  std::string observer;            ///< with a reduced model: which augmented states its sensors tell
+  double training_hours = 0;       ///< calibration effort: displacements over this time ...
+  Eigen::Index inputs = 0;         ///< ... and this many channels that a control has to know
+  std::string brief() const;       ///< leaderboard, and a table a channel
 };
 
 /// Fitted on one program (without programs: one day) after the other, judged on each.
@@ -50,10 +50,11 @@ struct CrossExperiment {
   std::vector<std::string> programs;
   struct Entry {
     std::string model;
-    Eigen::MatrixXd reduction_percent;  ///< (trained on, judged on), RMS over the channels; NaN: not possible or refused
+    Eigen::MatrixXd
+        reduction_percent;  ///< (trained on, judged on), RMS over the channels; NaN: not possible or refused
   };
   std::vector<Entry> entries;
-  std::vector<std::string> notes;       ///< fits that were refused, and why
+  std::vector<std::string> notes;  ///< fits that were refused, and why
   std::string brief() const;
 };
 

@@ -61,14 +61,16 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   if (!options.train_programs.empty()) {
     std::vector<std::string> names;
     for (const Program& program : measurement.programs) {
-      const bool training = std::find(options.train_programs.begin(), options.train_programs.end(), program.name) != options.train_programs.end();
+      const bool training = std::find(options.train_programs.begin(), options.train_programs.end(), program.name) !=
+                            options.train_programs.end();
       parts.push_back({program.name, program.from_s, program.to_s, training});
       names.push_back(program.name);
     }
     for (const std::string& name : options.train_programs) {
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-      throw InputError((measurement.folder / "channels.toml").string(), "no program '" + name + "'",
-                       names.empty() ? "[[program]] tables with name, from_s and to_s" : "one of: " + core::join(names));
+      throw InputError(
+          (measurement.folder / "channels.toml").string(), "no program '" + name + "'",
+          names.empty() ? "[[program]] tables with name, from_s and to_s" : "one of: " + core::join(names));
     }
     return parts;
   }
@@ -81,7 +83,9 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   if (!measurement.programs.empty()) {
     for (const Program& program : measurement.programs) {
       // A program that the training's end cuts is judged from there on.
-      if (program.from_s < until) parts.push_back({program.to_s <= until ? program.name : "training", program.from_s, std::min(program.to_s, until), true});
+      if (program.from_s < until)
+        parts.push_back(
+            {program.to_s <= until ? program.name : "training", program.from_s, std::min(program.to_s, until), true});
       if (program.to_s > until) parts.push_back({program.name, std::max(program.from_s, until), program.to_s, false});
     }
     return parts;
@@ -105,20 +109,22 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   return parts;
 }
 
-Judge::Judge(const Measurement& measurement, std::vector<EvaluationPart> parts) : data_(make_dataset(measurement)), parts_(std::move(parts)) {
+Judge::Judge(const Measurement& measurement, std::vector<EvaluationPart> parts)
+    : data_(make_dataset(measurement)),
+      parts_(std::move(parts)) {
   names_.push_back("time_s");
   columns_.push_back(data_.time);
   for (std::size_t t = 0; t < data_.targets.size(); ++t) {
     names_.push_back(data_.targets[t].id + "_measured");
-    columns_.push_back(data_.target_values.col(static_cast<Index>(t)));
+    columns_.push_back(data_.target_values.col(t));
   }
 }
 
 std::vector<bool> Judge::training() const {
-  std::vector<bool> used(static_cast<std::size_t>(data_.rows()), false);
+  std::vector<bool> used(data_.rows(), false);
   for (const EvaluationPart& part : parts_) {
     for (Index i = 0; part.training && i < data_.rows(); ++i) {
-      if (data_.time[i] >= part.from && data_.time[i] < part.to) used[static_cast<std::size_t>(i)] = true;
+      if (data_.time[i] >= part.from && data_.time[i] < part.to) used[i] = true;
     }
   }
   return used;
@@ -126,7 +132,7 @@ std::vector<bool> Judge::training() const {
 
 void Judge::add(const std::string& model, std::size_t target, const VectorXd& given, bool fitted) {
   const MeasuredChannel& channel = data_.targets[target];
-  const VectorXd measured = data_.target_values.col(static_cast<Index>(target));
+  const VectorXd measured = data_.target_values.col(target);
   VectorXd predicted = given;
   const std::vector<bool> seen = training();
   for (std::size_t s = 0; channel.zero == Zero::first && s < data_.starts.size(); ++s) {
@@ -153,7 +159,7 @@ void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted
     note(fmt::format("{} predicts nothing of {}: it lacks an input that the model was fitted with", model,
                      data_.source));
   for (std::size_t t = 0; t < data_.targets.size(); ++t) {
-    const VectorXd series = predicted.col(static_cast<Index>(t));
+    const VectorXd series = predicted.col(t);
     if (known_range(series).first >= 0) add(model, t, series, fitted);
   }
 }
@@ -162,8 +168,8 @@ core::Table Judge::predictions() const {
   core::Table table;
   table.source = "predictions";
   table.columns = names_;
-  table.values.resize(data_.rows(), static_cast<Index>(columns_.size()));
-  for (std::size_t i = 0; i < columns_.size(); ++i) table.values.col(static_cast<Index>(i)) = columns_[i];
+  table.values.resize(data_.rows(), std::ssize(columns_));
+  for (std::size_t i = 0; i < columns_.size(); ++i) table.values.col(i) = columns_[i];
   return table;
 }
 
@@ -221,7 +227,7 @@ namespace {
 std::string caution_of(const FittedModel& model) {
   constexpr std::size_t most = 2;
   const std::vector<std::string> all = model.cautions();
-  const std::string words = core::join({all.begin(), all.begin() + static_cast<std::ptrdiff_t>(std::min(all.size(), most))}, "; ");
+  const std::string words = core::join({all.begin(), all.begin() + (std::min(all.size(), most))}, "; ");
   return all.size() > most ? words + fmt::format("; and {} channels more", all.size() - most) : words;
 }
 
@@ -246,9 +252,10 @@ std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const st
   const auto reference = held_out.find("static_regression");
   std::vector<Standing> result;
   for (const std::string& model : order) {
-    Standing standing{model, static_cast<Index>(held_out[model].size()), 0.0, missing, !any_held_out[model]};
+    Standing standing{model, std::ssize(held_out[model]), 0.0, missing, !any_held_out[model]};
     for (const FittedModel& fitted : models)
-      if (model == fitted.name() || model == fitted.name() + "_as_is" || model == fitted.name() + "_corrected") standing.caution = caution_of(fitted);
+      if (model == fitted.name() || model == fitted.name() + "_as_is" || model == fitted.name() + "_corrected")
+        standing.caution = caution_of(fitted);
     double shares = 0.0, moved = 0.0, gains = 0.0, compared = 0.0;
     for (const auto& [channel, sums] : held_out[model]) {
       // A channel that stays has nothing to be removed.
@@ -269,7 +276,8 @@ std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const st
   std::stable_sort(result.begin(), result.end(), [](const Standing& a, const Standing& b) {
     if (a.caution.empty() != b.caution.empty()) return a.caution.empty();
     if (a.channels != b.channels) return a.channels > b.channels;
-    return a.reduction_percent > b.reduction_percent || (std::isfinite(a.reduction_percent) && !std::isfinite(b.reduction_percent));
+    return a.reduction_percent > b.reduction_percent ||
+           (std::isfinite(a.reduction_percent) && !std::isfinite(b.reduction_percent));
   });
   return result;
 }

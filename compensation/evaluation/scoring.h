@@ -10,12 +10,12 @@ namespace thermotwin::compensation {
 
 struct EvaluationPart {
   std::string name;
-  double from = 0, to = 0;           ///< [from, to)
+  double from = 0, to = 0;  ///< [from, to)
   bool training = false;
 };
 
 class Judge {
- public:
+public:
   Judge(const Measurement& measurement, std::vector<EvaluationPart> parts);
 
   const Dataset& data() const { return data_; }
@@ -31,10 +31,10 @@ class Judge {
 
   std::vector<EvaluationRow> rows;
   std::vector<std::string> notes;
-  std::string observer;              ///< what the reduced model's sensors can tell
+  std::string observer;  ///< what the reduced model's sensors can tell
   core::Table predictions() const;
 
- private:
+private:
   Dataset data_;
   std::vector<EvaluationPart> parts_;
   std::vector<std::string> names_;
@@ -50,7 +50,7 @@ std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options);
 /// What a fit sees: rows of the judged measurement, or of several.
 struct TrainingRows {
   Dataset data;
-  std::vector<bool> used;            ///< (rows)
+  std::vector<bool> used;  ///< (rows)
 };
 /// @param further  measurements that train beside the judged one; they come first in time
 TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further = {});

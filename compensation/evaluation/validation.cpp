@@ -30,12 +30,11 @@ std::vector<PoseColumns> pose_columns(const Measurement& measurement, const mesh
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind != ChannelKind::displacement) continue;
     const std::string axes = "xyz";
-    const std::size_t axis = channel.quantity.size() == 2 && channel.quantity[0] == 'd'
-                                 ? axes.find(channel.quantity[1])
-                                 : std::string::npos;
+    const std::size_t axis =
+        channel.quantity.size() == 2 && channel.quantity[0] == 'd' ? axes.find(channel.quantity[1]) : std::string::npos;
     if (axis == std::string::npos) continue;
-    auto found = std::find_if(poses.begin(), poses.end(),
-                              [&](const PoseColumns& p) { return p.text == channel.pose_text; });
+    auto found =
+        std::find_if(poses.begin(), poses.end(), [&](const PoseColumns& p) { return p.text == channel.pose_text; });
     if (found == poses.end()) {
       poses.push_back({channel.pose_text, mesh::parse_pose(machine, channel.pose_text, channel.id), {-1, -1, -1}});
       found = std::prev(poses.end());
@@ -52,12 +51,13 @@ std::vector<PoseColumns> pose_columns(const Measurement& measurement, const mesh
 
 namespace detail {
 
-std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine, std::vector<mesh::Pose>& poses) {
+std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine,
+                                                    std::vector<mesh::Pose>& poses) {
   std::vector<Eigen::Matrix3Xd> values;
   for (const PoseColumns& columns : pose_columns(measurement, machine)) {
     poses.push_back(columns.pose);
     Eigen::Matrix3Xd at(3, measurement.data.rows());
-    for (int k = 0; k < 3; ++k) at.row(k) = measurement.data.values.col(columns.columns[static_cast<std::size_t>(k)]).transpose();
+    for (int k = 0; k < 3; ++k) at.row(k) = measurement.data.values.col(columns.columns[k]).transpose();
     values.push_back(std::move(at));
   }
   return values;
@@ -84,7 +84,9 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
     for (Eigen::Index i = 0; i < measurement.data.rows(); ++i) {
       const Eigen::Vector3d truth = measured[p].col(i);
       if (time[i] < time[0] + offset_settle_s || !truth.allFinite()) continue;
-      const auto left = [&](const auto& errors) { return (truth - errors[p][static_cast<std::size_t>(i)].error.template head<3>() / core::units::um).eval(); };
+      const auto left = [&](const auto& errors) {
+        return (truth - errors[p][i].error.template head<3>() / core::units::um).eval();
+      };
       const Eigen::Vector3d with = left(seeing);
       ++count;
       row.rms_before_um += truth.squaredNorm();
@@ -95,13 +97,15 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
       row.largest_sensors_um = std::max(row.largest_sensors_um, with.norm());
     }
     if (count == 0) continue;
-    for (double* sum : {&row.rms_before_um, &row.rms_model_um, &row.rms_told_um, &row.rms_sensors_um}) *sum = std::sqrt(*sum / count);
+    for (double* sum : {&row.rms_before_um, &row.rms_model_um, &row.rms_told_um, &row.rms_sensors_um})
+      *sum = std::sqrt(*sum / count);
     rows.push_back(row);
   }
   return rows;
 }
 
-Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model, const ValidationOptions& options) {
+Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                           const ValidationOptions& options) {
   if (machine_case.check_points.empty())
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose off the grid, to judge the compensation at");
@@ -112,7 +116,8 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
   for (int draw = 0; draw < options.draws; ++draw) {
     for (const solver::LoadProgram& load : loads) {
       const std::string text = core::read_file(machine_case.folder / "loads" / (load.name() + ".toml"));
-      const Measurement measurement = machines.measure(options.first_seed + static_cast<std::uint64_t>(draw), load, text);
+      const Measurement measurement =
+          machines.measure(options.first_seed + static_cast<std::uint64_t>(draw), load, text);
       for (ValidationRow& row : judge_compensation(measurement, machine_case.machine, model, load.name(), draw))
         validation.rows.push_back(std::move(row));
     }
@@ -125,7 +130,8 @@ double quantile(std::vector<double> values, double share) {
   if (values.empty()) return solver::not_given;
   std::sort(values.begin(), values.end());
   const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1);
-  const auto low = static_cast<std::size_t>(at), high = std::min(low + 1, values.size() - 1);
+  const auto low = static_cast<std::size_t>(at);
+  const std::size_t high = std::min(low + 1, values.size() - 1);
   return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
 }
 
@@ -168,14 +174,16 @@ std::vector<double> Validation::cuts(const std::string& load) const {
 }
 
 Rows Validation::summary() const {
-  Rows table{{"program", "machines", "told %: median", "10th percentile", "sensors %: median", "10th percentile", "cut by sensors %"}};
+  Rows table{{"program", "machines", "told %: median", "10th percentile", "sensors %: median", "10th percentile",
+              "cut by sensors %"}};
   std::vector<std::string> loads;
   for (const ValidationRow& row : rows)
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
   for (const std::string& load : loads) {
     const std::vector<double> told = reductions(load, With::told), with = reductions(load, With::sensors);
     table.push_back({load, std::to_string(with.size())});
-    for (const double value : {quantile(told, 0.5), quantile(told, 0.1), quantile(with, 0.5), quantile(with, 0.1), quantile(cuts(load), 0.5)})
+    for (const double value : {quantile(told, 0.5), quantile(told, 0.1), quantile(with, 0.5), quantile(with, 0.1),
+                               quantile(cuts(load), 0.5)})
       table.back().push_back(fmt::format("{:.1f}", value));
   }
   return table;
@@ -195,24 +203,29 @@ std::string Validation::brief() const {
   std::vector<std::string> loads;
   for (const ValidationRow& row : rows)
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
-  std::vector<std::vector<std::string>> table{{"program", "machine", "RMS before um", "no sensors", "told", "sensors", "no sensors %", "told %", "sensors %",
-                                               "cut by sensors %"}};
+  std::vector<std::vector<std::string>> table{{"program", "machine", "RMS before um", "no sensors", "told", "sensors",
+                                               "no sensors %", "told %", "sensors %", "cut by sensors %"}};
   const auto number = [](const char* format, double value) { return fmt::format(fmt::runtime(format), value); };
   for (const std::string& load : loads) {
     for (const auto& [draw, sums] : by_draw(rows, load)) {
-      const double share = std::sqrt(static_cast<double>(sums.poses));
-      table.push_back({load, std::to_string(draw + 1), number("{:.2f}", std::sqrt(sums.before) / share), number("{:.2f}", sums.left(With::model) / share),
-                       number("{:.2f}", sums.left(With::told) / share), number("{:.2f}", sums.left(With::sensors) / share),
-                       number("{:.1f}", sums.percent(With::model)), number("{:.1f}", sums.percent(With::told)), number("{:.1f}", sums.percent(With::sensors)),
+      const double share = std::sqrt(sums.poses);
+      table.push_back({load, std::to_string(draw + 1), number("{:.2f}", std::sqrt(sums.before) / share),
+                       number("{:.2f}", sums.left(With::model) / share),
+                       number("{:.2f}", sums.left(With::told) / share),
+                       number("{:.2f}", sums.left(With::sensors) / share), number("{:.1f}", sums.percent(With::model)),
+                       number("{:.1f}", sums.percent(With::told)), number("{:.1f}", sums.percent(With::sensors)),
                        number("{:.1f}", sums.cut())});
     }
     for (const auto& [name, share] : {std::pair{"median", 0.5}, {"10th percentile", 0.1}}) {
       table.push_back({load, name, "", "", "", "", number("{:.1f}", quantile(reductions(load, With::model), share)),
-                       number("{:.1f}", quantile(reductions(load, With::told), share)), number("{:.1f}", quantile(reductions(load, With::sensors), share)),
+                       number("{:.1f}", quantile(reductions(load, With::told), share)),
+                       number("{:.1f}", quantile(reductions(load, With::sensors), share)),
                        number("{:.1f}", quantile(cuts(load), share))});
     }
   }
-  return core::format_table(table) + "told: without sensors, but told that what surrounds the machine is as warm as its hall; cut: of what that leaves\n";
+  return core::format_table(table) +
+         "told: without sensors, but told that what surrounds the machine is as warm as its hall; cut: of what that "
+         "leaves\n";
 }
 
 }  // namespace thermotwin::compensation

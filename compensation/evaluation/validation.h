@@ -19,11 +19,11 @@ namespace thermotwin::compensation {
 using Rows = std::vector<std::vector<std::string>>;
 
 struct ValidationOptions {
-  std::vector<std::string> loads;   ///< names of load programs
+  std::vector<std::string> loads;  ///< names of load programs
   int draws = 5;
-  std::uint64_t first_seed = 1;     ///< draw i perturbs and adds noise with first_seed + i
-  VirtualOptions machine;           ///< mesh, steps, noise of the measured machine
-  std::filesystem::path keep;       ///< where full runs are kept; empty: they are not
+  std::uint64_t first_seed = 1;                        ///< draw i perturbs and adds noise with first_seed + i
+  VirtualOptions machine;                              ///< mesh, steps, noise of the measured machine
+  std::filesystem::path keep;                          ///< where full runs are kept; empty: they are not
   const reduction::ReducedModel* reference = nullptr;  ///< truth instead of the full model
 };
 
@@ -33,10 +33,10 @@ struct ValidationRow {
   std::string load;
   int draw = 0;
   std::string pose;
-  double rms_before_um = 0;         ///< no compensation
-  double rms_model_um = 0;          ///< reduced model, no temperature sensor; surroundings at their defaults
-  double rms_told_um = 0;           ///< the same, told that what surrounds the machine is as warm as the hall
-  double rms_sensors_um = 0;        ///< reduced model with observer
+  double rms_before_um = 0;   ///< no compensation
+  double rms_model_um = 0;    ///< reduced model, no temperature sensor; surroundings at their defaults
+  double rms_told_um = 0;     ///< the same, told that what surrounds the machine is as warm as the hall
+  double rms_sensors_um = 0;  ///< reduced model with observer
   double largest_before_um = 0, largest_sensors_um = 0;
 };
 
@@ -50,8 +50,8 @@ struct Validation {
   /// For each draw how much of what the model leaves without sensors (told) the observer takes away, percent.
   std::vector<double> cuts(const std::string& load) const;
   double median_reduction(const std::string& load, bool sensors) const;
-  std::string brief() const;        ///< table per load and draw; medians and 10th percentiles last
-  Rows summary() const;             ///< medians and 10th percentiles of each load
+  std::string brief() const;  ///< table per load and draw; medians and 10th percentiles last
+  Rows summary() const;       ///< medians and 10th percentiles of each load
   Validation first(int draws) const;
 };
 
@@ -64,14 +64,13 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
 
 /// Runs the compensator along a measurement: error of the TCP left at each displacement pose.
 /// Rows of RMS for one measured load.
-std::vector<ValidationRow> judge_compensation(const Measurement& measurement,
-                                              const mesh::Machine& machine,
-                                              const reduction::ReducedModel& model,
-                                              const std::string& load, int draw);
+std::vector<ValidationRow> judge_compensation(const Measurement& measurement, const mesh::Machine& machine,
+                                              const reduction::ReducedModel& model, const std::string& load, int draw);
 
 namespace detail {
 /// (3 x rows) of each pose at which dx, dy and dz were measured, um; its poses are appended.
-std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine, std::vector<mesh::Pose>& poses);
+std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measurement, const mesh::Machine& machine,
+                                                    std::vector<mesh::Pose>& poses);
 }  // namespace detail
 
 }  // namespace thermotwin::compensation

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace thermotwin::compensation {
@@ -102,7 +103,8 @@ Dataset make_dataset(const Measurement& measurement) {
       const bool temperature = channel.kind == ChannelKind::temperature;
       const bool activity = channel.kind == ChannelKind::speed || channel.kind == ChannelKind::power;
       if (activity) values = values.cwiseAbs();  // heat does not know which way an axis turns
-      data.inputs.push_back({channel.id, temperature, activity, temperature && names_air(channel), channel.kind == ChannelKind::speed, channel.input});
+      data.inputs.push_back({channel.id, temperature, activity, temperature && names_air(channel),
+                             channel.kind == ChannelKind::speed, channel.input});
       // Nothing is held over a pause.
       const Index longest = temperature ? typical_gap(values) : values.size();
       for (std::size_t s = 0; s < data.starts.size(); ++s) {
@@ -112,10 +114,10 @@ Dataset make_dataset(const Measurement& measurement) {
       inputs.push_back(std::move(values));
     }
   }
-  data.input_values.resize(data.rows(), static_cast<Index>(inputs.size()));
-  data.target_values.resize(data.rows(), static_cast<Index>(targets.size()));
-  for (std::size_t i = 0; i < inputs.size(); ++i) data.input_values.col(static_cast<Index>(i)) = inputs[i];
-  for (std::size_t i = 0; i < targets.size(); ++i) data.target_values.col(static_cast<Index>(i)) = targets[i];
+  data.input_values.resize(data.rows(), std::ssize(inputs));
+  data.target_values.resize(data.rows(), std::ssize(targets));
+  for (std::size_t i = 0; i < inputs.size(); ++i) data.input_values.col(i) = inputs[i];
+  for (std::size_t i = 0; i < targets.size(); ++i) data.target_values.col(i) = targets[i];
   return data;
 }
 
@@ -142,10 +144,10 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
     rows += part->rows();
   }
   all.time.resize(rows);
-  all.input_values.resize(rows, static_cast<Index>(all.inputs.size()));
+  all.input_values.resize(rows, std::ssize(all.inputs));
   for (std::size_t k = 0; k < all.inputs.size(); ++k)
-    all.input_values.col(static_cast<Index>(k)).setConstant(all.inputs[k].activity ? 0.0 : missing);
-  all.target_values = MatrixXd::Constant(rows, static_cast<Index>(all.targets.size()), missing);
+    all.input_values.col(k).setConstant(all.inputs[k].activity ? 0.0 : missing);
+  all.target_values = MatrixXd::Constant(rows, std::ssize(all.targets), missing);
   Index row = 0;
   for (const Dataset* part : parts) {
     const Index n = part->rows();
@@ -157,7 +159,7 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
         const auto at =
             std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.id == own[k].id; }) -
             items.begin();
-        values.col(at).segment(row, n) = own_values.col(static_cast<Index>(k));
+        values.col(at).segment(row, n) = own_values.col(k);
       }
     };
     put(all.input_values, all.inputs, part->inputs, part->input_values);
@@ -196,7 +198,8 @@ Blocks make_blocks(const TrainingData& data, Index most) {
            data.time[end] - data.time[end - 1] < gap)
       ++end;
     const auto rows = static_cast<double>(end - begin);
-    blocks.data.time[count] = data.time[begin] + (data.time.segment(begin, end - begin).array() - data.time[begin]).sum() / rows;
+    blocks.data.time[count] =
+        data.time[begin] + (data.time.segment(begin, end - begin).array() - data.time[begin]).sum() / rows;
     // A block is known where any of its rows is: a missing reading among many is no gap.
     const auto mean = [&](const auto& values) {
       double sum = 0.0, known = 0.0;

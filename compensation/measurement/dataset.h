@@ -17,20 +17,20 @@ namespace thermotwin::compensation {
 /// What a model may know about an input beside its values.
 struct InputInfo {
   std::string id;
-  bool temperature = true;           ///< sampled, linear between readings; else held from row to row
-  bool activity = false;             ///< speed or power: 0 where the machine rests
-  bool ambient = false;              ///< the air around the machine, by `input` or by its name
-  bool motion = false;               ///< speed of an axis or the spindle
-  std::string input = {};            ///< name of the machine's channel, where the measurement says so
+  bool temperature = true;  ///< sampled, linear between readings; else held from row to row
+  bool activity = false;    ///< speed or power: 0 where the machine rests
+  bool ambient = false;     ///< the air around the machine, by `input` or by its name
+  bool motion = false;      ///< speed of an axis or the spindle
+  std::string input = {};   ///< name of the machine's channel, where the measurement says so
 };
 
 struct Dataset {
-  std::string source;                ///< folder, for messages
-  Eigen::VectorXd time;              ///< (n) s, rising
+  std::string source;    ///< folder, for messages
+  Eigen::VectorXd time;  ///< (n) s, rising
   std::vector<InputInfo> inputs;
-  Eigen::MatrixXd input_values;      ///< (n x inputs) NaN where unknown
+  Eigen::MatrixXd input_values;  ///< (n x inputs) NaN where unknown
   std::vector<MeasuredChannel> targets;
-  Eigen::MatrixXd target_values;     ///< (n x targets) NaN where missing; zero = "first": at 0 first in each stretch
+  Eigen::MatrixXd target_values;  ///< (n x targets) NaN where missing; zero = "first": at 0 first in each stretch
   /// Rows at which a stretch begins: the first row, and each program that begins after a pause of more than an hour and
   /// more than ten intervals. The machine has been elsewhere meanwhile: models begin anew, from what is measured there.
   std::vector<Eigen::Index> starts{0};
@@ -52,11 +52,11 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts);
 /// One target with the inputs that a fit of it may use. Rows that it may not use have target NaN,
 /// but their inputs drive the states of a dynamic model.
 struct TrainingData {
-  std::string label;                 ///< model and channel, for messages
+  std::string label;  ///< model and channel, for messages
   std::vector<InputInfo> info;
-  Eigen::VectorXd time;              ///< (n) s
-  Eigen::MatrixXd inputs;            ///< (n x inputs)
-  Eigen::VectorXd target;            ///< (n)
+  Eigen::VectorXd time;                ///< (n) s
+  Eigen::MatrixXd inputs;              ///< (n x inputs)
+  Eigen::VectorXd target;              ///< (n)
   std::vector<Eigen::Index> breaks{};  ///< rows at which a block of means has to begin: before and behind each pause
 
   /// s, without pauses
@@ -70,7 +70,7 @@ struct TrainingData {
 /// on the sampling; a record with few rows stays as it is. Blocks end at gaps and breaks.
 struct Blocks {
   TrainingData data;
-  bool averaged = false;             ///< held inputs then are linear between block centres
+  bool averaged = false;  ///< held inputs then are linear between block centres
 };
 Blocks make_blocks(const TrainingData& data, Eigen::Index most);
 

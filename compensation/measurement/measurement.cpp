@@ -92,10 +92,11 @@ MeasuredChannel read_channel(const core::Node& node, std::vector<std::string>& s
   const Kind& kind = kind_named(node.choice("kind", kind_words()));
   channel.kind = kind.kind;
   channel.unit = node.choice("unit", kind.units);
-  const bool observed = channel.kind == ChannelKind::displacement ||
-                        (channel.kind == ChannelKind::temperature && !node.has("input"));
+  const bool observed =
+      channel.kind == ChannelKind::displacement || (channel.kind == ChannelKind::temperature && !node.has("input"));
   // What a model is compared with must say how good it is; what drives it may go without.
-  channel.uncertainty = observed ? node.number("uncertainty", core::positive) : node.number_or("uncertainty", 0.0, core::non_negative);
+  channel.uncertainty =
+      observed ? node.number("uncertainty", core::positive) : node.number_or("uncertainty", 0.0, core::non_negative);
   channel.sensor = node.text_or("sensor", "");
   channel.input = node.text_or("input", "");
   channel.direction = node.text_or("direction", "");
@@ -105,7 +106,8 @@ MeasuredChannel read_channel(const core::Node& node, std::vector<std::string>& s
     channel.frame = node.choice_or("frame", "machine", {"machine", "table"});
     channel.zero = node.choice_or("zero", "absolute", {"first", "absolute"}) == "first" ? Zero::first : Zero::absolute;
     if (!channel.quantity.empty()) {
-      const bool turns = channel.quantity[0] == 'r' || channel.quantity[0] == 'A' || channel.quantity[0] == 'B' || channel.quantity[0] == 'C';
+      const bool turns = channel.quantity[0] == 'r' || channel.quantity[0] == 'A' || channel.quantity[0] == 'B' ||
+                         channel.quantity[0] == 'C';
       const std::string unit = turns ? "um/m" : "um";
       if (channel.unit != unit) {
         throw InputError(node.place("unit"), "'" + channel.unit + "' for " + channel.quantity, "'" + unit + "'");
@@ -133,15 +135,16 @@ void check_columns(Measurement& measurement, const std::string& channels_file) {
     for (Eigen::Index i = 0; i < data.rows(); ++i) {
       const double value = data.values(i, *column);
       if (std::isnan(value) || std::abs(value) <= largest) continue;
-      throw InputError(fmt::format("{}:{} {}", data.source, core::Table::line_of_row(i), channel.id), fmt::format("{}", value),
+      throw InputError(fmt::format("{}:{} {}", data.source, core::Table::line_of_row(i), channel.id),
+                       fmt::format("{}", value),
                        fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));
     }
     if (channel.kind != ChannelKind::state) continue;
     for (Eigen::Index i = 0; i < data.rows(); ++i) {
       const double value = data.values(i, *column);
       if (value < 0.0 || value > 1.0) {
-        throw InputError(fmt::format("{}:{} {}", data.source, core::Table::line_of_row(i), channel.id), fmt::format("{}", value),
-                         "a state: 0 (off) to 1 (on), or nan");
+        throw InputError(fmt::format("{}:{} {}", data.source, core::Table::line_of_row(i), channel.id),
+                         fmt::format("{}", value), "a state: 0 (off) to 1 (on), or nan");
       }
     }
   }
@@ -159,12 +162,16 @@ std::vector<Program> read_programs(const core::Node& root) {
     if (program.name.empty() || program.name == "training" || program.name.starts_with("day ")) {
       throw InputError(node.place("name"), "'" + program.name + "'", "a name of its own, not 'training' or 'day ...'");
     }
-    if (!(program.to_s > program.from_s)) throw InputError(node.place("to_s"), fmt::format("{}", program.to_s), fmt::format("later than from_s = {}", program.from_s));
+    if (!(program.to_s > program.from_s))
+      throw InputError(node.place("to_s"), fmt::format("{}", program.to_s),
+                       fmt::format("later than from_s = {}", program.from_s));
     for (const Program& before : programs) {
-      if (before.name == program.name) throw InputError(node.place("name"), "'" + program.name + "' a second time", "each name once");
+      if (before.name == program.name)
+        throw InputError(node.place("name"), "'" + program.name + "' a second time", "each name once");
     }
     if (!programs.empty() && program.from_s < programs.back().to_s) {
-      throw InputError(node.place("from_s"), fmt::format("{}", program.from_s), fmt::format("at least {}, where '{}' ends", programs.back().to_s, programs.back().name));
+      throw InputError(node.place("from_s"), fmt::format("{}", program.from_s),
+                       fmt::format("at least {}, where '{}' ends", programs.back().to_s, programs.back().name));
     }
     node.finish();
     programs.push_back(std::move(program));
@@ -204,7 +211,8 @@ Measurement read_measurement(const std::filesystem::path& folder) {
     constexpr double longest = 1e11;  // s; 3000 years
     const double time = measurement.data.values(i, 0);
     if (!(std::abs(time) <= longest)) {
-      throw InputError(fmt::format("{}:{} time_s", data_path.string(), core::Table::line_of_row(i)), fmt::format("{}", time), fmt::format("a number of at most {:.0e}", longest));
+      throw InputError(fmt::format("{}:{} time_s", data_path.string(), core::Table::line_of_row(i)),
+                       fmt::format("{}", time), fmt::format("a number of at most {:.0e}", longest));
     }
   }
   check_columns(measurement, channels_path.string());
@@ -233,15 +241,18 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
         const std::string axis = part.substr(0, equals);
         // Rotary axes are A, B, C by ISO 841; everything else moves straight.
         const bool turns = axis.find_first_of("ABC") == 0;
-        pose += fmt::format("{}{}{} = {}", pose.empty() ? "" : ", ", axis, turns ? "_deg" : "_mm", part.substr(equals + 1));
+        pose +=
+            fmt::format("{}{}{} = {}", pose.empty() ? "" : ", ", axis, turns ? "_deg" : "_mm", part.substr(equals + 1));
         start = comma + 1;
       }
       fmt::format_to(out, "pose = {{{}}}\n", pose);
     }
-    fmt::format_to(out, "frame = \"{}\"\nzero = \"{}\"\n", channel.frame, channel.zero == Zero::first ? "first" : "absolute");
+    fmt::format_to(out, "frame = \"{}\"\nzero = \"{}\"\n", channel.frame,
+                   channel.zero == Zero::first ? "first" : "absolute");
   }
   for (const Program& program : measurement.programs) {
-    fmt::format_to(out, "[[program]]\nname = \"{}\"\nfrom_s = {}\nto_s = {}\n", program.name, program.from_s, program.to_s);
+    fmt::format_to(out, "[[program]]\nname = \"{}\"\nfrom_s = {}\nto_s = {}\n", program.name, program.from_s,
+                   program.to_s);
   }
   core::write_csv(folder / "data.csv", measurement.data, 10);
   core::write_file(folder / "channels.toml", std::string_view(text.data(), text.size()));

@@ -18,30 +18,30 @@ enum class ChannelKind { temperature, displacement, speed, power, position, flow
 enum class Zero { first, absolute };
 
 struct MeasuredChannel {
-  std::string id, unit;              ///< degC K | um um/m | rpm mm_min deg_min | W | mm deg | kg_s | 1
+  std::string id, unit;  ///< degC K | um um/m | rpm mm_min deg_min | W | mm deg | kg_s | 1
   ChannelKind kind;
-  double uncertainty = 0;            ///< one standard deviation, in unit
-  std::string sensor;                ///< id in machine.toml, or free where there is no machine
-  std::string input;                 ///< channel name ("spindle.speed_rpm")
-  std::string quantity;              ///< dx dy dz ra rb rc | X0C Y0C Z0T R0T A0C B0C
-  std::string direction;             ///< free text where there is no machine
-  std::string pose_text;             ///< "X=..,B=.." (mm, deg)
-  std::string frame = "machine";     ///< machine | table
+  double uncertainty = 0;         ///< one standard deviation, in unit
+  std::string sensor;             ///< id in machine.toml, or free where there is no machine
+  std::string input;              ///< channel name ("spindle.speed_rpm")
+  std::string quantity;           ///< dx dy dz ra rb rc | X0C Y0C Z0T R0T A0C B0C
+  std::string direction;          ///< free text where there is no machine
+  std::string pose_text;          ///< "X=..,B=.." (mm, deg)
+  std::string frame = "machine";  ///< machine | table
   Zero zero = Zero::absolute;
-  Eigen::Index column = 0;           ///< in data.csv
+  Eigen::Index column = 0;  ///< in data.csv
 };
 
 /// A named part of the record: an experiment with a load program of its own.
 struct Program {
   std::string name;
-  double from_s = 0, to_s = 0;       ///< [from, to)
+  double from_s = 0, to_s = 0;  ///< [from, to)
 };
 
 struct Measurement {
   std::filesystem::path folder;
-  std::vector<Program> programs;     ///< in order of time, apart from each other; may be empty
+  std::vector<Program> programs;  ///< in order of time, apart from each other; may be empty
   std::vector<MeasuredChannel> channels;
-  core::Table data;                  ///< first column time_s, rising
+  core::Table data;  ///< first column time_s, rising
 
   Eigen::VectorXd time() const { return data.values.col(0); }
   Eigen::VectorXd values(const MeasuredChannel& channel) const { return data.values.col(channel.column); }

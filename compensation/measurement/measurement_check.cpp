@@ -41,11 +41,13 @@ void check_sensor(const Measurement& measurement, const MeasuredChannel& channel
     std::vector<std::string> known;
     for (const mesh::SensorSpec& sensor : machine.sensors) known.push_back(sensor.id);
     throw InputError(place, "unknown sensor '" + channel.sensor + "'",
-                     known.empty() ? "no sensor: machine " + machine.name + " has none"
-                                   : "one of: " + core::join(known) + " (nearest: " + core::nearest(channel.sensor, known) + ")");
+                     known.empty()
+                         ? "no sensor: machine " + machine.name + " has none"
+                         : "one of: " + core::join(known) + " (nearest: " + core::nearest(channel.sensor, known) + ")");
   }
   if (channel.kind != ChannelKind::temperature || channel.unit != "degC") {
-    throw InputError(place, "unit '" + channel.unit + "' of sensor '" + channel.sensor + "'", "kind temperature in degC");
+    throw InputError(place, "unit '" + channel.unit + "' of sensor '" + channel.sensor + "'",
+                     "kind temperature in degC");
   }
 }
 
@@ -56,19 +58,24 @@ void check_input(const Measurement& measurement, const MeasuredChannel& channel,
                      "a channel of the machine (nearest: " + core::nearest(channel.input, channels.names()) + ")");
   }
   const std::string unit = unit_of_input(channel.input);
-  if (channel.unit != unit) throw InputError(place, "unit '" + channel.unit + "' of input '" + channel.input + "'", "'" + unit + "'");
+  if (channel.unit != unit)
+    throw InputError(place, "unit '" + channel.unit + "' of input '" + channel.input + "'", "'" + unit + "'");
 }
 
 void check_displacement(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {
   const std::string place = place_of(measurement, channel);
-  static const std::vector<std::string> predicted = {"dx",  "dy",  "dz",  "ra",  "rb",  "rc",  "X0C", "Y0C", "Z0C", "Z0T", "A0C",
-                                                     "B0C", "X0B", "Y0B", "Z0B", "A0B", "C0B", "X0A", "Y0A", "Z0A", "B0A", "C0A"};
+  static const std::vector<std::string> predicted = {"dx",  "dy",  "dz",  "ra",  "rb",  "rc",  "X0C", "Y0C",
+                                                     "Z0C", "Z0T", "A0C", "B0C", "X0B", "Y0B", "Z0B", "A0B",
+                                                     "C0B", "X0A", "Y0A", "Z0A", "B0A", "C0A"};
   if (std::find(predicted.begin(), predicted.end(), channel.quantity) == predicted.end()) {
-    throw InputError(place, channel.quantity.empty() ? std::string("no quantity") : "quantity '" + channel.quantity + "'",
+    throw InputError(place,
+                     channel.quantity.empty() ? std::string("no quantity") : "quantity '" + channel.quantity + "'",
                      "what the model predicts at a pose, one of: " + core::join(predicted));
   }
-  if (channel.quantity.size() == 3 && channel.quantity[2] != 'T' && machine.axis_index(channel.quantity.substr(2)) < 0) {
-    throw InputError(place, "quantity '" + channel.quantity + "' on machine " + machine.name, "errors of axes that it has");
+  if (channel.quantity.size() == 3 && channel.quantity[2] != 'T' &&
+      machine.axis_index(channel.quantity.substr(2)) < 0) {
+    throw InputError(place, "quantity '" + channel.quantity + "' on machine " + machine.name,
+                     "errors of axes that it has");
   }
   mesh::parse_pose(machine, channel.pose_text, place + " pose");
 }
@@ -85,7 +92,8 @@ void require_fits(const Measurement& measurement, const mesh::Machine& machine) 
     } else if (channel.kind == ChannelKind::displacement) {
       check_displacement(measurement, channel, machine);
     } else {
-      throw InputError(place_of(measurement, channel), "neither sensor nor input nor quantity", "what the channel is on the machine");
+      throw InputError(place_of(measurement, channel), "neither sensor nor input nor quantity",
+                       "what the channel is on the machine");
     }
   }
 }
@@ -94,7 +102,8 @@ Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Chann
   const Eigen::Index n = measurement.data.rows();
   Eigen::MatrixXd rows = Eigen::MatrixXd::Constant(n, channels.size(), solver::not_given);
   for (const MeasuredChannel& channel : measurement.channels)
-    if (const int index = channel.input.empty() ? -1 : channels.index(channel.input); index >= 0) rows.col(index) = measurement.data.values.col(channel.column);
+    if (const int index = channel.input.empty() ? -1 : channels.index(channel.input); index >= 0)
+      rows.col(index) = measurement.data.values.col(channel.column);
   Eigen::VectorXd held = channels.defaults();
   for (Eigen::Index i = 0; i < n; ++i) {
     channels.update(rows.row(i).transpose(), held);

@@ -20,8 +20,10 @@ double reduction_percent(double before, double after) {
 
 Measures measure(const Eigen::VectorXd& measured, const Eigen::VectorXd& predicted) {
   if (measured.size() != predicted.size()) {
-    throw core::InputError("measures", std::to_string(measured.size()) + " measured and " + std::to_string(predicted.size()) + " predicted values",
-                           "series of equal length");
+    throw core::InputError(
+        "measures",
+        std::to_string(measured.size()) + " measured and " + std::to_string(predicted.size()) + " predicted values",
+        "series of equal length");
   }
   Measures result;
   double sum_z = 0.0, sum_e = 0.0, squares_z = 0.0, squares_e = 0.0;
@@ -44,9 +46,9 @@ Measures measure(const Eigen::VectorXd& measured, const Eigen::VectorXd& predict
     high_e = std::max(high_e, e);
   }
   if (result.count == 0) {
-    for (double* value : {&result.fit, &result.peak_to_peak, &result.rms, &result.maximum, &result.mean, &result.rms_before,
-                          &result.peak_to_peak_before, &result.maximum_before, &result.mean_before, &result.rms_reduction_percent,
-                          &result.peak_to_peak_reduction_percent}) {
+    for (double* value : {&result.fit, &result.peak_to_peak, &result.rms, &result.maximum, &result.mean,
+                          &result.rms_before, &result.peak_to_peak_before, &result.maximum_before, &result.mean_before,
+                          &result.rms_reduction_percent, &result.peak_to_peak_reduction_percent}) {
       *value = undefined;
     }
     return result;

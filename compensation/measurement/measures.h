@@ -8,9 +8,9 @@
 namespace thermotwin::compensation {
 
 struct Measures {
-  double fit = 0;             ///< (1 - |e| / |z - mean z|) 100
-  double peak_to_peak = 0;    ///< PK: max e - min e
-  double rms = 0, maximum = 0, mean = 0;    ///< of the residual; maximum of |e|
+  double fit = 0;                         ///< (1 - |e| / |z - mean z|) 100
+  double peak_to_peak = 0;                ///< PK: max e - min e
+  double rms = 0, maximum = 0, mean = 0;  ///< of the residual; maximum of |e|
   double rms_before = 0, peak_to_peak_before = 0, maximum_before = 0, mean_before = 0;  ///< of z itself
   double rms_reduction_percent = 0, peak_to_peak_reduction_percent = 0;
   Eigen::Index count = 0;

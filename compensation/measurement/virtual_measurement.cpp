@@ -6,6 +6,7 @@
 #include "solver/campaign/load_result.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,7 @@ using Eigen::Index;
 /// Normal numbers by Box and Muller from the engine's bits: std::normal_distribution differs between
 /// libraries, and a seed should mean the same machine everywhere.
 class Normal {
- public:
+public:
   explicit Normal(std::uint64_t seed) : engine_(seed) {}
   double operator()() {
     if (has_spare_) {
@@ -33,7 +34,7 @@ class Normal {
     return radius * std::cos(angle);
   }
 
- private:
+private:
   /// In (0, 1].
   double uniform() { return static_cast<double>((engine_() >> 11) + 1) * 0x1p-53; }
 
@@ -44,26 +45,26 @@ class Normal {
 
 /// Builds a measurement column by column.
 class Builder {
- public:
+public:
   explicit Builder(const core::Table& sensors) {
     rows_ = sensors.rows();
     add_column("time_s", sensors.values.col(0));
   }
 
   void add(MeasuredChannel channel, const Eigen::VectorXd& values) {
-    channel.column = static_cast<Index>(columns_.size());
+    channel.column = std::ssize(columns_);
     add_column(channel.id, values);
     measurement_.channels.push_back(std::move(channel));
   }
 
   Measurement finish(const std::string& source) {
     measurement_.data.source = source;
-    measurement_.data.values.resize(rows_, static_cast<Index>(columns_.size()));
-    for (std::size_t i = 0; i < columns_.size(); ++i) measurement_.data.values.col(static_cast<Index>(i)) = columns_[i];
+    measurement_.data.values.resize(rows_, std::ssize(columns_));
+    for (std::size_t i = 0; i < columns_.size(); ++i) measurement_.data.values.col(i) = columns_[i];
     return std::move(measurement_);
   }
 
- private:
+private:
   void add_column(const std::string& name, const Eigen::VectorXd& values) {
     measurement_.data.columns.push_back(name);
     columns_.push_back(values);
@@ -80,10 +81,11 @@ void describe_input(const std::string& name, MeasuredChannel& channel) {
     ChannelKind kind;
     const char* unit;
   };
-  static constexpr Suffix suffixes[] = {{"_mm_min", ChannelKind::speed, "mm_min"}, {"_deg_min", ChannelKind::speed, "deg_min"},
-                                        {"_rpm", ChannelKind::speed, "rpm"},       {"_mm", ChannelKind::position, "mm"},
-                                        {"_deg", ChannelKind::position, "deg"},    {"T_C", ChannelKind::temperature, "degC"},
-                                        {"_W", ChannelKind::power, "W"},           {".on", ChannelKind::state, "1"}};
+  static constexpr Suffix suffixes[] = {
+      {"_mm_min", ChannelKind::speed, "mm_min"}, {"_deg_min", ChannelKind::speed, "deg_min"},
+      {"_rpm", ChannelKind::speed, "rpm"},       {"_mm", ChannelKind::position, "mm"},
+      {"_deg", ChannelKind::position, "deg"},    {"T_C", ChannelKind::temperature, "degC"},
+      {"_W", ChannelKind::power, "W"},           {".on", ChannelKind::state, "1"}};
   channel.id = channel.input = name;
   channel.kind = ChannelKind::state;
   channel.unit = "1";
@@ -152,11 +154,12 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
   campaign.poses = poses.empty() ? std::vector<mesh::Pose>{mesh::home_pose(machine)} : poses;
   campaign.refine = options.refine;
   campaign.time = options.time;
-  return measure_run(solver::run_campaign(perturbed_machine, {load}, campaign).front(), machine, campaign.poses, options);
+  return measure_run(solver::run_campaign(perturbed_machine, {load}, campaign).front(), machine, campaign.poses,
+                     options);
 }
 
-Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
-                        const VirtualOptions& options) {
+Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine,
+                        const std::vector<mesh::Pose>& poses, const VirtualOptions& options) {
   Normal normal(options.seed);
   const Index times = truth.sensors.rows();
   Builder builder(truth.sensors);
@@ -186,7 +189,7 @@ Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& ma
     builder.add(channel, values);
   }
   static constexpr const char* quantities[] = {"dx", "dy", "dz"};
-  const Index count = static_cast<Index>(poses.size());
+  const Index count = std::ssize(poses);
   for (Index p = 0; p < count; ++p) {
     for (const char* quantity : quantities) {
       MeasuredChannel channel;
@@ -195,7 +198,7 @@ Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& ma
       channel.unit = "um";
       channel.uncertainty = std::max(options.probe_noise_um, 1e-3);
       channel.quantity = quantity;
-      channel.pose_text = mesh::format_pose(machine, poses[static_cast<std::size_t>(p)]);
+      channel.pose_text = mesh::format_pose(machine, poses[p]);
       const Eigen::VectorXd all = truth.tcp.column(std::string(quantity) + "_um");
       Eigen::VectorXd values(times);
       for (Index i = 0; i < times; ++i) values[i] = all[i * count + p] + options.probe_noise_um * normal();

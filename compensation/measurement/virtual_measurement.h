@@ -26,14 +26,15 @@ inline constexpr double farthest_std = 2.5;
 
 /// Multiplies every Uncertain nominal by 1 + std_percent/100 * N(0,1) (films, powers, contact
 /// conductances; at least 0.2 of nominal), N within farthest_std. @param scale  factor on all standard deviations
-mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0, Perturb what = Perturb::all);
+mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double scale = 1.0,
+                        Perturb what = Perturb::all);
 
 /// Time scheme of measured machines, whatever their load programs say.
 inline constexpr solver::TimeOptions measured_time{solver::TimeScheme::adaptive, 0.1, 1.0, 21600};
 
 struct VirtualOptions {
-  double size_factor = 0.7;          ///< of the measured machine's mesh
-  double refine = 0.63;              ///< factor of its tolerance; of its steps where a reduced model is the truth
+  double size_factor = 0.7;  ///< of the measured machine's mesh
+  double refine = 0.63;      ///< factor of its tolerance; of its steps where a reduced model is the truth
   solver::TimeOptions time = measured_time;
   double sensor_noise_K = 0.05;
   double probe_noise_um = 0.3;
@@ -44,12 +45,11 @@ struct VirtualOptions {
 
 /// Runs the load on the given full model of the perturbed machine and makes a measurement of
 /// sensors, inputs and displacements dx dy dz at the poses.
-Measurement measure_virtually(const solver::FullModel& perturbed_machine,
-                              const solver::LoadProgram& load,
+Measurement measure_virtually(const solver::FullModel& perturbed_machine, const solver::LoadProgram& load,
                               const std::vector<mesh::Pose>& poses, const VirtualOptions& options);
 
 /// The same of a run that is at hand: its tcp at the poses, sensors and inputs.
-Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
-                        const VirtualOptions& options);
+Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine,
+                        const std::vector<mesh::Pose>& poses, const VirtualOptions& options);
 
 }  // namespace thermotwin::compensation

@@ -15,7 +15,7 @@ namespace thermotwin::compensation {
 
 /// A fitted model at work. Lives no longer than its model.
 class RowPredictor {
- public:
+public:
   virtual ~RowPredictor() = default;
   /// @param time  s, rising  @param inputs  (inputs) NaN where missing
   /// @return the displacement, NaN where an input that it needs is missing
@@ -23,7 +23,7 @@ class RowPredictor {
 };
 
 class ChannelModel {
- public:
+public:
   virtual ~ChannelModel() = default;
   /// @throws InputError where the data cannot carry the model (too few rows, no fitting input)
   virtual void fit(const TrainingData& data) = 0;

@@ -30,7 +30,7 @@ constexpr int folds = 5;
 
 /// What an ambient sensor said over the last days, in cells of ten minutes.
 class History {
- public:
+public:
   void add(double time, double value) {
     if (cells_.empty() || time - begin_ >= cell_s) {
       // After a long gap what came before says nothing about the filters; the baseline starts anew.
@@ -54,25 +54,29 @@ class History {
     double sum = 0.0, weights = 0.0, oldest = 0.0;
     for (double k = 0.0; k * cell_s < 4.0 * sigma; k += 1.0) {
       const double weight = std::exp(-0.5 * std::pow(k * cell_s / sigma, 2));
-      if (k < static_cast<double>(cells_.size())) oldest = cells_[static_cast<std::size_t>(k)].first / cells_[static_cast<std::size_t>(k)].second;
+      if (k < static_cast<double>(cells_.size())) oldest = cells_[k].first / cells_[k].second;
       sum += weight * oldest;
       weights += weight;
     }
     return sum / weights;
   }
 
- private:
+private:
   std::deque<std::pair<double, double>> cells_;  ///< sum and count, newest first
   double begin_ = 0;
 };
 
 /// The features of one row after the other.
 class Features {
- public:
-  Features(const std::vector<InputInfo>& info, double tau, const VectorXd& bend, bool averaged) : info_(info), bend_(bend) {
-    for (std::size_t i = 0; i < info.size() && ambient_ < 0; ++i) ambient_ = info[i].ambient ? static_cast<Index>(i) : -1;
-    internal_ = static_cast<Index>(info.size()) - (ambient_ >= 0 ? 1 : 0);
-    bank_.emplace_back(std::vector<InputInfo>(static_cast<std::size_t>(internal_), InputInfo{"", true, false, false}), std::vector<double>{tau}, averaged);
+public:
+  Features(const std::vector<InputInfo>& info, double tau, const VectorXd& bend, bool averaged)
+      : info_(info),
+        bend_(bend) {
+    for (std::size_t i = 0; i < info.size() && ambient_ < 0; ++i)
+      ambient_ = info[i].ambient ? static_cast<Index>(i) : -1;
+    internal_ = std::ssize(info) - (ambient_ >= 0 ? 1 : 0);
+    bank_.emplace_back(std::vector<InputInfo>(internal_, InputInfo{"", true, false, false}), std::vector<double>{tau},
+                       averaged);
   }
   Index size() const { return ambient_features + 3 * internal_; }
 
@@ -85,7 +89,7 @@ class Features {
     const double stable = std::max(0.0, 1.0 - std::pow(deviation / mode_K, 6));
     row[0] = base;
     row[1] = stable * deviation;
-    for (std::size_t k = 0; k < filter_s.size(); ++k) row[2 + static_cast<Index>(k)] = history_.filtered(filter_s[k]) - base;
+    for (std::size_t k = 0; k < filter_s.size(); ++k) row[2 + k] = history_.filtered(filter_s[k]) - base;
     row[4] = deviation < 0.0 ? (1.0 - stable) * deviation : 0.0;
     row[5] = deviation >= 0.0 ? (1.0 - stable) * deviation : 0.0;
     row[6] = stable * deviation * std::abs(deviation);
@@ -96,11 +100,12 @@ class Features {
     const RowVectorXd lagged = bank_.front().step(time, above).col(0).transpose();
     row.segment(ambient_features, internal_) = above;
     row.segment(ambient_features + internal_, internal_) = lagged;
-    for (Index k = 0; k < internal_; ++k) row[ambient_features + 2 * internal_ + k] = std::max(0.0, above[k] - (bend_.size() > k ? bend_[k] : 0.0));
+    for (Index k = 0; k < internal_; ++k)
+      row[ambient_features + 2 * internal_ + k] = std::max(0.0, above[k] - (bend_.size() > k ? bend_[k] : 0.0));
     return row;
   }
 
- private:
+private:
   const std::vector<InputInfo>& info_;
   const VectorXd& bend_;
   Index ambient_ = -1, internal_ = 0;
@@ -109,7 +114,7 @@ class Features {
 };
 
 class Composite final : public ChannelModel {
- public:
+public:
   void fit(const TrainingData& data) override {
     info_ = data.info;
     // Features of every row, as at work, then means over blocks.
@@ -117,8 +122,9 @@ class Composite final : public ChannelModel {
       Features features(info_, tau, bend_, false);
       TrainingData row_data{data.label,  {},         data.time, MatrixXd(data.time.size(), features.size()),
                             data.target, data.breaks};
-      row_data.info.resize(static_cast<std::size_t>(features.size()));
-      for (Index i = 0; i < data.time.size(); ++i) row_data.inputs.row(i) = features.step(data.time[i], data.inputs.row(i));
+      row_data.info.resize(features.size());
+      for (Index i = 0; i < data.time.size(); ++i)
+        row_data.inputs.row(i) = features.step(data.time[i], data.inputs.row(i));
       return make_blocks(row_data, most_blocks).data;
     };
     bend_ = VectorXd();
@@ -143,17 +149,19 @@ class Composite final : public ChannelModel {
       if (!(error < least)) continue;
       least = error;
       tau_ = tau;
-      ridge_ = ridges[static_cast<std::size_t>(best)];
+      ridge_ = ridges[best];
       line_ = fit_ridge(blocks.inputs, blocks.target, ridge_, data.label);
     }
-    if (!std::isfinite(least)) throw InputError(data.label, "no finite fit", "temperatures and displacements of usual size");
+    if (!std::isfinite(least))
+      throw InputError(data.label, "no finite fit", "temperatures and displacements of usual size");
   }
 
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
-    std::string text = fmt::format("baseline {:.3g}; stable {:.3g}, past 1 h {:.3g} and 3 h {:.3g}, cold {:.3g}, warm {:.3g} {}/K;", line_.gains[0], line_.gains[1],
-                                   line_.gains[2], line_.gains[3], line_.gains[4], line_.gains[5], unit);
+    std::string text = fmt::format(
+        "baseline {:.3g}; stable {:.3g}, past 1 h {:.3g} and 3 h {:.3g}, cold {:.3g}, warm {:.3g} {}/K;",
+        line_.gains[0], line_.gains[1], line_.gains[2], line_.gains[3], line_.gains[4], line_.gains[5], unit);
     const Index internal = (line_.gains.size() - ambient_features) / 3;
     Index k = 0;
     const bool named = std::any_of(info_.begin(), info_.end(), [](const InputInfo& i) { return i.ambient; });
@@ -164,8 +172,9 @@ class Composite final : public ChannelModel {
         continue;
       }
       const Index at = ambient_features + k++;
-      text += fmt::format(" {} {:.3g}, past {:.3g} h {:.3g}, above {:.3g} K {:+.3g};", info.id, line_.gains[at], tau_ / 3600.0, line_.gains[at + internal],
-                          bend_[at - ambient_features], line_.gains[at + 2 * internal]);
+      text += fmt::format(" {} {:.3g}, past {:.3g} h {:.3g}, above {:.3g} K {:+.3g};", info.id, line_.gains[at],
+                          tau_ / 3600.0, line_.gains[at + internal], bend_[at - ambient_features],
+                          line_.gains[at + 2 * internal]);
     }
     return text + fmt::format(" intercept {:.4g} {}, ridge {:g}", line_.intercept, unit, ridge_);
   }
@@ -185,29 +194,32 @@ class Composite final : public ChannelModel {
     const VectorXd none;
     line_.gains = archive.vector("gains", Features(info_, tau_, none, false).size());
     if (3 * bend_.size() != line_.gains.size() - ambient_features) {
-      throw InputError(archive.place() + " bend_K", fmt::format("{} values", bend_.size()), fmt::format("{}", (line_.gains.size() - ambient_features) / 3));
+      throw InputError(archive.place() + " bend_K", fmt::format("{} values", bend_.size()),
+                       fmt::format("{}", (line_.gains.size() - ambient_features) / 3));
     }
     line_.intercept = archive.number("intercept");
     ridge_ = archive.number("ridge", 0.0);
   }
 
- private:
+private:
   static constexpr Index most_blocks = 400;
 
   class Predictor final : public RowPredictor {
-   public:
-    explicit Predictor(const Composite& model) : model_(model), features_(model.info_, model.tau_, model.bend_, false) {}
+  public:
+    explicit Predictor(const Composite& model)
+        : model_(model),
+          features_(model.info_, model.tau_, model.bend_, false) {}
     double step(double time, const Eigen::Ref<const RowVectorXd>& inputs) override {
       return model_.line_.intercept + features_.step(time, inputs).dot(model_.line_.gains);
     }
 
-   private:
+  private:
     const Composite& model_;
     Features features_;
   };
 
   std::vector<InputInfo> info_;
-  VectorXd bend_;                            ///< K above ambient, of each internal temperature
+  VectorXd bend_;  ///< K above ambient, of each internal temperature
   double tau_ = 0, ridge_ = 0;
   Line line_;
 };

@@ -30,12 +30,12 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& training, InputChoice choice) {
   std::vector<Index> usable;
   for (Index k = 0; k < data.input_values.cols(); ++k) {
-    const InputInfo& info = data.inputs[static_cast<std::size_t>(k)];
+    const InputInfo& info = data.inputs[k];
     if (choice == InputChoice::temperatures && !info.temperature) continue;
     if (choice == InputChoice::activity && info.temperature && !info.ambient) continue;
     double low = std::numeric_limits<double>::infinity(), high = -low, known = 0.0, rows = 0.0;
     for (Index i = 0; i < data.rows(); ++i) {
-      if (!training[static_cast<std::size_t>(i)]) continue;
+      if (!training[i]) continue;
       rows += 1.0;
       const double value = data.input_values(i, k);
       if (!std::isfinite(value)) continue;
@@ -48,36 +48,39 @@ std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& t
   return usable;
 }
 
-std::string group_of(const MeasuredChannel& channel) { return channel.quantity.empty() ? channel.direction : channel.quantity; }
+std::string group_of(const MeasuredChannel& channel) {
+  return channel.quantity.empty() ? channel.direction : channel.quantity;
+}
 
 /// Inputs before the first row of a stretch: what is measured there, but the machine has rested.
 void let_rest(const std::vector<InputInfo>& info, Eigen::Ref<Eigen::RowVectorXd> inputs) {
   for (std::size_t k = 0; k < info.size(); ++k)
-    if (info[k].activity && std::isfinite(inputs[static_cast<Index>(k)])) inputs[static_cast<Index>(k)] = 0.0;
+    if (info[k].activity && std::isfinite(inputs[k])) inputs[k] = 0.0;
 }
 
 /// Rows up to the last one that a fit may use; targets of the others are unknown to it. After a stretch comes a row of
 /// rest: over the pause nothing is held, what is slow comes to rest, and what the next stretch begins with begins
 /// there. How long it was does not matter: twice the longest stretch is enough for all that one can show.
-TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target, const std::vector<Index>& used, const std::string& model) {
-  const Index rows = static_cast<Index>(std::find(training.rbegin(), training.rend(), true).base() - training.begin());
+TrainingData training_data(const Dataset& data, const std::vector<bool>& training, Index target,
+                           const std::vector<Index>& used, const std::string& model) {
+  const Index rows = std::find(training.rbegin(), training.rend(), true).base() - training.begin();
   std::vector<Index> order;  // row of the data, of each row here
   std::vector<Index> rests;  // rows here that were added
   for (Index i = 0; i < rows; ++i) {
     if (i > 0 && std::binary_search(data.starts.begin(), data.starts.end(), i)) {
-      rests.push_back(static_cast<Index>(order.size()));
+      rests.push_back(std::ssize(order));
       order.push_back(i);
     }
     order.push_back(i);
   }
   TrainingData part;
-  for (const Index k : used) part.info.push_back(data.inputs[static_cast<std::size_t>(k)]);
-  part.label = model + " " + data.targets[static_cast<std::size_t>(target)].id;
+  for (const Index k : used) part.info.push_back(data.inputs[k]);
+  part.label = model + " " + data.targets[target].id;
   part.time = data.time(order);
   part.inputs = data.input_values(order, used);
   part.target = data.target_values(order, target);
   for (Index i = 0; i < part.time.size(); ++i)
-    if (!training[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])]) part.target[i] = missing;
+    if (!training[order[i]]) part.target[i] = missing;
   for (const Index row : rests) {
     part.target[row] = missing;
     part.breaks.insert(part.breaks.end(), {row, row + 1});
@@ -111,9 +114,9 @@ Levels load_levels(const Dataset& data, const std::vector<bool>& training) {
     std::map<double, double> count;
     double on = 0.0, rows = 0.0;
     for (Index i = 0; i < data.rows(); ++i) {
-      if (!training[static_cast<std::size_t>(i)]) continue;
+      if (!training[i]) continue;
       rows += 1.0;
-      const double value = data.input_values(i, static_cast<Index>(k));
+      const double value = data.input_values(i, k);
       if (!(value > 0.0)) continue;
       count[value] += 1.0;
       on += 1.0;
@@ -133,14 +136,14 @@ Levels load_levels(const Dataset& data, const std::vector<bool>& training) {
 
 /// (levels) weights, linear between levels, constant beyond them.
 VectorXd level_shares(const std::vector<double>& levels, double at) {
-  VectorXd shares = VectorXd::Zero(std::max<Index>(static_cast<Index>(levels.size()), 1));
+  VectorXd shares = VectorXd::Zero(std::max<Index>(std::ssize(levels), 1));
   if (levels.size() < 2 || at <= levels.front()) {
     shares[0] = 1.0;
   } else if (at >= levels.back()) {
     shares[shares.size() - 1] = 1.0;
   } else {
     const auto above = std::upper_bound(levels.begin(), levels.end(), at) - levels.begin();
-    const double low = levels[static_cast<std::size_t>(above - 1)], high = levels[static_cast<std::size_t>(above)];
+    const double low = levels[above - 1], high = levels[above];
     shares[above] = (at - low) / (high - low);
     shares[above - 1] = 1.0 - shares[above];
   }
@@ -154,7 +157,7 @@ VectorXd levels_of_rows(const Dataset& data, const std::string& input, const std
     if (data.inputs[k].id != input) continue;
     double last = levels.empty() ? 0.0 : levels.front();
     for (Index i = 0; i < data.rows(); ++i) {
-      const double value = data.input_values(i, static_cast<Index>(k));
+      const double value = data.input_values(i, k);
       if (value > 0.0) last = value;
       level[i] = last;
     }
@@ -172,14 +175,18 @@ std::string matrix_text(const MatrixXd& matrix) {
 
 MatrixXd matrix_of(const core::Node& node, const std::string& key) {
   const std::vector<double> numbers = node.numbers(key);
-  const auto refuse = [&](const std::string& found) { throw InputError(node.place(key), found, "rows, columns, then as many numbers, row by row"); };
+  const auto refuse = [&](const std::string& found) {
+    throw InputError(node.place(key), found, "rows, columns, then as many numbers, row by row");
+  };
   constexpr double largest = 1e6;
-  if (numbers.size() < 2 || !(numbers[0] >= 0 && numbers[0] <= largest) || !(numbers[1] >= 0 && numbers[1] <= largest)) refuse("no shape");
+  if (numbers.size() < 2 || !(numbers[0] >= 0 && numbers[0] <= largest) || !(numbers[1] >= 0 && numbers[1] <= largest))
+    refuse("no shape");
   const auto rows = static_cast<Index>(numbers[0]), cols = static_cast<Index>(numbers[1]);
-  if (static_cast<Index>(numbers.size()) != rows * cols + 2) refuse(fmt::format("{} numbers for {} x {}", numbers.size() - 2, rows, cols));
+  if (std::ssize(numbers) != rows * cols + 2)
+    refuse(fmt::format("{} numbers for {} x {}", numbers.size() - 2, rows, cols));
   MatrixXd matrix(rows, cols);
   for (Index i = 0; i < rows; ++i) {
-    for (Index j = 0; j < cols; ++j) matrix(i, j) = numbers[static_cast<std::size_t>(2 + i * cols + j)];
+    for (Index j = 0; j < cols; ++j) matrix(i, j) = numbers[2 + i * cols + j];
   }
   return matrix;
 }
@@ -196,14 +203,15 @@ std::string quoted(const std::string& text) {
 }  // namespace
 
 bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& training, Index target) {
-  const MeasuredChannel& channel = data.targets[static_cast<std::size_t>(target)];
+  const MeasuredChannel& channel = data.targets[target];
   const std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
   try {
     if (used.empty()) {
       throw InputError(name() + " " + channel.id,
                        spec_->inputs == InputChoice::temperatures ? "no temperature that moves in the training rows"
-                       : spec_->inputs == InputChoice::activity   ? "no speed, power, flow or state that moves in the training rows"
-                                                                  : "no input that moves in the training rows",
+                       : spec_->inputs == InputChoice::activity
+                           ? "no speed, power, flow or state that moves in the training rows"
+                           : "no input that moves in the training rows",
                        "at least one");
     }
     const TrainingData part = training_data(data, training, target, used, name());
@@ -218,19 +226,20 @@ bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& trainin
   }
 }
 
-void FittedModel::add_together(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+void FittedModel::add_together(const Dataset& data, const std::vector<bool>& training,
+                               const std::vector<bool>& checked) {
   try {
     std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
     std::vector<InputInfo> info;
-    for (const Index k : used) info.push_back(data.inputs[static_cast<std::size_t>(k)]);
+    for (const Index k : used) info.push_back(data.inputs[k]);
     const std::vector<Index> own = rotary_unit_inputs(info, name());
     std::vector<Index> chosen;
-    for (const Index k : own) chosen.push_back(used[static_cast<std::size_t>(k)]);
+    for (const Index k : own) chosen.push_back(used[k]);
     std::vector<UnitChannel> channels;
     std::vector<std::size_t> targets;
     for (std::size_t t = 0; t < data.targets.size(); ++t) {
       if (checked[t]) continue;
-      channels.push_back({training_data(data, training, static_cast<Index>(t), chosen, name()), data.targets[t].quantity});
+      channels.push_back({training_data(data, training, t, chosen, name()), data.targets[t].quantity});
       targets.push_back(t);
     }
     std::vector<std::unique_ptr<ChannelModel>> models = fit_rotary_unit(channels, left_out_);
@@ -256,17 +265,19 @@ void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, co
     throw InputError(data.source, "no row to train on", "at least some hours of training data");
   }
   std::vector<bool> checked;
-  for (const MeasuredChannel& channel : data.targets) checked.push_back(std::find(check.begin(), check.end(), channel.id) != check.end());
+  for (const MeasuredChannel& channel : data.targets)
+    checked.push_back(std::find(check.begin(), check.end(), channel.id) != check.end());
   if (spec_->spatial == Spatial::one_point) return add_one_point(data, training, checked);
   if (spec_->spatial == Spatial::grid) return add_grid(data, training, checked);
   if (spec_->spatial == Spatial::together) return add_together(data, training, checked);
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
-    if (checked[t] || !add_part(data, training, static_cast<Index>(t))) continue;
+    if (checked[t] || !add_part(data, training, t)) continue;
     outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
   }
 }
 
-void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
+void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& training,
+                                const std::vector<bool>& checked) {
   std::map<std::string, std::vector<std::size_t>> groups;
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
     if (!group_of(data.targets[t]).empty()) groups[group_of(data.targets[t])].push_back(t);
@@ -275,7 +286,7 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
   level_input_ = levels.input;
   levels_ = levels.values;
   const VectorXd level = levels_of_rows(data, level_input_, levels_);
-  const Index level_count = std::max<Index>(static_cast<Index>(levels_.size()), 1);
+  const Index level_count = std::max<Index>(std::ssize(levels_), 1);
   for (const auto& [group, members] : groups) {
     std::vector<std::size_t> known;
     std::vector<std::string> poses;
@@ -304,32 +315,33 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
         calibration = known[i];
       }
     }
-    if (!add_part(data, training, static_cast<Index>(calibration))) continue;
+    if (!add_part(data, training, calibration)) continue;
     const std::size_t part = parts_.size() - 1;
-    const VectorXd reference = data.target_values.col(static_cast<Index>(calibration));
+    const VectorXd reference = data.target_values.col(calibration);
     double largest = 0.0;
     for (Index i = 0; i < data.rows(); ++i) {
-      if (training[static_cast<std::size_t>(i)] && std::isfinite(reference[i])) largest = std::max(largest, std::abs(reference[i]));
+      if (training[i] && std::isfinite(reference[i])) largest = std::max(largest, std::abs(reference[i]));
     }
     // b_j: mean over time of the ratio, where the reference is large enough to divide by.
-    MatrixXd ratios = MatrixXd::Zero(level_count, static_cast<Index>(known.size()));
+    MatrixXd ratios = MatrixXd::Zero(level_count, std::ssize(known));
     for (std::size_t j = 0; j < known.size(); ++j) {
       VectorXd sum = VectorXd::Zero(level_count), count = sum;
       for (Index i = 0; i < data.rows(); ++i) {
-        const double z = data.target_values(i, static_cast<Index>(known[j]));
+        const double z = data.target_values(i, known[j]);
         constexpr double least_share = 0.25;
-        if (!training[static_cast<std::size_t>(i)] || !std::isfinite(z) || !(std::abs(reference[i]) > least_share * largest)) continue;
+        if (!training[i] || !std::isfinite(z) || !(std::abs(reference[i]) > least_share * largest)) continue;
         const VectorXd share = level_shares(levels_, level[i]);
         sum += share * (z / reference[i]);
         count += share;
       }
       const double all = count.sum() > 0.0 ? sum.sum() / count.sum() : 1.0;
-      for (Index l = 0; l < level_count; ++l) ratios(l, static_cast<Index>(j)) = count[l] > 0.5 ? sum[l] / count[l] : all;
+      for (Index l = 0; l < level_count; ++l) ratios(l, j) = count[l] > 0.5 ? sum[l] / count[l] : all;
     }
     for (const std::size_t t : members) {
       const auto at = std::find(known.begin(), known.end(), t);
-      const MatrixXd weights = at != known.end() ? MatrixXd(ratios.col(at - known.begin()))
-                                                 : MatrixXd(ratios * workspace_weights(poses, data.targets[t].pose_text));
+      const MatrixXd weights = at != known.end()
+                                   ? MatrixXd(ratios.col(at - known.begin()))
+                                   : MatrixXd(ratios * workspace_weights(poses, data.targets[t].pose_text));
       outputs_.push_back({data.targets[t].id, {part}, weights});
     }
   }
@@ -339,7 +351,7 @@ void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& trainin
   std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<std::string>>> grids;  // parts and poses
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
     const std::string group = group_of(data.targets[t]);
-    if (checked[t] || group.empty() || !add_part(data, training, static_cast<Index>(t))) continue;
+    if (checked[t] || group.empty() || !add_part(data, training, t)) continue;
     grids[group].first.push_back(parts_.size() - 1);
     grids[group].second.push_back(data.targets[t].pose_text);
     outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
@@ -353,18 +365,19 @@ void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& trainin
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
     const auto grid = grids.find(group_of(data.targets[t]));
     if (!checked[t] || grid == grids.end()) continue;
-    outputs_.push_back({data.targets[t].id, grid->second.first, workspace_weights(grid->second.second, data.targets[t].pose_text).transpose()});
+    outputs_.push_back({data.targets[t].id, grid->second.first,
+                        workspace_weights(grid->second.second, data.targets[t].pose_text).transpose()});
   }
 }
 
 MatrixXd FittedModel::predict(const Dataset& data) const {
   std::vector<VectorXd> series;
   for (const Part& part : parts_) {
-    MatrixXd inputs = MatrixXd::Constant(data.rows(), static_cast<Index>(part.inputs.size()), missing);
+    MatrixXd inputs = MatrixXd::Constant(data.rows(), std::ssize(part.inputs), missing);
     for (std::size_t k = 0; k < part.inputs.size(); ++k) {
-      if (part.inputs[k].activity) inputs.col(static_cast<Index>(k)).setZero();  // nothing of the kind ran
+      if (part.inputs[k].activity) inputs.col(k).setZero();  // nothing of the kind ran
       for (std::size_t column = 0; column < data.inputs.size(); ++column) {
-        if (data.inputs[column].id == part.inputs[k].id) inputs.col(static_cast<Index>(k)) = data.input_values.col(static_cast<Index>(column));
+        if (data.inputs[column].id == part.inputs[k].id) inputs.col(k) = data.input_values.col(column);
       }
     }
     VectorXd& whole = series.emplace_back(data.rows());
@@ -374,17 +387,19 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
     }
   }
   const VectorXd level = levels_of_rows(data, level_input_, levels_);
-  MatrixXd result = MatrixXd::Constant(data.rows(), static_cast<Index>(data.targets.size()), missing);
+  MatrixXd result = MatrixXd::Constant(data.rows(), std::ssize(data.targets), missing);
   for (const Output& output : outputs_) {
     for (std::size_t t = 0; t < data.targets.size(); ++t) {
       if (data.targets[t].id != output.channel) continue;
       for (Index i = 0; i < data.rows(); ++i) {
         const Eigen::RowVectorXd weights =
-            output.weights.rows() == 1 ? Eigen::RowVectorXd(output.weights.row(0)) : Eigen::RowVectorXd(level_shares(levels_, level[i]).transpose() * output.weights);
+            output.weights.rows() == 1
+                ? Eigen::RowVectorXd(output.weights.row(0))
+                : Eigen::RowVectorXd(level_shares(levels_, level[i]).transpose() * output.weights);
         double sum = 0.0;
-        for (std::size_t p = 0; p < output.parts.size(); ++p) sum += weights[static_cast<Index>(p)] * series[output.parts[p]][i];
+        for (std::size_t p = 0; p < output.parts.size(); ++p) sum += weights[p] * series[output.parts[p]][i];
         sum *= output.factor;
-        result(i, static_cast<Index>(t)) = std::isfinite(sum) ? sum : missing;
+        result(i, t) = std::isfinite(sum) ? sum : missing;
       }
     }
   }
@@ -397,14 +412,15 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
   const auto span_of = [&](const Eigen::Ref<const VectorXd>& values, bool training_only) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (Index i = 0; i < values.size(); ++i) {
-      if (!std::isfinite(values[i]) || (training_only && !training[static_cast<std::size_t>(i)])) continue;
+      if (!std::isfinite(values[i]) || (training_only && !training[i])) continue;
       low = std::min(low, values[i]);
       high = std::max(high, values[i]);
     }
     return std::pair{low, high};
   };
   std::erase_if(outputs_, [&](const Output& output) {
-    const auto target = std::find_if(data.targets.begin(), data.targets.end(), [&](const MeasuredChannel& c) { return c.id == output.channel; });
+    const auto target = std::find_if(data.targets.begin(), data.targets.end(),
+                                     [&](const MeasuredChannel& c) { return c.id == output.channel; });
     if (target == data.targets.end()) return false;
     const Index t = target - data.targets.begin();
     const auto [low, high] = span_of(data.target_values.col(t), true);
@@ -414,14 +430,15 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
       for (const InputInfo& info : parts_[p].inputs)
         for (std::size_t k = 0; k < data.inputs.size(); ++k) {
           if (data.inputs[k].id != info.id) continue;
-          const auto seen = span_of(data.input_values.col(static_cast<Index>(k)), true), all = span_of(data.input_values.col(static_cast<Index>(k)), false);
+          const auto seen = span_of(data.input_values.col(k), true), all = span_of(data.input_values.col(k), false);
           if (seen.second > seen.first) reach = std::max(reach, (all.second - all.first) / (seen.second - seen.first));
         }
     const double middle = 0.5 * (low + high), limit = most_times * reach * (high - low);
     for (Index i = 0; i < predicted.rows(); ++i) {
       if (!(std::abs(predicted(i, t) - middle) > limit)) continue;
-      refused_.push_back(fmt::format("{} {}: diverges, {:.3g} {} predicted at {:.2f} h where the training rows have {:.3g} to {:.3g} {}", name(), output.channel,
-                                     predicted(i, t), target->unit, data.time[i] / 3600.0, low, high, target->unit));
+      refused_.push_back(fmt::format(
+          "{} {}: diverges, {:.3g} {} predicted at {:.2f} h where the training rows have {:.3g} to {:.3g} {}", name(),
+          output.channel, predicted(i, t), target->unit, data.time[i] / 3600.0, low, high, target->unit));
       predicted.col(t).setConstant(missing);
       return true;
     }
@@ -446,8 +463,8 @@ std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& t
       if (data.targets[t].id != output.channel) continue;
       double products = 0.0, squares = 0.0;
       for (Index i = 0; i < data.rows(); ++i) {
-        const double p = predicted(i, static_cast<Index>(t)), z = data.target_values(i, static_cast<Index>(t));
-        if (!training[static_cast<std::size_t>(i)] || !std::isfinite(p) || !std::isfinite(z)) continue;
+        const double p = predicted(i, t), z = data.target_values(i, t);
+        if (!training[i] || !std::isfinite(p) || !std::isfinite(z)) continue;
         products += p * z;
         squares += p * p;
       }
@@ -461,14 +478,15 @@ std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& t
 std::vector<std::string> FittedModel::explain() const {
   std::vector<std::string> lines;
   for (const Part& part : parts_) {
-    lines.push_back(name() + " " + part.channel + ": " + part.model->explain(part.unit) + (part.caution.empty() ? "" : "; " + part.caution));
+    lines.push_back(name() + " " + part.channel + ": " + part.model->explain(part.unit) +
+                    (part.caution.empty() ? "" : "; " + part.caution));
   }
   if (spec_->spatial != Spatial::one_point) return lines;
   for (const Output& output : outputs_) {
     std::string text = name() + " " + output.channel + ": b =";
     for (Index l = 0; l < output.weights.rows(); ++l) {
       text += fmt::format(" {:.3f}", output.weights(l, 0));
-      if (!levels_.empty()) text += fmt::format(" at {} {:g}", level_input_, levels_[static_cast<std::size_t>(l)]);
+      if (!levels_.empty()) text += fmt::format(" at {} {:g}", level_input_, levels_[l]);
     }
     lines.push_back(text + " of " + parts_[output.parts[0]].channel);
   }
@@ -476,7 +494,8 @@ std::vector<std::string> FittedModel::explain() const {
 }
 
 std::string FittedModel::to_toml() const {
-  std::string text = fmt::format("[[model]]\nname = {}\nlevel_input = {}\nlevels = [", quoted(name()), quoted(level_input_));
+  std::string text =
+      fmt::format("[[model]]\nname = {}\nlevel_input = {}\nlevels = [", quoted(name()), quoted(level_input_));
   for (std::size_t i = 0; i < levels_.size(); ++i) text += fmt::format("{}{:.17e}", i == 0 ? "" : ", ", levels_[i]);
   text += "]\n";
   for (const Part& part : parts_) {
@@ -485,7 +504,11 @@ std::string FittedModel::to_toml() const {
     for (const InputInfo& info : part.inputs) {
       const std::string comma = ids.empty() ? "" : ", ";
       ids += comma + quoted(info.id);
-      kinds += comma + (info.ambient ? "\"ambient\"" : info.temperature ? "\"temperature\"" : info.motion ? "\"motion\"" : info.activity ? "\"activity\"" : "\"state\"");
+      kinds += comma + (info.ambient       ? "\"ambient\""
+                        : info.temperature ? "\"temperature\""
+                        : info.motion      ? "\"motion\""
+                        : info.activity    ? "\"activity\""
+                                           : "\"state\"");
     }
     text += fmt::format("inputs = [{}]\nkinds = [{}]\n", ids, kinds);
     if (!part.caution.empty()) text += "caution = " + quoted(part.caution) + "\n";
@@ -495,8 +518,10 @@ std::string FittedModel::to_toml() const {
     for (const auto& [key, values] : archive.values()) text += key + " = " + matrix_text(values) + "\n";
   }
   for (const Output& output : outputs_) {
-    text += fmt::format("[[model.output]]\nchannel = {}\nfactor = {:.17e}\nweights = {}\nparts = [", quoted(output.channel), output.factor, matrix_text(output.weights));
-    for (std::size_t i = 0; i < output.parts.size(); ++i) text += fmt::format("{}{}.0", i == 0 ? "" : ", ", output.parts[i]);
+    text += fmt::format("[[model.output]]\nchannel = {}\nfactor = {:.17e}\nweights = {}\nparts = [",
+                        quoted(output.channel), output.factor, matrix_text(output.weights));
+    for (std::size_t i = 0; i < output.parts.size(); ++i)
+      text += fmt::format("{}{}.0", i == 0 ? "" : ", ", output.parts[i]);
     text += "]\n";
   }
   return text;
@@ -512,15 +537,19 @@ std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
     model.level_input_ = node.text("level_input");
     model.levels_ = node.numbers("levels");
     for (const core::Node& part_node : node.tables("part")) {
-      Part part{part_node.text("channel"), part_node.text("unit"), {}, model.spec_->make(), part_node.text_or("caution", "")};
-      const std::vector<std::string> ids = part_node.texts_or_empty("inputs"), kinds = part_node.texts_or_empty("kinds");
+      Part part{
+          part_node.text("channel"), part_node.text("unit"), {}, model.spec_->make(), part_node.text_or("caution", "")};
+      const std::vector<std::string> ids = part_node.texts_or_empty("inputs"),
+                                     kinds = part_node.texts_or_empty("kinds");
       if (ids.empty() || ids.size() != kinds.size()) {
-        throw InputError(part_node.place("inputs"), fmt::format("{} inputs, {} kinds", ids.size(), kinds.size()), "at least one input, a kind each");
+        throw InputError(part_node.place("inputs"), fmt::format("{} inputs, {} kinds", ids.size(), kinds.size()),
+                         "at least one input, a kind each");
       }
       for (std::size_t i = 0; i < ids.size(); ++i) {
         const bool ambient = kinds[i] == "ambient";
         const bool motion = kinds[i] == "motion";
-        part.inputs.push_back({ids[i], ambient || kinds[i] == "temperature", motion || kinds[i] == "activity", ambient, motion});
+        part.inputs.push_back(
+            {ids[i], ambient || kinds[i] == "temperature", motion || kinds[i] == "activity", ambient, motion});
       }
       const core::Node values = part_node.table("values");
       Archive archive(values.place());
@@ -534,13 +563,16 @@ std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
       Output output{output_node.text("channel"), {}, matrix_of(output_node, "weights"), output_node.number("factor")};
       for (const double index : output_node.numbers("parts")) {
         if (!(index >= 0.0 && index < static_cast<double>(model.parts_.size()))) {
-          throw InputError(output_node.place("parts"), fmt::format("{}", index), fmt::format("0 to {}", static_cast<double>(model.parts_.size()) - 1.0));
+          throw InputError(output_node.place("parts"), fmt::format("{}", index),
+                           fmt::format("0 to {}", model.parts_.size() - 1.0));
         }
-        output.parts.push_back(static_cast<std::size_t>(index));
+        output.parts.push_back(index);
       }
-      const auto rows = std::max<Index>(static_cast<Index>(model.levels_.size()), 1);
-      if (output.weights.cols() != static_cast<Index>(output.parts.size()) || (output.weights.rows() != 1 && output.weights.rows() != rows)) {
-        throw InputError(output_node.place("weights"), fmt::format("{} x {}", output.weights.rows(), output.weights.cols()),
+      const auto rows = std::max<Index>(std::ssize(model.levels_), 1);
+      if (output.weights.cols() != std::ssize(output.parts) ||
+          (output.weights.rows() != 1 && output.weights.rows() != rows)) {
+        throw InputError(output_node.place("weights"),
+                         fmt::format("{} x {}", output.weights.rows(), output.weights.cols()),
                          fmt::format("1 or {} x {}", rows, output.parts.size()));
       }
       output_node.finish();

@@ -19,7 +19,7 @@
 namespace thermotwin::compensation {
 
 class FittedModel {
- public:
+public:
   explicit FittedModel(const ModelSpec& spec) : spec_(&spec) {}
 
   /// @param training  (rows) true where targets may be used  @param check  channels that may not
@@ -54,18 +54,18 @@ class FittedModel {
   /// @throws InputError (not such a file, unknown model, parameters missing or of wrong size)
   static std::vector<FittedModel> read(const std::filesystem::path& file);
 
- private:
+private:
   struct Part {
     std::string channel, unit;
     std::vector<InputInfo> inputs;
     std::unique_ptr<ChannelModel> model;
-    std::string caution{};           ///< of its fit
+    std::string caution{};  ///< of its fit
   };
   /// A channel as a weighted sum of parts; the weights may depend on the load level.
   struct Output {
     std::string channel;
     std::vector<std::size_t> parts;
-    Eigen::MatrixXd weights;         ///< (levels x parts)
+    Eigen::MatrixXd weights;  ///< (levels x parts)
     double factor = 1.0;
   };
   bool add_part(const Dataset& data, const std::vector<bool>& training, Eigen::Index target);
@@ -76,7 +76,7 @@ class FittedModel {
   const ModelSpec* spec_;
   std::vector<Part> parts_;
   std::vector<Output> outputs_;
-  std::string level_input_;          ///< activity whose last value above 0 is the load level
+  std::string level_input_;  ///< activity whose last value above 0 is the load level
   std::vector<double> levels_;
   std::vector<std::string> left_out_, refused_;
 };

@@ -2,6 +2,7 @@
 #include "compensation/models/grey_box.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -23,9 +24,9 @@ using Eigen::VectorXd;
 
 constexpr Index most_blocks = 160;
 constexpr int lags = 5;
-constexpr double longest_shortest = 300.0;   ///< s, upper limit of the shortest time constant
-constexpr double drift_s = 20000.0;          ///< s, prior of the drift's time constant
-constexpr double intercept_std = 10.0;       ///< of the intercept, in standard deviations of the target
+constexpr double longest_shortest = 300.0;  ///< s, upper limit of the shortest time constant
+constexpr double drift_s = 20000.0;         ///< s, prior of the drift's time constant
+constexpr double intercept_std = 10.0;      ///< of the intercept, in standard deviations of the target
 constexpr int most_evaluations = 220;
 
 /// Standard deviations of the parts, as logarithms; which are there depends on the inputs.
@@ -34,13 +35,16 @@ struct Parts {
 };
 constexpr Index parts_count = 6;
 
-Parts parts_of(const VectorXd& x) { return {std::exp(x[0]), std::exp(x[1]), std::exp(x[2]), std::exp(x[3]), std::exp(x[4]), std::exp(x[5])}; }
+Parts parts_of(const VectorXd& x) {
+  return {std::exp(x[0]), std::exp(x[1]), std::exp(x[2]), std::exp(x[3]), std::exp(x[4]), std::exp(x[5])};
+}
 
 class GreyBox final : public ChannelModel {
- public:
+public:
   void fit(const TrainingData& whole) override {
     const double span = longest_stretch(whole);
-    if (!(span > 0.0)) throw InputError(whole.label, fmt::format("displacements over {} s", span), "a record with a duration");
+    if (!(span > 0.0))
+      throw InputError(whole.label, fmt::format("displacements over {} s", span), "a record with a duration");
     // Blocks resolve the part with displacements; a long record around it does not make them longer.
     const double share = std::max(span / whole.measured_time(), 0.05);
     const Blocks blocks = make_blocks(whole, static_cast<Index>(most_blocks / share));
@@ -54,7 +58,7 @@ class GreyBox final : public ChannelModel {
     MatrixXd features = lagged_features(data, tau_, blocks.averaged);
     for (Index k = 0; k < features.cols(); ++k) {
       const Index input = k % data.inputs.cols();
-      features.col(k) = (features.col(k).array() - reference_[input]) / (scale_[input] * std::sqrt(static_cast<double>(lags)));
+      features.col(k) = (features.col(k).array() - reference_[input]) / (scale_[input] * std::sqrt(lags));
     }
     std::vector<Index> rows;
     for (Index i = 0; i < data.target.size(); ++i) {
@@ -71,9 +75,10 @@ class GreyBox final : public ChannelModel {
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
-    std::string text = fmt::format("noise {:.3g}, drift {:.3g} {} over {:.3g} h;", noise_, drift_, unit, drift_time_ / 3600.0);
+    std::string text =
+        fmt::format("noise {:.3g}, drift {:.3g} {} over {:.3g} h;", noise_, drift_, unit, drift_time_ / 3600.0);
     for (Index i = 0; i < gains_.rows(); ++i) {
-      text += fmt::format(" {}:", info_[static_cast<std::size_t>(i)].id);
+      text += fmt::format(" {}:", info_[i].id);
       for (Index m = 0; m < gains_.cols(); ++m) text += fmt::format(" {:+.3g}", gains_(i, m));
       text += fmt::format(" (sum {:+.3g});", gains_.row(i).sum());
     }
@@ -83,7 +88,7 @@ class GreyBox final : public ChannelModel {
   }
 
   void save(Archive& archive) const override {
-    archive.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), static_cast<Index>(tau_.size())));
+    archive.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), std::ssize(tau_)));
     archive.put("gains", gains_);
     archive.put("intercept", intercept_);
     archive.put("noise", noise_);
@@ -94,24 +99,25 @@ class GreyBox final : public ChannelModel {
   void load(const Archive& archive, const std::vector<InputInfo>& info) override {
     info_ = info;
     const VectorXd tau = archive.vector("tau_s");
-    if (!(tau.array() > 0.0).all()) throw InputError(archive.place() + " tau_s", "a time constant that is not above 0", "positive numbers");
+    if (!(tau.array() > 0.0).all())
+      throw InputError(archive.place() + " tau_s", "a time constant that is not above 0", "positive numbers");
     tau_.assign(tau.begin(), tau.end());
-    gains_ = archive.matrix("gains", static_cast<Index>(info.size()), tau.size());
+    gains_ = archive.matrix("gains", std::ssize(info), tau.size());
     intercept_ = archive.number("intercept");
     noise_ = archive.number("noise", 0.0);
     drift_ = archive.number("drift", 0.0);
     drift_time_ = archive.number("drift_time_s", 0.0);
   }
 
- private:
+private:
   class Predictor final : public RowPredictor {
-   public:
+  public:
     explicit Predictor(const GreyBox& model) : model_(model), bank_(model.info_, model.tau_) {}
     double step(double time, const Eigen::Ref<const Eigen::RowVectorXd>& inputs) override {
       return model_.intercept_ + bank_.step(time, inputs).cwiseProduct(model_.gains_).sum();
     }
 
-   private:
+  private:
     const GreyBox& model_;
     LagBank bank_;
   };
@@ -133,7 +139,7 @@ class GreyBox final : public ChannelModel {
         known += 1.0;
       }
       const double variance = known > 0.0 ? std::max(0.0, sum2 / known - sum / known * (sum / known)) : 0.0;
-      const InputInfo& info = data.info[static_cast<std::size_t>(k)];
+      const InputInfo& info = data.info[k];
       reference_[k] = info.activity ? 0.0 : origin;
       scale_[k] = variance > 0.0 ? std::sqrt(variance) : 1.0;
       if (info.temperature) {
@@ -142,17 +148,17 @@ class GreyBox final : public ChannelModel {
       }
     }
     for (Index k = 0; k < n; ++k) {
-      if (data.info[static_cast<std::size_t>(k)].temperature) scale_[k] = squares > 0.0 ? std::sqrt(squares / count) : 1.0;
+      if (data.info[k].temperature) scale_[k] = squares > 0.0 ? std::sqrt(squares / count) : 1.0;
     }
   }
 
   void infer(const TrainingData& data, const MatrixXd& features, const std::vector<Index>& rows, double span) {
-    const auto n = static_cast<Index>(rows.size());
+    const auto n = std::ssize(rows);
     const VectorXd time = data.time(rows);
     VectorXd target = data.target(rows);
     const double mean = target.mean();
     target.array() -= mean;
-    const double spread = std::sqrt(target.squaredNorm() / static_cast<double>(n));
+    const double spread = std::sqrt(target.squaredNorm() / n);
     if (!(spread > 1e-12 * (1.0 + std::abs(mean))) || !std::isfinite(spread)) {
       throw InputError(data.label, fmt::format("a displacement that stays at {}", mean), "one that moves");
     }
@@ -161,7 +167,7 @@ class GreyBox final : public ChannelModel {
     // Kernels of the parts between the training rows.
     std::vector<Index> sampled, others;
     for (Index k = 0; k < features.cols(); ++k) {
-      (info_[static_cast<std::size_t>(k % reference_.size())].temperature ? sampled : others).push_back(k);
+      (info_[k % reference_.size()].temperature ? sampled : others).push_back(k);
     }
     const auto kernel = [&](const std::vector<Index>& columns) {
       const MatrixXd part = features(Eigen::all, columns);
@@ -184,11 +190,13 @@ class GreyBox final : public ChannelModel {
       return sum;
     };
     VectorXd centre(parts_count);
-    centre << std::log(1.0), std::log(1.0), std::log(0.2), std::log(std::min(drift_s, span)), std::log(0.05), std::log(0.5);
+    centre << std::log(1.0), std::log(1.0), std::log(0.2), std::log(std::min(drift_s, span)), std::log(0.05),
+        std::log(0.5);
     constexpr double narrowest = -4.6, fast = 300.0, slow = 1e6;  // log of noise over spread; s
     const auto cost = [&](const VectorXd& x) {
       const Parts part = parts_of(x);
-      if (x[4] < narrowest || part.drift_time < fast || part.drift_time > slow || x.maxCoeff() > 20.0 || x.minCoeff() < -20.0) {
+      if (x[4] < narrowest || part.drift_time < fast || part.drift_time > slow || x.maxCoeff() > 20.0 ||
+          x.minCoeff() < -20.0) {
         return std::numeric_limits<double>::infinity();
       }
       const Eigen::LLT<MatrixXd> factor(covariance(part));
@@ -203,15 +211,16 @@ class GreyBox final : public ChannelModel {
     const Parts part = parts_of(best.at);
     const Eigen::LLT<MatrixXd> factor(covariance(part));
     if (!std::isfinite(best.value) || factor.info() != Eigen::Success) {
-      throw InputError(data.label, "a record of which no gains can be told", "finite inputs and displacements of usual size");
+      throw InputError(data.label, "a record of which no gains can be told",
+                       "finite inputs and displacements of usual size");
     }
     const VectorXd weights = factor.solve(target);
     gains_ = MatrixXd::Zero(reference_.size(), lags);
     intercept_ = mean + spread * intercept_std * intercept_std * weights.sum();
     for (Index k = 0; k < features.cols(); ++k) {
       const Index input = k % reference_.size(), m = k / reference_.size();
-      const double std = info_[static_cast<std::size_t>(input)].temperature ? part.temperature : part.activity;
-      const double gain = spread * std * std * features.col(k).dot(weights) / (scale_[input] * std::sqrt(static_cast<double>(lags)));
+      const double std = info_[input].temperature ? part.temperature : part.activity;
+      const double gain = spread * std * std * features.col(k).dot(weights) / (scale_[input] * std::sqrt(lags));
       gains_(input, m) = gain;
       intercept_ -= gain * reference_[input];
     }
@@ -222,9 +231,9 @@ class GreyBox final : public ChannelModel {
 
   std::vector<InputInfo> info_;
   std::vector<double> tau_;
-  MatrixXd gains_;                           ///< (inputs x lags)
+  MatrixXd gains_;  ///< (inputs x lags)
   double intercept_ = 0, noise_ = 0, drift_ = 0, drift_time_ = 0;
-  VectorXd scale_, reference_;               ///< (inputs) of the fit only
+  VectorXd scale_, reference_;  ///< (inputs) of the fit only
 };
 
 }  // namespace

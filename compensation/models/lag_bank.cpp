@@ -2,6 +2,7 @@
 #include "compensation/models/lag_bank.h"
 
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace thermotwin::compensation {
@@ -13,8 +14,10 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 }
 
 LagBank::LagBank(std::vector<InputInfo> info, std::vector<double> tau, bool averaged)
-    : info_(std::move(info)), tau_(std::move(tau)), averaged_(averaged) {
-  const auto inputs = static_cast<Index>(info_.size()), lags = static_cast<Index>(tau_.size());
+    : info_(std::move(info)),
+      tau_(std::move(tau)),
+      averaged_(averaged) {
+  const auto inputs = std::ssize(info_), lags = std::ssize(tau_);
   state_ = output_ = Eigen::MatrixXd::Zero(inputs, lags);
   last_value_ = last_time_ = Eigen::VectorXd::Constant(inputs, missing);
   decay_ = rest_ = Eigen::VectorXd::Zero(lags);
@@ -22,7 +25,7 @@ LagBank::LagBank(std::vector<InputInfo> info, std::vector<double> tau, bool aver
 
 const Eigen::MatrixXd& LagBank::step(double time, const Eigen::Ref<const Eigen::RowVectorXd>& inputs) {
   for (Index j = 0; j < state_.rows(); ++j) {
-    const InputInfo& info = info_[static_cast<std::size_t>(j)];
+    const InputInfo& info = info_[j];
     const double u = inputs[j];
     if (!std::isfinite(u)) {
       output_.row(j).setConstant(missing);
@@ -34,7 +37,7 @@ const Eigen::MatrixXd& LagBank::step(double time, const Eigen::Ref<const Eigen::
       if (h != factor_for_) {
         factor_for_ = h;
         for (Index k = 0; k < decay_.size(); ++k) {
-          const double tau_k = tau_[static_cast<std::size_t>(k)];
+          const double tau_k = tau_[k];
           decay_[k] = tau_k > 0.0 ? std::exp(-h / tau_k) : 0.0;
           rest_[k] = tau_k > 0.0 ? -std::expm1(-h / tau_k) : 1.0;
         }
@@ -44,7 +47,7 @@ const Eigen::MatrixXd& LagBank::step(double time, const Eigen::Ref<const Eigen::
         // y = u - slope tau + (y0 - u0 + slope tau) e^-x, in a form that does not cancel for small x.
         const double slope = (u - before) / h;
         for (Index k = 0; k < decay_.size(); ++k) {
-          const double tau_k = tau_[static_cast<std::size_t>(k)];
+          const double tau_k = tau_[k];
           state_(j, k) = u - slope * tau_k * rest_[k] + (state_(j, k) - before) * decay_[k];
         }
       } else {
@@ -53,7 +56,7 @@ const Eigen::MatrixXd& LagBank::step(double time, const Eigen::Ref<const Eigen::
     }
     last_time_[j] = time;
     last_value_[j] = u;
-    for (Index k = 0; k < decay_.size(); ++k) output_(j, k) = tau_[static_cast<std::size_t>(k)] > 0.0 ? state_(j, k) : u;
+    for (Index k = 0; k < decay_.size(); ++k) output_(j, k) = tau_[k] > 0.0 ? state_(j, k) : u;
   }
   return output_;
 }
@@ -61,7 +64,7 @@ const Eigen::MatrixXd& LagBank::step(double time, const Eigen::Ref<const Eigen::
 Eigen::MatrixXd lagged_features(const TrainingData& data, const std::vector<double>& tau, bool averaged) {
   const Index inputs = data.inputs.cols();
   LagBank bank(data.info, tau, averaged);
-  Eigen::MatrixXd features(data.time.size(), inputs * static_cast<Index>(tau.size()));
+  Eigen::MatrixXd features(data.time.size(), inputs * std::ssize(tau));
   for (Index i = 0; i < features.rows(); ++i) {
     features.row(i) = bank.step(data.time[i], data.inputs.row(i)).reshaped().transpose();
   }

@@ -13,21 +13,21 @@
 namespace thermotwin::compensation {
 
 class LagBank {
- public:
+public:
   /// @param tau  s, > 0, or 0: the input itself  @param averaged  every input is linear between rows
   LagBank(std::vector<InputInfo> info, std::vector<double> tau, bool averaged = false);
 
   /// (inputs x tau) outputs at this time; NaN in the rows of inputs that are missing
   const Eigen::MatrixXd& step(double time, const Eigen::Ref<const Eigen::RowVectorXd>& inputs);
 
- private:
+private:
   std::vector<InputInfo> info_;
   std::vector<double> tau_;
   bool averaged_;
   Eigen::MatrixXd state_, output_;
-  Eigen::VectorXd last_value_, last_time_;   ///< (inputs) NaN before the first reading
-  double factor_for_ = -1.0;                 ///< duration that decay_ and rest_ are for
-  Eigen::VectorXd decay_, rest_;             ///< e^-x and 1 - e^-x, x = duration / tau
+  Eigen::VectorXd last_value_, last_time_;  ///< (inputs) NaN before the first reading
+  double factor_for_ = -1.0;                ///< duration that decay_ and rest_ are for
+  Eigen::VectorXd decay_, rest_;            ///< e^-x and 1 - e^-x, x = duration / tau
 };
 
 /// Features of a whole record: column tau_index * inputs + input.

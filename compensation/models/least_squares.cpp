@@ -2,6 +2,7 @@
 #include "compensation/models/least_squares.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -31,15 +32,16 @@ std::vector<Index> complete(const MatrixXd& features, const VectorXd& target) {
 
 /// Ridge lines through one set of normal equations.
 class Normal {
- public:
+public:
   Normal(const MatrixXd& x, const VectorXd& z) : rows_(x.rows()) {
     mean_ = x.colwise().mean();
     mean_z_ = z.mean();
     const MatrixXd centred = x.rowwise() - mean_;
-    scale_ = (centred.colwise().squaredNorm() / static_cast<double>(rows_)).cwiseSqrt();
+    scale_ = (centred.colwise().squaredNorm() / rows_).cwiseSqrt();
     // A feature that does not move has no gain to tell.
     const double least = 1e-9 * (mean_.cwiseAbs().maxCoeff() + 1e-30);
-    for (Index k = 0; k < scale_.size(); ++k) scale_[k] = scale_[k] > least ? scale_[k] : std::numeric_limits<double>::infinity();
+    for (Index k = 0; k < scale_.size(); ++k)
+      scale_[k] = scale_[k] > least ? scale_[k] : std::numeric_limits<double>::infinity();
     scaled_ = centred * scale_.cwiseInverse().asDiagonal();
     products_ = scaled_.transpose() * scaled_;
     right_ = scaled_.transpose() * (z.array() - mean_z_).matrix();
@@ -55,7 +57,7 @@ class Normal {
     return line;
   }
 
- private:
+private:
   Index rows_;
   RowVectorXd mean_, scale_;
   double mean_z_ = 0;
@@ -68,16 +70,18 @@ double squares_of(const Line& line, const MatrixXd& x, const VectorXd& z) {
 }
 
 void require_rows(Index found, Index needed, const std::string& place) {
-  if (found < needed) throw InputError(place, fmt::format("{} complete rows", found), fmt::format("at least {}", needed));
+  if (found < needed)
+    throw InputError(place, fmt::format("{} complete rows", found), fmt::format("at least {}", needed));
 }
 
 }  // namespace
 
 Line fit_line(const MatrixXd& features, const VectorXd& target, const std::string& place) {
   const std::vector<Index> good = complete(features, target);
-  const Index n = static_cast<Index>(good.size()), k = features.cols();
+  const Index n = std::ssize(good), k = features.cols();
   if (n < k + 2) {
-    throw InputError(place, fmt::format("{} complete rows to fit {} parameters", n, k + 1), "more rows than parameters");
+    throw InputError(place, fmt::format("{} complete rows to fit {} parameters", n, k + 1),
+                     "more rows than parameters");
   }
   const MatrixXd x = features(good, Eigen::all);
   const VectorXd z = target(good);
@@ -93,7 +97,7 @@ Line fit_line(const MatrixXd& features, const VectorXd& target, const std::strin
 
 Line fit_ridge(const MatrixXd& features, const VectorXd& target, double ridge, const std::string& place) {
   const std::vector<Index> good = complete(features, target);
-  require_rows(static_cast<Index>(good.size()), 3, place);
+  require_rows(std::ssize(good), 3, place);
   const MatrixXd x = features(good, Eigen::all);
   const VectorXd z = target(good);
   Line line = Normal(x, z).line(ridge);
@@ -104,11 +108,11 @@ Line fit_ridge(const MatrixXd& features, const VectorXd& target, double ridge, c
 VectorXd block_errors(const MatrixXd& features, const VectorXd& target, const std::vector<double>& ridges, int folds,
                       const std::string& place) {
   const std::vector<Index> good = complete(features, target);
-  const auto n = static_cast<Index>(good.size());
+  const auto n = std::ssize(good);
   require_rows(n, 4 * folds, place);
   const MatrixXd x = features(good, Eigen::all);
   const VectorXd z = target(good);
-  VectorXd errors = VectorXd::Zero(static_cast<Index>(ridges.size()));
+  VectorXd errors = VectorXd::Zero(std::ssize(ridges));
   for (int f = 0; f < folds; ++f) {
     const Index from = f * n / folds, to = (f + 1) * n / folds, out = to - from;
     MatrixXd kept(n - out, x.cols());
@@ -117,14 +121,15 @@ VectorXd block_errors(const MatrixXd& features, const VectorXd& target, const st
     kept_z << z.head(from), z.tail(n - to);
     const Normal normal(kept, kept_z);
     for (std::size_t r = 0; r < ridges.size(); ++r) {
-      errors[static_cast<Index>(r)] += squares_of(normal.line(ridges[r]), x.middleRows(from, out), z.segment(from, out)) / static_cast<double>(n);
+      errors[r] +=
+          squares_of(normal.line(ridges[r]), x.middleRows(from, out), z.segment(from, out)) / static_cast<double>(n);
     }
   }
   return errors;
 }
 
-Minimum simplex_search(const std::function<double(const VectorXd&)>& function, const VectorXd& start, const VectorXd& step,
-                       int most_evaluations, double tolerance) {
+Minimum simplex_search(const std::function<double(const VectorXd&)>& function, const VectorXd& start,
+                       const VectorXd& step, int most_evaluations, double tolerance) {
   const Index n = start.size();
   std::vector<std::pair<double, VectorXd>> simplex;
   Minimum result;
@@ -159,7 +164,8 @@ Minimum simplex_search(const std::function<double(const VectorXd&)>& function, c
       if (contracted.first < std::min(reflected.first, worst)) {
         simplex.back() = std::move(contracted);
       } else {
-        for (std::size_t i = 1; i < simplex.size(); ++i) simplex[i] = add(0.5 * (simplex[i].second + simplex[0].second));
+        for (std::size_t i = 1; i < simplex.size(); ++i)
+          simplex[i] = add(0.5 * (simplex[i].second + simplex[0].second));
       }
     }
   }
@@ -182,7 +188,8 @@ Minimum least_squares_search(const SquaresProblem& problem, const VectorXd& star
     double change = 0.0;
     while (!moved && damping < 1e12) {
       MatrixXd matrix = products;
-      matrix.diagonal().array() += damping * (products.diagonal().array() + 1e-12 * products.diagonal().maxCoeff() + 1e-300);
+      matrix.diagonal().array() +=
+          damping * (products.diagonal().array() + 1e-12 * products.diagonal().maxCoeff() + 1e-300);
       VectorXd trial = result.at - matrix.ldlt().solve(gradient);
       if (!trial.allFinite()) {
         damping *= 10.0;

@@ -14,7 +14,7 @@ namespace thermotwin::compensation {
 struct Line {
   Eigen::VectorXd gains;
   double intercept = 0.0;
-  double squares = 0.0;              ///< sum of squared residuals
+  double squares = 0.0;  ///< sum of squared residuals
   Eigen::Index rows = 0;
 };
 

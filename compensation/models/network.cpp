@@ -2,6 +2,7 @@
 #include "compensation/models/network.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -29,7 +30,8 @@ constexpr int seeds = 3, most_iterations = 30, thirds = 3;
 struct Layers {
   static Index size(Index inputs) { return inputs + 1 + hidden * (inputs + 2); }
 
-  static double output(const VectorXd& p, const Eigen::Ref<const RowVectorXd>& x, Eigen::Ref<RowVectorXd, 0, Eigen::InnerStride<>> gradient) {
+  static double output(const VectorXd& p, const Eigen::Ref<const RowVectorXd>& x,
+                       Eigen::Ref<RowVectorXd, 0, Eigen::InnerStride<>> gradient) {
     const Index n = x.size();
     double y = p.head(n).dot(x) + p[n];
     gradient.head(n) = x;
@@ -76,7 +78,7 @@ VectorXd trained(const MatrixXd& x, const VectorXd& z, double decay, int seed) {
 }
 
 class Network final : public ChannelModel {
- public:
+public:
   explicit Network(bool memory) : memory_(memory) {}
 
   void fit(const TrainingData& whole) override {
@@ -86,15 +88,17 @@ class Network final : public ChannelModel {
     tau_ = {0.0};
     const double span = data.time.size() > 0 ? data.time[data.time.size() - 1] - data.time[0] : 0.0;
     if (memory_) tau_ = {0.0, std::min(3600.0, span / 12.0), std::min(14400.0, span / 4.0)};
-    if (memory_ && !(span > 0.0)) throw InputError(data.label, fmt::format("a record of {} s", span), "a record with a duration");
+    if (memory_ && !(span > 0.0))
+      throw InputError(data.label, fmt::format("a record of {} s", span), "a record with a duration");
     const MatrixXd all = lagged_features(data, tau_, blocks.averaged);
     std::vector<Index> rows;
     for (Index i = 0; i < all.rows(); ++i) {
       if (std::isfinite(data.target[i]) && all.row(i).allFinite()) rows.push_back(i);
     }
-    const auto n = static_cast<Index>(rows.size());
+    const auto n = std::ssize(rows);
     constexpr Index least_rows = 30;
-    if (n < least_rows) throw InputError(data.label, fmt::format("{} complete blocks", n), fmt::format("at least {}", least_rows));
+    if (n < least_rows)
+      throw InputError(data.label, fmt::format("{} complete blocks", n), fmt::format("at least {}", least_rows));
     const MatrixXd features = all(rows, Eigen::all);
     const VectorXd target = data.target(rows);
     normalise(features, target, data.label);
@@ -120,10 +124,12 @@ class Network final : public ChannelModel {
         decay_ = share;
       }
     }
-    if (!std::isfinite(least)) throw InputError(data.label, "training that does not end in finite weights", "inputs of usual size");
+    if (!std::isfinite(least))
+      throw InputError(data.label, "training that does not end in finite weights", "inputs of usual size");
     held_out_rms_ = spread_ * std::sqrt(least / static_cast<double>(n));
     weights_.resize(Layers::size(x.cols()), seeds);
-    for (int seed = 0; seed < seeds; ++seed) weights_.col(seed) = trained(x, z, decay_ * static_cast<double>(n) / 10.0, seed);
+    for (int seed = 0; seed < seeds; ++seed)
+      weights_.col(seed) = trained(x, z, decay_ * static_cast<double>(n) / 10.0, seed);
   }
 
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
@@ -131,11 +137,12 @@ class Network final : public ChannelModel {
   std::string explain(const std::string& unit) const override {
     std::string text = fmt::format("{} components of {} inputs", into_.cols(), info_.size());
     if (memory_) text += fmt::format(" with memories of {:.3g} and {:.3g} h", tau_[1] / 3600.0, tau_[2] / 3600.0);
-    return text + fmt::format(", {} tanh, {} seeds, weight decay {:g}, held-out rms {:.3g} {}", hidden, seeds, decay_, held_out_rms_, unit);
+    return text + fmt::format(", {} tanh, {} seeds, weight decay {:g}, held-out rms {:.3g} {}", hidden, seeds, decay_,
+                              held_out_rms_, unit);
   }
 
   void save(Archive& archive) const override {
-    archive.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), static_cast<Index>(tau_.size())));
+    archive.put("tau_s", Eigen::Map<const VectorXd>(tau_.data(), std::ssize(tau_)));
     archive.put("mean", mean_);
     archive.put("into", into_);
     archive.put("weights", weights_);
@@ -148,9 +155,10 @@ class Network final : public ChannelModel {
   void load(const Archive& archive, const std::vector<InputInfo>& info) override {
     info_ = info;
     const VectorXd tau = archive.vector("tau_s");
-    if (tau.size() != (memory_ ? 3 : 1) || !(tau.array() >= 0.0).all()) throw InputError(archive.place() + " tau_s", "not the model's time constants", "0, and two more with memory");
+    if (tau.size() != (memory_ ? 3 : 1) || !(tau.array() >= 0.0).all())
+      throw InputError(archive.place() + " tau_s", "not the model's time constants", "0, and two more with memory");
     tau_.assign(tau.begin(), tau.end());
-    mean_ = archive.vector("mean", static_cast<Index>(info.size() * tau_.size()));
+    mean_ = archive.vector("mean", info.size() * tau_.size());
     into_ = archive.matrix("into", mean_.size());
     weights_ = archive.matrix("weights", Layers::size(into_.cols()));
     offset_ = archive.number("offset");
@@ -159,24 +167,30 @@ class Network final : public ChannelModel {
     held_out_rms_ = archive.number("held_out_rms", 0.0);
   }
 
- private:
+private:
   class Predictor final : public RowPredictor {
-   public:
-    explicit Predictor(const Network& model) : model_(model), bank_(model.info_, model.tau_), unused_(model.weights_.rows()) {}
+  public:
+    explicit Predictor(const Network& model)
+        : model_(model),
+          bank_(model.info_, model.tau_),
+          unused_(model.weights_.rows()) {}
     double step(double time, const Eigen::Ref<const RowVectorXd>& inputs) override {
       const RowVectorXd x = model_.component_row(bank_.step(time, inputs).reshaped().transpose());
       double sum = 0.0;
-      for (Index seed = 0; seed < model_.weights_.cols(); ++seed) sum += Layers::output(model_.weights_.col(seed), x, unused_);
+      for (Index seed = 0; seed < model_.weights_.cols(); ++seed)
+        sum += Layers::output(model_.weights_.col(seed), x, unused_);
       return model_.offset_ + model_.spread_ * sum / static_cast<double>(model_.weights_.cols());
     }
 
-   private:
+  private:
     const Network& model_;
     LagBank bank_;
     RowVectorXd unused_;
   };
 
-  RowVectorXd component_row(const Eigen::Ref<const RowVectorXd>& features) const { return (features - mean_.transpose()) * into_; }
+  RowVectorXd component_row(const Eigen::Ref<const RowVectorXd>& features) const {
+    return (features - mean_.transpose()) * into_;
+  }
 
   /// Main components of the features, each divided by its standard deviation.
   void normalise(const MatrixXd& features, const VectorXd& target, const std::string& label) {
@@ -190,8 +204,11 @@ class Network final : public ChannelModel {
     const VectorXd variance = modes.eigenvalues();
     Index kept = 0;
     constexpr double least_share = 1e-4;
-    while (kept < std::min(most_components, variance.size()) && variance[variance.size() - 1 - kept] > least_share * variance.maxCoeff()) ++kept;
-    if (modes.info() != Eigen::Success || kept == 0) throw InputError(label, "inputs that do not move", "at least one that does");
+    while (kept < std::min(most_components, variance.size()) &&
+           variance[variance.size() - 1 - kept] > least_share * variance.maxCoeff())
+      ++kept;
+    if (modes.info() != Eigen::Success || kept == 0)
+      throw InputError(label, "inputs that do not move", "at least one that does");
     into_.resize(features.cols(), kept);
     for (Index k = 0; k < kept; ++k) {
       const Index mode = variance.size() - 1 - k;
@@ -199,7 +216,8 @@ class Network final : public ChannelModel {
     }
     offset_ = target.mean();
     spread_ = std::sqrt((target.array() - offset_).square().mean());
-    if (!(spread_ > 0.0) || !std::isfinite(spread_)) throw InputError(label, fmt::format("a displacement that stays at {}", offset_), "one that moves");
+    if (!(spread_ > 0.0) || !std::isfinite(spread_))
+      throw InputError(label, fmt::format("a displacement that stays at {}", offset_), "one that moves");
   }
 
   bool memory_;

@@ -9,7 +9,7 @@
 namespace thermotwin::compensation {
 
 class Archive {
- public:
+public:
   explicit Archive(std::string place = "model") : place_(std::move(place)) {}
 
   void put(const std::string& key, const Eigen::MatrixXd& values) { values_[key] = values; }
@@ -24,7 +24,7 @@ class Archive {
   const std::map<std::string, Eigen::MatrixXd>& values() const { return values_; }
   const std::string& place() const { return place_; }
 
- private:
+private:
   std::string place_;
   std::map<std::string, Eigen::MatrixXd> values_;
 };

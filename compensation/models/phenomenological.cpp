@@ -23,22 +23,26 @@ using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-constexpr double memory_s = 1800.0;        ///< of the mean temperature, for "warming"
-constexpr Index most_blocks = 4000;      ///< a mean over both states of the axis would be neither
-constexpr double least_start = 0.05;     ///< of the record's start, in the rows that are fitted: less does not tell how large it was
-constexpr double at_bound = 1e-3;        ///< ln of a time constant over the bound of its search
+constexpr double memory_s = 1800.0;  ///< of the mean temperature, for "warming"
+constexpr Index most_blocks = 4000;  ///< a mean over both states of the axis would be neither
+constexpr double least_start =
+    0.05;  ///< of the record's start, in the rows that are fitted: less does not tell how large it was
+constexpr double at_bound = 1e-3;  ///< ln of a time constant over the bound of its search
 
 /// 1 while the machine moves (or warms up), 0 while it does not.
 class Switch {
- public:
-  Switch(SwitchBy by, std::vector<InputInfo> info) : by_(by), info_(std::move(info)), slow_({{"mean", true, false, false}}, {memory_s}) {}
+public:
+  Switch(SwitchBy by, std::vector<InputInfo> info)
+      : by_(by),
+        info_(std::move(info)),
+        slow_({{"mean", true, false, false}}, {memory_s}) {}
 
   int state(double time, const Eigen::Ref<const RowVectorXd>& inputs) {
     if (by_ == SwitchBy::nothing) return 0;
     bool moves = false, powered = false, any_activity = false, any_motion = false;
     double sum = 0.0, count = 0.0;
     for (std::size_t i = 0; i < info_.size(); ++i) {
-      const double value = inputs[static_cast<Index>(i)];
+      const double value = inputs[i];
       any_activity = any_activity || info_[i].activity;
       any_motion = any_motion || info_[i].motion;
       powered = powered || (info_[i].activity && value > 0.0);
@@ -56,7 +60,7 @@ class Switch {
     return last_;
   }
 
- private:
+private:
   SwitchBy by_;
   std::vector<InputInfo> info_;
   LagBank slow_;
@@ -64,7 +68,7 @@ class Switch {
 };
 
 class Phenomenological final : public ChannelModel {
- public:
+public:
   explicit Phenomenological(const PhenomenologicalOptions& options) : options_(options) {}
 
   std::string caution() const override { return caution_; }
@@ -74,11 +78,12 @@ class Phenomenological final : public ChannelModel {
     const TrainingData& data = blocks.data;
     info_ = data.info;
     const double span = longest_stretch(data);
-    if (!(span > 0.0)) throw InputError(data.label, fmt::format("displacements over {} s", span), "a record with a duration");
+    if (!(span > 0.0))
+      throw InputError(data.label, fmt::format("displacements over {} s", span), "a record with a duration");
     reference_ = VectorXd::Zero(data.inputs.cols());
     for (Index k = 0; k < reference_.size(); ++k) {
       const Index known = known_range(data.inputs.col(k)).first;
-      if (info_[static_cast<std::size_t>(k)].temperature && known >= 0) reference_[k] = data.inputs(known, k);
+      if (info_[k].temperature && known >= 0) reference_[k] = data.inputs(known, k);
     }
     std::vector<int> states;
     Switch switcher(options_.switch_by, info_);
@@ -94,8 +99,12 @@ class Phenomenological final : public ChannelModel {
 
     const double interval = whole.measured_time() / static_cast<double>(data.time.size() - 1);
     const double fastest = std::log(std::min(0.5 * interval, span / 8.0)), slowest = std::log(span / 2.0);
-    const auto bounded = [&](const VectorXd& x) { return VectorXd(x.cwiseMax(fastest).cwiseMin(slowest).array().exp()); };
-    const auto line = [&](const VectorXd& tau) { return fit_line(responses(data, states, tau), data.target, data.label); };
+    const auto bounded = [&](const VectorXd& x) {
+      return VectorXd(x.cwiseMax(fastest).cwiseMin(slowest).array().exp());
+    };
+    const auto line = [&](const VectorXd& tau) {
+      return fit_line(responses(data, states, tau), data.target, data.label);
+    };
     const auto squares = [&](const VectorXd& x) {
       return line(bounded(x)).squares + 1e-9 * (x - x.cwiseMax(fastest).cwiseMin(slowest)).squaredNorm();
     };
@@ -108,7 +117,8 @@ class Phenomenological final : public ChannelModel {
                                 : gradient_search(data, states, start, bounded);
       if (found.value < best.value) best = found;
     }
-    if (!std::isfinite(best.value)) throw InputError(data.label, "no finite fit", "inputs and displacements of usual size");
+    if (!std::isfinite(best.value))
+      throw InputError(data.label, "no finite fit", "inputs and displacements of usual size");
     tau_ = bounded(best.at);
     const Line found = line(tau_);
     unpack(found);
@@ -116,7 +126,8 @@ class Phenomenological final : public ChannelModel {
     caution_.clear();
     for (Index set = 0; set < sets_; ++set)
       if (const double log = std::log(tau_[set]); log < fastest + at_bound || log > slowest - at_bound)
-        caution_ = fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", tau_[set]);
+        caution_ =
+            fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", tau_[set]);
   }
 
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
@@ -124,9 +135,13 @@ class Phenomenological final : public ChannelModel {
   std::string explain(const std::string& unit) const override {
     std::string text;
     for (Index set = 0; set < sets_; ++set) {
-      text += fmt::format("{}time constant {:.4g} s (p = {:.4g} 1/s),", sets_ == 1 ? "" : set == 0 ? "moving or heating: " : " standing or cooling: ",
+      text += fmt::format("{}time constant {:.4g} s (p = {:.4g} 1/s),",
+                          sets_ == 1 ? ""
+                          : set == 0 ? "moving or heating: "
+                                     : " standing or cooling: ",
                           tau_[set], -1.0 / tau_[set]);
-      for (Index k = 0; k < gains_.cols(); ++k) text += fmt::format(" {} {:.4g}", info_[static_cast<std::size_t>(k)].id, gains_(set, k) * tau_[set]);
+      for (Index k = 0; k < gains_.cols(); ++k)
+        text += fmt::format(" {} {:.4g}", info_[k].id, gains_(set, k) * tau_[set]);
       text += fmt::format(" {} per unit when settled, shift {:.4g} {};", unit, shift_[set] * tau_[set], unit);
     }
     return text + fmt::format(" start {:.4g} {}, rms of the fit {:.3g} {}", initial_, unit, rms_, unit);
@@ -146,19 +161,20 @@ class Phenomenological final : public ChannelModel {
     info_ = info;
     tau_ = archive.vector("tau_s");
     sets_ = tau_.size();
-    if (sets_ < 1 || sets_ > 2 || !(tau_.array() > 0.0).all()) throw InputError(archive.place() + " tau_s", "not one or two positive time constants", "one or two above 0");
-    gains_ = archive.matrix("gains", sets_, static_cast<Index>(info.size()));
+    if (sets_ < 1 || sets_ > 2 || !(tau_.array() > 0.0).all())
+      throw InputError(archive.place() + " tau_s", "not one or two positive time constants", "one or two above 0");
+    gains_ = archive.matrix("gains", sets_, std::ssize(info));
     shift_ = archive.vector("shift", sets_);
-    reference_ = archive.vector("reference", static_cast<Index>(info.size()));
+    reference_ = archive.vector("reference", std::ssize(info));
     initial_ = archive.number("initial");
     constant_ = archive.number("constant");
     rms_ = archive.number("rms", 0.0);
   }
 
- private:
+private:
   /// Moves values of the equation over one interval in which inputs and state of the axis hold.
   class Predictor final : public RowPredictor {
-   public:
+  public:
     explicit Predictor(const Phenomenological& model) : model_(model), switch_(model.options_.switch_by, model.info_) {}
 
     double step(double time, const Eigen::Ref<const RowVectorXd>& inputs) override {
@@ -175,7 +191,7 @@ class Phenomenological final : public ChannelModel {
       return y_ + model_.constant_;
     }
 
-   private:
+  private:
     const Phenomenological& model_;
     Switch switch_;
     Index state_ = 0;
@@ -191,7 +207,7 @@ class Phenomenological final : public ChannelModel {
     RowVectorXd last = reference_.transpose();
     for (Index i = 0; i < n; ++i) {
       if (i > 0) {
-        const auto state = states[static_cast<std::size_t>(i - 1)];
+        const auto state = states[i - 1];
         const double keep = std::exp(-(data.time[i] - data.time[i - 1]) / tau[state]);
         y = y * keep + source * (tau[state] * (1.0 - keep));
       }
@@ -200,7 +216,7 @@ class Phenomenological final : public ChannelModel {
         if (std::isfinite(data.inputs(i, k))) last[k] = data.inputs(i, k);
       }
       source.setZero();
-      const Index first = states[static_cast<std::size_t>(i)] * per_set;
+      const Index first = states[i] * per_set;
       source.segment(first, inputs) = last - reference_.transpose();
       source[first + inputs] = 1.0;
     }
@@ -258,7 +274,7 @@ class Phenomenological final : public ChannelModel {
   std::vector<InputInfo> info_;
   Index sets_ = 1;
   VectorXd tau_, shift_, reference_;
-  MatrixXd gains_;                           ///< (sets x inputs) p2, p5
+  MatrixXd gains_;  ///< (sets x inputs) p2, p5
   double initial_ = 0, constant_ = 0, rms_ = 0;
   std::string caution_;
 };

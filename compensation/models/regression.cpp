@@ -2,6 +2,7 @@
 #include "compensation/models/regression.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <cmath>
 #include <limits>
@@ -28,7 +29,7 @@ const std::vector<double>& ridges() {
 
 /// intercept + gains on the inputs, each past one lag (0: none). Inputs without gain may be missing.
 class LaggedLine : public ChannelModel {
- public:
+public:
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
@@ -36,10 +37,11 @@ class LaggedLine : public ChannelModel {
     text += "gains";
     if (line_.gains.size() == 0 || line_.gains.isZero(0.0)) text += " none";
     for (std::size_t k = 0; k < info_.size(); ++k) {
-      const double gain = line_.gains[static_cast<Index>(k)];
+      const double gain = line_.gains[k];
       if (gain != 0.0) text += fmt::format(" {} {:.4g}", info_[k].id, gain);
     }
-    return text + fmt::format(" {}/K, intercept {:.4g} {}, {} rows{}", unit, line_.intercept, unit, line_.rows, remark_);
+    return text +
+           fmt::format(" {}/K, intercept {:.4g} {}, {} rows{}", unit, line_.intercept, unit, line_.rows, remark_);
   }
 
   void save(Archive& archive) const override {
@@ -52,12 +54,12 @@ class LaggedLine : public ChannelModel {
   void load(const Archive& archive, const std::vector<InputInfo>& info) override {
     info_ = info;
     tau_ = archive.number("tau_s", 0.0, 1e12);
-    line_.gains = archive.vector("gains", static_cast<Index>(info.size()));
+    line_.gains = archive.vector("gains", std::ssize(info));
     line_.intercept = archive.number("intercept");
     line_.rows = static_cast<Index>(archive.number("rows", 0.0, 1e15));
   }
 
- protected:
+protected:
   std::vector<InputInfo> info_;
   double tau_ = 0.0;
   Line line_;
@@ -67,15 +69,15 @@ class LaggedLine : public ChannelModel {
   double fit_ridge_by_blocks(const TrainingData& data) {
     Index best = 0;
     block_errors(data.inputs, data.target, ridges(), folds, data.label).minCoeff(&best);
-    const double ridge = ridges()[static_cast<std::size_t>(best)];
+    const double ridge = ridges()[best];
     line_ = fit_ridge(data.inputs, data.target, ridge, data.label);
     remark_ = fmt::format(", ridge {:g}", ridge);
     return ridge;
   }
 
- private:
+private:
   class Predictor final : public RowPredictor {
-   public:
+  public:
     explicit Predictor(const LaggedLine& model) : model_(model), bank_(model.info_, {model.tau_}) {}
     double step(double time, const Eigen::Ref<const Eigen::RowVectorXd>& inputs) override {
       const MatrixXd& lagged = bank_.step(time, inputs);
@@ -86,14 +88,14 @@ class LaggedLine : public ChannelModel {
       return sum;
     }
 
-   private:
+  private:
     const LaggedLine& model_;
     LagBank bank_;
   };
 };
 
 class StaticRegression final : public LaggedLine {
- public:
+public:
   void fit(const TrainingData& data) override {
     info_ = data.info;
     line_ = fit_line(data.inputs, data.target, data.label);
@@ -101,20 +103,22 @@ class StaticRegression final : public LaggedLine {
 };
 
 class RidgeRegression final : public LaggedLine {
- public:
+public:
   std::string caution() const override { return caution_; }
 
   void fit(const TrainingData& data) override {
     info_ = data.info;
-    caution_ = fit_ridge_by_blocks(data) < ridges().back() ? "" : "the strongest ridge of the search: next to nothing follows the inputs";
+    caution_ = fit_ridge_by_blocks(data) < ridges().back()
+                   ? ""
+                   : "the strongest ridge of the search: next to nothing follows the inputs";
   }
 
- private:
+private:
   std::string caution_;
 };
 
 class SelectedRegression final : public LaggedLine {
- public:
+public:
   std::string caution() const override { return caution_; }
 
   void fit(const TrainingData& data) override {
@@ -123,7 +127,7 @@ class SelectedRegression final : public LaggedLine {
     const VectorXd constant = VectorXd::Zero(data.target.size());
     double error = block_errors(constant, data.target, {1.0}, folds, data.label)[0];
     std::vector<Index> taken;
-    while (static_cast<Index>(taken.size()) < data.inputs.cols()) {
+    while (std::ssize(taken) < data.inputs.cols()) {
       Index best = -1;
       double least = error * (1.0 - least_gain);
       for (Index k = 0; k < data.inputs.cols(); ++k) {
@@ -142,23 +146,26 @@ class SelectedRegression final : public LaggedLine {
     }
     if (taken.empty()) {
       fit_ridge_by_blocks(data);
-      caution_ = fmt::format("no input alone makes held-out blocks better by {:g} %: no input selected, ridge regression on all inputs instead", 100.0 * least_gain);
+      caution_ = fmt::format(
+          "no input alone makes held-out blocks better by {:g} %: no input selected, ridge regression on all inputs "
+          "instead",
+          100.0 * least_gain);
       return;
     }
     line_.gains = VectorXd::Zero(data.inputs.cols());
     const Line chosen = fit_line(data.inputs(Eigen::all, taken), data.target, data.label);
-    for (std::size_t i = 0; i < taken.size(); ++i) line_.gains[taken[i]] = chosen.gains[static_cast<Index>(i)];
+    for (std::size_t i = 0; i < taken.size(); ++i) line_.gains[taken[i]] = chosen.gains[i];
     line_.intercept = chosen.intercept;
     line_.rows = chosen.rows;
   }
 
- private:
+private:
   static constexpr double least_gain = 0.02;
   std::string caution_;
 };
 
 class FirstOrder final : public LaggedLine {
- public:
+public:
   std::string caution() const override { return caution_; }
 
   void fit(const TrainingData& whole) override {
@@ -169,7 +176,9 @@ class FirstOrder final : public LaggedLine {
     if (!(span > 0.0)) throw InputError(data.label, fmt::format("a record of {} s", span), "a record with a duration");
     // A lag below half the mean interval cannot be told from none. One beyond a third of the record
     // has not run off in it (95 % take three time constants) and cannot be told from a ramp.
-    const double shortest = std::log(std::min(0.5 * (data.time[data.time.size() - 1] - data.time[0]) / static_cast<double>(data.time.size() - 1), span / 6.0)),
+    const double shortest = std::log(std::min(
+                     0.5 * (data.time[data.time.size() - 1] - data.time[0]) / static_cast<double>(data.time.size() - 1),
+                     span / 6.0)),
                  longest = std::log(span / 3.0);
     const auto squares = [&](double log_tau) {
       return fit_line(lagged_features(data, {std::exp(log_tau)}, blocks.averaged), data.target, data.label).squares;
@@ -185,13 +194,16 @@ class FirstOrder final : public LaggedLine {
         best = i;
       }
     }
-    tau_ = std::exp(golden(squares, shortest + std::max(best - 1, 0) * step, shortest + std::min(best + 1, points - 1) * step));
+    tau_ = std::exp(
+        golden(squares, shortest + std::max(best - 1, 0) * step, shortest + std::min(best + 1, points - 1) * step));
     line_ = fit_line(lagged_features(data, {tau_}, blocks.averaged), data.target, data.label);
     const bool at_bound = best == 0 || best == points - 1;
-    caution_ = at_bound ? fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", tau_) : std::string();
+    caution_ = at_bound ? fmt::format(
+                              "time constant of {:.4g} s at the bound of the search, the record does not show it", tau_)
+                        : std::string();
   }
 
- private:
+private:
   static constexpr Index most_blocks = 20000;  ///< large gains remember how the record started
   std::string caution_;
 

@@ -43,8 +43,8 @@ struct Roles {
   bool a_c = false;  ///< layout A/C
   VectorXd pack() const {
     VectorXd values(7);
-    values << static_cast<double>(c_power), static_cast<double>(c_speed), static_cast<double>(s_power), static_cast<double>(s_speed),
-        static_cast<double>(air), static_cast<double>(inlet), a_c ? 1.0 : 0.0;
+    values << static_cast<double>(c_power), static_cast<double>(c_speed), static_cast<double>(s_power),
+        static_cast<double>(s_speed), static_cast<double>(air), static_cast<double>(inlet), a_c ? 1.0 : 0.0;
     return values;
   }
   static Roles unpack(const VectorXd& v) {
@@ -70,14 +70,17 @@ bool has_word(const std::string& name, const std::string& word) {
 Roles find_roles(const std::vector<InputInfo>& info) {
   Roles roles;
   const auto take = [](Index& place, std::size_t i) {
-    if (place < 0) place = static_cast<Index>(i);
+    if (place < 0) place = i;
   };
   for (std::size_t i = 0; i < info.size(); ++i) {
     const std::string name = info[i].id + "." + info[i].input;
-    const bool of_c = has_word(name, "C") || has_word(name, "c"), of_a = has_word(name, "A"), of_b = has_word(name, "B");
+    const bool of_c = has_word(name, "C") || has_word(name, "c"), of_a = has_word(name, "A"),
+               of_b = has_word(name, "B");
     if (info[i].temperature) {
-      if (info[i].ambient) take(roles.air, i);
-      else if (name.find("inlet") != std::string::npos) take(roles.inlet, i);
+      if (info[i].ambient)
+        take(roles.air, i);
+      else if (name.find("inlet") != std::string::npos)
+        take(roles.inlet, i);
     } else if (info[i].activity && of_c) {
       take(info[i].motion ? roles.c_speed : roles.c_power, i);
     } else if (info[i].activity && (of_a || of_b)) {
@@ -122,17 +125,43 @@ struct Parameter {
   const char* unit;
   double usual, spread;
 };
-enum Place : Index { cap_t, cap_c1, cap_c2, cap_s, cap_b, g_t1, g_12, g_1s, g_sb, films, u_c1, u_s, split, loss_c, power_c, loss_s, power_s, places };
-constexpr Parameter parameters[places] = {
-    {"capacity table", "J/K", 6e4, 0.7},          {"capacity C body 1", "J/K", 7e4, 0.7},
-    {"capacity C body 2", "J/K", 7e4, 0.7},       {"capacity swivel body", "J/K", 2e5, 0.7},
-    {"capacity bed", "J/K", 3e6, 0.7},            {"conductance table to C body 1", "W/K", 40, 0.8},
-    {"conductance C body 1 to 2", "W/K", 80, 0.8}, {"conductance C body 1 to swivel", "W/K", 80, 0.8},
-    {"conductance swivel to bed", "W/K", 80, 0.8}, {"films", "of the laws", 1, 0.5},
-    {"cooling of C body 1", "W/K", 60, 1.0},      {"cooling of the swivel body", "W/K", 60, 1.0},
-    {"table's heat over that of C body 1", "1", 1, 0.7}, {"loss of C at full speed", "W", 400, 1.0},
-    {"loss of C rises with speed to the power", "1", 1.3, 0.3}, {"loss of the swivel at full speed", "W", 300, 1.0},
-    {"loss of the swivel rises with speed to the power", "1", 1.0, 0.3}};
+enum Place : Index {
+  cap_t,
+  cap_c1,
+  cap_c2,
+  cap_s,
+  cap_b,
+  g_t1,
+  g_12,
+  g_1s,
+  g_sb,
+  films,
+  u_c1,
+  u_s,
+  split,
+  loss_c,
+  power_c,
+  loss_s,
+  power_s,
+  places
+};
+constexpr Parameter parameters[places] = {{"capacity table", "J/K", 6e4, 0.7},
+                                          {"capacity C body 1", "J/K", 7e4, 0.7},
+                                          {"capacity C body 2", "J/K", 7e4, 0.7},
+                                          {"capacity swivel body", "J/K", 2e5, 0.7},
+                                          {"capacity bed", "J/K", 3e6, 0.7},
+                                          {"conductance table to C body 1", "W/K", 40, 0.8},
+                                          {"conductance C body 1 to 2", "W/K", 80, 0.8},
+                                          {"conductance C body 1 to swivel", "W/K", 80, 0.8},
+                                          {"conductance swivel to bed", "W/K", 80, 0.8},
+                                          {"films", "of the laws", 1, 0.5},
+                                          {"cooling of C body 1", "W/K", 60, 1.0},
+                                          {"cooling of the swivel body", "W/K", 60, 1.0},
+                                          {"table's heat over that of C body 1", "1", 1, 0.7},
+                                          {"loss of C at full speed", "W", 400, 1.0},
+                                          {"loss of C rises with speed to the power", "1", 1.3, 0.3},
+                                          {"loss of the swivel at full speed", "W", 300, 1.0},
+                                          {"loss of the swivel rises with speed to the power", "1", 1.0, 0.3}};
 constexpr double areas[bodies] = {0.5, 0.4, 0.4, 1.0, 4.0};  // m2, of the usual unit
 
 VectorXd usual_parameters() {
@@ -149,8 +178,11 @@ struct Drive {
 
 /// The unit with its parameters, moved from row to row.
 class Unit {
- public:
-  Unit(const VectorXd& logs, const Roles& roles, const VectorXd& full_speed) : p_(logs.array().exp()), roles_(roles), full_(full_speed) {}
+public:
+  Unit(const VectorXd& logs, const Roles& roles, const VectorXd& full_speed)
+      : p_(logs.array().exp()),
+        roles_(roles),
+        full_(full_speed) {}
 
   /// @param row  (inputs) held or mean over the interval, complete
   Drive drive(const Eigen::Ref<const RowVectorXd>& row) const {
@@ -193,7 +225,8 @@ class Unit {
       connect(swivel, bed, p_[g_sb]);
       for (Index b = 0; b < bodies; ++b) {
         const double delta = std::max(0.5, std::abs(temperature_[b] - d.air));
-        const double still = solver::free_convection(b == table ? mesh::Orientation::up : mesh::Orientation::vertical, plate_m, delta, kelvin + d.air);
+        const double still = solver::free_convection(b == table ? mesh::Orientation::up : mesh::Orientation::vertical,
+                                                     plate_m, delta, kelvin + d.air);
         const double film = p_[films] * areas[b] * std::max(still, sees[b] * disc);
         a(b, b) += film;
         right[b] = film * d.air;
@@ -204,8 +237,10 @@ class Unit {
       right[swivel] += d.s_power;
       for (const auto& [body, u] : {std::pair{Index{c1}, p_[u_c1]}, {Index{swivel}, p_[u_s]}}) {
         a(body, body) += u;
-        if (std::isfinite(d.inlet)) right[body] += u * d.inlet;
-        else a(body, bed) -= u;  // the chiller holds the inlet at the bed's temperature
+        if (std::isfinite(d.inlet))
+          right[body] += u * d.inlet;
+        else
+          a(body, bed) -= u;  // the chiller holds the inlet at the bed's temperature
       }
       for (Index b = 0; b < bodies; ++b) {
         const double inert = p_[cap_t + b] / h;
@@ -216,10 +251,10 @@ class Unit {
     }
   }
 
- private:
+private:
   VectorXd p_;
   Roles roles_;
-  VectorXd full_;                    ///< full speeds of C and swivel as given; rad/s of one unit of C's speed
+  VectorXd full_;  ///< full speeds of C and swivel as given; rad/s of one unit of C's speed
   Temperatures temperature_ = Temperatures::Zero();
 };
 
@@ -236,7 +271,7 @@ VectorXd full_speeds(const Roles& roles, const std::vector<InputInfo>& info, con
   full[0] = largest(roles.c_speed);
   full[1] = largest(roles.s_speed);
   if (roles.c_speed >= 0) {
-    const InputInfo& c = info[static_cast<std::size_t>(roles.c_speed)];
+    const InputInfo& c = info[roles.c_speed];
     const bool degrees = (c.id + c.input).find("deg") != std::string::npos;
     full[2] = degrees ? std::numbers::pi / 180.0 / 60.0 : 2.0 * std::numbers::pi / 60.0;
   }
@@ -244,7 +279,7 @@ VectorXd full_speeds(const Roles& roles, const std::vector<InputInfo>& info, con
 }
 
 class RotaryUnit final : public ChannelModel {
- public:
+public:
   RotaryUnit() = default;
 
   void fit(const TrainingData& data) override {
@@ -255,10 +290,11 @@ class RotaryUnit final : public ChannelModel {
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
-    std::string text = fmt::format("layout {}, k1 {:.3g}, k2 {:.3g} s, intercept {:.3g} {}, rms of the fit {:.3g} {};", roles.a_c ? "A/C" : "B/C", gain, lag_s,
-                                   intercept, unit, rms, unit);
+    std::string text = fmt::format("layout {}, k1 {:.3g}, k2 {:.3g} s, intercept {:.3g} {}, rms of the fit {:.3g} {};",
+                                   roles.a_c ? "A/C" : "B/C", gain, lag_s, intercept, unit, rms, unit);
     for (Index i = 0; i < places; ++i) {
-      const bool by_power = (i == loss_c || i == power_c) ? roles.c_power >= 0 : (i == loss_s || i == power_s) && roles.s_power >= 0;
+      const bool by_power =
+          (i == loss_c || i == power_c) ? roles.c_power >= 0 : (i == loss_s || i == power_s) && roles.s_power >= 0;
       if (!by_power) text += fmt::format(" {} {:.3g} {},", parameters[i].name, std::exp(logs[i]), parameters[i].unit);
     }
     text.pop_back();
@@ -280,7 +316,8 @@ class RotaryUnit final : public ChannelModel {
     logs = archive.vector("parameters", places);
     const VectorXd packed = archive.vector("roles", 7);
     for (Index i = 0; i < 6; ++i) {
-      if (!(packed[i] >= -1.0 && packed[i] < static_cast<double>(info.size()))) throw InputError(archive.place() + " roles", fmt::format("{}", packed[i]), "places of inputs");
+      if (!(packed[i] >= -1.0 && packed[i] < static_cast<double>(info.size())))
+        throw InputError(archive.place() + " roles", fmt::format("{}", packed[i]), "places of inputs");
     }
     roles = Roles::unpack(packed);
     full = archive.vector("full_speeds", 3);
@@ -289,17 +326,19 @@ class RotaryUnit final : public ChannelModel {
     lag_s = archive.number("lag_s");
     intercept = archive.number("intercept");
     rms = archive.number("rms", 0.0);
-    if (!(lag_s >= 0.0) || !(logs.cwiseAbs().maxCoeff() < 50.0)) throw InputError(archive.place() + " lag_s", fmt::format("{}", lag_s), "a number not below 0, and parameters of usual size");
+    if (!(lag_s >= 0.0) || !(logs.cwiseAbs().maxCoeff() < 50.0))
+      throw InputError(archive.place() + " lag_s", fmt::format("{}", lag_s),
+                       "a number not below 0, and parameters of usual size");
   }
 
   VectorXd logs, full, row;
   Roles roles;
   double gain = 0, lag_s = 0, intercept = 0, rms = 0;
-  std::string doubt;                         ///< of the fit
+  std::string doubt;  ///< of the fit
 
- private:
+private:
   class Predictor final : public RowPredictor {
-   public:
+  public:
     explicit Predictor(const RotaryUnit& model) : model_(model), unit_(model.logs, model.roles, model.full) {}
     double step(double time, const Eigen::Ref<const RowVectorXd>& inputs) override {
       if (held_.size() == 0) {
@@ -322,7 +361,7 @@ class RotaryUnit final : public ChannelModel {
       return complete ? model_.gain * lagged_ + model_.intercept : missing;
     }
 
-   private:
+  private:
     const RotaryUnit& model_;
     Unit unit_;
     RowVectorXd held_;
@@ -332,7 +371,8 @@ class RotaryUnit final : public ChannelModel {
 };
 
 /// Temperatures above the start at each row, (rows x bodies).
-MatrixXd simulate(const TrainingData& data, const Roles& roles, const VectorXd& full, const VectorXd& logs, bool averaged) {
+MatrixXd simulate(const TrainingData& data, const Roles& roles, const VectorXd& full, const VectorXd& logs,
+                  bool averaged) {
   Unit unit(logs, roles, full);
   MatrixXd rises = MatrixXd::Zero(data.time.size(), bodies);
   RowVectorXd held = RowVectorXd::Constant(data.inputs.cols(), missing), next;
@@ -372,7 +412,9 @@ VectorXd lagged(const VectorXd& time, const VectorXd& raw, double lag_s) {
 
 std::vector<Index> rotary_unit_inputs(const std::vector<InputInfo>& info, const std::string& label) {
   const Roles roles = find_roles(info);
-  if (roles.c_power < 0 && roles.c_speed < 0) throw InputError(label, "no speed or power of a C axis that changes", "a channel such as axis.C.feed_deg_min or C.power_W");
+  if (roles.c_power < 0 && roles.c_speed < 0)
+    throw InputError(label, "no speed or power of a C axis that changes",
+                     "a channel such as axis.C.feed_deg_min or C.power_W");
   std::vector<Index> used;
   for (const Index role : {roles.c_power, roles.c_speed, roles.s_power, roles.s_speed, roles.air, roles.inlet}) {
     if (role >= 0) used.push_back(role);
@@ -381,7 +423,8 @@ std::vector<Index> rotary_unit_inputs(const std::vector<InputInfo>& info, const 
   return used;
 }
 
-std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<UnitChannel>& channels, std::vector<std::string>& left_out) {
+std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<UnitChannel>& channels,
+                                                           std::vector<std::string>& left_out) {
   struct Target {
     std::size_t channel;
     TrainingData data;
@@ -396,14 +439,16 @@ std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<Uni
   const bool swivels = roles.s_power >= 0 || roles.s_speed >= 0;
   // Without a swivel axis among the inputs its letter is in the names of the errors.
   for (const UnitChannel& channel : channels) {
-    if (!swivels && channel.quantity.size() == 3 && (channel.quantity == "B0C" || channel.quantity[2] == 'A')) roles.a_c = true;
+    if (!swivels && channel.quantity.size() == 3 && (channel.quantity == "B0C" || channel.quantity[2] == 'A'))
+      roles.a_c = true;
   }
   const VectorXd full = full_speeds(roles, info, channels.front().data.inputs);
   std::vector<Target> targets;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     const VectorXd row = geometry(channels[i].quantity, roles.a_c);
     if (row.size() == 0) {
-      left_out.push_back(channels[i].data.label + fmt::format(": quantity '{}' is not in the equations of layout {}", channels[i].quantity, roles.a_c ? "A/C" : "B/C"));
+      left_out.push_back(channels[i].data.label + fmt::format(": quantity '{}' is not in the equations of layout {}",
+                                                              channels[i].quantity, roles.a_c ? "A/C" : "B/C"));
       continue;
     }
     Blocks blocks = make_blocks(channels[i].data, most_blocks);
@@ -423,7 +468,7 @@ std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<Uni
   }
   if (targets.empty()) return models;
 
-  const auto count = static_cast<Index>(targets.size());
+  const auto count = std::ssize(targets);
   // Unknown: the unit's logarithms, then a log lag for each channel.
   VectorXd start(places + count), spread(places + count);
   start.head(places) = usual_parameters();
@@ -432,22 +477,24 @@ std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<Uni
   start.tail(count).setConstant(std::log(usual_lag_s));
   spread.tail(count).setConstant(lag_spread);
 
-  const auto simulated = [&](const VectorXd& x) { return simulate(targets.front().data, roles, full, x.head(places), targets.front().averaged); };
+  const auto simulated = [&](const VectorXd& x) {
+    return simulate(targets.front().data, roles, full, x.head(places), targets.front().averaged);
+  };
   const auto residuals_of = [&](const VectorXd& x, const MatrixXd& rises) {
     std::vector<double> all;
     for (Index t = 0; t < count; ++t) {
-      const Target& target = targets[static_cast<std::size_t>(t)];
+      const Target& target = targets[t];
       const VectorXd y = lagged(target.data.time, rises * target.row, std::exp(x[places + t]));
       const Line line = fit_line(y, target.data.target, target.data.label);
-      const double scale = 1.0 / (noise_share * target.spread * std::sqrt(static_cast<double>(line.rows)));
+      const double scale = 1.0 / (noise_share * target.spread * std::sqrt(line.rows));
       for (Index i = 0; i < y.size(); ++i) {
         const double off = target.data.target[i] - line.intercept - line.gains[0] * y[i];
-        all.push_back(std::isfinite(off) ? scale * off * std::sqrt(static_cast<double>(most_blocks)) * 0.3 : 0.0);
+        all.push_back(std::isfinite(off) ? scale * off * std::sqrt(most_blocks) * 0.3 : 0.0);
       }
     }
     const VectorXd prior = (x - start).cwiseQuotient(spread);
     all.insert(all.end(), prior.begin(), prior.end());
-    return VectorXd(Eigen::Map<const VectorXd>(all.data(), static_cast<Index>(all.size())));
+    return VectorXd(Eigen::Map<const VectorXd>(all.data(), std::ssize(all)));
   };
   SquaresProblem problem;
   constexpr double widest = 4.0;  // spreads from the usual value
@@ -467,16 +514,18 @@ std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<Uni
     return at;
   };
   const Minimum best = least_squares_search(problem, start, most_iterations);
-  if (!std::isfinite(best.value) || !best.at.allFinite()) throw InputError(targets.front().data.label, "no finite fit", "inputs and displacements of usual size");
+  if (!std::isfinite(best.value) || !best.at.allFinite())
+    throw InputError(targets.front().data.label, "no finite fit", "inputs and displacements of usual size");
   const MatrixXd rises = simulated(best.at);
   const auto at_bound = [&](Index i) { return std::abs(best.at[i] - start[i]) > (widest - 1e-6) * spread[i]; };
   std::string doubtful;
   for (Index i = 0; i < places; ++i)
     if (at_bound(i)) doubtful += fmt::format("{}{}", doubtful.empty() ? "" : ", ", parameters[i].name);
   for (Index t = 0; t < count; ++t) {
-    const Target& target = targets[static_cast<std::size_t>(t)];
+    const Target& target = targets[t];
     const double lag_s = std::exp(best.at[places + t]);
-    const Line line = fit_line(lagged(target.data.time, rises * target.row, lag_s), target.data.target, target.data.label);
+    const Line line =
+        fit_line(lagged(target.data.time, rises * target.row, lag_s), target.data.target, target.data.label);
     auto model = std::make_unique<RotaryUnit>();
     model->logs = best.at.head(places);
     model->full = full;

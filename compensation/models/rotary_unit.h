@@ -27,7 +27,7 @@ namespace thermotwin::compensation {
 /// One channel of the unit: its training data (the same inputs for all) and its quantity.
 struct UnitChannel {
   TrainingData data;
-  std::string quantity;              ///< Y0C Z0T R0T A0C X0C X0T B0C Z0A A0A, or dx dy dz ra rb of a TCP error
+  std::string quantity;  ///< Y0C Z0T R0T A0C X0C X0T B0C Z0A A0A, or dx dy dz ra rb of a TCP error
 };
 
 /// Indices of the inputs that the model uses: drives and speeds of C and the swivel axis, the air, a
@@ -36,7 +36,8 @@ std::vector<Eigen::Index> rotary_unit_inputs(const std::vector<InputInfo>& info,
 
 /// Fits all channels together. @return models in their order; nullptr where the equations do not have
 /// the quantity, with the reason in left_out
-std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<UnitChannel>& channels, std::vector<std::string>& left_out);
+std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<UnitChannel>& channels,
+                                                           std::vector<std::string>& left_out);
 
 /// Empty, to be loaded.
 std::unique_ptr<ChannelModel> make_rotary_unit();

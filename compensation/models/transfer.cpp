@@ -2,6 +2,7 @@
 #include "compensation/models/transfer.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/QR>
 #include <algorithm>
@@ -26,7 +27,7 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_inputs = 4;
 constexpr Index highest_order = 3;
 constexpr int thirds = 3;
-constexpr double most_samples = 4000;    ///< of a grid, where little of a long record may be fitted
+constexpr double most_samples = 4000;  ///< of a grid, where little of a long record may be fitted
 
 /// Differences to the ambient temperature, where it is known.
 void relate_to_ambient(const std::vector<InputInfo>& info, Eigen::Ref<RowVectorXd, 0, Eigen::InnerStride<>> row) {
@@ -34,7 +35,7 @@ void relate_to_ambient(const std::vector<InputInfo>& info, Eigen::Ref<RowVectorX
   for (std::size_t i = 0; i < info.size() && ambient < 0; ++i) ambient = info[i].ambient ? static_cast<Index>(i) : -1;
   if (ambient < 0) return;
   for (std::size_t i = 0; i < info.size(); ++i) {
-    if (info[i].temperature && static_cast<Index>(i) != ambient) row[static_cast<Index>(i)] -= row[ambient];
+    if (info[i].temperature && static_cast<Index>(i) != ambient) row[i] -= row[ambient];
   }
 }
 
@@ -54,7 +55,9 @@ VectorXd filtered_by_poles(const VectorXd& u, const VectorXd& f, bool settled = 
   return y;
 }
 
-VectorXd solve(const MatrixXd& rows, const VectorXd& right) { return rows.completeOrthogonalDecomposition().solve(right); }
+VectorXd solve(const MatrixXd& rows, const VectorXd& right) {
+  return rows.completeOrthogonalDecomposition().solve(right);
+}
 
 /// What is chosen by the data.
 struct Structure {
@@ -63,12 +66,18 @@ struct Structure {
   /// of its own; in one short record that takes the place of slow poles, and the prediction, which starts settled, is far off.
   bool settled = false;
 };
-constexpr double settled_share = 1.3;    ///< of the free fit's RMS: the record starts at rest
+constexpr double settled_share = 1.3;  ///< of the free fit's RMS: the record starts at rest
 
 class Identification {
- public:
-  Identification(const Grid& grid, std::vector<InputInfo> info, const VectorXd& target, const Structure& structure, double radius, const std::string& label)
-      : grid_(grid), target_(target), order_(structure.order), starts_(structure.settled ? 0 : structure.order), radius_(radius), label_(label) {
+public:
+  Identification(const Grid& grid, std::vector<InputInfo> info, const VectorXd& target, const Structure& structure,
+                 double radius, const std::string& label)
+      : grid_(grid),
+        target_(target),
+        order_(structure.order),
+        starts_(structure.settled ? 0 : structure.order),
+        radius_(radius),
+        label_(label) {
     set_.step = grid.step;
     set_.info = std::move(info);
     const Index inputs = grid.inputs.cols();
@@ -86,7 +95,7 @@ class Identification {
   /// Sum of squares of what the output error fit leaves.
   double left() const { return left_; }
 
- private:
+private:
   Index inputs() const { return grid_.inputs.cols(); }
 
   /// y(k) = -sum a y(k-j) + sum b u(k-j) + sum c e(k-j) + constant
@@ -96,8 +105,9 @@ class Identification {
       if (target_.segment(k - order_, order_ + 1).allFinite()) rows.push_back(k);
     }
     const Index unknowns = order_ + inputs() * (order_ + 1) + noise + 1;
-    if (static_cast<Index>(rows.size()) < 2 * unknowns) {
-      throw InputError(label_, fmt::format("{} samples without gap for {} parameters", rows.size(), unknowns), "at least twice as many");
+    if (std::ssize(rows) < 2 * unknowns) {
+      throw InputError(label_, fmt::format("{} samples without gap for {} parameters", rows.size(), unknowns),
+                       "at least twice as many");
     }
     VectorXd innovation = VectorXd::Zero(target_.size());
     VectorXd a = VectorXd::Zero(order_);
@@ -106,10 +116,10 @@ class Identification {
     const int passes = noise > 0 ? 12 : 1;
     for (int pass = 0; pass < passes; ++pass) {
       const Index noise_terms = pass == 0 ? 0 : noise;  // the first pass has no innovations yet
-      MatrixXd x(static_cast<Index>(rows.size()), unknowns - noise + noise_terms);
+      MatrixXd x(std::ssize(rows), unknowns - noise + noise_terms);
       VectorXd z(x.rows());
       for (Index r = 0; r < x.rows(); ++r) {
-        const Index k = rows[static_cast<std::size_t>(r)];
+        const Index k = rows[r];
         Index column = 0;
         for (Index j = 1; j <= order_; ++j) x(r, column++) = -target_[k - j];
         for (Index i = 0; i < inputs(); ++i) {
@@ -122,7 +132,7 @@ class Identification {
       const VectorXd found = solve(x, z);
       const VectorXd residual = z - x * found;
       innovation.setZero();
-      for (Index r = 0; r < x.rows(); ++r) innovation[rows[static_cast<std::size_t>(r)]] = residual[r];
+      for (Index r = 0; r < x.rows(); ++r) innovation[rows[r]] = residual[r];
       if (!found.allFinite() || (pass > 1 && residual.squaredNorm() > least * (1.0 - 1e-6))) break;
       least = residual.squaredNorm();
       a = found.head(order_);
@@ -153,7 +163,8 @@ class Identification {
       for (Index k = 0; k < x.rows(); ++k) x(k, inputs() * n + j) = past_or_nought(rest, k, j);
     }
     for (Index i = 0; i < inputs(); ++i) {
-      const VectorXd filtered = filtered_by_poles(grid_.inputs.col(i).array() - set_.reference[i], set_.f.row(i).transpose());
+      const VectorXd filtered =
+          filtered_by_poles(grid_.inputs.col(i).array() - set_.reference[i], set_.f.row(i).transpose());
       for (Index j = 0; j < n; ++j) {
         for (Index k = 0; k < x.rows(); ++k) x(k, i * n + j) = past(filtered, k, j);
       }
@@ -171,7 +182,8 @@ class Identification {
   VectorXd packed() const {
     VectorXd x(inputs() * width() + 1);
     for (Index i = 0; i < inputs(); ++i) {
-      x.segment(i * width(), width()) << set_.b.row(i).transpose(), set_.f.row(i).transpose(), start_.row(i).transpose();
+      x.segment(i * width(), width()) << set_.b.row(i).transpose(), set_.f.row(i).transpose(),
+          start_.row(i).transpose();
     }
     x[x.size() - 1] = set_.constant;
     return x;
@@ -198,7 +210,7 @@ class Identification {
       unpack(x);
       const MatrixXd parts = simulate(set_, grid_.inputs);
       VectorXd residual = ((parts.rowwise().sum() - target_).array() + set_.constant).matrix();
-      if (jacobian) jacobian->resize(static_cast<Index>(rows.size()), x.size());
+      if (jacobian) jacobian->resize(std::ssize(rows), x.size());
       for (Index i = 0; i < inputs(); ++i) {
         const VectorXd f = set_.f.row(i).transpose(), rest = free_motion(f);
         VectorXd free = VectorXd::Zero(rest.size());
@@ -211,9 +223,10 @@ class Identification {
         const VectorXd dy = filtered_by_poles(parts.col(i), f), dfree = filtered_by_poles(free, f, false);
         for (std::size_t r = 0; r < rows.size(); ++r) {
           const Index k = rows[r], first = i * width();
-          const auto row = static_cast<Index>(r);
+          const Index row = r;
           for (Index j = 0; j <= order_; ++j) (*jacobian)(row, first + j) = past(du, k, j);
-          for (Index j = 1; j <= order_; ++j) (*jacobian)(row, first + order_ + j) = -past(dy, k, j) - past_or_nought(dfree, k, j);
+          for (Index j = 1; j <= order_; ++j)
+            (*jacobian)(row, first + order_ + j) = -past(dy, k, j) - past_or_nought(dfree, k, j);
           for (Index j = 0; j < starts_; ++j) (*jacobian)(row, first + 2 * order_ + 1 + j) = past_or_nought(rest, k, j);
         }
       }
@@ -227,7 +240,7 @@ class Identification {
       }
     };
     std::vector<VectorXd> starts{packed()};  // ARX's poles
-    const double samples = static_cast<double>(target_.size());
+    const double samples = target_.size();
     for (const double share : {0.02, 0.1}) {
       // Real poles, the further ones faster: z - e^(-1/(share samples 4^-j))
       VectorXd f = VectorXd::Zero(order_ + 1);
@@ -246,7 +259,8 @@ class Identification {
       const Minimum found = least_squares_search(problem, start, 40);
       if (found.value < best.value) best = found;
     }
-    if (!std::isfinite(best.value)) throw InputError(label_, "no finite output error", "inputs and displacements of usual size");
+    if (!std::isfinite(best.value))
+      throw InputError(label_, "no finite output error", "inputs and displacements of usual size");
     unpack(best.at);
     left_ = best.value;
   }
@@ -257,13 +271,13 @@ class Identification {
   double radius_;
   const std::string& label_;
   TransferSet set_;
-  MatrixXd start_;                   ///< (inputs x starts) numerators of the free motion
+  MatrixXd start_;  ///< (inputs x starts) numerators of the free motion
   double left_ = 0;
 };
 
 /// Simulated error on thirds of the known samples that the fit did not see.
-double held_out_error(const Grid& grid, const std::vector<InputInfo>& info, TransferMethod method, const Structure& structure, double radius,
-                      const std::string& label) {
+double held_out_error(const Grid& grid, const std::vector<InputInfo>& info, TransferMethod method,
+                      const Structure& structure, double radius, const std::string& label) {
   std::vector<Index> known;
   for (Index k = 0; k < grid.target.size(); ++k) {
     if (std::isfinite(grid.target[k])) known.push_back(k);
@@ -275,7 +289,8 @@ double held_out_error(const Grid& grid, const std::vector<InputInfo>& info, Tran
     for (std::size_t i = fold * n / thirds; i < (fold + 1) * n / thirds; ++i) target[known[i]] = missing;
     const TransferSet set = Identification(grid, info, target, structure, radius, label).run(method);
     const VectorXd output = simulate(set, grid.inputs).rowwise().sum().array() + set.constant;
-    for (std::size_t i = fold * n / thirds; i < (fold + 1) * n / thirds; ++i) squares += std::pow(output[known[i]] - grid.target[known[i]], 2);
+    for (std::size_t i = fold * n / thirds; i < (fold + 1) * n / thirds; ++i)
+      squares += std::pow(output[known[i]] - grid.target[known[i]], 2);
   }
   return std::isfinite(squares) ? squares / static_cast<double>(n) : std::numeric_limits<double>::infinity();
 }
@@ -285,7 +300,7 @@ const char* method_name(TransferMethod method) {
 }
 
 class TransferModel final : public ChannelModel {
- public:
+public:
   explicit TransferModel(TransferMethod method) : method_(method) {}
 
   void fit(const TrainingData& whole) override {
@@ -307,13 +322,13 @@ class TransferModel final : public ChannelModel {
       std::vector<Index> taken;
       const auto part = [&](const std::vector<Index>& chosen) {
         std::pair<Grid, std::vector<InputInfo>> result{{grid.step, grid.inputs(Eigen::all, chosen), grid.target}, {}};
-        for (const Index i : chosen) result.second.push_back(all_[static_cast<std::size_t>(i)]);
+        for (const Index i : chosen) result.second.push_back(all_[i]);
         return result;
       };
       double reached = std::numeric_limits<double>::infinity();
       while (taken.size() < std::min(most_inputs, all_.size())) {
         Index best = -1;
-        for (Index i = 0; i < static_cast<Index>(all_.size()); ++i) {
+        for (Index i = 0; i < std::ssize(all_); ++i) {
           if (std::find(taken.begin(), taken.end(), i) != taken.end() || !grid.inputs.col(i).allFinite()) continue;
           std::vector<Index> trial = taken;
           trial.push_back(i);
@@ -342,8 +357,11 @@ class TransferModel final : public ChannelModel {
             set_ = set;
             chosen_ = taken;
             held_out_rms_ = std::sqrt(error);
-            caution_ = set.largest_pole() < radius * (1.0 - 1e-6) ? std::string()
-                                                                   : fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", span / 3.0);
+            caution_ =
+                set.largest_pole() < radius * (1.0 - 1e-6)
+                    ? std::string()
+                    : fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it",
+                                  span / 3.0);
           }
         } catch (const InputError& error) {
           refused = error.what();
@@ -352,7 +370,8 @@ class TransferModel final : public ChannelModel {
     }
     if (!std::isfinite(least)) {
       if (!refused.empty()) throw InputError(refused);
-      throw InputError(data.label, "no order of which the simulated output is finite", "inputs and displacements of usual size");
+      throw InputError(data.label, "no order of which the simulated output is finite",
+                       "inputs and displacements of usual size");
     }
   }
 
@@ -360,13 +379,15 @@ class TransferModel final : public ChannelModel {
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
-    std::string text = fmt::format("{} order {}, grid {:.4g} s, largest pole {:.5f}, held-out rms {:.3g} {};", method_name(method_), set_.order(),
-                                   set_.step, set_.largest_pole(), held_out_rms_, unit);
+    std::string text =
+        fmt::format("{} order {}, grid {:.4g} s, largest pole {:.5f}, held-out rms {:.3g} {};", method_name(method_),
+                    set_.order(), set_.step, set_.largest_pole(), held_out_rms_, unit);
     const bool related = std::any_of(all_.begin(), all_.end(), [](const InputInfo& i) { return i.ambient; });
     for (Index i = 0; i < set_.b.rows(); ++i) {
-      const InputInfo& info = set_.info[static_cast<std::size_t>(i)];
-      text += fmt::format(" {}{}: {:.4g} {} per unit, 95 % after {:.3g} h;", info.id, related && info.temperature && !info.ambient ? " - ambient" : "",
-                          set_.static_gain(i), unit, set_.settling_time(i) / 3600.0);
+      const InputInfo& info = set_.info[i];
+      text += fmt::format(" {}{}: {:.4g} {} per unit, 95 % after {:.3g} h;", info.id,
+                          related && info.temperature && !info.ambient ? " - ambient" : "", set_.static_gain(i), unit,
+                          set_.settling_time(i) / 3600.0);
     }
     return text + fmt::format(" constant {:.4g} {}", set_.constant, unit);
   }
@@ -378,8 +399,8 @@ class TransferModel final : public ChannelModel {
     archive.put("numerators", set_.b);
     archive.put("denominators", set_.f);
     archive.put("held_out_rms", held_out_rms_);
-    VectorXd chosen(static_cast<Index>(chosen_.size()));
-    for (std::size_t i = 0; i < chosen_.size(); ++i) chosen[static_cast<Index>(i)] = static_cast<double>(chosen_[i]);
+    VectorXd chosen(std::ssize(chosen_));
+    for (std::size_t i = 0; i < chosen_.size(); ++i) chosen[i] = static_cast<double>(chosen_[i]);
     archive.put("inputs", chosen);
   }
 
@@ -389,24 +410,27 @@ class TransferModel final : public ChannelModel {
     set_ = {};
     for (const double index : archive.vector("inputs")) {
       if (!(index >= 0.0 && index < static_cast<double>(info.size()))) {
-        throw InputError(archive.place() + " inputs", fmt::format("{}", index), fmt::format("0 to {}", info.size() - 1));
+        throw InputError(archive.place() + " inputs", fmt::format("{}", index),
+                         fmt::format("0 to {}", info.size() - 1));
       }
-      chosen_.push_back(static_cast<Index>(index));
-      set_.info.push_back(info[static_cast<std::size_t>(index)]);
+      chosen_.push_back(index);
+      set_.info.push_back(info[index]);
     }
-    const auto n = static_cast<Index>(chosen_.size());
+    const auto n = std::ssize(chosen_);
     set_.step = archive.number("step_s", 1e-6, 1e9);
     set_.constant = archive.number("constant");
     set_.reference = archive.vector("reference", n);
     set_.f = archive.matrix("denominators", n);
     set_.b = archive.matrix("numerators", n, set_.f.cols() + 1);
     held_out_rms_ = archive.number("held_out_rms", 0.0);
-    if (!(set_.largest_pole() < 1.0)) throw InputError(archive.place() + " denominators", fmt::format("a pole of magnitude {}", set_.largest_pole()), "stable poles");
+    if (!(set_.largest_pole() < 1.0))
+      throw InputError(archive.place() + " denominators", fmt::format("a pole of magnitude {}", set_.largest_pole()),
+                       "stable poles");
   }
 
- private:
+private:
   class Predictor final : public RowPredictor {
-   public:
+  public:
     explicit Predictor(const TransferModel& model) : model_(model), predictor_(make_predictor(model.set_)) {}
     double step(double time, const Eigen::Ref<const RowVectorXd>& inputs) override {
       RowVectorXd row = inputs;
@@ -414,12 +438,13 @@ class TransferModel final : public ChannelModel {
       return predictor_->step(time, row(model_.chosen_));
     }
 
-   private:
+  private:
     const TransferModel& model_;
     std::unique_ptr<RowPredictor> predictor_;
   };
 
-  std::pair<Structure, TransferSet> fit_order(const Grid& grid, const std::vector<InputInfo>& info, Index order, double radius, const std::string& label) const {
+  std::pair<Structure, TransferSet> fit_order(const Grid& grid, const std::vector<InputInfo>& info, Index order,
+                                              double radius, const std::string& label) const {
     Identification free(grid, info, grid.target, {order, false}, radius, label);
     TransferSet set = free.run(method_);
     if (method_ != TransferMethod::output_error) return {{order, false}, std::move(set)};
@@ -439,6 +464,8 @@ class TransferModel final : public ChannelModel {
 
 }  // namespace
 
-std::unique_ptr<ChannelModel> make_transfer_model(TransferMethod method) { return std::make_unique<TransferModel>(method); }
+std::unique_ptr<ChannelModel> make_transfer_model(TransferMethod method) {
+  return std::make_unique<TransferModel>(method);
+}
 
 }  // namespace thermotwin::compensation

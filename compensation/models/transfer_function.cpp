@@ -19,13 +19,17 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// What an input was before the record: as at its start, or at rest.
 double before_start(const TransferSet& set, Index input, double first) {
-  return set.info[static_cast<std::size_t>(input)].activity ? 0.0 : first;
+  return set.info[input].activity ? 0.0 : first;
 }
 
 /// The filters of all inputs at one grid time after the other.
 class Filters {
- public:
-  explicit Filters(const TransferSet& set) : set_(set), u_(set.b.rows(), set.order()), y_(set.b.rows(), set.order()), out_(set.b.rows()) {}
+public:
+  explicit Filters(const TransferSet& set)
+      : set_(set),
+        u_(set.b.rows(), set.order()),
+        y_(set.b.rows(), set.order()),
+        out_(set.b.rows()) {}
 
   void settle(const RowVectorXd& inputs) {
     for (Index i = 0; i < u_.rows(); ++i) {
@@ -54,16 +58,20 @@ class Filters {
     return out_;
   }
 
- private:
+private:
   const TransferSet& set_;
   MatrixXd u_, y_;
   RowVectorXd out_;
 };
 
 class GridPredictor final : public RowPredictor {
- public:
+public:
   explicit GridPredictor(const TransferSet& set)
-      : set_(set), filters_(set), sum_(RowVectorXd::Zero(set.b.rows())), count_(sum_), last_(RowVectorXd::Constant(set.b.rows(), missing)) {}
+      : set_(set),
+        filters_(set),
+        sum_(RowVectorXd::Zero(set.b.rows())),
+        count_(sum_),
+        last_(RowVectorXd::Constant(set.b.rows(), missing)) {}
 
   double step(double time, const Eigen::Ref<const RowVectorXd>& inputs) override {
     if (!started_) {
@@ -84,7 +92,7 @@ class GridPredictor final : public RowPredictor {
     return output_ + std::clamp(ahead, 0.0, 1.0) * (output_ - earlier_);
   }
 
- private:
+private:
   static constexpr double longest_gap = 20000.0;
 
   void start(double time, const RowVectorXd& inputs) {
@@ -131,7 +139,8 @@ VectorXd TransferSet::step_response(Index input, Index samples) const {
   VectorXd response(samples);
   for (Index k = 0; k < samples; ++k) {
     double y = b(input, 0);
-    for (Index j = 1; j <= order(); ++j) y += (k >= j ? b(input, j) : 0.0) - (k >= j ? f(input, j - 1) * response[k - j] : 0.0);
+    for (Index j = 1; j <= order(); ++j)
+      y += (k >= j ? b(input, j) : 0.0) - (k >= j ? f(input, j - 1) * response[k - j] : 0.0);
     response[k] = y;
   }
   return response;
@@ -151,7 +160,8 @@ double TransferSet::settling_time(Index input) const {
 
 double TransferSet::largest_pole() const {
   double largest = 0.0;
-  for (Index i = 0; i < f.rows(); ++i) largest = std::max(largest, order() == 0 ? 0.0 : poles_of(f.row(i).transpose()).cwiseAbs().maxCoeff());
+  for (Index i = 0; i < f.rows(); ++i)
+    largest = std::max(largest, order() == 0 ? 0.0 : poles_of(f.row(i).transpose()).cwiseAbs().maxCoeff());
   return largest;
 }
 
@@ -206,8 +216,10 @@ Grid make_grid(const TrainingData& data, double step) {
   for (Index k = 0; k < samples; ++k) {
     if (target_count[k] > 0.0) grid.target[k] /= target_count[k];
     for (Index j = 0; j < data.inputs.cols(); ++j) {
-      if (count(k, j) > 0.0) grid.inputs(k, j) /= count(k, j);
-      else if (k > 0) grid.inputs(k, j) = grid.inputs(k - 1, j);  // as the predictor does
+      if (count(k, j) > 0.0)
+        grid.inputs(k, j) /= count(k, j);
+      else if (k > 0)
+        grid.inputs(k, j) = grid.inputs(k - 1, j);  // as the predictor does
     }
   }
   // Before an input's first reading: as it then is found.

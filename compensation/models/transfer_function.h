@@ -17,12 +17,12 @@
 namespace thermotwin::compensation {
 
 struct TransferSet {
-  double step = 0;                   ///< s, of the grid
-  double constant = 0;               ///< c
+  double step = 0;      ///< s, of the grid
+  double constant = 0;  ///< c
   std::vector<InputInfo> info;
-  Eigen::VectorXd reference;         ///< (inputs) r
-  Eigen::MatrixXd b;                 ///< (inputs x n+1)
-  Eigen::MatrixXd f;                 ///< (inputs x n)
+  Eigen::VectorXd reference;  ///< (inputs) r
+  Eigen::MatrixXd b;          ///< (inputs x n+1)
+  Eigen::MatrixXd f;          ///< (inputs x n)
 
   Eigen::Index order() const { return f.cols(); }
   /// Displacement per unit of the input once all has settled.
@@ -44,8 +44,8 @@ bool stabilise(Eigen::VectorXd& f, double radius);
 /// Inputs and target at t0 + k step, means of the rows since the grid time before.
 struct Grid {
   double step = 0;
-  Eigen::MatrixXd inputs;            ///< (samples x inputs)
-  Eigen::VectorXd target;            ///< (samples) NaN where nothing was measured
+  Eigen::MatrixXd inputs;  ///< (samples x inputs)
+  Eigen::VectorXd target;  ///< (samples) NaN where nothing was measured
 };
 Grid make_grid(const TrainingData& data, double step);
 

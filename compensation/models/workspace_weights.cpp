@@ -31,30 +31,32 @@ enum class Basis { triquadratic, quadratic, multilinear, linear, constant };
 /// Exponents 0 to 2 an axis; which products belong to the basis.
 RowVectorXd row_of(Basis basis, const RowVectorXd& x) {
   std::vector<double> values;
-  std::vector<int> power(static_cast<std::size_t>(x.size()), 0);
+  std::vector<int> power(x.size(), 0);
   while (true) {
     int sum = 0, highest = 0;
     double value = 1.0;
     for (Index i = 0; i < x.size(); ++i) {
-      const int p = power[static_cast<std::size_t>(i)];
+      const int p = power[i];
       sum += p;
       highest = std::max(highest, p);
       for (int j = 0; j < p; ++j) value *= x[i];
     }
-    const bool taken = basis == Basis::triquadratic || (basis == Basis::quadratic && sum <= 2) || (basis == Basis::multilinear && highest <= 1) || (basis == Basis::linear && sum <= 1) || sum == 0;
+    const bool taken = basis == Basis::triquadratic || (basis == Basis::quadratic && sum <= 2) ||
+                       (basis == Basis::multilinear && highest <= 1) || (basis == Basis::linear && sum <= 1) ||
+                       sum == 0;
     if (taken) values.push_back(value);
     std::size_t axis = 0;
     while (axis < power.size() && power[axis] == 2) power[axis++] = 0;
     if (axis == power.size()) break;
     ++power[axis];
   }
-  return Eigen::Map<RowVectorXd>(values.data(), static_cast<Index>(values.size()));
+  return Eigen::Map<RowVectorXd>(values.data(), std::ssize(values));
 }
 
 }  // namespace
 
 VectorXd workspace_weights(const std::vector<std::string>& known, const std::string& at) {
-  const auto n = static_cast<Index>(known.size());
+  const auto n = std::ssize(known);
   std::vector<std::map<std::string, double>> poses;
   std::set<std::string> named;
   for (const std::string& text : known) poses.push_back(pose_of_text(text));
@@ -79,15 +81,16 @@ VectorXd workspace_weights(const std::vector<std::string>& known, const std::str
   }
   constexpr std::size_t most_axes = 6;
   if (axes.size() > most_axes) axes.resize(most_axes);
-  MatrixXd x(n + 1, static_cast<Index>(axes.size()));
+  MatrixXd x(n + 1, std::ssize(axes));
   for (Index i = 0; i <= n; ++i) {
-    auto& pose = i < n ? poses[static_cast<std::size_t>(i)] : target;
+    auto& pose = i < n ? poses[i] : target;
     for (std::size_t k = 0; k < axes.size(); ++k) {
       const double share = (pose[axes[k]] - low[k]) / (high[k] - low[k]);
-      x(i, static_cast<Index>(k)) = 2.0 * std::clamp(share, 0.0, 1.0) - 1.0;  // beyond the poses: as at their edge
+      x(i, k) = 2.0 * std::clamp(share, 0.0, 1.0) - 1.0;  // beyond the poses: as at their edge
     }
   }
-  for (const Basis basis : {Basis::triquadratic, Basis::quadratic, Basis::multilinear, Basis::linear, Basis::constant}) {
+  for (const Basis basis :
+       {Basis::triquadratic, Basis::quadratic, Basis::multilinear, Basis::linear, Basis::constant}) {
     const RowVectorXd wanted = row_of(basis, x.row(n));
     if (wanted.size() > n) continue;
     MatrixXd rows(n, wanted.size());
@@ -96,7 +99,7 @@ VectorXd workspace_weights(const std::vector<std::string>& known, const std::str
     if (factor.rank() < wanted.size()) continue;
     return factor.solve(wanted.transpose());
   }
-  return VectorXd::Constant(n, 1.0 / static_cast<double>(n));
+  return VectorXd::Constant(n, 1.0 / n);
 }
 
 }  // namespace thermotwin::compensation

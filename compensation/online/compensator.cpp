@@ -2,6 +2,7 @@
 #include "compensation/online/compensator.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -79,12 +80,12 @@ struct Compensator::Work {
   ReadingCheck check;
   SensorMonitor monitor;
   DriftWatch drift;
-  VectorXd sensor_offset;                 ///< reading in K above the reference minus state's temperature
-  double model_error = 0;                 ///< m, of the reduced against the full model
+  VectorXd sensor_offset;  ///< reading in K above the reference minus state's temperature
+  double model_error = 0;  ///< m, of the reduced against the full model
 
   bool started = false, started_guard = false, inputs_leapt = false;
-  std::vector<int> leaping;               ///< channels that may leap: speeds, feeds, powers, states
-  double time = 0, step_end = 0;          ///< of the last row; of the last step of the state
+  std::vector<int> leaping;       ///< channels that may leap: speeds, feeds, powers, states
+  double time = 0, step_end = 0;  ///< of the last row; of the last step of the state
   VectorXd row, row_before, given, given_at, reading_C, reading_K, predicted_K;
   std::vector<ReadingFault> named_faults;  ///< (sensors) that failed_sensors tells of
   mesh::Pose guarded_pose;
@@ -113,17 +114,27 @@ struct Compensator::Work {
   Eigen::VectorXi reading_counts;
 
   Work(const reduction::ReducedModel& m, const CompensatorOptions& o)
-      : model(m), options(o), operating(m.machine, m.system.layout), stepper(m.system), map(m), errors(m),
-        inputs(m.machine, operating.channels()), limits(chosen_limits(m, map, o)), guard(static_cast<Index>(map.axes().size()), guard_options(limits)),
-        check(m.machine, operating.channels()), monitor(stated_deviations(m)), drift(stated_deviations(m)) {
+      : model(m),
+        options(o),
+        operating(m.machine, m.system.layout),
+        stepper(m.system),
+        map(m),
+        errors(m),
+        inputs(m.machine, operating.channels()),
+        limits(chosen_limits(m, map, o)),
+        guard(std::ssize(map.axes()), guard_options(limits)),
+        check(m.machine, operating.channels()),
+        monitor(stated_deviations(m)),
+        drift(stated_deviations(m)) {
     const Index sensors = m.system.sensors.rows(), order = m.system.order();
     sensor_offset = solver::sensor_offsets(m.machine, m.system.layout);
-    for (const reduction::ReductionErrors& error : m.errors) model_error = std::max(model_error, error.rms_um * core::units::um);
+    for (const reduction::ReductionErrors& error : m.errors)
+      model_error = std::max(model_error, error.rms_um * core::units::um);
     row = operating.channels().defaults();
     for (std::size_t k = 0; k < operating.channels().names().size(); ++k) {
       const std::string& name = operating.channels().names()[k];
       const auto ends = [&](const char* ending) { return name.ends_with(ending); };
-      if (ends("_rpm") || ends("_min") || ends(".power_W") || ends(".on") || ends(".open")) leaping.push_back(static_cast<int>(k));
+      if (ends("_rpm") || ends("_min") || ends(".power_W") || ends(".on") || ends(".open")) leaping.push_back(k);
     }
     given_at = VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity());
     reading_K = VectorXd::Constant(sensors, solver::not_given);
@@ -133,8 +144,8 @@ struct Compensator::Work {
     correction_rate = VectorXd::Zero(order);
     innovation_sum = moment_sum = VectorXd::Zero(sensors);
     innovation_count = Eigen::VectorXi::Zero(sensors);
-    innovations.reserve(static_cast<std::size_t>(sensors));
-    const auto axes = static_cast<Index>(map.axes().size());
+    innovations.reserve(sensors);
+    const auto axes = std::ssize(map.axes());
     offsets.offset_um = offsets.std_um = VectorXd::Zero(axes);
     set_state(m.system.one_kelvin * (options.start_C - m.machine.reference_C));
     map.project(change, slope);
@@ -143,7 +154,8 @@ struct Compensator::Work {
     reading_counts = Eigen::VectorXi::Zero(sensors);
   }
 
-  static OffsetLimits chosen_limits(const reduction::ReducedModel& m, const OutputMap& output, const CompensatorOptions& o) {
+  static OffsetLimits chosen_limits(const reduction::ReducedModel& m, const OutputMap& output,
+                                    const CompensatorOptions& o) {
     OffsetLimits chosen = offset_limits(m, output);
     if (o.largest_um > 0.0) chosen.largest_um = o.largest_um;
     if (o.rate_um_s > 0.0) {
@@ -164,8 +176,8 @@ struct Compensator::Work {
 
   static VectorXd stated_deviations(const reduction::ReducedModel& m) {
     VectorXd deviation = VectorXd::Constant(m.system.sensors.rows(), 1.0);
-    for (Index s = 0; s < std::min(deviation.size(), static_cast<Index>(m.machine.sensors.size())); ++s) {
-      deviation[s] = m.machine.sensors[static_cast<std::size_t>(s)].uncertainty;
+    for (Index s = 0; s < std::min(deviation.size(), std::ssize(m.machine.sensors)); ++s) {
+      deviation[s] = m.machine.sensors[s].uncertainty;
     }
     return deviation;
   }
@@ -174,7 +186,7 @@ struct Compensator::Work {
   void watch_sensors(const VectorXd& expected_K) {
     bool changed = monitor.judge(time, reading_K - sensor_offset, expected_K, inputs_leapt, unsure_rate);
     for (std::size_t s = 0; s < named_faults.size(); ++s) {
-      const ReadingFault fault = check.sensor(static_cast<Index>(s));
+      const ReadingFault fault = check.sensor(s);
       changed = changed || fault != named_faults[s];
       named_faults[s] = fault;
     }
@@ -184,7 +196,8 @@ struct Compensator::Work {
   /// Why a sensor is left out; nullptr: it is not.
   const char* fault_of(Index s) const {
     if (check.sensor(s) != ReadingFault::none) return fault_text(check.sensor(s));
-    if (monitor.fault(s) == SensorFault::offset && check.looks_fahrenheit(s)) return fault_text(ReadingFault::fahrenheit);
+    if (monitor.fault(s) == SensorFault::offset && check.looks_fahrenheit(s))
+      return fault_text(ReadingFault::fahrenheit);
     if (monitor.fault(s) != SensorFault::none) return fault_text(monitor.fault(s));
     return drift.drifts(s) ? "drift" : nullptr;
   }
@@ -193,8 +206,9 @@ struct Compensator::Work {
 
   void name_failed() {
     offsets.failed_sensors.clear();
-    for (Index s = 0; s < static_cast<Index>(model.machine.sensors.size()); ++s) {
-      if (const char* fault = fault_of(s); fault != nullptr) add_name(offsets.failed_sensors, model.machine.sensors[static_cast<std::size_t>(s)].id, fault);
+    for (Index s = 0; s < std::ssize(model.machine.sensors); ++s) {
+      if (const char* fault = fault_of(s); fault != nullptr)
+        add_name(offsets.failed_sensors, model.machine.sensors[s].id, fault);
     }
   }
 
@@ -202,7 +216,8 @@ struct Compensator::Work {
     offsets.failed_inputs.clear();
     if (!check.any_input()) return;
     for (Index k = 0; k < row.size(); ++k) {
-      if (check.input(k) != ReadingFault::none) add_name(offsets.failed_inputs, operating.channels().names()[static_cast<std::size_t>(k)], fault_text(check.input(k)));
+      if (check.input(k) != ReadingFault::none)
+        add_name(offsets.failed_inputs, operating.channels().names()[k], fault_text(check.input(k)));
     }
   }
 
@@ -212,7 +227,7 @@ struct Compensator::Work {
 
   /// Finds sensors that drift, and takes out of the estimate what they had put into it.
   void watch_drift() {
-    const auto sensors = static_cast<Index>(model.machine.sensors.size());
+    const auto sensors = std::ssize(model.machine.sensors);
     VectorXd value = VectorXd::Constant(sensors, solver::not_given), deviation = value;
     for (Index s = 0; s < sensors; ++s) {
       if (!trusted(s)) continue;
@@ -233,7 +248,7 @@ struct Compensator::Work {
 
   void clear_interval() {
     interval.duration = 0.0;
-    interval.p = VectorXd::Zero(static_cast<Index>(model.system.terms.size()));
+    interval.p = VectorXd::Zero(std::ssize(model.system.terms));
     interval.q = VectorXd::Zero(model.system.inputs.cols());
     interval.state = VectorXd::Zero(model.system.order());
     operator_sum.setZero(model.system.order(), model.system.order());
@@ -291,7 +306,7 @@ struct Compensator::Work {
   /// Of the sensors that gave one and are trusted, without their own offsets. @param zero  K  @param without  left out
   std::vector<ErrorModel::FirstReading> first_readings(double zero, Index without = -1) const {
     std::vector<ErrorModel::FirstReading> readings;
-    for (Index s = 0; s < static_cast<Index>(model.machine.sensors.size()); ++s)
+    for (Index s = 0; s < std::ssize(model.machine.sensors); ++s)
       if (s != without && std::isfinite(reading_K[s]) && trusted(s))
         readings.push_back({s, reading_K[s] - sensor_offset[s] - zero});
     return readings;
@@ -299,11 +314,11 @@ struct Compensator::Work {
 
   /// Sensors whose first reading a machine at work may have, by what all others read: (sensors) 1 or 0.
   std::vector<char> explained_by_others() const {
-    std::vector<char> explained(static_cast<std::size_t>(reading_K.size()), 0);
+    std::vector<char> explained(reading_K.size(), 0);
     const std::vector<ErrorModel::FirstReading> readings = first_readings(0.0);
     if (readings.size() < 3) return explained;
     // A part that work has not reached is as warm as what surrounds it.
-    double coldest = sensors_state.head(static_cast<Index>(model.machine.sensors.size())).mean(), warmest = coldest;
+    double coldest = sensors_state.head(std::ssize(model.machine.sensors)).mean(), warmest = coldest;
     for (const mesh::AmbientSpec& ambient : model.machine.ambients) {
       const double value = row[operating.channels().index(ambient.id + ".T_C")] - model.machine.reference_C;
       if (!std::isfinite(value)) continue;
@@ -311,7 +326,7 @@ struct Compensator::Work {
       warmest = std::max(warmest, value);
     }
     for (const ErrorModel::FirstReading& reading : readings) {
-      char& one = explained[static_cast<std::size_t>(reading.sensor)];
+      char& one = explained[reading.sensor];
       one = reading.value > coldest - start_uniform_K && reading.value < warmest + start_uniform_K;
       if (one != 0) continue;
       const double chance =
@@ -325,13 +340,13 @@ struct Compensator::Work {
     const bool by_sensors = options.start_from_sensors && !first_readings(0.0).empty();
     UniformStart uniform{0.0, start_uniform_K};
     errors.work_ends_at(row);
-    VectorXd ambient_gap = VectorXd::Zero(static_cast<Index>(model.machine.ambients.size()));
+    VectorXd ambient_gap = VectorXd::Zero(std::ssize(model.machine.ambients));
     const auto start_uniformly = [&] {
       uniform = uniform_start();
       set_state(model.system.one_kelvin * uniform.middle);
       for (Index i = 0; i < ambient_gap.size(); ++i) {
         // An input that stands at its default is one that nobody gives.
-        const int channel = operating.channels().index(model.machine.ambients[static_cast<std::size_t>(i)].id + ".T_C");
+        const int channel = operating.channels().index(model.machine.ambients[i].id + ".T_C");
         const double standard = operating.channels().defaults()[channel];
         if (row[channel] == standard) ambient_gap[i] = uniform.middle + model.machine.reference_C - standard;
       }
@@ -347,7 +362,8 @@ struct Compensator::Work {
     predicted_K = sensors_state;
     VectorXd readings = sensors_state + sensor_offset;
     take_trusted(readings);
-    const VectorXd outlet = solver::chiller_set_points(model.machine, model.system.layout, readings, operating.guide_K(row));
+    const VectorXd outlet =
+        solver::chiller_set_points(model.machine, model.system.layout, readings, operating.guide_K(row));
     chiller.emplace(model.machine, model.system.layout, operating.channels(), outlet);
     operating.coefficients(row, outlet, readings, coefficients);
     const std::vector<ErrorModel::FirstReading> readings_now =
@@ -368,7 +384,7 @@ struct Compensator::Work {
   /// K0 + sum p K
   MatrixXd operator_at(const VectorXd& p) const {
     MatrixXd matrix = model.system.conduction;
-    for (Index j = 0; j < p.size(); ++j) matrix += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+    for (Index j = 0; j < p.size(); ++j) matrix += p[j] * model.system.terms[j];
     return matrix;
   }
 
@@ -385,7 +401,8 @@ struct Compensator::Work {
       map.set_covariance(errors.directions(), errors.covariance());
       return;
     }
-    const Index quantities = errors.directions().cols(), outputs = errors.first_output(), count = errors.all_covariance().rows() - outputs;
+    const Index quantities = errors.directions().cols(), outputs = errors.first_output(),
+                count = errors.all_covariance().rows() - outputs;
     MatrixXd covariance(quantities + count, quantities + count);
     const MatrixXd& all = errors.all_covariance();
     covariance.topLeftCorner(quantities, quantities) = all.topLeftCorner(quantities, quantities);
@@ -505,9 +522,13 @@ struct Compensator::Work {
     if (!started) throw core::InputError("compensator probe", "no row yet", "probing after the first row");
     constexpr double largest_um = 1e5;
     for (const double value : error) {
-      if (std::abs(value) > largest_um) throw core::InputError("compensator probe", fmt::format("{} um", value), fmt::format("at most {} um, or NaN", largest_um));
+      if (std::abs(value) > largest_um)
+        throw core::InputError("compensator probe", fmt::format("{} um", value),
+                               fmt::format("at most {} um, or NaN", largest_um));
     }
-    if (!(std >= 1e-3 && std <= largest_um)) throw core::InputError("compensator probe std_um", fmt::format("{}", std), fmt::format("0.001 to {}", largest_um));
+    if (!(std >= 1e-3 && std <= largest_um))
+      throw core::InputError("compensator probe std_um", fmt::format("{}", std),
+                             fmt::format("0.001 to {}", largest_um));
     if (!error.array().isFinite().any()) return;
     if (interval.duration > 0.0) correct();  // sensitivities of now
     ErrorModel::ErrorRows rows;
@@ -519,21 +540,24 @@ struct Compensator::Work {
   }
 
   Detectability detectability() const {
-    if (!(whole.duration > 0.0)) throw core::InputError("detectability", "no step of the thermal state has ended", "a run of some minutes");
+    if (!(whole.duration > 0.0))
+      throw core::InputError("detectability", "no step of the thermal state has ended", "a run of some minutes");
     ErrorModel::Interval mean = whole;
     mean.p /= whole.duration;
     mean.q /= whole.duration;
     mean.state /= whole.duration;
     const MatrixXd matrix = operator_at(mean.p);
-    const auto sensors = static_cast<Index>(model.machine.sensors.size());
+    const auto sensors = std::ssize(model.machine.sensors);
     std::vector<ErrorModel::State> constants;
     const std::vector<ErrorModel::State> known = errors.states();
-    for (Index k = 0; k < errors.machine_quantities(); ++k) constants.push_back(known[static_cast<std::size_t>(k)]);
+    for (Index k = 0; k < errors.machine_quantities(); ++k) constants.push_back(known[k]);
     const Index first = errors.directions().cols();
-    for (Index s = 0; s < sensors; ++s) constants.push_back(known[static_cast<std::size_t>(first + s)]);
+    for (Index s = 0; s < sensors; ++s) constants.push_back(known[first + s]);
     VectorXd deviations(sensors);
-    for (Index s = 0; s < sensors; ++s) deviations[s] = reading_counts[s] > 0 && !drift.drifts(s) ? errors.reading_std(s, 0.0) : solver::not_given;
-    return compensation::detectability(model.system.capacity, matrix, errors.rates(mean), model.system.sensors.topRows(sensors), constants, deviations);
+    for (Index s = 0; s < sensors; ++s)
+      deviations[s] = reading_counts[s] > 0 && !drift.drifts(s) ? errors.reading_std(s, 0.0) : solver::not_given;
+    return compensation::detectability(model.system.capacity, matrix, errors.rates(mean),
+                                       model.system.sensors.topRows(sensors), constants, deviations);
   }
 
   void add_readings() {
@@ -572,26 +596,28 @@ struct Compensator::Work {
     }
     if (has_failed) offsets.std_um.setConstant(limits.largest_um);
     const bool sensed = reading_K.array().isFinite().any();
-    offsets.status = has_failed      ? Status::failed
-                     : missing_input ? Status::input_missing
-                     : map.outside(pose) ? Status::outside_workspace
-                     : !sensed && !check.any_sensor() ? Status::no_sensors
+    offsets.status = has_failed                        ? Status::failed
+                     : missing_input                   ? Status::input_missing
+                     : map.outside(pose)               ? Status::outside_workspace
+                     : !sensed && !check.any_sensor()  ? Status::no_sensors
                      : !offsets.failed_sensors.empty() ? Status::sensor_failed
-                     : held_back     ? Status::limited
-                                     : Status::ok;
+                     : held_back                       ? Status::limited
+                                                       : Status::ok;
   }
 
   const Offsets& step(double at, const VectorXd& told, const VectorXd& sensors_C) {
     if (told.size() != row.size()) {
-      throw core::InputError("compensator row", fmt::format("{} values", told.size()), fmt::format("{}, one for each channel", row.size()));
+      throw core::InputError("compensator row", fmt::format("{} values", told.size()),
+                             fmt::format("{}, one for each channel", row.size()));
     }
-    const auto sensors = static_cast<Index>(model.machine.sensors.size());
+    const auto sensors = std::ssize(model.machine.sensors);
     if (sensors_C.size() != 0 && sensors_C.size() != sensors) {
       throw core::InputError("compensator sensors", fmt::format("{} readings", sensors_C.size()),
                              fmt::format("none or {}, one for each sensor", sensors));
     }
     if (!std::isfinite(at) || (started && !(at > time))) {
-      throw core::InputError("compensator time", started ? fmt::format("{} s after {} s", at, time) : fmt::format("{} s", at),
+      throw core::InputError("compensator time",
+                             started ? fmt::format("{} s after {} s", at, time) : fmt::format("{} s", at),
                              "times that rise from row to row");
     }
     if (started && at - time > longest_gap_s) {
@@ -605,9 +631,10 @@ struct Compensator::Work {
     const VectorXd& defaults = operating.channels().defaults();
     row_before = row;
     operating.channels().update(given, row);
-    inputs_leapt = started && std::any_of(leaping.begin(), leaping.end(), [&](int k) {
-      return std::abs(row[k] - row_before[k]) > leap_share * std::max(std::abs(row[k]), std::abs(row_before[k]));
-    });
+    inputs_leapt =
+        started && std::any_of(leaping.begin(), leaping.end(), [&](int k) {
+          return std::abs(row[k] - row_before[k]) > leap_share * std::max(std::abs(row[k]), std::abs(row_before[k]));
+        });
     for (Index k = 0; k < given.size(); ++k) {
       if (!std::isnan(given[k])) {
         given_at[k] = at;
@@ -617,8 +644,10 @@ struct Compensator::Work {
       }
     }
     const bool sensing = options.use_sensors && sensors_C.size() > 0;
-    if (sensing) reading_C = sensors_C;
-    else reading_C.setConstant(sensors, solver::not_given);
+    if (sensing)
+      reading_C = sensors_C;
+    else
+      reading_C.setConstant(sensors, solver::not_given);
     check.take_out_sensors(reading_C, row);
     // What coefficients follow beside the sensors is never measured.
     for (Index s = 0; s < sensors; ++s) reading_K[s] = reading_C[s] - model.machine.reference_C;
@@ -652,7 +681,8 @@ Compensator::Compensator(const reduction::ReducedModel& model, const Compensator
   require_duration("correction_s", options.correction_s);
   const auto require_limit = [](const char* name, double value, double low, double high) {
     if (!(value == 0.0 || (value >= low && value <= high)))
-      throw core::InputError(std::string("compensator ") + name, fmt::format("{}", value), fmt::format("{} to {}, or 0 (by the model)", low, high));
+      throw core::InputError(std::string("compensator ") + name, fmt::format("{}", value),
+                             fmt::format("{} to {}, or 0 (by the model)", low, high));
   };
   require_limit("largest_um", options.largest_um, 1e-3, largest_offset_um);
   require_limit("rate_um_s", options.rate_um_s, least_rate_um_s, largest_rate_um_s);
@@ -669,13 +699,14 @@ const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const 
   return work_->step(time, row, sensors_C);
 }
 
-solver::TcpError Compensator::tcp(const mesh::Pose& pose) const {
-  return work_->tcp(pose);
+solver::TcpError Compensator::tcp(const mesh::Pose& pose) const { return work_->tcp(pose); }
+
+void Compensator::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) {
+  work_->probe(pose, error_um, std_um);
 }
 
-void Compensator::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) { work_->probe(pose, error_um, std_um); }
-
-void Compensator::probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um, double std_um) {
+void Compensator::probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um,
+                                    const Eigen::VectorXd& applied_um, double std_um) {
   work_->probe(pose, left_um - work_->map.motion(applied_um), std_um);
 }
 

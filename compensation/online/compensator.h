@@ -32,22 +32,22 @@ namespace thermotwin::compensation {
 inline constexpr double longest_gap_s = 30 * 86400.0;
 
 struct CompensatorOptions {
-  double step_s = 60.0;          ///< longest step of the thermal state, 1 ms to a day
-  double correction_s = 300.0;   ///< the observer corrects at the first end of a step after this time
+  double step_s = 60.0;         ///< longest step of the thermal state, 1 ms to a day
+  double correction_s = 300.0;  ///< the observer corrects at the first end of a step after this time
   bool use_sensors = true;
-  double start_C = 20.0;         ///< uniform start where no sensor tells better
+  double start_C = 20.0;  ///< uniform start where no sensor tells better
   bool start_from_sensors = true;
-  double largest_um = 0.0;       ///< of an offset, at most 1e5; 0: by the model, see offset_limits.h
-  double rate_um_s = 0.0;        ///< of an offset, standing or moving, 1e-6 to 1e6; 0: by the model
+  double largest_um = 0.0;  ///< of an offset, at most 1e5; 0: by the model, see offset_limits.h
+  double rate_um_s = 0.0;   ///< of an offset, standing or moving, 1e-6 to 1e6; 0: by the model
 };
 
 enum class Status { ok, no_sensors, outside_workspace, input_missing, sensor_failed, limited, failed };
 const char* status_text(Status status);
 
 struct Offsets {
-  double time = 0;                        ///< s
-  Eigen::VectorXd offset_um;              ///< (linear axes of the machine) to apply
-  Eigen::VectorXd std_um;                 ///< (linear axes) one standard deviation, with what the guard keeps back
+  double time = 0;            ///< s
+  Eigen::VectorXd offset_um;  ///< (linear axes of the machine) to apply
+  Eigen::VectorXd std_um;     ///< (linear axes) one standard deviation, with what the guard keeps back
   Status status = Status::ok;
   /// "T3=stuck T5=absent T8=drift T9=kelvin" where the status is sensor_failed; such sensors are left out.
   std::string failed_sensors;
@@ -56,7 +56,7 @@ struct Offsets {
 };
 
 class Compensator {
- public:
+public:
   /// @param model  must outlive the compensator  @throws InputError for options out of range
   explicit Compensator(const reduction::ReducedModel& model, const CompensatorOptions& options = {});
   ~Compensator();
@@ -83,8 +83,9 @@ class Compensator {
   /// @throws InputError before the first row, or for a deviation or value out of range
   void probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um);
   /// The same for what is left while offsets are applied. @param applied_um (axes)
-  void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um, double std_um);
-  long probed() const;               ///< number of values so far
+  void probe_compensated(const mesh::Pose& pose, const Eigen::Vector3d& left_um, const Eigen::VectorXd& applied_um,
+                         double std_um);
+  long probed() const;  ///< number of values so far
 
   /// What the filter knows by now, by physical names.
   std::vector<ErrorModel::State> learned() const;
@@ -94,22 +95,22 @@ class Compensator {
 
   /// Predicted TCP error at a pose for the present state, without the guard; none before the first row.
   solver::TcpError tcp(const mesh::Pose& pose) const;
-  mesh::Pose pose() const;           ///< of the last row
+  mesh::Pose pose() const;  ///< of the last row
   /// Corrected state at the last end of a step.
   const Eigen::VectorXd& state() const;
   /// Sensor readings predicted before the last correction, degC.
   Eigen::VectorXd predicted_sensors_C() const;
 
- private:
+private:
   struct Work;
   std::unique_ptr<Work> work_;
 };
 
 struct StreamOptions {
-  bool unbuffered = false;           ///< flush each row
-  bool strict = false;               ///< a cell or row that cannot be read is an error; else it counts as missing
-  double probe_std_um = 0.5;         ///< of a probed value
-  bool probed_compensated = false;   ///< probed while the offsets of the row before were applied
+  bool unbuffered = false;          ///< flush each row
+  bool strict = false;              ///< a cell or row that cannot be read is an error; else it counts as missing
+  double probe_std_um = 0.5;        ///< of a probed value
+  bool probed_compensated = false;  ///< probed while the offsets of the row before were applied
   /// Told of what the rows do not say, and of what cannot be read; the first ten lines of that.
   std::function<void(const std::string&)> log = core::log_line, warn = core::warn;
 };

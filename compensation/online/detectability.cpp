@@ -2,6 +2,7 @@
 #include "compensation/online/detectability.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -35,8 +36,9 @@ double slowest_time(const MatrixXd& capacity, const MatrixXd& operator_matrix) {
 
 }  // namespace
 
-Detectability detectability(const MatrixXd& capacity, const MatrixXd& operator_matrix, const MatrixXd& rates, const MatrixXd& sensors,
-                            const std::vector<ErrorModel::State>& states, const VectorXd& reading_std) {
+Detectability detectability(const MatrixXd& capacity, const MatrixXd& operator_matrix, const MatrixXd& rates,
+                            const MatrixXd& sensors, const std::vector<ErrorModel::State>& states,
+                            const VectorXd& reading_std) {
   Detectability result;
   result.slowest_s = slowest_time(capacity, operator_matrix);
   const MatrixXd gain = sensors * Eigen::PartialPivLU<MatrixXd>(operator_matrix).solve(rates);
@@ -44,39 +46,40 @@ Detectability detectability(const MatrixXd& capacity, const MatrixXd& operator_m
   for (Index s = 0; s < reading_std.size(); ++s) {
     if (std::isfinite(reading_std[s])) used.push_back(s);
   }
-  result.sensors = static_cast<Index>(used.size());
-  const auto count = static_cast<Index>(states.size());
+  result.sensors = std::ssize(used);
+  const auto count = std::ssize(states);
   MatrixXd columns = MatrixXd::Zero(result.sensors, count);
   for (Index k = 0; k < count; ++k) {
     for (Index i = 0; i < result.sensors; ++i) {
-      const Index s = used[static_cast<std::size_t>(i)];
+      const Index s = used[i];
       const double moved = k < rates.cols() ? gain(s, k) : (k - rates.cols() == s ? 1.0 : 0.0);
-      columns(i, k) = moved * states[static_cast<std::size_t>(k)].prior_std / reading_std[s];
+      columns(i, k) = moved * states[k].prior_std / reading_std[s];
     }
-    result.states.push_back({states[static_cast<std::size_t>(k)], columns.col(k).norm(), 0.0, false, ""});
+    result.states.push_back({states[k], columns.col(k).norm(), 0.0, false, ""});
   }
 
   // Pivoted Gram and Schmidt: the most telling one, then what is most telling beyond it, ...
   MatrixXd rest = columns;
   std::vector<Index> chosen;
-  std::vector<bool> taken(static_cast<std::size_t>(count), false);
-  while (static_cast<Index>(chosen.size()) < result.sensors) {
+  std::vector<bool> taken(count, false);
+  while (std::ssize(chosen) < result.sensors) {
     Index best = -1;
     for (Index k = 0; k < count; ++k) {
-      if (!taken[static_cast<std::size_t>(k)] && (best < 0 || rest.col(k).norm() > rest.col(best).norm())) best = k;
+      if (!taken[k] && (best < 0 || rest.col(k).norm() > rest.col(best).norm())) best = k;
     }
     if (best < 0 || !(rest.col(best).norm() >= least)) break;
-    taken[static_cast<std::size_t>(best)] = true;
-    result.states[static_cast<std::size_t>(best)].beyond = rest.col(best).norm();
-    result.states[static_cast<std::size_t>(best)].detectable = true;
+    taken[best] = true;
+    result.states[best].beyond = rest.col(best).norm();
+    result.states[best].detectable = true;
     chosen.push_back(best);
     const VectorXd direction = rest.col(best).normalized();
     rest -= direction * (direction.transpose() * rest).eval();
   }
-  result.detectable = static_cast<Index>(chosen.size());
-  if (!chosen.empty()) result.margin = Eigen::JacobiSVD<MatrixXd>(columns(Eigen::all, chosen)).singularValues().minCoeff();
+  result.detectable = std::ssize(chosen);
+  if (!chosen.empty())
+    result.margin = Eigen::JacobiSVD<MatrixXd>(columns(Eigen::all, chosen)).singularValues().minCoeff();
   for (Index k = 0; k < count; ++k) {
-    AugmentedState& state = result.states[static_cast<std::size_t>(k)];
+    AugmentedState& state = result.states[k];
     if (state.detectable) continue;
     state.beyond = rest.col(k).norm();
     double nearest = 0.0;
@@ -85,7 +88,7 @@ Detectability detectability(const MatrixXd& capacity, const MatrixXd& operator_m
       const double alike = product > 0.0 ? std::abs(columns.col(k).dot(columns.col(other))) / product : 0.0;
       if (alike <= nearest) continue;
       nearest = alike;
-      state.like = states[static_cast<std::size_t>(other)].name;
+      state.like = states[other].name;
     }
   }
   std::stable_sort(result.states.begin(), result.states.end(), [](const AugmentedState& a, const AugmentedState& b) {
@@ -99,16 +102,25 @@ std::string Detectability::brief() const {
   std::string text = fmt::format(
       "detectability of the augmented states at the mean operating point (Popov, Belevitch, Hautus)\n"
       "thermal states: {}\n"
-      "as constants beside them, {} of {} are told by {} sensors; smallest singular value {:.2f} deviations of a reading\n",
-      std::isfinite(slowest_s) ? fmt::format("all decay, the slowest within {:.1f} h", slowest_s / 3600.0) : "not all decay: a part gives its heat to nothing",
+      "as constants beside them, {} of {} are told by {} sensors; smallest singular value {:.2f} deviations of a "
+      "reading\n",
+      std::isfinite(slowest_s) ? fmt::format("all decay, the slowest within {:.1f} h", slowest_s / 3600.0)
+                               : "not all decay: a part gives its heat to nothing",
       detectable, states.size(), sensors, margin);
-  std::vector<std::vector<std::string>> table{{"state", "detectable", "reach", "beyond the others", "prior std", "std after the run", "value", "unit", "taken for"}};
+  std::vector<std::vector<std::string>> table{{"state", "detectable", "reach", "beyond the others", "prior std",
+                                               "std after the run", "value", "unit", "taken for"}};
   for (const AugmentedState& a : states) {
-    table.push_back({a.state.name, a.detectable ? "yes" : a.reach < least ? "no: no sensor near" : "no", fmt::format("{:.2f}", a.reach), fmt::format("{:.2f}", a.beyond),
-                     fmt::format("{:.3g}", a.state.prior_std), fmt::format("{:.3g}", a.state.std), fmt::format("{:.3g}", a.state.value), a.state.unit, a.like});
+    table.push_back({a.state.name,
+                     a.detectable      ? "yes"
+                     : a.reach < least ? "no: no sensor near"
+                                       : "no",
+                     fmt::format("{:.2f}", a.reach), fmt::format("{:.2f}", a.beyond),
+                     fmt::format("{:.3g}", a.state.prior_std), fmt::format("{:.3g}", a.state.std),
+                     fmt::format("{:.3g}", a.state.value), a.state.unit, a.like});
   }
   return text + core::format_table(table) +
-         "a state that is not detectable keeps its prior, fades back to it, and stays in std_um; loads that change tell more than a standing "
+         "a state that is not detectable keeps its prior, fades back to it, and stays in std_um; loads that change "
+         "tell more than a standing "
          "machine: see std after the run\n";
 }
 

@@ -24,16 +24,16 @@ namespace thermotwin::compensation {
 
 struct AugmentedState {
   ErrorModel::State state;
-  double reach = 0;                  ///< standing readings move by so many deviations for one prior deviation
-  double beyond = 0;                 ///< of which no state before it can imitate
+  double reach = 0;   ///< standing readings move by so many deviations for one prior deviation
+  double beyond = 0;  ///< of which no state before it can imitate
   bool detectable = false;
-  std::string like;                  ///< where not: the detectable state whose effect is nearest
+  std::string like;  ///< where not: the detectable state whose effect is nearest
 };
 
 struct Detectability {
-  double slowest_s = 0;              ///< slowest thermal time constant at the operating point; infinite: none
+  double slowest_s = 0;  ///< slowest thermal time constant at the operating point; infinite: none
   Eigen::Index sensors = 0, detectable = 0;
-  double margin = 0;                 ///< smallest singular value of the detectable ones' static gain, deviations
+  double margin = 0;                   ///< smallest singular value of the detectable ones' static gain, deviations
   std::vector<AugmentedState> states;  ///< detectable ones first, the most telling first
   std::string brief() const;
 };
@@ -42,7 +42,8 @@ struct Detectability {
 /// @param sensors          H (sensors x r)
 /// @param states           of the disturbances, then the offset of each sensor
 /// @param reading_std      (sensors) K; NaN where a sensor gives nothing
-Detectability detectability(const Eigen::MatrixXd& capacity, const Eigen::MatrixXd& operator_matrix, const Eigen::MatrixXd& rates,
-                            const Eigen::MatrixXd& sensors, const std::vector<ErrorModel::State>& states, const Eigen::VectorXd& reading_std);
+Detectability detectability(const Eigen::MatrixXd& capacity, const Eigen::MatrixXd& operator_matrix,
+                            const Eigen::MatrixXd& rates, const Eigen::MatrixXd& sensors,
+                            const std::vector<ErrorModel::State>& states, const Eigen::VectorXd& reading_std);
 
 }  // namespace thermotwin::compensation

@@ -15,7 +15,7 @@
 namespace thermotwin::compensation {
 
 class DriftWatch {
- public:
+public:
   /// @param deviation_K  (sensors) stated standard deviation of a reading
   explicit DriftWatch(const Eigen::VectorXd& deviation_K);
 
@@ -23,9 +23,9 @@ class DriftWatch {
   /// @return the sensor that drifts, named for the first time; -1: none. Of several the one that is
   ///   most of its standard deviations off, since it pulls its neighbours' offsets along.
   Eigen::Index judge(double time, const Eigen::VectorXd& value, const Eigen::VectorXd& std);
-  bool drifts(Eigen::Index sensor) const { return sensors_[static_cast<std::size_t>(sensor)].drifts; }
+  bool drifts(Eigen::Index sensor) const { return sensors_[sensor].drifts; }
 
- private:
+private:
   bool grows_steadily(Eigen::Index sensor, double time, double value, double std);
 
   struct Sample {

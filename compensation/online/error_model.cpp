@@ -23,11 +23,11 @@ constexpr double hour = 3600.0;
 constexpr double least_source = 0.02, least_film = 0.03, least_contact = 0.05, least_wall = 0.05, least_flow = 0.02;
 constexpr double air_std_K = 0.2, ambient_std_K = 0.3, inlet_std_K = 0.2;
 constexpr double machine_memory = 200.0 * hour, air_memory = 6.0 * hour, ambient_memory = 24.0 * hour;
-constexpr double correlation_s = 1800.0;      ///< of what the model gets wrong at a sensor
+constexpr double correlation_s = 1800.0;  ///< of what the model gets wrong at a sensor
 constexpr double model_error_share = 0.03, model_error_K = 0.01, noise_share = 0.3;
-constexpr double outlier = 4.0;               ///< standard deviations
+constexpr double outlier = 4.0;  ///< standard deviations
 constexpr Index most_patterns = 16;
-constexpr double least_pattern = 0.01;        ///< of the largest pattern
+constexpr double least_pattern = 0.01;  ///< of the largest pattern
 // What a machine did before: hours of work, hours since, size of its heat beside that of half speed.
 constexpr double on_h[] = {0.5, 2.0, 6.0, 24.0}, idle_h[] = {0.0, 0.25, 1.0, 3.0, 8.0, 24.0};
 constexpr Index kinds_of_work = 2 * std::ssize(on_h);  ///< columns of a heat: axes still or swept, hours of work
@@ -36,16 +36,16 @@ constexpr double start_sizes[] = {0.03, 0.1, 0.3, 1.0, 3.0};
 // What probing may find beside the thermal state: expansions and scales, and what no model has.
 constexpr double expansion_share = 0.03, rest_m = 0.8e-6;
 constexpr double expansion_memory = 2000.0 * hour, rest_memory = 12.0 * hour;
-constexpr double showing_s = 300.0;           ///< time constant with which new findings come into effect
+constexpr double showing_s = 300.0;  ///< time constant with which new findings come into effect
 
 double share(const core::Uncertain& nominal, double least) { return std::max(nominal.std_percent / 100.0, least); }
 
 int root_ambient(const mesh::Machine& machine, int ambient) {
   for (std::size_t steps = 0; steps < machine.ambients.size(); ++steps) {
-    const std::string& follows = machine.ambients[static_cast<std::size_t>(ambient)].follows;
+    const std::string& follows = machine.ambients[ambient].follows;
     if (follows.empty()) break;
     for (std::size_t i = 0; i < machine.ambients.size(); ++i) {
-      if (machine.ambients[i].id == follows) ambient = static_cast<int>(i);
+      if (machine.ambients[i].id == follows) ambient = i;
     }
   }
   return ambient;
@@ -64,7 +64,7 @@ ErrorModel::ErrorModel(const reduction::ReducedModel& model) : model_(model) {
   const solver::Layout& layout = model.system.layout;
   inputs_of_term_.resize(layout.terms.size());
   for (std::size_t k = 0; k < layout.inputs.size(); ++k) {
-    if (layout.inputs[k].term >= 0) inputs_of_term_[static_cast<std::size_t>(layout.inputs[k].term)].push_back(static_cast<int>(k));
+    if (layout.inputs[k].term >= 0) inputs_of_term_[layout.inputs[k].term].push_back(k);
   }
   add_machine_quantities();
   add_ambient_quantities();
@@ -77,7 +77,8 @@ void ErrorModel::add_machine_quantities() {
     std::vector<int> terms;
     for (std::size_t t = 0; t < layout.terms.size(); ++t) {
       const solver::Term& term = layout.terms[t];
-      if (term.kind == kind && term.item == static_cast<int>(item) && (part < 0 || term.part == part)) terms.push_back(static_cast<int>(t));
+      if (term.kind == kind && term.item == static_cast<int>(item) && (part < 0 || term.part == part))
+        terms.push_back(t);
     }
     return terms;
   };
@@ -85,25 +86,37 @@ void ErrorModel::add_machine_quantities() {
     if (!terms.empty()) quantities_.push_back({name, "1", std, machine_memory, std::move(terms), {}, {}, -1});
   };
   for (std::size_t i = 0; i < machine.sources.size(); ++i) {
-    Quantity quantity{"power of source " + machine.sources[i].id, "1", share(machine.sources[i].scale, least_source), machine_memory, {}, {}, {}, -1};
+    Quantity quantity{"power of source " + machine.sources[i].id,
+                      "1",
+                      share(machine.sources[i].scale, least_source),
+                      machine_memory,
+                      {},
+                      {},
+                      {},
+                      -1};
     for (std::size_t k = 0; k < layout.inputs.size(); ++k) {
       const solver::Input& input = layout.inputs[k];
-      if (input.kind == solver::InputKind::source && input.item == static_cast<int>(i)) quantity.inputs.push_back(static_cast<int>(k));
+      if (input.kind == solver::InputKind::source && input.item == static_cast<int>(i)) quantity.inputs.push_back(k);
     }
     if (!quantity.inputs.empty()) quantities_.push_back(std::move(quantity));
   }
   for (std::size_t i = 0; i < machine.films.size(); ++i) {
-    add_terms("film " + machine.films[i].id, share(machine.films[i].coefficient, least_film), terms_of(solver::TermKind::film, i, -1));
+    add_terms("film " + machine.films[i].id, share(machine.films[i].coefficient, least_film),
+              terms_of(solver::TermKind::film, i, -1));
   }
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
-    add_terms("conductance of joint " + machine.joints[i].id, share(machine.joints[i].conductance, least_contact), terms_of(solver::TermKind::contact, i, -1));
+    add_terms("conductance of joint " + machine.joints[i].id, share(machine.joints[i].conductance, least_contact),
+              terms_of(solver::TermKind::contact, i, -1));
   }
   for (std::size_t i = 0; i < machine.coolants.size(); ++i) {
     const mesh::CoolantSpec& coolant = machine.coolants[i];
     for (std::size_t s = 0; s < coolant.segments.size(); ++s) {
-      add_terms("wall film of coolant " + coolant.id + ", segment " + coolant.segments[s].id, share(coolant.segments[s].film_coefficient, least_wall), terms_of(solver::TermKind::coolant_wall, i, static_cast<int>(s)));
+      add_terms("wall film of coolant " + coolant.id + ", segment " + coolant.segments[s].id,
+                share(coolant.segments[s].film_coefficient, least_wall),
+                terms_of(solver::TermKind::coolant_wall, i, s));
     }
-    add_terms("flow of coolant " + coolant.id, share(coolant.flow, least_flow), terms_of(solver::TermKind::coolant_flow, i, -1));
+    add_terms("flow of coolant " + coolant.id, share(coolant.flow, least_flow),
+              terms_of(solver::TermKind::coolant_flow, i, -1));
   }
 }
 
@@ -113,24 +126,41 @@ void ErrorModel::add_ambient_quantities() {
   std::vector<std::vector<int>> of_ambient(machine.ambients.size()), of_coolant(machine.coolants.size());
   for (std::size_t k = 0; k < layout.inputs.size(); ++k) {
     const solver::Input& input = layout.inputs[k];
-    const auto item = static_cast<std::size_t>(input.item);
+    const std::size_t item = input.item;
     int ambient = -1;
     if (input.kind == solver::InputKind::film_ambient) ambient = ambient_index(machine, machine.films[item].ambient);
-    if (input.kind == solver::InputKind::contact_ambient) ambient = ambient_index(machine, machine.joints[item].ambient);
-    if (ambient >= 0) of_ambient[static_cast<std::size_t>(root_ambient(machine, ambient))].push_back(static_cast<int>(k));
-    if (input.kind == solver::InputKind::coolant_inlet) of_coolant[item].push_back(static_cast<int>(k));
+    if (input.kind == solver::InputKind::contact_ambient)
+      ambient = ambient_index(machine, machine.joints[item].ambient);
+    if (ambient >= 0) of_ambient[root_ambient(machine, ambient)].push_back(k);
+    if (input.kind == solver::InputKind::coolant_inlet) of_coolant[item].push_back(k);
   }
   for (std::size_t i = 0; i < machine.ambients.size(); ++i) {
     if (of_ambient[i].empty()) continue;
     const mesh::AmbientSpec& ambient = machine.ambients[i];
     const bool air = ambient.id == "air";
     // The air is measured, its stated default then does not matter; others mostly are not.
-    const double std = air ? air_std_K : std::max(ambient_std_K, std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0);
-    quantities_.push_back({"temperature of ambient " + ambient.id, "K", std, air ? air_memory : ambient_memory, {}, {}, of_ambient[i], static_cast<int>(i)});
+    const double std =
+        air ? air_std_K
+            : std::max(ambient_std_K, std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0);
+    quantities_.push_back({"temperature of ambient " + ambient.id,
+                           "K",
+                           std,
+                           air ? air_memory : ambient_memory,
+                           {},
+                           {},
+                           of_ambient[i],
+                           static_cast<int>(i)});
   }
   for (std::size_t i = 0; i < of_coolant.size(); ++i) {
     if (of_coolant[i].empty()) continue;
-    quantities_.push_back({"inlet temperature of coolant " + machine.coolants[i].id, "K", inlet_std_K, ambient_memory, {}, {}, of_coolant[i], -1});
+    quantities_.push_back({"inlet temperature of coolant " + machine.coolants[i].id,
+                           "K",
+                           inlet_std_K,
+                           ambient_memory,
+                           {},
+                           {},
+                           of_coolant[i],
+                           -1});
   }
 }
 
@@ -139,7 +169,7 @@ std::vector<MatrixXd> ErrorModel::left_behind(const VectorXd& row) const {
   const mesh::Machine& machine = model_.machine;
   const solver::OperatingModel operating(machine, system.layout);
   const solver::Channels& channels = operating.channels();
-  const VectorXd inlet = VectorXd::Zero(static_cast<Index>(machine.coolants.size()));
+  const VectorXd inlet = VectorXd::Zero(std::ssize(machine.coolants));
   const auto set = [&](VectorXd row, const std::string& name, double value) {
     if (const int channel = channels.index(name); channel >= 0) row[channel] = value;
     return row;
@@ -148,7 +178,7 @@ std::vector<MatrixXd> ErrorModel::left_behind(const VectorXd& row) const {
     const solver::Coefficients c = operating.coefficients(row, inlet);
     VectorXd heat = VectorXd::Zero(system.order());
     for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
-      if (system.layout.inputs[k].kind == solver::InputKind::source) heat += c.q[static_cast<Index>(k)] * system.inputs.col(static_cast<Index>(k));
+      if (system.layout.inputs[k].kind == solver::InputKind::source) heat += c.q[k] * system.inputs.col(k);
     }
     return heat;
   };
@@ -159,7 +189,7 @@ std::vector<MatrixXd> ErrorModel::left_behind(const VectorXd& row) const {
   const auto modes_of = [&](const solver::Coefficients& c) {
     MatrixXd conduction = system.conduction;
     for (Index j = 0; j < c.p.size(); ++j) {
-      if (c.p[j] != 0.0) conduction += c.p[j] * system.terms[static_cast<std::size_t>(j)];
+      if (c.p[j] != 0.0) conduction += c.p[j] * system.terms[j];
     }
     const MatrixXd symmetric = 0.5 * (conduction + conduction.transpose());
     const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(symmetric, system.capacity);
@@ -186,15 +216,16 @@ std::vector<MatrixXd> ErrorModel::left_behind(const VectorXd& row) const {
   for (const mesh::Axis& axis : machine.axes) {
     const bool linear = axis.kind == mesh::AxisKind::linear;
     const double feed = half * axis.rapid * (linear ? 6e4 : 180.0 / std::numbers::pi * 60.0);
-    heats.push_back(source_heat(set(rest, "axis." + axis.id + (linear ? ".feed_mm_min" : ".feed_deg_min"), feed)) - resting);
+    heats.push_back(source_heat(set(rest, "axis." + axis.id + (linear ? ".feed_mm_min" : ".feed_deg_min"), feed)) -
+                    resting);
   }
   const solver::Coefficients wet = operating.coefficients(set(rest, "cutting_fluid.on", 1.0), inlet);
   for (const Quantity& quantity : quantities_) {
     if (quantity.ambient < 0) continue;
-    const double kelvin = machine.ambients[static_cast<std::size_t>(quantity.ambient)].id == "air" ? air_K : other_K;
+    const double kelvin = machine.ambients[quantity.ambient].id == "air" ? air_K : other_K;
     VectorXd heat = VectorXd::Zero(system.order());
     for (const int input : quantity.ambient_inputs) {
-      const int term = system.layout.inputs[static_cast<std::size_t>(input)].term;
+      const int term = system.layout.inputs[input].term;
       heat += kelvin * wet.p[term] * system.inputs.col(input);
     }
     heats.push_back(std::move(heat));
@@ -218,7 +249,7 @@ std::vector<MatrixXd> ErrorModel::left_behind(const VectorXd& row) const {
             cooling.shapes.transpose() * (system.capacity * (working.shapes * modal.cwiseProduct(grown)));
         for (std::size_t idle = 0; idle < std::size(idle_h); ++idle) {
           const VectorXd left = warm.cwiseProduct((-cooling.decay * idle_h[idle] * hour).array().exp().matrix());
-          columns[idle].col(column) = cooling.shapes * left / std::sqrt(static_cast<double>(kinds));
+          columns[idle].col(column) = cooling.shapes * left / std::sqrt(kinds);
         }
         ++column;
       }
@@ -240,7 +271,7 @@ void ErrorModel::each_work_before(const MatrixXd& rest, const MatrixXd& rows, co
         const auto own = seen.middleCols(heat * columns_of_heat(), columns_of_heat());
         spread = own * own.transpose();
       }
-      const double log_prior = heat < 0 ? 0.0 : -std::log(static_cast<double>(heats));
+      const double log_prior = heat < 0 ? 0.0 : -std::log(heats);
       for (const double size : start_sizes) {
         MatrixXd covariance = rest + size * size * spread;
         if (heat >= 0) covariance += start_sizes[0] * start_sizes[0] * whole;
@@ -251,11 +282,11 @@ void ErrorModel::each_work_before(const MatrixXd& rest, const MatrixXd& rows, co
 }
 
 MatrixXd ErrorModel::first_covariance(double uniform_K, const std::vector<FirstReading>& readings) const {
-  const auto count = static_cast<Index>(readings.size());
+  const auto count = std::ssize(readings);
   MatrixXd rest = MatrixXd::Constant(count, count, uniform_K * uniform_K);
   for (Index i = 0; i < count; ++i) {
-    const FirstReading& reading = readings[static_cast<std::size_t>(i)];
-    const double own = model_.machine.sensors[static_cast<std::size_t>(reading.sensor)].uncertainty;
+    const FirstReading& reading = readings[i];
+    const double own = model_.machine.sensors[reading.sensor].uncertainty;
     rest(i, i) += std::pow(std::hypot(own, reading_std(reading.sensor, reading.value)), 2);
   }
   return rest;
@@ -263,8 +294,7 @@ MatrixXd ErrorModel::first_covariance(double uniform_K, const std::vector<FirstR
 
 MatrixXd ErrorModel::first_rows(const std::vector<FirstReading>& readings) const {
   MatrixXd rows(std::ssize(readings), model_.system.order());
-  for (Index i = 0; i < rows.rows(); ++i)
-    rows.row(i) = model_.system.sensors.row(readings[static_cast<std::size_t>(i)].sensor);
+  for (Index i = 0; i < rows.rows(); ++i) rows.row(i) = model_.system.sensors.row(readings[i].sensor);
   return rows;
 }
 
@@ -272,7 +302,7 @@ namespace {
 
 VectorXd values_of(const std::vector<ErrorModel::FirstReading>& readings) {
   VectorXd values(std::ssize(readings));
-  for (Index i = 0; i < values.size(); ++i) values[i] = readings[static_cast<std::size_t>(i)].value;
+  for (Index i = 0; i < values.size(); ++i) values[i] = readings[i].value;
   return values;
 }
 
@@ -287,13 +317,13 @@ ErrorModel::WorkBefore ErrorModel::work_before(double uniform_K, const std::vect
   const Index times = std::ssize(left_behind_), heats = left_behind_.front().cols() / columns_of_heat();
   if (readings.empty()) {
     // Nothing measured: as much as makes sensors differ by some kelvin.
-    const auto sensors = static_cast<Index>(model_.machine.sensors.size());
+    const auto sensors = std::ssize(model_.machine.sensors);
     double square = 0.0;
     for (const MatrixXd& left : left_behind_)
-      square += (model_.system.sensors.topRows(sensors) * left).squaredNorm() / static_cast<double>(times);
+      square += (model_.system.sensors.topRows(sensors) * left).squaredNorm() / times;
     const double typical_K = std::sqrt(square / std::max(1.0, static_cast<double>(sensors)));
     const double size = typical_K > 0.0 ? std::min(1.0, unmeasured_start_K / typical_K) : 1.0;
-    return {MatrixXd::Constant(heats, times, size / std::sqrt(static_cast<double>(times))), 0.0};
+    return {MatrixXd::Constant(heats, times, size / std::sqrt(times)), 0.0};
   }
   struct Offered {
     std::size_t idle;
@@ -314,7 +344,7 @@ ErrorModel::WorkBefore ErrorModel::work_before(double uniform_K, const std::vect
   for (const Offered& each : offered) {
     const double weight = std::exp(each.log_evidence - best);
     sum += weight;
-    auto column = squares.col(static_cast<Index>(each.idle));
+    auto column = squares.col(each.idle);
     if (each.heat < 0) {
       column.array() += weight * each.size * each.size;
     } else {
@@ -369,8 +399,7 @@ MatrixXd ErrorModel::start_patterns(double uniform_K, const std::vector<FirstRea
   MatrixXd columns(model_.system.order(), wide * std::ssize(left_behind_));
   for (Index idle = 0; idle < sizes.cols(); ++idle)
     for (Index column = 0; column < wide; ++column)
-      columns.col(idle * wide + column) =
-          sizes(column / columns_of_heat(), idle) * left_behind_[static_cast<std::size_t>(idle)].col(column);
+      columns.col(idle * wide + column) = sizes(column / columns_of_heat(), idle) * left_behind_[idle].col(column);
   const Eigen::BDCSVD<MatrixXd> parts(columns, Eigen::ComputeThinU);
   Index kept = 0;
   while (kept < std::min(most_patterns, parts.singularValues().size()) &&
@@ -381,7 +410,7 @@ MatrixXd ErrorModel::start_patterns(double uniform_K, const std::vector<FirstRea
 
 void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readings, const VectorXd& ambient_gap_K) {
   const reduction::ReducedSystem& system = model_.system;
-  const Index order = system.order(), sensors = system.sensors.rows(), machine = static_cast<Index>(quantities_.size());
+  const Index order = system.order(), sensors = system.sensors.rows(), machine = std::ssize(quantities_);
 
   const MatrixXd patterns = start_patterns(uniform_K, readings);
   const Index shapes = patterns.cols();
@@ -400,15 +429,16 @@ void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readin
   prior_.resize(all);
   memory_ = VectorXd::Zero(all);
   for (Index k = 0; k < machine; ++k) {
-    prior_[k] = quantities_[static_cast<std::size_t>(k)].std;
-    memory_[k] = quantities_[static_cast<std::size_t>(k)].memory;
+    prior_[k] = quantities_[k].std;
+    memory_[k] = quantities_[k].memory;
   }
   prior_[machine] = uniform_K;
   prior_.segment(machine + 1, shapes).setOnes();
   constexpr double no_sensor_K = 1e-6;  // what is observed beside the sensors has no offset
   for (Index s = 0; s < sensors; ++s) {
-    const auto i = static_cast<std::size_t>(s);
-    prior_[machine + start_modes_ + s] = i < model_.machine.sensors.size() ? model_.machine.sensors[i].uncertainty : no_sensor_K;
+    const std::size_t i = s;
+    prior_[machine + start_modes_ + s] =
+        i < model_.machine.sensors.size() ? model_.machine.sensors[i].uncertainty : no_sensor_K;
   }
   memory_.segment(machine + start_modes_, sensors).setConstant(machine_memory);
   // Unknown to sensors: they come to life with the first probing.
@@ -419,7 +449,7 @@ void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readin
   withheld_ = VectorXd::Zero(all);
   mean_ = VectorXd::Zero(all);
   for (Index k = 0; k < machine; ++k) {
-    const int ambient = quantities_[static_cast<std::size_t>(k)].ambient;
+    const int ambient = quantities_[k].ambient;
     if (ambient < 0) continue;
     mean_[k] = 0.5 * ambient_gap_K[ambient];
     prior_[k] = std::hypot(prior_[k], mean_[k]);
@@ -431,29 +461,29 @@ void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readin
 
 MatrixXd ErrorModel::rates(const Interval& interval) const {
   const reduction::ReducedSystem& system = model_.system;
-  const Index machine = static_cast<Index>(quantities_.size());
+  const Index machine = std::ssize(quantities_);
   // The true state is nearer to the corrected one than to the nominal one.
   const VectorXd state = interval.state + directions_ * theta_.head(directions_.cols());
   MatrixXd result(system.order(), machine);
   VectorXd rate(system.order());
   for (Index k = 0; k < machine; ++k) {
-    const Quantity& quantity = quantities_[static_cast<std::size_t>(k)];
+    const Quantity& quantity = quantities_[k];
     rate.setZero();
     const auto add_input = [&](int input, double amount) {
       if (amount != 0.0) rate += amount * system.inputs.col(input);
     };
     for (const int term : quantity.terms) {
       if (interval.p[term] == 0.0) continue;
-      const MatrixXd& matrix = system.terms[static_cast<std::size_t>(term)];
-      if (system.layout.terms[static_cast<std::size_t>(term)].kind == solver::TermKind::coolant_flow) {
+      const MatrixXd& matrix = system.terms[term];
+      if (system.layout.terms[term].kind == solver::TermKind::coolant_flow) {
         rate.noalias() -= interval.p[term] * (matrix * state);
       } else {
         rate.noalias() -= interval.p[term] * (matrix.selfadjointView<Eigen::Lower>() * state);  // half the memory
       }
-      for (const int input : inputs_of_term_[static_cast<std::size_t>(term)]) add_input(input, interval.q[input]);
+      for (const int input : inputs_of_term_[term]) add_input(input, interval.q[input]);
     }
     for (const int input : quantity.inputs) add_input(input, interval.q[input]);
-    for (const int input : quantity.ambient_inputs) add_input(input, interval.p[system.layout.inputs[static_cast<std::size_t>(input)].term]);
+    for (const int input : quantity.ambient_inputs) add_input(input, interval.p[system.layout.inputs[input].term]);
     result.col(k) = rate;
   }
   return result;
@@ -475,7 +505,7 @@ void ErrorModel::advance(const Interval& interval) {
   const reduction::ReducedSystem& system = model_.system;
   const double h = interval.duration;
   MatrixXd right = system.capacity * directions_;
-  right.leftCols(static_cast<Index>(quantities_.size())) += h * rates(interval);
+  right.leftCols(std::ssize(quantities_)) += h * rates(interval);
   // Backward Euler: first order is enough for a sensitivity, and it damps what it does not resolve.
   if (factor_duration_ != h || factor_p_ != interval.p) {
     factor_.compute(system.capacity + h * interval.operator_matrix);
@@ -509,7 +539,7 @@ void ErrorModel::fade(double duration) {
 }
 
 double ErrorModel::reading_std(Index sensor, double deviation_K) const {
-  const double noise = noise_share * model_.machine.sensors[static_cast<std::size_t>(sensor)].uncertainty;
+  const double noise = noise_share * model_.machine.sensors[sensor].uncertainty;
   const double model = model_error_K + model_error_share * std::abs(deviation_K);
   return std::sqrt(noise * noise + model * model);
 }
@@ -542,10 +572,11 @@ void ErrorModel::update(const std::vector<Innovation>& innovations, double indep
 void ErrorModel::settle() {
   sigma_ = (0.5 * (sigma_ + sigma_.transpose())).eval();
   // Beyond three standard deviations the first-order picture ends; a share of -1 would be no machine.
-  for (Index k = 0; k < static_cast<Index>(quantities_.size()); ++k) {
+  for (Index k = 0; k < std::ssize(quantities_); ++k) {
     theta_[k] = std::clamp(theta_[k], mean_[k] - 3.0 * prior_[k], mean_[k] + 3.0 * prior_[k]);
   }
-  for (Index k = first_output(); learns_ && k < theta_.size(); ++k) theta_[k] = std::clamp(theta_[k], -5.0 * prior_[k], 5.0 * prior_[k]);
+  for (Index k = first_output(); learns_ && k < theta_.size(); ++k)
+    theta_[k] = std::clamp(theta_[k], -5.0 * prior_[k], 5.0 * prior_[k]);
 }
 
 void ErrorModel::learn(const ErrorRows& rows, const VectorXd& nominal, const Eigen::Vector3d& error, double std_m) {
@@ -610,20 +641,22 @@ std::vector<ErrorModel::State> ErrorModel::states() const {
     State state;
     state.unit = "K";
     if (k < machine) {
-      state.name = quantities_[static_cast<std::size_t>(k)].name;
-      state.unit = quantities_[static_cast<std::size_t>(k)].unit;
+      state.name = quantities_[k].name;
+      state.unit = quantities_[k].unit;
     } else if (k < machine + start_modes_) {
       state.name = k == machine ? "start, uniform" : "start, pattern " + std::to_string(k - machine);
       if (k > machine) state.unit = "1";
     } else if (k < machine + start_modes_ + sensors) {
-      const auto s = static_cast<std::size_t>(k - machine - start_modes_);
+      const std::size_t s = k - machine - start_modes_;
       if (s >= model_.machine.sensors.size()) continue;  // observed beside the sensors: no offset
       state.name = "offset of sensor " + model_.machine.sensors[s].id;
     } else {
       if (!learns_) break;
       const Index i = k - machine - start_modes_ - sensors;
       const std::string axis(1, "xyz"[i % 3]);
-      state.name = i < 3 ? "motion of the tool side along " + axis : i < 6 ? "motion of the table side along " + axis : "rest along " + axis;
+      state.name = i < 3   ? "motion of the tool side along " + axis
+                   : i < 6 ? "motion of the table side along " + axis
+                           : "rest along " + axis;
       state.unit = i < 6 ? "1" : "m";
     }
     state.value = theta_[k];

@@ -28,15 +28,15 @@
 namespace thermotwin::compensation {
 
 class ErrorModel {
- public:
+public:
   /// @param model  must outlive the error model
   explicit ErrorModel(const reduction::ReducedModel& model);
 
   /// Means over an interval of the nominal model's run.
   struct Interval {
-    double duration = 0;                 ///< s
+    double duration = 0;  ///< s
     Eigen::VectorXd p, q, state;
-    Eigen::MatrixXd operator_matrix;     ///< K0 + sum p K
+    Eigen::MatrixXd operator_matrix;  ///< K0 + sum p K
   };
 
   /// A sensor's reading at the start minus the uniform temperature of the start, K.
@@ -71,15 +71,15 @@ class ErrorModel {
   struct Innovation {
     Eigen::Index sensor = 0;
     double value = 0;
-    double moment = 1;                   ///< mean time in the interval, 0 start .. 1 end
-    double deviation_K = 0;              ///< how far the sensor is from the start: scales model error
+    double moment = 1;       ///< mean time in the interval, 0 start .. 1 end
+    double deviation_K = 0;  ///< how far the sensor is from the start: scales model error
   };
   /// @param independent_s  > 0: time that the readings stand for; 0: one independent sample
   void update(const std::vector<Innovation>& innovations, double independent_s);
 
   /// Rows of the TCP error's three translations (m) at one pose, each (3 x order).
   struct ErrorRows {
-    Eigen::Matrix3Xd tool, table;        ///< error = (tool + table) * state
+    Eigen::Matrix3Xd tool, table;  ///< error = (tool + table) * state
   };
   /// A TCP error that was probed. @param nominal  nominal state at its time  @param error (3) m, NaN where
   /// not measured  @param std_m  standard deviation of each
@@ -105,16 +105,16 @@ class ErrorModel {
   Eigen::VectorXd sensor_rate_std() const;
   /// (sensors) correction of the predicted readings, biases included
   Eigen::VectorXd sensor_correction() const;
-  const Eigen::MatrixXd& directions() const { return directions_; }           ///< S
+  const Eigen::MatrixXd& directions() const { return directions_; }  ///< S
   auto covariance() const { return sigma_.topLeftCorner(directions_.cols(), directions_.cols()); }
-  const Eigen::MatrixXd& all_covariance() const { return sigma_; }            ///< of all of theta
-  Eigen::Index first_output() const { return theta_.size() - outputs; }       ///< index of the output quantities
+  const Eigen::MatrixXd& all_covariance() const { return sigma_; }       ///< of all of theta
+  Eigen::Index first_output() const { return theta_.size() - outputs; }  ///< index of the output quantities
   /// Standard deviation of the noise and model error of a mean reading, K.
   double reading_std(Eigen::Index sensor, double deviation_K) const;
 
   /// A sensor's offset as the others and the model see it: its posterior without its own prior.
   struct SensorOffset {
-    double value = 0, std = 0;           ///< K; std is infinite where nothing else tells
+    double value = 0, std = 0;  ///< K; std is infinite where nothing else tells
   };
   SensorOffset offset(Eigen::Index sensor) const;
   /// Forgets that the sensor was expected to be right: what its readings had pushed into other
@@ -123,24 +123,24 @@ class ErrorModel {
 
   /// A state of the filter by its physical name.
   struct State {
-    std::string name, unit;              ///< unit "1": a share of nominal
+    std::string name, unit;  ///< unit "1": a share of nominal
     double value = 0, std = 0, prior_std = 0;
-    double memory_s = 0;                 ///< 0: does not fade
+    double memory_s = 0;  ///< 0: does not fade
   };
   std::vector<State> states() const;
   /// (order x machine quantities) how fast each moves the state per unit, W-scaled as E dx/dt.
   Eigen::MatrixXd rates(const Interval& interval) const;
-  Eigen::Index machine_quantities() const { return static_cast<Eigen::Index>(quantities_.size()); }
+  Eigen::Index machine_quantities() const { return std::ssize(quantities_); }
 
- private:
+private:
   struct Quantity {
     std::string name, unit;
-    double std = 0;                      ///< of theta: a share, or K for ambient ones
-    double memory = 0;                   ///< s, time constant of the return to the prior; 0: none
-    std::vector<int> terms;              ///< terms (and what they drive) that scale with 1 + theta
-    std::vector<int> inputs;             ///< inputs that scale with 1 + theta
-    std::vector<int> ambient_inputs;     ///< inputs that get p of their term times theta
-    int ambient = -1;                    ///< index of the ambient, for those
+    double std = 0;                   ///< of theta: a share, or K for ambient ones
+    double memory = 0;                ///< s, time constant of the return to the prior; 0: none
+    std::vector<int> terms;           ///< terms (and what they drive) that scale with 1 + theta
+    std::vector<int> inputs;          ///< inputs that scale with 1 + theta
+    std::vector<int> ambient_inputs;  ///< inputs that get p of their term times theta
+    int ambient = -1;                 ///< index of the ambient, for those
   };
   /// What a machine that was used before still carries, for each time since (order x heats and hours of work).
   std::vector<Eigen::MatrixXd> left_behind(const Eigen::VectorXd& row) const;
@@ -175,9 +175,9 @@ class ErrorModel {
   Eigen::MatrixXd start_rate_, sensor_start_rate_;  ///< of the start's directions, 1/s
   Eigen::MatrixXd sensor_rate_;                     ///< (sensors x directions) 1/s
   static constexpr Eigen::Index outputs = 9;
-  Eigen::VectorXd theta_, prior_, mean_; ///< quantities, start modes, sensor biases, outputs
-  Eigen::VectorXd withheld_;             ///< part of theta that is not shown yet
-  Eigen::VectorXd gain_;                 ///< scratch of observe
+  Eigen::VectorXd theta_, prior_, mean_;  ///< quantities, start modes, sensor biases, outputs
+  Eigen::VectorXd withheld_;              ///< part of theta that is not shown yet
+  Eigen::VectorXd gain_;                  ///< scratch of observe
   bool learns_ = false;
   Eigen::VectorXd memory_;
   Eigen::MatrixXd sigma_;

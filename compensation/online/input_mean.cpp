@@ -11,7 +11,8 @@ using Eigen::Index;
 InputMean::InputMean(const mesh::Machine& machine, const solver::Channels& channels) {
   for (const mesh::Axis& axis : machine.axes) {
     const std::string id = "axis." + axis.id + ".", unit = axis.kind == mesh::AxisKind::linear ? "mm" : "deg";
-    axes_.push_back({channels.index(id + "position_" + unit), channels.index(id + "low_" + unit), channels.index(id + "high_" + unit), 0.0, 0.0});
+    axes_.push_back({channels.index(id + "position_" + unit), channels.index(id + "low_" + unit),
+                     channels.index(id + "high_" + unit), 0.0, 0.0});
   }
   first_ = sum_ = weight_ = mean_ = Eigen::VectorXd::Zero(channels.size());
   changed_.setConstant(channels.size(), false);

@@ -13,7 +13,7 @@
 namespace thermotwin::compensation {
 
 class InputMean {
- public:
+public:
   InputMean(const mesh::Machine& machine, const solver::Channels& channels);
 
   /// The row held for the duration. @param row (channels)
@@ -22,8 +22,11 @@ class InputMean {
   /// Mean row of what was added since the last take(). @return valid until the next call
   const Eigen::VectorXd& take();
 
- private:
-  struct AxisRange { int position, low, high; double least, most; };
+private:
+  struct AxisRange {
+    int position, low, high;
+    double least, most;
+  };
   std::vector<AxisRange> axes_;
   Eigen::VectorXd first_, sum_, weight_, mean_;
   Eigen::Array<bool, Eigen::Dynamic, 1> changed_;

@@ -13,7 +13,9 @@ namespace thermotwin::compensation {
 
 void GuardOptions::validate() const {
   const auto require = [](const char* name, double value, double low, double high) {
-    if (!(value >= low && value <= high)) throw core::InputError(std::string("offset guard ") + name, fmt::format("{}", value), fmt::format("{} to {}", low, high));
+    if (!(value >= low && value <= high))
+      throw core::InputError(std::string("offset guard ") + name, fmt::format("{}", value),
+                             fmt::format("{} to {}", low, high));
   };
   require("largest_um", largest_um, 0.0, 1e5);
   require("rate_um_s", rate_um_s, 1e-6, 1e6);
@@ -31,7 +33,10 @@ const char* guard_text(GuardState state) {
 }
 
 OffsetGuard::OffsetGuard(Eigen::Index axes, const GuardOptions& options)
-    : options_(options), applied_(Eigen::VectorXd::Zero(axes)), last_(applied_), time_(std::numeric_limits<double>::quiet_NaN()) {
+    : options_(options),
+      applied_(Eigen::VectorXd::Zero(axes)),
+      last_(applied_),
+      time_(std::numeric_limits<double>::quiet_NaN()) {
   options.validate();
 }
 
@@ -54,8 +59,10 @@ const Eigen::VectorXd& OffsetGuard::step(double time, const Eigen::VectorXd& wan
     limited = limited || next != last_[i];
     applied_[i] = next;
   }
-  if (valid) state_ = limited ? GuardState::limited : GuardState::following;
-  else state_ = !first && time - valid_at_ <= options_.hold_s ? GuardState::holding : GuardState::returning;
+  if (valid)
+    state_ = limited ? GuardState::limited : GuardState::following;
+  else
+    state_ = !first && time - valid_at_ <= options_.hold_s ? GuardState::holding : GuardState::returning;
   return applied_;
 }
 

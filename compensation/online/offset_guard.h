@@ -12,15 +12,15 @@ namespace thermotwin::compensation {
 struct GuardOptions {
   double largest_um = 200.0;
   double rate_um_s = 5.0;
-  double hold_s = 60.0;              ///< without a valid offset, before going back
-  void validate() const;             ///< @throws InputError
+  double hold_s = 60.0;   ///< without a valid offset, before going back
+  void validate() const;  ///< @throws InputError
 };
 
 enum class GuardState { following, limited, holding, returning };
 const char* guard_text(GuardState state);
 
 class OffsetGuard {
- public:
+public:
   /// @throws InputError for options out of range
   OffsetGuard(Eigen::Index axes, const GuardOptions& options);
 
@@ -30,7 +30,7 @@ class OffsetGuard {
   const Eigen::VectorXd& step(double time, const Eigen::VectorXd& wanted_um, double motion_um = 0.0);
   GuardState state() const { return state_; }
 
- private:
+private:
   GuardOptions options_;
   Eigen::VectorXd applied_, last_;
   double time_, valid_at_ = 0;

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "core/units.h"
@@ -18,7 +19,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double surroundings_K = 20.0, worked_s = 8 * 3600.0, margin = 2.0;
-constexpr double least_um = 1.0;           ///< of a machine that its model does not move
+constexpr double least_um = 1.0;  ///< of a machine that its model does not move
 /// Rapids of axes that state none, m/s and rad/s.
 constexpr double usual_rapid = 1.0, usual_turning = 2.0 * std::numbers::pi;
 
@@ -29,7 +30,7 @@ std::vector<VectorXd> worked_states(const reduction::ReducedModel& model) {
   std::vector<VectorXd> states;
   for (const reduction::OperatingPoint& point : reduction::operating_points(operating)) {
     MatrixXd matrix = system.conduction + system.capacity / worked_s;
-    for (Index j = 0; j < point.c.p.size(); ++j) matrix += point.c.p[j] * system.terms[static_cast<std::size_t>(j)];
+    for (Index j = 0; j < point.c.p.size(); ++j) matrix += point.c.p[j] * system.terms[j];
     states.push_back(matrix.partialPivLu().solve(system.inputs * point.c.q));
   }
   return states;
@@ -55,14 +56,14 @@ double OffsetLimits::motion_um(const mesh::Pose& from, const mesh::Pose& to, dou
 OffsetLimits offset_limits(const reduction::ReducedModel& model, const OutputMap& map) {
   const std::vector<mesh::Axis>& axes = model.machine.axes;
   OffsetLimits limits;
-  limits.slope_um = limits.rapid = VectorXd::Zero(static_cast<Index>(axes.size()));
+  limits.slope_um = limits.rapid = VectorXd::Zero(std::ssize(axes));
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const double usual = axes[a].kind == mesh::AxisKind::linear ? usual_rapid : usual_turning;
-    limits.rapid[static_cast<Index>(a)] = axes[a].rapid > 0.0 ? axes[a].rapid : usual;
+    limits.rapid[a] = axes[a].rapid > 0.0 ? axes[a].rapid : usual;
   }
   // Offsets of the surroundings and the largest of what the machine's own work makes, at each pose.
   const std::vector<mesh::Pose>& poses = map.workspace_poses();
-  const auto count = static_cast<Index>(poses.size());
+  const auto count = std::ssize(poses);
   std::vector<MatrixXd> offsets{map.workspace_offsets(surroundings_K * model.system.one_kelvin)};
   for (const VectorXd& state : worked_states(model)) {
     if (state.allFinite()) offsets.push_back(map.workspace_offsets(state));
@@ -77,11 +78,13 @@ OffsetLimits offset_limits(const reduction::ReducedModel& model, const OutputMap
   limits.rate_um_s = limits.largest_um / offset_settle_s;
   for (Index i = 0; i < count; ++i) {
     for (Index j = 0; j < i; ++j) {
-      const mesh::Pose &one = poses[static_cast<std::size_t>(i)], &other = poses[static_cast<std::size_t>(j)];
+      const mesh::Pose &one = poses[i], &other = poses[j];
       const Index axis = only_difference(one, other);
       if (axis < 0) continue;
       const double distance = std::abs(one[axis] - other[axis]);
-      const double slope = together([&](const MatrixXd& at) { return at.rows() > 0 ? (at.col(i) - at.col(j)).cwiseAbs().maxCoeff() / distance : 0.0; });
+      const double slope = together([&](const MatrixXd& at) {
+        return at.rows() > 0 ? (at.col(i) - at.col(j)).cwiseAbs().maxCoeff() / distance : 0.0;
+      });
       limits.slope_um[axis] = std::max(limits.slope_um[axis], slope);
     }
   }

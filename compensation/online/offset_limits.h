@@ -19,10 +19,10 @@ namespace thermotwin::compensation {
 inline constexpr double offset_settle_s = 300.0;
 
 struct OffsetLimits {
-  double largest_um = 0;                  ///< of the offset of an axis
-  double rate_um_s = 0;                   ///< while the axes stand
-  Eigen::VectorXd slope_um;               ///< (axes of the machine) um per m or rad of motion
-  Eigen::VectorXd rapid;                  ///< (axes of the machine) m/s or rad/s
+  double largest_um = 0;     ///< of the offset of an axis
+  double rate_um_s = 0;      ///< while the axes stand
+  Eigen::VectorXd slope_um;  ///< (axes of the machine) um per m or rad of motion
+  Eigen::VectorXd rapid;     ///< (axes of the machine) m/s or rad/s
   /// How much further an offset may change because of a motion, um.
   double motion_um(const mesh::Pose& from, const mesh::Pose& to, double duration) const;
   /// The most an offset can change, um/s: all axes at rapid.

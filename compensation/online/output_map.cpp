@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <iterator>
 #include <numbers>
 
 #include "mesh/machine/kinematics.h"
@@ -31,8 +32,8 @@ MatrixXd stacked(const std::vector<MatrixXd>& blocks, Index columns) {
 }
 
 bool carries(const mesh::Machine& machine, int body, const std::string& axis) {
-  for (; body >= 0; body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent)) {
-    if (machine.bodies[static_cast<std::size_t>(body)].axis == axis) return true;
+  for (; body >= 0; body = machine.body_index(machine.bodies[body].parent)) {
+    if (machine.bodies[body].axis == axis) return true;
   }
   return false;
 }
@@ -53,22 +54,24 @@ Eigen::Matrix<double, 3, parts> output_columns(const mesh::Machine& machine, con
 int table_axis(const mesh::Machine& machine) {
   const int body = machine.body_index(machine.tcp.table_body);
   if (body < 0) return -1;
-  const std::string& id = machine.bodies[static_cast<std::size_t>(body)].axis;
+  const std::string& id = machine.bodies[body].axis;
   const int axis = id.empty() ? -1 : machine.axis_index(id);
-  return axis >= 0 && machine.axes[static_cast<std::size_t>(axis)].kind == mesh::AxisKind::rotary ? axis : -1;
+  return axis >= 0 && machine.axes[axis].kind == mesh::AxisKind::rotary ? axis : -1;
 }
 
 }  // namespace
 
-OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model), grid_(model.machine, model.outputs.tool.size()) {
+OutputMap::OutputMap(const reduction::ReducedModel& model)
+    : model_(model),
+      grid_(model.machine, model.outputs.tool.size()) {
   const mesh::Machine& machine = model.machine;
   const Index order = model.system.order();
   tool_ = stacked(model.outputs.tool, order);
   axis_ = stacked(model.outputs.table_axis, order);
   own_ = stacked(model.outputs.table_own, order);
-  tool_poses_ = static_cast<Index>(model.outputs.tool.size());
-  grid_poses_ = static_cast<Index>(grid_.grid_count());
-  table_poses_ = static_cast<Index>(model.outputs.table_axis.size());
+  tool_poses_ = std::ssize(model.outputs.tool);
+  grid_poses_ = grid_.grid_count();
+  table_poses_ = std::ssize(model.outputs.table_axis);
 
   std::vector<Eigen::Vector3d> motions;
   const int tool_body = machine.body_index(machine.tcp.tool_body);
@@ -77,24 +80,24 @@ OutputMap::OutputMap(const reduction::ReducedModel& model) : model_(model), grid
     axes_.push_back(axis.id);
     motions.push_back(carries(machine, tool_body, axis.id) ? axis.direction : Eigen::Vector3d(-axis.direction));
   }
-  const auto count = static_cast<Index>(axes_.size());
+  const auto count = std::ssize(axes_);
   to_axes_.resize(count, 3);
   if (count > 0) {
     MatrixXd motion(3, count);
-    for (Index i = 0; i < count; ++i) motion.col(i) = motions[static_cast<std::size_t>(i)];
+    for (Index i = 0; i < count; ++i) motion.col(i) = motions[i];
     to_axes_ = -motion.completeOrthogonalDecomposition().pseudoInverse();
     motions_ = motion;
   }
 
   const int turning = table_axis(machine);
   const std::vector<std::size_t>& table_grid = grid_.table_grid_places();
-  grid_tables_ = static_cast<Index>(table_grid.size());
+  grid_tables_ = std::ssize(table_grid);
   rows_.resize(grid_poses_ * grid_tables_ * angles * count, order);
   Index row = 0;
   for (Index i = 0; i < grid_poses_; ++i) {
     for (const std::size_t table : table_grid) {
-      const auto j = static_cast<Index>(table);
-      mesh::Pose pose = model.outputs.tool_poses[static_cast<std::size_t>(i)];
+      const Index j = table;
+      mesh::Pose pose = model.outputs.tool_poses[i];
       for (const std::string& id : machine.workspace.table_axes) {
         const int axis = machine.axis_index(id);
         if (axis >= 0) pose[axis] = model.outputs.table_poses[table][axis];
@@ -124,7 +127,8 @@ void OutputMap::project(const VectorXd& state, Projected& out) const {
   out.own.reshaped().noalias() = own_ * state;
 }
 
-solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, double share, const mesh::Pose& pose) const {
+solver::TcpError OutputMap::tcp(const Projected& base, const Projected& change, double share,
+                                const mesh::Pose& pose) const {
   VectorXd at_tool, at_table;
   grid_.tool_weights(pose, at_tool);
   grid_.table_weights(pose, at_table);
@@ -156,21 +160,24 @@ void OutputMap::rows(const mesh::Pose& pose, Eigen::Matrix3Xd& tool, Eigen::Matr
   table = columns.rightCols(13) * outputs.bottomRows(13);
 }
 
-void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covariance) { set_variance(rows_ * directions, covariance); }
+void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covariance) {
+  set_variance(rows_ * directions, covariance);
+}
 
 void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covariance, const Projected& present) {
   constexpr Index more = 9;
-  const Index quantities = directions.cols(), count = static_cast<Index>(axes_.size());
+  const Index quantities = directions.cols(), count = std::ssize(axes_);
   MatrixXd influence(rows_.rows(), quantities + more);
   influence.leftCols(quantities).noalias() = rows_ * directions;
   Index pose = 0;
   for (Index i = 0; i < grid_poses_; ++i) {
     for (const std::size_t place : grid_.table_grid_places()) {
-      const auto j = static_cast<Index>(place);
+      const Index j = place;
       for (Index angle = 0; angle < angles; ++angle, ++pose) {
-        const auto& columns = columns_[static_cast<std::size_t>(pose)];
+        const auto& columns = columns_[pose];
         const Eigen::Vector3d tool = columns.leftCols(6) * present.tool.col(i);
-        const Eigen::Vector3d table = columns.middleCols(6, 6) * present.axis.col(j) + columns.rightCols(7) * present.own.col(j);
+        const Eigen::Vector3d table =
+            columns.middleCols(6, 6) * present.axis.col(j) + columns.rightCols(7) * present.own.col(j);
         auto block = influence.block(pose * count, quantities, count, more);
         block.leftCols(3) = to_axes_ * tool.asDiagonal();
         block.middleCols(3, 3) = to_axes_ * table.asDiagonal();
@@ -183,7 +190,7 @@ void OutputMap::set_covariance(const MatrixXd& directions, const MatrixXd& covar
 
 void OutputMap::set_variance(const MatrixXd& influence, const MatrixXd& covariance) {
   const VectorXd variance = (influence * covariance).cwiseProduct(influence).rowwise().sum();
-  const auto count = static_cast<Index>(axes_.size());
+  const auto count = std::ssize(axes_);
   for (Index pose = 0; pose < variance_.cols(); ++pose) {
     for (Index a = 0; a < count; ++a) {
       double sum = 0.0;
@@ -200,13 +207,14 @@ VectorXd OutputMap::variance(const mesh::Pose& pose) const {
   grid_.table_grid_weights(pose, at_table);
   VectorXd sum = VectorXd::Zero(variance_.rows());
   for (Index i = 0; i < grid_poses_; ++i) {
-    if (at_tool[i] != 0.0) sum.noalias() += at_tool[i] * (variance_.middleCols(i * grid_tables_, grid_tables_) * at_table);
+    if (at_tool[i] != 0.0)
+      sum.noalias() += at_tool[i] * (variance_.middleCols(i * grid_tables_, grid_tables_) * at_table);
   }
   return sum.cwiseMax(smallest_);
 }
 
 MatrixXd OutputMap::workspace_offsets(const VectorXd& state) const {
-  return (rows_ * state).reshaped(static_cast<Index>(axes_.size()), static_cast<Index>(workspace_poses_.size()));
+  return (rows_ * state).reshaped(std::ssize(axes_), std::ssize(workspace_poses_));
 }
 
 bool OutputMap::outside(const mesh::Pose& pose) const {
@@ -214,7 +222,7 @@ bool OutputMap::outside(const mesh::Pose& pose) const {
   const auto beyond = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
     for (std::size_t i = 0; i < axes.size(); ++i) {
       const int axis = model_.machine.axis_index(axes[i]);
-      if (axis < 0 || positions[i].size() < 2 || model_.machine.axes[static_cast<std::size_t>(axis)].endless) continue;
+      if (axis < 0 || positions[i].size() < 2 || model_.machine.axes[axis].endless) continue;
       const double slack = 1e-6 * (positions[i].back() - positions[i].front());
       if (pose[axis] < positions[i].front() - slack || pose[axis] > positions[i].back() + slack) return true;
     }

@@ -18,7 +18,7 @@
 namespace thermotwin::compensation {
 
 class OutputMap {
- public:
+public:
   /// @param model  must outlive the map
   explicit OutputMap(const reduction::ReducedModel& model);
 
@@ -57,20 +57,21 @@ class OutputMap {
   /// (axes) variance of the offsets in m^2 at a pose; never below the smallest of the grid.
   Eigen::VectorXd variance(const mesh::Pose& pose) const;
 
- private:
+private:
   void set_variance(const Eigen::MatrixXd& influence, const Eigen::MatrixXd& covariance);
 
   const reduction::ReducedModel& model_;
   reduction::OutputGrid grid_;
   std::vector<std::string> axes_;
-  Eigen::MatrixXd to_axes_, motions_; ///< (axes x 3), (3 x axes)
+  Eigen::MatrixXd to_axes_, motions_;                  ///< (axes x 3), (3 x axes)
   std::vector<Eigen::Matrix<double, 3, 19>> columns_;  ///< error of unit outputs ((tool, table, angle))
-  Eigen::MatrixXd tool_, axis_, own_; ///< rows of all poses below each other
-  Eigen::Index tool_poses_ = 0, table_poses_ = 0, grid_poses_ = 0, grid_tables_ = 0;  ///< stored, and those of the workspace grid
+  Eigen::MatrixXd tool_, axis_, own_;                  ///< rows of all poses below each other
+  Eigen::Index tool_poses_ = 0, table_poses_ = 0, grid_poses_ = 0,
+               grid_tables_ = 0;  ///< stored, and those of the workspace grid
   static constexpr Eigen::Index angles = 2;
   std::vector<mesh::Pose> workspace_poses_;  ///< (tool, table, angle)
-  Eigen::MatrixXd rows_;              ///< offsets on the workspace grid: ((tool, table, angle, axis) x order)
-  Eigen::MatrixXd variance_;          ///< (axes x (tool, table)), mean over the angles
+  Eigen::MatrixXd rows_;                     ///< offsets on the workspace grid: ((tool, table, angle, axis) x order)
+  Eigen::MatrixXd variance_;                 ///< (axes x (tool, table)), mean over the angles
   Eigen::VectorXd smallest_;
 };
 

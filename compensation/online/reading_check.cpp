@@ -12,7 +12,8 @@ using Eigen::Index;
 
 constexpr double kelvin_at_0_C = 273.15;
 constexpr double colder_K = 40.0, warmer_K = 100.0;  ///< than the surroundings: what a machine's sensor may read
-constexpr double too_warm_K = 30.0, near_K = 15.0;   ///< of the surroundings: degF taken for degC; what it then is in degC
+constexpr double too_warm_K = 30.0,
+                 near_K = 15.0;  ///< of the surroundings: degF taken for degC; what it then is in degC
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 bool like_fahrenheit(double value_C, double surroundings_C) {
@@ -36,11 +37,15 @@ const char* fault_text(ReadingFault fault) {
 }
 
 ReadingCheck::ReadingCheck(const mesh::Machine& machine, const solver::Channels& channels)
-    : low_C_(machine.plausible_low_C), high_C_(machine.plausible_high_C), reference_C_(machine.reference_C), defaults_(channels.defaults()),
-      input_faults_(static_cast<std::size_t>(channels.size()), ReadingFault::none), sensor_faults_(machine.sensors.size(), ReadingFault::none),
+    : low_C_(machine.plausible_low_C),
+      high_C_(machine.plausible_high_C),
+      reference_C_(machine.reference_C),
+      defaults_(channels.defaults()),
+      input_faults_(channels.size(), ReadingFault::none),
+      sensor_faults_(machine.sensors.size(), ReadingFault::none),
       fahrenheit_like_(machine.sensors.size(), false) {
   for (std::size_t k = 0; k < channels.names().size(); ++k) {
-    if (channels.names()[k].ends_with("T_C")) temperatures_.push_back(static_cast<int>(k));
+    if (channels.names()[k].ends_with("T_C")) temperatures_.push_back(k);
   }
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
     if (ambient.follows.empty()) ambients_.push_back(channels.index(ambient.id + ".T_C"));
@@ -57,13 +62,15 @@ ReadingFault ReadingCheck::fault_outside(double value_C, double surroundings_C) 
 
 void ReadingCheck::take_out_inputs(Eigen::VectorXd& given) {
   for (const int k : temperatures_) {
-    ReadingFault& fault = input_faults_[static_cast<std::size_t>(k)];
+    ReadingFault& fault = input_faults_[k];
     fault = ReadingFault::none;
     if (std::isnan(given[k])) continue;
     const double usual_C = std::isnan(defaults_[k]) ? reference_C_ : defaults_[k];
     const bool ambient = std::find(ambients_.begin(), ambients_.end(), k) != ambients_.end();
-    if (outside(given[k])) fault = fault_outside(given[k], usual_C);
-    else if (ambient && like_fahrenheit(given[k], usual_C)) fault = ReadingFault::fahrenheit;
+    if (outside(given[k]))
+      fault = fault_outside(given[k], usual_C);
+    else if (ambient && like_fahrenheit(given[k], usual_C))
+      fault = ReadingFault::fahrenheit;
     if (fault != ReadingFault::none) given[k] = nothing;
   }
 }
@@ -80,7 +87,7 @@ void ReadingCheck::take_out_sensors(Eigen::VectorXd& readings_C, const Eigen::Ve
   }
   bool some = false, all_fahrenheit = true, one_less = false;
   for (Index s = 0; s < readings_C.size(); ++s) {
-    const auto i = static_cast<std::size_t>(s);
+    const std::size_t i = s;
     sensor_faults_[i] = ReadingFault::none;
     fahrenheit_like_[i] = false;
     if (std::isnan(readings_C[s])) continue;
@@ -101,7 +108,7 @@ void ReadingCheck::take_out_sensors(Eigen::VectorXd& readings_C, const Eigen::Ve
   if (!fahrenheit_) return;
   for (Index s = 0; s < readings_C.size(); ++s) {
     if (std::isnan(readings_C[s])) continue;
-    sensor_faults_[static_cast<std::size_t>(s)] = ReadingFault::fahrenheit;
+    sensor_faults_[s] = ReadingFault::fahrenheit;
     readings_C[s] = nothing;
   }
 }

@@ -20,7 +20,7 @@ enum class ReadingFault { none, implausible, kelvin, fahrenheit };
 const char* fault_text(ReadingFault fault);
 
 class ReadingCheck {
- public:
+public:
   ReadingCheck(const mesh::Machine& machine, const solver::Channels& channels);
 
   /// Sets temperatures among the channels that cannot be to NaN. @param given  (channels)
@@ -28,19 +28,19 @@ class ReadingCheck {
   /// The same for sensors. @param readings_C  (sensors)  @param row  (channels) as it holds: tells the surroundings
   void take_out_sensors(Eigen::VectorXd& readings_C, const Eigen::VectorXd& row);
 
-  ReadingFault input(Eigen::Index channel) const { return input_faults_[static_cast<std::size_t>(channel)]; }
-  ReadingFault sensor(Eigen::Index sensor) const { return sensor_faults_[static_cast<std::size_t>(sensor)]; }
+  ReadingFault input(Eigen::Index channel) const { return input_faults_[channel]; }
+  ReadingFault sensor(Eigen::Index sensor) const { return sensor_faults_[sensor]; }
   bool any_input() const;
   bool any_sensor() const;
   /// Whether the sensor's last reading would be near the surroundings if it were degF.
-  bool looks_fahrenheit(Eigen::Index sensor) const { return fahrenheit_like_[static_cast<std::size_t>(sensor)]; }
+  bool looks_fahrenheit(Eigen::Index sensor) const { return fahrenheit_like_[sensor]; }
 
- private:
+private:
   bool outside(double value_C) const { return !(value_C >= low_C_ && value_C <= high_C_); }
   ReadingFault fault_outside(double value_C, double surroundings_C) const;
 
   double low_C_, high_C_, reference_C_;
-  std::vector<int> temperatures_, ambients_;   ///< channels; those of ambients
+  std::vector<int> temperatures_, ambients_;  ///< channels; those of ambients
   Eigen::VectorXd defaults_;
   std::vector<ReadingFault> input_faults_, sensor_faults_;
   std::vector<bool> fahrenheit_like_;

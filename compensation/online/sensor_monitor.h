@@ -27,7 +27,7 @@ enum class SensorFault { none, absent, stuck, offset, noise };
 const char* fault_text(SensorFault fault);
 
 class SensorMonitor {
- public:
+public:
   /// @param deviation_K  (sensors) stated standard deviation of a reading
   explicit SensorMonitor(const Eigen::VectorXd& deviation_K);
 
@@ -43,11 +43,11 @@ class SensorMonitor {
   void correct(const Eigen::VectorXd& change_K);
 
   /// Whether the last reading may correct the model.
-  bool trusted(Eigen::Index sensor) const { return sensors_[static_cast<std::size_t>(sensor)].trusted; }
-  SensorFault fault(Eigen::Index sensor) const { return sensors_[static_cast<std::size_t>(sensor)].fault; }
+  bool trusted(Eigen::Index sensor) const { return sensors_[sensor].trusted; }
+  SensorFault fault(Eigen::Index sensor) const { return sensors_[sensor].fault; }
   bool any_fault() const { return faults_ > 0; }
 
- private:
+private:
   struct Sample {
     double time, difference;
     bool far;
@@ -57,15 +57,15 @@ class SensorMonitor {
     bool trusted = true, known = false, leapt = false,
          from_start = false;  ///< from_start: far off at its first reading
     double seen_at = 0, last_reading = 0;
-    double usual = 0;                        ///< slow part of reading - expected; stands after a leap
+    double usual = 0;  ///< slow part of reading - expected; stands after a leap
     double last_difference = 0, last_expected = 0, last_unknown = 0;
-    double expected_memory = 0;              ///< slow part of the expected reading
+    double expected_memory = 0;                                 ///< slow part of the expected reading
     double same_value = 0, same_expected = 0, same_unsure = 0;  ///< same_unsure: K, of what it moved since
     int same_count = 0;
     double same_since = 0;
-    double readings = 0, repeats = 0;        ///< in runs that have ended: how often readings repeat by chance
-    double smallest_step = 0;                ///< of the reading's digits, where it has coarse ones
-    double leapt_at = -1, leap = 0, agreed_since = -1;   ///< s; K; s
+    double readings = 0, repeats = 0;  ///< in runs that have ended: how often readings repeat by chance
+    double smallest_step = 0;          ///< of the reading's digits, where it has coarse ones
+    double leapt_at = -1, leap = 0, agreed_since = -1;  ///< s; K; s
     std::deque<Sample> recent;
   };
   void start(Sensor& sensor, double time, double reading, double expected);

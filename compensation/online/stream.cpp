@@ -56,12 +56,18 @@ struct Column {
 };
 
 class RowReader {
- public:
-  RowReader(std::istream& in, const std::string& name, const StreamOptions& options, const solver::Channels& channels, const mesh::Machine& machine)
-      : in_(in), name_(name), options_(options), buffer_(longest_line), row_(channels.defaults()),
-        sensors_(Eigen::VectorXd::Constant(static_cast<Eigen::Index>(machine.sensors.size()), missing)) {
+public:
+  RowReader(std::istream& in, const std::string& name, const StreamOptions& options, const solver::Channels& channels,
+            const mesh::Machine& machine)
+      : in_(in),
+        name_(name),
+        options_(options),
+        buffer_(longest_line),
+        row_(channels.defaults()),
+        sensors_(Eigen::VectorXd::Constant(std::ssize(machine.sensors), missing)) {
     for (;;) {
-      if (!next_line()) throw InputError(name_, "no header", "a first line of column names: time_s and inputs of the model");
+      if (!next_line())
+        throw InputError(name_, "no header", "a first line of column names: time_s and inputs of the model");
       std::string_view text = line_;
       if (number_ == 1 && text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
       if (!text.starts_with('#')) {
@@ -86,19 +92,24 @@ class RowReader {
       }
       break;
     } while (true);
-    if (blank_line_ != 0) note(fmt::format("{}:{}", name_, blank_line_), "a blank line between rows", "rows without gaps");
+    if (blank_line_ != 0)
+      note(fmt::format("{}:{}", name_, blank_line_), "a blank line between rows", "rows without gaps");
     blank_line_ = 0;
     const bool complete = read_cells();
     if (!complete) unreadable_ = "row=unreadable";
     if (!complete || std::isnan(time_)) {
-      if (complete && unreadable_.find("time_s=") == std::string::npos) unreadable_ += unreadable_.empty() ? "time_s=missing" : " time_s=missing";
-      if (readable_ && time_blank_) note(fmt::format("{}:{}", name_, number_), "no time_s", "a number of seconds in every row");
+      if (complete && unreadable_.find("time_s=") == std::string::npos)
+        unreadable_ += unreadable_.empty() ? "time_s=missing" : " time_s=missing";
+      if (readable_ && time_blank_)
+        note(fmt::format("{}:{}", name_, number_), "no time_s", "a number of seconds in every row");
       readable_ = false;
       time_ = last_time_;
       return true;
     }
     if (time_ <= last_time_) {
-      fail(number_, fmt::format("time {}: {} s after {} s", time_ < last_time_ ? "runs backwards" : "stands still", time_, last_time_),
+      fail(number_,
+           fmt::format("time {}: {} s after {} s", time_ < last_time_ ? "runs backwards" : "stands still", time_,
+                       last_time_),
            "times that rise from row to row");
     }
     if (time_ - last_time_ > longest_gap_s && std::isfinite(last_time_)) {
@@ -123,18 +134,20 @@ class RowReader {
   /// Probed TCP error of the row, um, NaN where blank.
   const Eigen::Vector3d& probed() const { return probed_; }
 
- private:
+private:
   bool next_line() {
     // A line without end would otherwise be kept whole.
     in_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
     const std::streamsize count = in_.gcount();
     if (in_.bad()) core::check_interrupt();
     if (in_.fail() && !in_.bad() && !in_.eof() && count > 0) {
-      fail(number_ + 1, fmt::format("a line of more than {} characters", buffer_.size() - 1), fmt::format("lines of at most {} characters", buffer_.size() - 1));
+      fail(number_ + 1, fmt::format("a line of more than {} characters", buffer_.size() - 1),
+           fmt::format("lines of at most {} characters", buffer_.size() - 1));
     }
     if (!in_ && count == 0) {
       core::check_interrupt();  // an input that waits for rows may end for that reason
-      if (in_.bad()) throw InputError(name_, fmt::format("cannot be read after line {}", number_), "a readable file or pipe");
+      if (in_.bad())
+        throw InputError(name_, fmt::format("cannot be read after line {}", number_), "a readable file or pipe");
       return false;
     }
     line_.assign(buffer_.data(), static_cast<std::size_t>(in_.eof() ? count : count - 1));
@@ -176,7 +189,9 @@ class RowReader {
     const InputError error(place, found, allowed);
     if (options_.strict) throw error;
     if (++noted_ > most_noted) return;
-    options_.warn(fmt::format("{}; {}", error.what(), noted_ < most_noted ? "taken as missing" : "taken as missing; more of these are only counted"));
+    options_.warn(
+        fmt::format("{}; {}", error.what(),
+                    noted_ < most_noted ? "taken as missing" : "taken as missing; more of these are only counted"));
   }
 
   void note_cell_count() {
@@ -194,13 +209,16 @@ class RowReader {
     if (!text.starts_with(word)) return;
     text = trimmed(text.substr(word.size()));
     const std::size_t space = text.find_last_of(" \t");
-    const std::string_view hash = space == std::string_view::npos ? "" : text.substr(space + 1), its_name = trimmed(text.substr(0, space));
+    const std::string_view hash = space == std::string_view::npos ? "" : text.substr(space + 1),
+                           its_name = trimmed(text.substr(0, space));
     names_machine_ = true;
     if (hash == machine.hash && its_name == machine.name) return;
-    const std::string place = fmt::format("{}:{}", name_, number_), found = fmt::format("rows of machine {} with hash {}", shown(its_name), shown(hash));
+    const std::string place = fmt::format("{}:{}", name_, number_),
+                      found = fmt::format("rows of machine {} with hash {}", shown(its_name), shown(hash));
     const std::string allowed = fmt::format("rows of the model's machine: # machine {} {}", machine.name, machine.hash);
     if (options_.strict || its_name != machine.name) throw InputError(place, found, allowed);
-    options_.warn(fmt::format("{}: {}; the model is of another state of its machine.toml, with hash {}", place, found, machine.hash));
+    options_.warn(fmt::format("{}: {}; the model is of another state of its machine.toml, with hash {}", place, found,
+                              machine.hash));
   }
 
   void read_header(std::string_view header, const solver::Channels& channels, const mesh::Machine& machine) {
@@ -217,19 +235,23 @@ class RowReader {
       if (!ended) header.remove_prefix(comma + 1);
       const std::string column(text);
       const std::string place = fmt::format("{}:1 column {}", name_, columns_.size() + 1);
-      if (std::find(seen.begin(), seen.end(), column) != seen.end()) throw InputError(place, shown(text) + " a second time", "each column once");
+      if (std::find(seen.begin(), seen.end(), column) != seen.end())
+        throw InputError(place, shown(text) + " a second time", "each column once");
       seen.push_back(column);
       if (column == "time_s") {
         columns_.push_back({Column::Target::time, 0, column});
         has_time = true;
       } else if (const int index = channels.index(column); index >= 0) {
         columns_.push_back({Column::Target::channel, index, column, column.ends_with(".on")});
-      } else if (column.size() > 2 && column.ends_with("_C") && machine.sensor_index(column.substr(0, column.size() - 2)) >= 0) {
+      } else if (column.size() > 2 && column.ends_with("_C") &&
+                 machine.sensor_index(column.substr(0, column.size() - 2)) >= 0) {
         columns_.push_back({Column::Target::sensor, machine.sensor_index(column.substr(0, column.size() - 2)), column});
-      } else if (const auto probe = std::find(std::begin(probe_columns), std::end(probe_columns), column); probe != std::end(probe_columns)) {
+      } else if (const auto probe = std::find(std::begin(probe_columns), std::end(probe_columns), column);
+                 probe != std::end(probe_columns)) {
         columns_.push_back({Column::Target::probe, probe - std::begin(probe_columns), column});
       } else {
-        throw InputError(place, "unknown column " + shown(text), "time_s, an input of the model or <sensor>_C (nearest: " + core::nearest(column, known) + ")");
+        throw InputError(place, "unknown column " + shown(text),
+                         "time_s, an input of the model or <sensor>_C (nearest: " + core::nearest(column, known) + ")");
       }
     }
     if (!has_time) throw InputError(name_ + ":1", "no column time_s", "a column time_s with the time of each row");
@@ -240,7 +262,7 @@ class RowReader {
   void tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels) const {
     std::string list;
     for (Eigen::Index k = 0; k < channels.size(); ++k) {
-      const std::string& name = channels.names()[static_cast<std::size_t>(k)];
+      const std::string& name = channels.names()[k];
       const double value = channels.defaults()[k];
       if (std::isnan(value) || std::find(columns.begin(), columns.end(), name) != columns.end()) continue;
       list += fmt::format("{}{} = {:g}", list.empty() ? "" : ", ", name, value);
@@ -260,7 +282,8 @@ class RowReader {
     const char* first = cell.data() + (cell.front() == '+' && cell.size() > 1 && cell[1] != '-' ? 1 : 0);
     const char* const last = cell.data() + cell.size();
     const auto [end, error] = std::from_chars(first, last, value);
-    const bool tiny = end == last && error == std::errc::result_out_of_range && cell.find("e-") != std::string_view::npos;
+    const bool tiny =
+        end == last && error == std::errc::result_out_of_range && cell.find("e-") != std::string_view::npos;
     if (tiny) value = 0.0;
     if (tiny || (end == last && error == std::errc() && !(std::abs(value) > largest))) {
       if (std::isnan(value) && column.target == Column::Target::time) time_blank_ = true;
@@ -268,10 +291,15 @@ class RowReader {
       const bool wild_state = column.state && (value < 0.0 || value > 1.0);
       const bool wild_probe = column.target == Column::Target::probe && std::abs(value) > largest_probe_um;
       if (!wild_state && !wild_probe) return value;
-      if (wild_probe) note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value), fmt::format("at most {:.0e} um", largest_probe_um));
-      else note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value), "a state: 0 (off) to 1 (on)");
+      if (wild_probe)
+        note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value),
+             fmt::format("at most {:.0e} um", largest_probe_um));
+      else
+        note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value),
+             "a state: 0 (off) to 1 (on)");
     } else {
-      note(fmt::format("{}:{} {}", name_, number_, column.name), shown(cell), fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));
+      note(fmt::format("{}:{} {}", name_, number_, column.name), shown(cell),
+           fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));
     }
     unreadable_ += fmt::format("{}{}=unreadable", unreadable_.empty() ? "" : " ", column.name);
     input_unreadable_ = input_unreadable_ || column.target != Column::Target::sensor;
@@ -295,14 +323,16 @@ class RowReader {
 
 }  // namespace
 
-StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
-                                std::ostream& out, const StreamOptions& options) {
+StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
+                                const std::string& in_name, std::ostream& out, const StreamOptions& options) {
   RowReader reader(in, in_name, options, compensator.channels(), machine);
   StreamSummary summary;
   summary.names_machine = reader.names_machine();
   if (!summary.names_machine) {
-    options.log(fmt::format("{} does not say which machine it is of: the model's machine is '{}'; to have it checked, begin with '# machine {} {}'",
-                               in_name, machine.name, machine.name, machine.hash));
+    options.log(
+        fmt::format("{} does not say which machine it is of: the model's machine is '{}'; to have it checked, begin "
+                    "with '# machine {} {}'",
+                    in_name, machine.name, machine.name, machine.hash));
   }
   fmt::memory_buffer text;
   const auto write = [&] {
@@ -324,15 +354,18 @@ StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& m
   fmt::format_to(std::back_inserter(text), "status\n");
   if (options.unbuffered) write();
 
-  const auto axes = static_cast<Eigen::Index>(compensator.axes().size());
+  const auto axes = std::ssize(compensator.axes());
   const auto add_row = [&](const Offsets& offsets) {
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},"), offsets.time);
-    for (const double value : offsets.offset_um) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
+    for (const double value : offsets.offset_um)
+      fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
     for (const double value : offsets.std_um) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
     Status status = offsets.status;
     const bool unreadable = !reader.unreadable().empty();
     if (unreadable && status != Status::failed && status != Status::input_missing) {
-      status = !reader.readable() || reader.input_unreadable() ? Status::input_missing : status == Status::outside_workspace ? status : Status::sensor_failed;
+      status = !reader.readable() || reader.input_unreadable() ? Status::input_missing
+               : status == Status::outside_workspace           ? status
+                                                               : Status::sensor_failed;
     }
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{}"), status_text(status));
     const auto add_names = [&](std::string_view names) {
@@ -359,8 +392,10 @@ StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& m
     add_row(*last);
     if (reader.readable() && reader.probed().array().isFinite().any()) {
       const mesh::Pose pose = compensator.pose();
-      if (options.probed_compensated) compensator.probe_compensated(pose, reader.probed(), last_applied, options.probe_std_um);
-      else compensator.probe(pose, reader.probed(), options.probe_std_um);
+      if (options.probed_compensated)
+        compensator.probe_compensated(pose, reader.probed(), last_applied, options.probe_std_um);
+      else
+        compensator.probe(pose, reader.probed(), options.probe_std_um);
     }
     if (options.probed_compensated && reader.readable()) last_applied = last->offset_um;
     if (options.unbuffered || text.size() >= chunk) write();

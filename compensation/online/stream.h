@@ -14,9 +14,9 @@ namespace thermotwin::compensation {
 inline constexpr std::size_t longest_line = 1U << 18U;
 
 struct StreamSummary {
-  long rows = 0;                     ///< written
-  long unreadable = 0;               ///< rows with a cell that could not be read, or as a whole
-  bool names_machine = false;        ///< the stream said which machine it is of
+  long rows = 0;               ///< written
+  long unreadable = 0;         ///< rows with a cell that could not be read, or as a whole
+  bool names_machine = false;  ///< the stream said which machine it is of
 };
 
 /// Streams CSV rows from in to out, row by row, constant memory. Columns: time_s, any channel, any
@@ -26,7 +26,7 @@ struct StreamSummary {
 /// that cannot be read counts as missing, is named in the row's status and on stderr; a row without a readable time or of
 /// another number of cells gets the answer of the row before once more.
 /// @throws InputError for columns, times that do not rise, another machine's rows, lines beyond longest_line
-StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in, const std::string& in_name,
-                                std::ostream& out, const StreamOptions& options = {});
+StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
+                                const std::string& in_name, std::ostream& out, const StreamOptions& options = {});
 
 }  // namespace thermotwin::compensation

@@ -125,24 +125,29 @@ std::vector<MachineValue> part_value(Machine& machine, const std::string& kind, 
   if (kind == "screw_expansion")
     return {{"screw", id, "", "expansion_1_K", &find_axis(machine.screws, id, kind)->expansion.value, 1.0, "axis"}};
   mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, kind));
-  if (kind == "expansion_coefficient") return {{"material", material.id, "", "expansion_1_K", &material.expansion.value}};
+  if (kind == "expansion_coefficient")
+    return {{"material", material.id, "", "expansion_1_K", &material.expansion.value}};
   return {{"material", material.id, "", "specific_heat_J_kgK", &material.specific_heat.value}};
 }
 
 bool guides_chiller(const Machine& machine, const std::string& sensor) {
-  return std::any_of(machine.coolants.begin(), machine.coolants.end(), [&](const mesh::CoolantSpec& c) { return c.guide_sensor == sensor; });
+  return std::any_of(machine.coolants.begin(), machine.coolants.end(),
+                     [&](const mesh::CoolantSpec& c) { return c.guide_sensor == sensor; });
 }
 
 /// @param channel  where the reading is recorded
-std::vector<MachineValue> reading_value(Machine& machine, const std::string& kind, const std::string& id, const std::string& channel) {
-  if (kind == "probe_drift") return {{"reading", id, "", "drift_1_h", &reading_of(machine, id).drift, 1.0 / hour, "id", true}};
+std::vector<MachineValue> reading_value(Machine& machine, const std::string& kind, const std::string& id,
+                                        const std::string& channel) {
+  if (kind == "probe_drift")
+    return {{"reading", id, "", "drift_1_h", &reading_of(machine, id).drift, 1.0 / hour, "id", true}};
   if (kind == "clock_shift") return {{"reading", id, "", "shift_s", &reading_of(machine, id).shift, 1.0, "id", true}};
   mesh::SensorSpec* sensor = find_item(machine.sensors, id, kind);
   if (kind == "sensor_drift") return {{"sensor", id, "", "drift_K_h", &sensor->drift, 1.0 / hour}};
   if (kind == "sensor_lag") return {{"sensor", id, "", "time_constant_s", &sensor->lag}};
   if (kind == "sensor_detached") return {{"sensor", id, "", "air_share", &sensor->air_share}};
   // The offset of a guiding sensor acts on the machine; what a record alone is off by does not.
-  if (guides_chiller(machine, id)) return {{"reading", channel, "", "offset", &reading_of(machine, channel).offset, 1.0, "id", true}};
+  if (guides_chiller(machine, id))
+    return {{"reading", channel, "", "offset", &reading_of(machine, channel).offset, 1.0, "id", true}};
   return {{"sensor", id, "", "offset_K", &sensor->offset}};
 }
 
@@ -158,9 +163,11 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
   const std::string& id = parameter.item.empty() ? parameter.where : parameter.item;
   const std::string& kind = parameter.kind;
   make_parameter(kind, id);  // says which kinds there are
-  if (kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat") return source_value(machine, kind, id);
+  if (kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat")
+    return source_value(machine, kind, id);
   if (kind.starts_with("film_") || kind == "radiation_load") return film_value(machine, kind, id);
-  if (kind == "ambient_gradient") return {{"ambient", id, "", "gradient_K_m", &find_item(machine.ambients, id, kind)->gradient.value}};
+  if (kind == "ambient_gradient")
+    return {{"ambient", id, "", "gradient_K_m", &find_item(machine.ambients, id, kind)->gradient.value}};
   if (kind.starts_with("ambient_") || kind == "foundation_temperature" || kind == "cutting_fluid")
     return {{"ambient", id, "", "offset_K", &find_item(machine.ambients, id, kind)->offset}};
   if (kind.starts_with("contact_")) return joint_value(machine, kind, id);
@@ -179,7 +186,8 @@ Machine with_parameter(const Machine& machine, const Parameter& parameter, doubl
   Machine changed = machine;
   for (const MachineValue& place : machine_values(changed, parameter))
     *place.value = place.per_unit * changed_value(*place.value / place.per_unit, parameter, value);
-  if (parameter.kind == "ambient_offset" || parameter.kind == "foundation_temperature" || parameter.kind == "cutting_fluid")
+  if (parameter.kind == "ambient_offset" || parameter.kind == "foundation_temperature" ||
+      parameter.kind == "cutting_fluid")
     shift_defaults(machine, changed);
   return changed;
 }
@@ -191,9 +199,10 @@ std::string extended_text(const Machine& machine, const Parameter& parameter, do
   std::string text = machine.text;
   const std::vector<MachineValue> places = machine_values(copy, parameter);
   if (copy.materials.size() > machine.materials.size())
-    text = with_own_material(text, machine.path.string(), machine.body_index(parameter.where) >= 0
-                                 ? machine.bodies[static_cast<std::size_t>(machine.body_index(parameter.where))].material : "",
-                             copy.materials.back().id, parameter.where);
+    text = with_own_material(
+        text, machine.path.string(),
+        machine.body_index(parameter.where) >= 0 ? machine.bodies[machine.body_index(parameter.where)].material : "",
+        copy.materials.back().id, parameter.where);
   for (const MachineValue& place : places) {
     const std::string unit = parameter.unit == "1" ? "" : " " + parameter.unit;
     const double was = *place.value / place.per_unit;

@@ -20,7 +20,7 @@ mesh::Machine with_parameter(const mesh::Machine& machine, const Parameter& para
 
 /// machine.toml's text with the named value changed and a comment that says why; nothing else
 /// differs. @throws InputError if the key cannot be found in the text
-std::string extended_text(const mesh::Machine& machine, const Parameter& parameter, double value,
-                          double std, const std::string& why);
+std::string extended_text(const mesh::Machine& machine, const Parameter& parameter, double value, double std,
+                          const std::string& why);
 
 }  // namespace thermotwin::diagnosis

@@ -25,8 +25,10 @@ const std::vector<Kind>& known_kinds() {
       {"radiation_load", "id of a [[film]]", "flux", "W/m2", "absolute", -300, 1500, 1},
       {"ambient_offset", "id of an [[ambient]] of air", "offset", "K", "absolute", -30, 30, 0.1},
       {"ambient_gradient", "id of an [[ambient]] with a gradient", "gradient", "K/m", "absolute", -10, 10, 0.05},
-      {"foundation_temperature", "id of an [[ambient]] that a mount stands on", "offset", "K", "absolute", -30, 30, 0.1},
-      {"cutting_fluid", "id of an [[ambient]] of films that cutting_fluid.on switches", "offset", "K", "absolute", -30, 30, 0.1},
+      {"foundation_temperature", "id of an [[ambient]] that a mount stands on", "offset", "K", "absolute", -30, 30,
+       0.1},
+      {"cutting_fluid", "id of an [[ambient]] of films that cutting_fluid.on switches", "offset", "K", "absolute", -30,
+       30, 0.1},
       {"contact_conductance", "id of a [[joint]]", "factor", "1", "ratio", 0, 8, 0.01},
       {"contact_stiffness", "id of a [[joint]]", "factor", "1", "ratio", 0.05, 20, 0.01},
       {"coolant_flow", "id of a [[coolant]]", "factor", "1", "ratio", 0, 8, 0.01},
@@ -42,7 +44,8 @@ const std::vector<Kind>& known_kinds() {
       {"sensor_lag", channel, "time_constant", "s", "absolute", 0, 14400, 10},
       {"sensor_detached", channel, "air_share", "1", "absolute", 0, 1, 0.01},
       {"probe_drift", channel, "drift", "um/h", "absolute", -200, 200, 0.1},
-      {"clock_shift", "id of a measured channel, \"temperature\" or \"displacement\"", "shift", "s", "absolute", -14400, 14400, 150},
+      {"clock_shift", "id of a measured channel, \"temperature\" or \"displacement\"", "shift", "s", "absolute", -14400,
+       14400, 150},
   };
   return kinds;
 }
@@ -53,7 +56,9 @@ bool acts_on_readings(const std::string& kind) {
   return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
 }
 
-bool adds_heat(const std::string& kind) { return kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat"; }
+bool adds_heat(const std::string& kind) {
+  return kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat";
+}
 
 bool needs_parts(const std::string& kind) {
   static const std::vector<std::string> kinds = {"contact_stiffness", "expansion_coefficient", "heat_capacity",

@@ -46,9 +46,7 @@ std::size_t skip_string(const std::string& text, std::size_t at) {
   return text.size();
 }
 
-std::size_t line_end(const std::string& text, std::size_t at) {
-  return std::min(text.find('\n', at), text.size());
-}
+std::size_t line_end(const std::string& text, std::size_t at) { return std::min(text.find('\n', at), text.size()); }
 
 /// End of the value that begins at `at`: arrays and inline tables may run over lines.
 std::size_t value_end(const std::string& text, std::size_t at) {
@@ -121,7 +119,8 @@ const Statement* find_key(const std::vector<Statement>& all, const Section& sect
 
 /// The table with that id among the headers in [from, to).
 bool find_table(const std::string& text, const std::vector<Statement>& all, const std::string& table,
-                const std::string& id, std::size_t from, std::size_t to, Section& section, const std::string& id_key = "id") {
+                const std::string& id, std::size_t from, std::size_t to, Section& section,
+                const std::string& id_key = "id") {
   for (std::size_t i = from; i < to; ++i) {
     if (!all[i].header || all[i].name != table) continue;
     section.first = i + 1;
@@ -166,8 +165,8 @@ std::string written(double number) { return fmt::format("{}", number); }
 
 }  // namespace
 
-std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place,
-                         double number, const std::string& comment) {
+std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place, double number,
+                         const std::string& comment) {
   const std::vector<Statement> all = outline(text);
   const std::string what = "[[" + place.table + "]] with " + place.id_key + " = \"" + place.id + "\"";
   Section section;
@@ -177,15 +176,14 @@ std::string changed_text(const std::string& text, const std::string& source, con
   if (!find_table(text, all, place.table, place.id, 0, all.size(), section, place.id_key)) {
     if (!place.may_lack)
       throw core::InputError(source, "no " + what, "a table with this header and id, so that its key can be changed");
-    return text + (text.ends_with('\n') ? "" : "\n") + "\n[[" + place.table + "]]\n" + place.id_key + " = " + quoted(place.id) +
-           "\n# " + line + "\n" + place.key + " = " + written(number) + "\n";
+    return text + (text.ends_with('\n') ? "" : "\n") + "\n[[" + place.table + "]]\n" + place.id_key + " = " +
+           quoted(place.id) + "\n# " + line + "\n" + place.key + " = " + written(number) + "\n";
   }
   if (!place.segment.empty()) {
     std::size_t to = section.last;
     while (to < all.size() && !(all[to].header && !all[to].name.starts_with(place.table + "."))) ++to;
     if (!find_table(text, all, place.table + ".segment", place.segment, section.last, to, section))
-      throw core::InputError(source,
-                             "no [[" + place.table + ".segment]] '" + place.segment + "' below " + what,
+      throw core::InputError(source, "no [[" + place.table + ".segment]] '" + place.segment + "' below " + what,
                              "a table with this header and id, so that its key can be changed");
   }
   std::string changed = text;
@@ -212,11 +210,13 @@ std::string changed_text(const std::string& text, const std::string& source, con
 
 std::string with_own_material(const std::string& text, const std::string& source, const std::string& material,
                               const std::string& copy, const std::string& body) {
-  const auto find = [&](const std::string& in, const std::string& table, const std::string& id, std::vector<Statement>& all) {
+  const auto find = [&](const std::string& in, const std::string& table, const std::string& id,
+                        std::vector<Statement>& all) {
     all = outline(in);
     Section section;
     if (!find_table(in, all, table, id, 0, all.size(), section))
-      throw core::InputError(source, "no [[" + table + "]] with id = \"" + id + "\"", "a table with this header and id");
+      throw core::InputError(source, "no [[" + table + "]] with id = \"" + id + "\"",
+                             "a table with this header and id");
     return section;
   };
   std::vector<Statement> all;

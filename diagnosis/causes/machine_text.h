@@ -19,8 +19,8 @@ namespace thermotwin::diagnosis {
 /// @param comment  line put above the key, without '#'
 /// A key that is absent is added below the table's id.
 /// @throws InputError if the table, written as [[table]], or a number cannot be found
-std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place,
-                         double number, const std::string& comment);
+std::string changed_text(const std::string& text, const std::string& source, const MachineValue& place, double number,
+                         const std::string& comment);
 
 /// The text with a material that is a copy of another under a new id, and that of one body.
 /// @throws InputError if material or body cannot be found

@@ -38,24 +38,34 @@ mesh::Machine with_missing_source(const mesh::Machine& machine, const Parameter&
   return changed;
 }
 
-std::string missing_source_text(const mesh::Machine& machine, const Parameter& parameter, double power_W, double std_W, const std::string& why) {
+std::string missing_source_text(const mesh::Machine& machine, const Parameter& parameter, double power_W, double std_W,
+                                const std::string& why) {
   const MissingSource& missing = *parameter.missing;
-  const auto corner = [](const Vector3d& m) { return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", 1e3 * m.x(), 1e3 * m.y(), 1e3 * m.z()); };
+  const auto corner = [](const Vector3d& m) {
+    return fmt::format("[{:.9g}, {:.9g}, {:.9g}]", 1e3 * m.x(), 1e3 * m.y(), 1e3 * m.z());
+  };
   std::string text = machine.text + (machine.text.ends_with('\n') ? "" : "\n");
   if (machine.surface_index(missing.surface.id) < 0) {
     const mesh::Rule& rule = missing.surface.any_of.front();
-    text += fmt::format("\n[[surface]]\nid = \"{}\"\nbody = \"{}\"\nrule = {{ box_min_mm = {}, box_max_mm = {} }}\n", missing.surface.id,
-                        missing.surface.body, corner(*rule.box_min), corner(*rule.box_max));
+    text += fmt::format("\n[[surface]]\nid = \"{}\"\nbody = \"{}\"\nrule = {{ box_min_mm = {}, box_max_mm = {} }}\n",
+                        missing.surface.id, missing.surface.body, corner(*rule.box_min), corner(*rule.box_max));
   }
   std::string id = source_id(missing);
-  text += fmt::format("\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W where {} = {:.6g}, within {:.0f} mm of {}{}{}\nid = \"{}\"\n", power_W,
-                      std_W, missing.follows, missing.at, 1e3 * missing.region95, parameter.where, why.empty() ? "" : "; ", why, id);
-  if (power_W > 0.0 && std_W > 0.0) text += fmt::format("scale = {{ value = 1.0, std_percent = {:.3g} }}\n", std::min(100.0, 100.0 * std_W / power_W));
-  return text + fmt::format("law = [ {{ input = \"{}\", at = [0, {:.9g}], power_W = [0, {:.9g}] }} ]\nplace = [ {{ surface = \"{}\" }} ]\n", missing.follows,
-                            missing.most, power_W * missing.most / missing.at, missing.surface.id);
+  text += fmt::format(
+      "\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W where {} = {:.6g}, within {:.0f} mm of "
+      "{}{}{}\nid = \"{}\"\n",
+      power_W, std_W, missing.follows, missing.at, 1e3 * missing.region95, parameter.where, why.empty() ? "" : "; ",
+      why, id);
+  if (power_W > 0.0 && std_W > 0.0)
+    text += fmt::format("scale = {{ value = 1.0, std_percent = {:.3g} }}\n", std::min(100.0, 100.0 * std_W / power_W));
+  return text + fmt::format(
+                    "law = [ {{ input = \"{}\", at = [0, {:.9g}], power_W = [0, {:.9g}] }} ]\nplace = [ {{ surface = "
+                    "\"{}\" }} ]\n",
+                    missing.follows, missing.most, power_W * missing.most / missing.at, missing.surface.id);
 }
 
-core::Table source_series(const MissingSource& source, double power_W, double std_W, const Observations& obs, const mesh::Machine& machine) {
+core::Table source_series(const MissingSource& source, double power_W, double std_W, const Observations& obs,
+                          const mesh::Machine& machine) {
   core::Table table;
   table.columns = {"time_s", "power_W", "std_W"};
   table.values.resize(obs.rows.rows(), 3);

@@ -25,9 +25,9 @@ namespace {
 /// coarse mesh makes a contact or a film worse by some percent.
 constexpr double least_source_std = 0.03, least_film_std = 0.05, least_contact_std = 0.10;
 constexpr double least_material_std = 0.01, least_stiffness_std = 0.15;
-constexpr double least_offset_std = 0.1;    ///< K, air beside the structure against the channel
-constexpr double exponent_std = 0.03;       ///< of laws of speeds
-constexpr double load_std_W_m2 = 1.0;       ///< lamps and warm neighbours that nobody draws
+constexpr double least_offset_std = 0.1;  ///< K, air beside the structure against the channel
+constexpr double exponent_std = 0.03;     ///< of laws of speeds
+constexpr double load_std_W_m2 = 1.0;     ///< lamps and warm neighbours that nobody draws
 constexpr double gradient_std_K_m = 0.1;
 constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0, clock_std_s = 5.0, step_share = 0.2;
 constexpr double detached_std = 0.01;
@@ -40,8 +40,8 @@ Parameter candidate(const std::string& kind, const std::string& where, double no
   return p;
 }
 
-Parameter ratio(const std::string& kind, const std::string& where, const core::Uncertain& nominal,
-                double least_std, double cause_std) {
+Parameter ratio(const std::string& kind, const std::string& where, const core::Uncertain& nominal, double least_std,
+                double cause_std) {
   return candidate(kind, where, std::max(nominal.std_percent / 100.0, least_std), cause_std);
 }
 
@@ -56,7 +56,8 @@ bool is_speed(const std::string& channel) {
 
 /// Without laws its power is known only where it is measured, and its drive is no axis: the cut.
 bool is_process(const Machine& machine, const mesh::SourceSpec& source) {
-  return source.laws.empty() && source.losses.empty() && source.drive != "spindle" && machine.axis_index(source.drive) < 0;
+  return source.laws.empty() && source.losses.empty() && source.drive != "spindle" &&
+         machine.axis_index(source.drive) < 0;
 }
 
 double largest_power(const mesh::SourceSpec& source) {
@@ -81,10 +82,13 @@ void add_sources(const Machine& machine, const Measurement& measurement, std::ve
     }
     found.push_back(ratio("source_power", source.id, source.scale, least_source_std, 0.6));
     const bool by_law = source.drive.empty() || !measures(measurement, source.drive + ".power_W");
-    const bool by_speed = !source.losses.empty() || std::any_of(source.laws.begin(), source.laws.end(), [](const auto& law) { return is_speed(law.input); });
+    const bool by_speed = !source.losses.empty() || std::any_of(source.laws.begin(), source.laws.end(),
+                                                                [](const auto& law) { return is_speed(law.input); });
     if (by_law && by_speed) found.push_back(candidate("source_speed_law", source.id, exponent_std, 0.7));
     // What is on with the machine and no more is one and the same for both.
-    if (source.drive.empty() && source.losses.empty() && !source.laws.empty() && std::all_of(source.laws.begin(), source.laws.end(), [](const auto& law) { return law.input == "machine.on"; })) continue;
+    if (source.drive.empty() && source.losses.empty() && !source.laws.empty() &&
+        std::all_of(source.laws.begin(), source.laws.end(), [](const auto& law) { return law.input == "machine.on"; }))
+      continue;
     const double scale = largest_power(source);
     found.push_back(candidate("standstill_power", source.id, std::max(0.5, 0.01 * scale), std::max(40.0, 0.4 * scale)));
     found.back().low = -std::max(0.0, standing_power(source));
@@ -94,7 +98,8 @@ void add_sources(const Machine& machine, const Measurement& measurement, std::ve
 void add_films(const Machine& machine, std::vector<Parameter>& found) {
   for (const mesh::FilmSpec& film : machine.films) {
     found.push_back(ratio("film_coefficient", film.id, film.coefficient, least_film_std, 0.8));
-    const bool by_speed = film.kind == mesh::FilmKind::rotating_disc || (film.kind == mesh::FilmKind::table && is_speed(film.table.input));
+    const bool by_speed = film.kind == mesh::FilmKind::rotating_disc ||
+                          (film.kind == mesh::FilmKind::table && is_speed(film.table.input));
     if (by_speed) found.push_back(ratio("film_speed_law", film.id, film.coefficient, least_film_std, 0.8));
     // What shines on a wetted surface comes with the fluid's film.
     if (film.state.empty() && machine.volume_index(film.ambient) < 0)
@@ -128,8 +133,9 @@ void add_ambients(const Machine& machine, const Measurement& measurement, std::v
       found.push_back(candidate(offset_kind(machine, ambient), ambient.id, std, 2.0));
     }
     if (ambient.has_gradient && !measures(measurement, ambient.id + ".gradient_K_m"))
-      found.push_back(candidate("ambient_gradient", ambient.id,
-                                std::max(gradient_std_K_m, std::abs(ambient.gradient.value) * ambient.gradient.std_percent / 100.0), 1.0));
+      found.push_back(candidate(
+          "ambient_gradient", ambient.id,
+          std::max(gradient_std_K_m, std::abs(ambient.gradient.value) * ambient.gradient.std_percent / 100.0), 1.0));
   }
 }
 
@@ -137,7 +143,8 @@ void add_coolants(const Machine& machine, const Measurement& measurement, std::v
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
     found.push_back(ratio("coolant_flow", coolant.id, coolant.flow, least_source_std, 0.5));
     for (const mesh::CoolantSegment& segment : coolant.segments)
-      found.push_back(ratio("coolant_coupling", coolant.id + "." + segment.id, segment.film_coefficient, least_contact_std, 0.6));
+      found.push_back(
+          ratio("coolant_coupling", coolant.id + "." + segment.id, segment.film_coefficient, least_contact_std, 0.6));
     const bool measured = measures(measurement, "coolant." + coolant.id + ".inlet_T_C");
     found.push_back(candidate(measured ? "coolant_inlet" : "control_sensor_offset", coolant.id, least_offset_std, 2.0));
   }
@@ -147,8 +154,10 @@ void add_coolants(const Machine& machine, const Measurement& measurement, std::v
 void add_parts(const Machine& machine, std::vector<Parameter>& found) {
   for (const mesh::BodySpec& body : machine.bodies) {
     const mesh::Material& material = machine.material(body.material);
-    if (body.elastic) found.push_back(ratio("expansion_coefficient", body.id, material.expansion, least_material_std, 0.3));
-    if (material.specific_heat_table.at.empty()) found.push_back(ratio("heat_capacity", body.id, material.specific_heat, least_material_std, 0.3));
+    if (body.elastic)
+      found.push_back(ratio("expansion_coefficient", body.id, material.expansion, least_material_std, 0.3));
+    if (material.specific_heat_table.at.empty())
+      found.push_back(ratio("heat_capacity", body.id, material.specific_heat, least_material_std, 0.3));
   }
   for (const mesh::ScaleSpec& scale : machine.scales)
     found.push_back(ratio("scale_expansion", scale.axis, scale.expansion, least_material_std, 0.4));
@@ -161,7 +170,8 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
 
 /// Where an axis swings; blank while it stands.
 bool is_range(const std::string& input) {
-  return input.starts_with("axis.") && (input.find(".low_") != std::string::npos || input.find(".high_") != std::string::npos);
+  return input.starts_with("axis.") &&
+         (input.find(".low_") != std::string::npos || input.find(".high_") != std::string::npos);
 }
 
 /// Mean time between the values of the sparsest input that switches, s. A missing value repeats the
@@ -174,30 +184,37 @@ double input_spacing(const Measurement& measurement, double told_row_s) {
   double sparsest = 0.0;
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.input.empty() || channel.kind == ChannelKind::temperature || is_range(channel.input)) continue;
-    const double values = static_cast<double>(measurement.values(channel).array().isFinite().count());
+    const double values = measurement.values(channel).array().isFinite().count();
     // A channel that is given once and stands is no clock.
-    if (values >= 0.3 * static_cast<double>(time.size())) sparsest = std::max(sparsest, duration / values);
+    if (values >= 0.3 * time.size()) sparsest = std::max(sparsest, duration / values);
   }
-  return told_row_s > 0.0 ? std::max(0.0, sparsest - duration / static_cast<double>(time.size())) + step_share * told_row_s : sparsest;
+  return told_row_s > 0.0
+             ? std::max(0.0, sparsest - duration / static_cast<double>(time.size())) + step_share * told_row_s
+             : sparsest;
 }
 
-void add_readings(const Machine& machine, const Measurement& measurement, double told_row_s, std::vector<Parameter>& found) {
+void add_readings(const Machine& machine, const Measurement& measurement, double told_row_s,
+                  std::vector<Parameter>& found) {
   std::set<std::string> seen;  // a sensor that two channels read is offered once
   int temperatures = 0, displacements = 0;
-  const double spacing = input_spacing(measurement, told_row_s), clock_std = std::max(clock_std_s, 0.5 * spacing), lag_std = std::max(lag_std_s, 0.5 * spacing);
+  const double spacing = input_spacing(measurement, told_row_s), clock_std = std::max(clock_std_s, 0.5 * spacing),
+               lag_std = std::max(lag_std_s, 0.5 * spacing);
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind == ChannelKind::displacement) {
       ++displacements;
       found.push_back(candidate("probe_drift", channel.id, std::max(drift_std_um_h, 0.05 * channel.uncertainty), 1.5));
       if (channel.unit == "um/m") found.back().unit = "um/m/h";
-    } else if (channel.kind == ChannelKind::temperature && machine.sensor_index(channel.sensor) >= 0 && seen.insert(channel.sensor).second) {
+    } else if (channel.kind == ChannelKind::temperature && machine.sensor_index(channel.sensor) >= 0 &&
+               seen.insert(channel.sensor).second) {
       ++temperatures;
       const double noise = std::max(channel.uncertainty, 0.01);
       found.push_back(candidate("sensor_offset", channel.id, noise, 2.0));
       found.push_back(candidate("sensor_drift", channel.id, std::max(drift_std_K_h, 0.02 * noise), 0.06));
       found.push_back(candidate("sensor_lag", channel.id, lag_std, 1200.0));
-      if (machine.ambient_index("air") >= 0) found.push_back(candidate("sensor_detached", channel.id, detached_std, 0.6));
-      for (std::size_t back = machine.ambient_index("air") >= 0 ? 4 : 3; back > 0; --back) found[found.size() - back].item = channel.sensor;
+      if (machine.ambient_index("air") >= 0)
+        found.push_back(candidate("sensor_detached", channel.id, detached_std, 0.6));
+      for (std::size_t back = machine.ambient_index("air") >= 0 ? 4 : 3; back > 0; --back)
+        found[found.size() - back].item = channel.sensor;
     } else {
       continue;
     }
@@ -210,7 +227,8 @@ void add_readings(const Machine& machine, const Measurement& measurement, double
 
 }  // namespace
 
-std::vector<Parameter> candidate_parameters(const Machine& machine, const Measurement& measurement, bool with_parts, double told_row_s) {
+std::vector<Parameter> candidate_parameters(const Machine& machine, const Measurement& measurement, bool with_parts,
+                                            double told_row_s) {
   std::vector<Parameter> found;
   add_sources(machine, measurement, found);
   add_films(machine, found);

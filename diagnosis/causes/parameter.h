@@ -13,26 +13,26 @@ namespace thermotwin::diagnosis {
 /// Heat in proportion to an input on a surface that machine.toml does not have: missing_source.h.
 struct MissingSource {
   mesh::SurfaceSpec surface;
-  std::string follows;        ///< channel
-  double at = 1, most = 1;    ///< value of the input that the power is stated at; its largest one
-  std::string body;           ///< where it probably is
+  std::string follows;      ///< channel
+  double at = 1, most = 1;  ///< value of the input that the power is stated at; its largest one
+  std::string body;         ///< where it probably is
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
-  double region95 = 0;        ///< m, radius about the centre that holds it with 95 %
+  double region95 = 0;                               ///< m, radius about the centre that holds it with 95 %
 };
 
 struct Parameter {
-  std::string kind;         ///< "source_power", "film_coefficient", ... (README table)
-  std::string where;        ///< id in machine.toml, or channel id of a sensor, probe or clock
-  std::string name;         ///< "factor", "offset", ...
-  std::string unit;         ///< "1", "K", "W", ...
-  bool ratio = true;        ///< multiplies the nominal value; else it is added
-  double nominal = 1;       ///< 1 for ratios, 0 for what is added
-  double nominal_std = 0;   ///< stated uncertainty: what a clean machine may have
-  double cause_std = 0.5;   ///< prior width where it is the cause
-  double low = 0, high = 5; ///< bounds
-  double step = 0.01;       ///< of the finite difference
-  std::string item;         ///< id in machine.toml that carries the value, where `where` is a channel
-  double prior_share = 0;   ///< of its kind's prior; 0: that of any place of the kind
+  std::string kind;          ///< "source_power", "film_coefficient", ... (README table)
+  std::string where;         ///< id in machine.toml, or channel id of a sensor, probe or clock
+  std::string name;          ///< "factor", "offset", ...
+  std::string unit;          ///< "1", "K", "W", ...
+  bool ratio = true;         ///< multiplies the nominal value; else it is added
+  double nominal = 1;        ///< 1 for ratios, 0 for what is added
+  double nominal_std = 0;    ///< stated uncertainty: what a clean machine may have
+  double cause_std = 0.5;    ///< prior width where it is the cause
+  double low = 0, high = 5;  ///< bounds
+  double step = 0.01;        ///< of the finite difference
+  std::string item;          ///< id in machine.toml that carries the value, where `where` is a channel
+  double prior_share = 0;    ///< of its kind's prior; 0: that of any place of the kind
   std::shared_ptr<const MissingSource> missing;  ///< of a source_missing
 };
 

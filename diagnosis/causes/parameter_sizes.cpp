@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.h"
 #include "solver/operation/layout.h"
@@ -24,30 +25,33 @@ bool PartChanges::differs_in_rows(const PartChanges& other) const {
 
 PartChanges part_changes(const mesh::Machine& base, const mesh::Machine& machine) {
   PartChanges changes;
-  const auto size = [](const auto& items) { return static_cast<Index>(items.size()); };
+  const auto size = [](const auto& items) { return std::ssize(items); };
   changes.capacity.setZero(size(base.bodies));
   changes.bodies.setZero(size(base.bodies));
   for (std::size_t b = 0; b < base.bodies.size(); ++b) {
-    const mesh::Material &before = base.material(base.bodies[b].material), &now = machine.material(machine.bodies[b].material);
-    changes.capacity[static_cast<Index>(b)] = relative_change(now.density * now.specific_heat.value, before.density * before.specific_heat.value);
-    changes.bodies[static_cast<Index>(b)] = relative_change(now.expansion.value, before.expansion.value);
+    const mesh::Material &before = base.material(base.bodies[b].material),
+                         &now = machine.material(machine.bodies[b].material);
+    changes.capacity[b] =
+        relative_change(now.density * now.specific_heat.value, before.density * before.specific_heat.value);
+    changes.bodies[b] = relative_change(now.expansion.value, before.expansion.value);
   }
   changes.scales.setZero(size(base.scales));
   for (std::size_t i = 0; i < base.scales.size(); ++i)
-    changes.scales[static_cast<Index>(i)] = relative_change(machine.scales[i].expansion.value, base.scales[i].expansion.value);
+    changes.scales[i] = relative_change(machine.scales[i].expansion.value, base.scales[i].expansion.value);
   changes.screws.setZero(size(base.screws));
   for (std::size_t i = 0; i < base.screws.size(); ++i)
-    changes.screws[static_cast<Index>(i)] = relative_change(machine.screws[i].expansion.value, base.screws[i].expansion.value);
+    changes.screws[i] = relative_change(machine.screws[i].expansion.value, base.screws[i].expansion.value);
   changes.stiffness.setZero(size(base.joints));
   for (std::size_t i = 0; i < base.joints.size(); ++i)
     if (base.joints[i].stiffness_normal.value > 0.0)
-      changes.stiffness[static_cast<Index>(i)] = std::log(machine.joints[i].stiffness_normal.value / base.joints[i].stiffness_normal.value);
+      changes.stiffness[i] = std::log(machine.joints[i].stiffness_normal.value / base.joints[i].stiffness_normal.value);
   return changes;
 }
 
 VectorXd stiffness_amounts(const reduction::Parts& parts, const PartChanges& changes) {
   VectorXd amounts(changes.stiffness.size());
-  for (Index j = 0; j < amounts.size(); ++j) amounts[j] = changes.stiffness[j] == 0.0 ? 0.0 : parts.stiffness_amount(j, changes.stiffness[j]);
+  for (Index j = 0; j < amounts.size(); ++j)
+    amounts[j] = changes.stiffness[j] == 0.0 ? 0.0 : parts.stiffness_amount(j, changes.stiffness[j]);
   return amounts;
 }
 
@@ -56,7 +60,7 @@ AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Mac
   const std::size_t own = model.machine.sources.size();
   if (machine.sources.size() <= own) return added;
   const auto& patches = model.patches.items;
-  added.inputs.resize(model.system.order(), static_cast<Index>(machine.sources.size() - own));
+  added.inputs.resize(model.system.order(), machine.sources.size() - own);
   for (std::size_t i = own; i < machine.sources.size(); ++i) {
     const mesh::SourceSpec& source = machine.sources[i];
     const auto patch = std::find_if(patches.begin(), patches.end(), [&](const reduction::Patch& p) {
@@ -66,7 +70,7 @@ AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Mac
       throw core::InputError("source " + source.id, "a source that the reduced model does not have",
                              "one surface patch of the model as its place, or a new reduction");
     added.layout.inputs.push_back({.kind = solver::InputKind::source, .item = static_cast<int>(i)});
-    added.inputs.col(static_cast<Index>(i - own)) = model.patches.inputs.col(patch - patches.begin());
+    added.inputs.col(i - own) = model.patches.inputs.col(patch - patches.begin());
   }
   return added;
 }
@@ -82,15 +86,16 @@ reduction::ReducedModel model_of_changed(const reduction::ReducedModel& model, c
   if (!model.parts) return changed;
   const PartChanges changes = part_changes(model.machine, machine);
   for (Index b = 0; b < changes.capacity.size(); ++b) {
-    Eigen::MatrixXd& part = changed.parts->capacity[static_cast<std::size_t>(b)];
+    Eigen::MatrixXd& part = changed.parts->capacity[b];
     changed.system.capacity += changes.capacity[b] * part;
     part *= 1.0 + changes.capacity[b];
   }
   const auto add = [&](std::vector<reduction::ReducedOutputs>& parts, const VectorXd& amounts, const VectorXd& growth) {
     for (Index i = 0; i < amounts.size(); ++i) {
-      reduction::ReducedOutputs& part = parts[static_cast<std::size_t>(i)];
+      reduction::ReducedOutputs& part = parts[i];
       if (amounts[i] == 0.0 || part.tool.empty()) continue;
-      for (const auto rows : {&reduction::ReducedOutputs::tool, &reduction::ReducedOutputs::table_axis, &reduction::ReducedOutputs::table_own})
+      for (const auto rows : {&reduction::ReducedOutputs::tool, &reduction::ReducedOutputs::table_axis,
+                              &reduction::ReducedOutputs::table_own})
         for (std::size_t pose = 0; pose < (part.*rows).size(); ++pose) {
           (changed.outputs.*rows)[pose] += amounts[i] * (part.*rows)[pose];
           (part.*rows)[pose] *= growth[i];

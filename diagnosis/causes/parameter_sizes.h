@@ -23,8 +23,8 @@ Eigen::VectorXd stiffness_amounts(const reduction::Parts& parts, const PartChang
 /// Sources that a machine has beyond those of the machine that a reduced model was made of: each on one of the
 /// model's patches. @throws InputError where one is elsewhere
 struct AddedSources {
-  solver::Layout layout;    ///< of the machine
-  Eigen::MatrixXd inputs;   ///< (r x added) the columns that its inputs have at the end
+  solver::Layout layout;   ///< of the machine
+  Eigen::MatrixXd inputs;  ///< (r x added) the columns that its inputs have at the end
 };
 AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Machine& machine);
 

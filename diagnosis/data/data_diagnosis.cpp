@@ -5,6 +5,7 @@
 #include "diagnosis/data/data_diagnosis.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -28,8 +29,9 @@ namespace {
 
 constexpr double hour = 3600.0;
 constexpr double sure = 0.9, discrepant = 0.01;  ///< probability of a cause; p value of a residual
-constexpr double too_wide = 0.5;  ///< expected spread over a channel's own, above which a discrepancy as large as the signal would pass
-constexpr double shares = 0.05;   ///< probability of a cause that stays in an ambiguous set
+constexpr double too_wide =
+    0.5;  ///< expected spread over a channel's own, above which a discrepancy as large as the signal would pass
+constexpr double shares = 0.05;  ///< probability of a cause that stays in an ambiguous set
 constexpr double doubtful =
     0.1;                       ///< probability of none, below which a record without a discrepancy is not called clean
 constexpr double moves = 2.0;  ///< times its uncertainty, by which a channel varies that has something to be explained
@@ -43,7 +45,9 @@ double memory_of(const VectorXd& residual, const std::vector<Index>& rows, doubl
     square += 0.5 * (residual[rows[i]] * residual[rows[i]] + residual[rows[i - 1]] * residual[rows[i - 1]]);
   }
   const double correlation = square > 0.0 ? product / square : 0.0;
-  return correlation >= 1.0 ? std::numeric_limits<double>::infinity() : correlation > 0.0 ? -interval / std::log(correlation) : 0.0;
+  return correlation >= 1.0  ? std::numeric_limits<double>::infinity()
+         : correlation > 0.0 ? -interval / std::log(correlation)
+                             : 0.0;
 }
 
 double correlation(const VectorXd& a, const VectorXd& b) {
@@ -67,7 +71,8 @@ bool cannot_tell(const JudgedChannel& judged, double signal) {
 
 /// Sums of squares per interval of the last part.
 Interval last_interval(const VectorXd& before, const VectorXd& after, const std::vector<Index>& rows, double interval) {
-  return reduction_interval(before(rows).cwiseAbs2(), after(rows).cwiseAbs2(), static_cast<Index>(std::lround(2.0 * hour / interval)));
+  return reduction_interval(before(rows).cwiseAbs2(), after(rows).cwiseAbs2(),
+                            static_cast<Index>(std::lround(2.0 * hour / interval)));
 }
 
 /// @param explained_percent  of the channel's RMS in the last part
@@ -99,7 +104,8 @@ std::vector<OnLastPart> on_last_part(const DataRecord& record, Index target, con
   for (const Extension& extension : judged.extensions) {
     const VectorXd after = record.targets.col(target) - extension.predicted;
     const double rms = root_mean_square(after(last));
-    all.push_back({rms, reduction_percent(root_mean_square(judged.before(last)), rms), last_interval(judged.before, after, last, record.interval)});
+    all.push_back({rms, reduction_percent(root_mean_square(judged.before(last)), rms),
+                   last_interval(judged.before, after, last, record.interval)});
   }
   return all;
 }
@@ -124,19 +130,22 @@ std::string described(const Extension& extension) {
 NextMeasurement needed(const DataRecord& record, const JudgedChannel& judged, Index target, const RecordParts& parts,
                        double signal) {
   const std::vector<Index> later = joined(parts.middle, parts.last);
-  const std::string& channel = record.channels[static_cast<std::size_t>(target)].id;
+  const std::string& channel = record.channels[target].id;
   const MatrixXd columns = judged.box.columns(record)(later, Eigen::all), told = columns * judged.box.covariance;
   const double by_gains = std::sqrt(told.cwiseProduct(columns).rowwise().sum().mean());
   NextMeasurement next;
   next.channel = channel;
-  const std::string goal = fmt::format("the expected spread has to fall from {:.3g} um below {:.3g} um, half of what {} varies by", judged.expected, too_wide * signal, channel);
+  const std::string goal =
+      fmt::format("the expected spread has to fall from {:.3g} um below {:.3g} um, half of what {} varies by",
+                  judged.expected, too_wide * signal, channel);
   if (by_gains < std::hypot(judged.box.wander_std, root_mean_square(judged.box.noise_std(later)))) {
     next.load = "the same use, with a further temperature where its heat passes";
-    next.why = fmt::format("no recorded input follows {:.3g} um of it in the part that is fitted; {}", judged.box.wander_std, goal);
+    next.why = fmt::format("no recorded input follows {:.3g} um of it in the part that is fitted; {}",
+                           judged.box.wander_std, goal);
     return next;
   }
   // How much narrower the prediction would be with one input's gains known.
-  const Index elements = static_cast<Index>(judged.box.time_constants.size());
+  const Index elements = std::ssize(judged.box.time_constants);
   Index least_known = 0;
   double most = -1.0;
   for (Index i = 0; i < record.inputs.cols(); ++i) {
@@ -144,11 +153,14 @@ NextMeasurement needed(const DataRecord& record, const JudgedChannel& judged, In
     const MatrixXd told_own = own * judged.box.covariance.block(i * elements, i * elements, elements, elements);
     if (const double share = told_own.cwiseProduct(own).sum(); share > most) most = share, least_known = i;
   }
-  const auto input = static_cast<std::size_t>(least_known);
+  const std::size_t input = least_known;
   const VectorXd all = record.inputs.col(least_known), first = all(parts.first);
   const double fitted_hours = (parts.first_end - record.time[0]) / hour;
-  next.load = fmt::format("a longer use in which {} moves over {:.4g} to {:.4g} {} apart from the other inputs while the model is fitted (here {:.4g} to {:.4g} in the first {:.0f} h)",
-                          record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(), first.maxCoeff(), fitted_hours);
+  next.load = fmt::format(
+      "a longer use in which {} moves over {:.4g} to {:.4g} {} apart from the other inputs while the model is fitted "
+      "(here {:.4g} to {:.4g} in the first {:.0f} h)",
+      record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(),
+      first.maxCoeff(), fitted_hours);
   const auto own = judged.box.covariance.block(least_known * elements, least_known * elements, elements, elements);
   next.why = fmt::format("its steady gain is known to {:.3g} +- {:.2g} um per {} only; {}",
                          judged.box.step_response(least_known, std::numeric_limits<double>::infinity()),
@@ -163,15 +175,19 @@ std::string what_is_known(const DataRecord& record, const JudgedChannel& judged,
   std::string follows;
   for (Index i = 0; i < record.inputs.cols(); ++i)
     if (const double r = correlation(record.inputs.col(i)(later), residual); std::abs(r) > std::abs(strongest))
-      strongest = r, follows = record.input_names[static_cast<std::size_t>(i)];
+      strongest = r, follows = record.input_names[i];
   const VectorXd since = record.time(later).array() - record.time[later.front()];
   const double memory = memory_of(judged.before, later, record.interval), length = since[since.size() - 1];
-  return fmt::format("{}: RMS after the first part {:.2f} against {:.2f} expected, mean {:+.2f}, {:+.3f} per hour, {}, correlation {:+.2f} with {}",
-                     channel, judged.seen, judged.expected, residual.mean(),
-                     since.size() > 2 ? (since.array() - since.mean()).matrix().dot((residual.array() - residual.mean()).matrix()) /
-                                            (since.array() - since.mean()).square().sum() * hour : 0.0,
-                     memory < length ? fmt::format("forgets itself in {:.1f} h", memory / hour) : fmt::format("does not forget itself within {:.1f} h", length / hour),
-                     strongest, follows);
+  return fmt::format(
+      "{}: RMS after the first part {:.2f} against {:.2f} expected, mean {:+.2f}, {:+.3f} per hour, {}, correlation "
+      "{:+.2f} with {}",
+      channel, judged.seen, judged.expected, residual.mean(),
+      since.size() > 2 ? (since.array() - since.mean()).matrix().dot((residual.array() - residual.mean()).matrix()) /
+                             (since.array() - since.mean()).square().sum() * hour
+                       : 0.0,
+      memory < length ? fmt::format("forgets itself in {:.1f} h", memory / hour)
+                      : fmt::format("does not forget itself within {:.1f} h", length / hour),
+      strongest, follows);
 }
 
 /// @throws InputError where a displacement has no value to fit, to compare or to judge
@@ -179,13 +195,12 @@ void refuse_empty_parts(const DataRecord& record, const RecordParts& parts, cons
   for (Index t = 0; t < record.targets.cols(); ++t)
     for (const std::vector<Index>* part : {&parts.first, &parts.middle, &parts.last})
       if (finite_rows(record.targets.col(t), *part).empty())
-        throw core::InputError(
-            place,
-            fmt::format("no value of {} from hour {:.3g} to {:.3g}", record.channels[static_cast<std::size_t>(t)].id,
-                        (record.time[part->front()] - record.time[0]) / hour,
-                        (record.time[part->back()] - record.time[0]) / hour),
-            "displacements with values in each part: one to fit, one to compare and one to judge; "
-            "leave the channel out of channels.toml");
+        throw core::InputError(place,
+                               fmt::format("no value of {} from hour {:.3g} to {:.3g}", record.channels[t].id,
+                                           (record.time[part->front()] - record.time[0]) / hour,
+                                           (record.time[part->back()] - record.time[0]) / hour),
+                               "displacements with values in each part: one to fit, one to compare and one to judge; "
+                               "leave the channel out of channels.toml");
 }
 
 }  // namespace
@@ -208,7 +223,7 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
   bool any_moves = false;
   for (Index t = 0; t < targets; ++t) {
     signals.push_back(spread_of(record.targets.col(t)));
-    any_moves = any_moves || signals.back() > moves * record.channels[static_cast<std::size_t>(t)].uncertainty;
+    any_moves = any_moves || signals.back() > moves * record.channels[t].uncertainty;
   }
   bool all_none = true, unexplained = false, all_shared = true;
   std::vector<std::string> untold, doubted;  // channels of which the record cannot tell; where none is not likely
@@ -218,11 +233,12 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
   double square_before = 0, square_after = 0, count = 0, none = 1.0, unknown = 0.0;
   VectorXd pooled_before = VectorXd::Zero(n), pooled_after = VectorXd::Zero(n);
   for (Index t = 0; t < targets; ++t) {
-    const compensation::MeasuredChannel& channel = record.channels[static_cast<std::size_t>(t)];
+    const compensation::MeasuredChannel& channel = record.channels[t];
     JudgedChannel judged = judge_channel(record, t, parts);
     VectorXd after_extension = judged.before;  // of a named cause
-    const std::vector<Index> last = finite_rows(record.targets.col(t), parts.last), later = finite_rows(record.targets.col(t), joined(parts.middle, parts.last));
-    const double signal = signals[static_cast<std::size_t>(t)], rms_before = root_mean_square(judged.before(last));
+    const std::vector<Index> last = finite_rows(record.targets.col(t), parts.last),
+                             later = finite_rows(record.targets.col(t), joined(parts.middle, parts.last));
+    const double signal = signals[t], rms_before = root_mean_square(judged.before(last));
     const bool discrepancy = judged.p_value < discrepant;
     // One that stays beside others that move has nothing to tell.
     const bool untold_here = cannot_tell(judged, signal) && (signal > moves * channel.uncertainty || !any_moves);
@@ -279,7 +295,8 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
         }
         if (const double wide = judged.expected / std::max(signal, 1e-12); untold_here && wide > widest) {
           widest = wide;
-          width = fmt::format("{} is expected within +- {:.3g} {} and varies by {:.3g} {}", channel.id, judged.expected, channel.unit, signal, channel.unit);
+          width = fmt::format("{} is expected within +- {:.3g} {} and varies by {:.3g} {}", channel.id, judged.expected,
+                              channel.unit, signal, channel.unit);
           d.next = needed(record, judged, t, parts, signal);
         }
       } else {
@@ -290,8 +307,7 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
     }
     std::string steps;
     for (Index i = 0; i < record.inputs.cols(); ++i) {
-      steps += fmt::format("{}per {} of {}", i > 0 ? "; " : "", record.input_units[static_cast<std::size_t>(i)],
-                           record.input_names[static_cast<std::size_t>(i)]);
+      steps += fmt::format("{}per {} of {}", i > 0 ? "; " : "", record.input_units[i], record.input_names[i]);
       for (const double share : {1.0 / 24.0, 0.25, 1.0})
         steps += fmt::format(" {:+.2f} ({:.3g} h)", judged.box.step_response(i, share * fitted_hours * hour),
                              share * fitted_hours);
@@ -320,12 +336,14 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
   }
   d.ranking.push_back(no_cause("none", none));
   d.ranking.push_back(no_cause("unknown", unknown));
-  std::stable_sort(d.ranking.begin(), d.ranking.end(), [](const auto& a, const auto& b) { return a.probability > b.probability; });
+  std::stable_sort(d.ranking.begin(), d.ranking.end(),
+                   [](const auto& a, const auto& b) { return a.probability > b.probability; });
 
   d.heldout_rms_before_um = std::sqrt(square_before / std::max(count, 1.0));
   d.heldout_rms_after_um = std::sqrt(square_after / std::max(count, 1.0));
   d.reduction_percent = reduction_percent(d.heldout_rms_before_um, d.heldout_rms_after_um);
-  const Interval ci = reduction_interval(pooled_before(parts.last), pooled_after(parts.last), static_cast<Index>(std::lround(2.0 * hour / record.interval)));
+  const Interval ci = reduction_interval(pooled_before(parts.last), pooled_after(parts.last),
+                                         static_cast<Index>(std::lround(2.0 * hour / record.interval)));
   d.ci95_low_percent = ci.low;
   d.ci95_high_percent = ci.high;
   std::vector<std::string> named, shared;
@@ -334,14 +352,20 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
   const std::string beside = named.empty() ? "" : fmt::format(" {} explains the rest.", core::join(named));
   if (all_none) {
     d.verdict = "no_discrepancy";
-    d.sentence = fmt::format("No discrepancy: the record follows the grey box of its first {:.0f} h within its uncertainty.", fitted_hours);
+    d.sentence = fmt::format(
+        "No discrepancy: the record follows the grey box of its first {:.0f} h within its uncertainty.", fitted_hours);
   } else if (unexplained && !all_shared) {
     d.verdict = "unexplained";
-    d.sentence = fmt::format("Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; the notes say how they differ.", fitted_hours,
-                             named.empty() ? "nothing proposed holds in the last part" : "only " + core::join(named) + " holds in the last part");
+    d.sentence = fmt::format(
+        "Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; the notes say how they differ.",
+        fitted_hours,
+        named.empty() ? "nothing proposed holds in the last part"
+                      : "only " + core::join(named) + " holds in the last part");
   } else if (unexplained) {
     d.verdict = "ambiguous";
-    d.sentence = fmt::format("Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}", fitted_hours, core::join(shared), beside);
+    d.sentence = fmt::format(
+        "Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
+        fitted_hours, core::join(shared), beside);
   } else if (!doubted.empty() && untold.empty()) {
     d.verdict = "ambiguous";
     d.sentence = fmt::format(
@@ -351,12 +375,14 @@ Diagnosis diagnose_data(const compensation::Measurement& measurement, const Diag
         beside);
   } else if (!untold.empty()) {
     d.verdict = "ambiguous";
-    d.sentence = fmt::format("This record cannot tell whether {} changed after its first {:.0f} h: {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
-                             core::join(untold), fitted_hours, width, beside, d.next.channel, d.next.load, d.next.why);
+    d.sentence = fmt::format(
+        "This record cannot tell whether {} changed after its first {:.0f} h: {} (one standard deviation each).{} To "
+        "decide, measure {} under {}: {}.",
+        core::join(untold), fitted_hours, width, beside, d.next.channel, d.next.load, d.next.why);
   } else {
     d.verdict = "explained";
-    d.sentence = fmt::format("Explained by {}: in the last part the displacements' RMS goes from {:.2f} to {:.2f} um.", core::join(named), d.heldout_rms_before_um,
-                             d.heldout_rms_after_um);
+    d.sentence = fmt::format("Explained by {}: in the last part the displacements' RMS goes from {:.2f} to {:.2f} um.",
+                             core::join(named), d.heldout_rms_before_um, d.heldout_rms_after_um);
   }
   if (d.verdict == "ambiguous") {
     if (!unexplained) d.ambiguous_set.push_back(no_cause("none", none));

@@ -43,7 +43,7 @@ double log_mean_exp(const std::vector<double>& logs) {
 
 /// The rows that are fitted, with the box's columns.
 class Fitted {
- public:
+public:
   Fitted(const DataRecord& record, const GreyBox& box, const MatrixXd& columns, const VectorXd& value,
          std::vector<Index> rows)
       : box_(box),
@@ -77,7 +77,7 @@ class Fitted {
     return evidence.log_evidence() - 0.5 * white.log_determinant();
   }
 
- private:
+private:
   const GreyBox& box_;
   const MatrixXd& columns_;
   const VectorXd& value_;
@@ -146,7 +146,7 @@ Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, c
   extension.log_evidence = log_mean_exp(logs);
   Mixture value, begins;
   extension.predicted = VectorXd::Zero(results.front().predicted.size());
-  const double total = extension.log_evidence + std::log(static_cast<double>(logs.size()));
+  const double total = extension.log_evidence + std::log(logs.size());
   for (std::size_t i = 0; i < variants.size(); ++i) {
     const double weight = std::exp(logs[i] - total);
     extension.predicted += weight * results[i].predicted;
@@ -231,7 +231,7 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
 
   const Fitted fitted(record, box, columns, value, joined(first, middle));
   const double size = std::max({root_mean_square(judged.before(middle)), spread_of(value(first)), 1e-6});
-  const std::string& unit = record.channels[static_cast<std::size_t>(target)].unit;
+  const std::string& unit = record.channels[target].unit;
   judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), "probe_drift", "drift", unit + "/h"));
   if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day)
     judged.extensions.push_back(
@@ -248,7 +248,7 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
     logs.push_back(std::log(prior_cause / static_cast<double>(judged.extensions.size())) + extension.log_evidence);
     extension.log_evidence -= log_none;
   }
-  const double total = log_mean_exp(logs) + std::log(static_cast<double>(logs.size()));
+  const double total = log_mean_exp(logs) + std::log(logs.size());
   judged.none = std::exp(logs[0] - total);
   judged.unknown = std::exp(logs[1] - total);
   for (std::size_t i = 0; i < judged.extensions.size(); ++i)

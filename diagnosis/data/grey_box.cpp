@@ -2,6 +2,7 @@
 #include "diagnosis/data/grey_box.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -55,7 +56,7 @@ void fill_gaps(VectorXd& values, bool interpolate) {
   for (Index i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) continue;
     for (Index j = last + 1; j < i; ++j) {
-      const double share = static_cast<double>(j - last) / static_cast<double>(i - last);
+      const double share = static_cast<double>(j - last) / (i - last);
       values[j] = last < 0 ? values[i] : interpolate ? values[last] + share * (values[i] - values[last]) : values[last];
     }
     last = i;
@@ -68,15 +69,17 @@ void fill_gaps(VectorXd& values, bool interpolate) {
 DataRecord data_record(const compensation::Measurement& measurement, double interval_s) {
   const std::string place = measurement.folder.string();
   const VectorXd time = measurement.time();
-  if (time.size() < 2) throw InputError(place, fmt::format("{} rows of data", time.size()), "a record of several intervals of time");
+  if (time.size() < 2)
+    throw InputError(place, fmt::format("{} rows of data", time.size()), "a record of several intervals of time");
   DataRecord record;
   record.interval = interval_s;
   const double start = time[0];
   const auto count = static_cast<Index>(std::ceil((time[time.size() - 1] - start) / interval_s));
   if (count < 36)
-    throw InputError(place, fmt::format("a record of {:.0f} s", time[time.size() - 1] - start),
-                     fmt::format("at least 36 intervals of {:.0f} s: a part to fit, one to compare and one to judge", interval_s));
-  record.time = VectorXd::LinSpaced(count, start + 0.5 * interval_s, start + (static_cast<double>(count) - 0.5) * interval_s);
+    throw InputError(
+        place, fmt::format("a record of {:.0f} s", time[time.size() - 1] - start),
+        fmt::format("at least 36 intervals of {:.0f} s: a part to fit, one to compare and one to judge", interval_s));
+  record.time = VectorXd::LinSpaced(count, start + 0.5 * interval_s, start + (count - 0.5) * interval_s);
   std::vector<VectorXd> inputs, targets, counts;
   for (const MeasuredChannel& channel : measurement.channels) {
     auto [means, readings] = interval_means(time, measurement.values(channel), start, interval_s, count);
@@ -94,15 +97,18 @@ DataRecord data_record(const compensation::Measurement& measurement, double inte
       record.input_units.push_back(channel.unit);
     }
   }
-  if (targets.empty()) throw InputError(place, "no channel of kind displacement with data", "one or more displacements to explain");
-  if (inputs.empty()) throw InputError(place, "no temperature or other input that changes", "one or more channels that displacements may follow");
-  record.inputs.resize(count, static_cast<Index>(inputs.size()));
-  for (std::size_t i = 0; i < inputs.size(); ++i) record.inputs.col(static_cast<Index>(i)) = inputs[i];
-  record.targets.resize(count, static_cast<Index>(targets.size()));
+  if (targets.empty())
+    throw InputError(place, "no channel of kind displacement with data", "one or more displacements to explain");
+  if (inputs.empty())
+    throw InputError(place, "no temperature or other input that changes",
+                     "one or more channels that displacements may follow");
+  record.inputs.resize(count, std::ssize(inputs));
+  for (std::size_t i = 0; i < inputs.size(); ++i) record.inputs.col(i) = inputs[i];
+  record.targets.resize(count, std::ssize(targets));
   record.counts.resize(count, record.targets.cols());
   for (std::size_t i = 0; i < targets.size(); ++i) {
-    record.targets.col(static_cast<Index>(i)) = targets[i];
-    record.counts.col(static_cast<Index>(i)) = counts[i];
+    record.targets.col(i) = targets[i];
+    record.counts.col(i) = counts[i];
   }
   return record;
 }
@@ -112,18 +118,17 @@ double spread_of(const VectorXd& values) {
   for (const double v : values)
     if (std::isfinite(v)) good.push_back(v);
   if (good.size() < 2) return 0.0;
-  const VectorXd finite = Eigen::Map<VectorXd>(good.data(), static_cast<Index>(good.size()));
+  const VectorXd finite = Eigen::Map<VectorXd>(good.data(), std::ssize(good));
   return root_mean_square(finite.array() - finite.mean());
 }
 
 MatrixXd GreyBox::columns(const DataRecord& record) const {
-  const auto elements = static_cast<Index>(time_constants.size()), inputs = record.inputs.cols();
+  const auto elements = std::ssize(time_constants), inputs = record.inputs.cols();
   MatrixXd columns(record.time.size(), inputs * elements + 1);
   for (Index i = 0; i < inputs; ++i) {
     // Deviations from the start: an element begins in balance.
     const VectorXd input = record.inputs.col(i).array() - record.inputs(0, i);
-    for (Index k = 0; k < elements; ++k)
-      columns.col(i * elements + k) = lagged(record.time, input, time_constants[static_cast<std::size_t>(k)]);
+    for (Index k = 0; k < elements; ++k) columns.col(i * elements + k) = lagged(record.time, input, time_constants[k]);
   }
   columns.col(inputs * elements).setOnes();
   return columns;
@@ -135,10 +140,10 @@ ChannelCovariance GreyBox::left_over(const DataRecord& record, const std::vector
 }
 
 double GreyBox::step_response(Index input, double seconds) const {
-  const auto elements = static_cast<Index>(time_constants.size());
+  const auto elements = std::ssize(time_constants);
   double moved = 0.0;
   for (Index k = 0; k < elements; ++k) {
-    const double tau = time_constants[static_cast<std::size_t>(k)];
+    const double tau = time_constants[k];
     moved += gains[input * elements + k] * (tau > 0.0 ? -std::expm1(-seconds / tau) : 1.0);
   }
   return moved;
@@ -156,13 +161,13 @@ GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<I
   GreyBox best;
   for (const double tau : grid_s)
     if (tau <= span) best.time_constants.push_back(tau);
-  const auto elements = static_cast<Index>(best.time_constants.size());
-  best.fitted = static_cast<Index>(good.size());
+  const auto elements = std::ssize(best.time_constants);
+  best.fitted = std::ssize(good);
   best.log_evidence = -std::numeric_limits<double>::infinity();
   const MatrixXd columns = best.columns(record)(good, Eigen::all);
-  const VectorXd least = (record.channels[static_cast<std::size_t>(target)].uncertainty *
-                          record.counts.col(target).cwiseMax(1.0).cwiseSqrt().cwiseInverse())
-                             .cwiseMax(least_noise * size);
+  const VectorXd least =
+      (record.channels[target].uncertainty * record.counts.col(target).cwiseMax(1.0).cwiseSqrt().cwiseInverse())
+          .cwiseMax(least_noise * size);
 
   struct Levels {
     VectorXd widths;

@@ -20,12 +20,12 @@ namespace thermotwin::diagnosis {
 
 /// Inputs and targets on one grid of interval means; NaN where nothing was measured.
 struct DataRecord {
-  Eigen::VectorXd time;                  ///< (n) s, middle of each interval
+  Eigen::VectorXd time;    ///< (n) s, middle of each interval
   Eigen::MatrixXd inputs;  ///< (n x inputs); temperatures interpolated over gaps, others with the last value
   std::vector<std::string> input_names, input_units;
   Eigen::MatrixXd targets, counts;                      ///< (n x targets); the second: readings in each mean
   std::vector<compensation::MeasuredChannel> channels;  ///< of the targets
-  double interval = 0;                   ///< s
+  double interval = 0;                                  ///< s
 };
 
 /// @throws InputError: no input, no displacement, a record too short to be divided
@@ -41,7 +41,7 @@ struct GreyBox {
   double wander_std = 0, wander_time = 0;  ///< um (or the target's unit), s
   Eigen::VectorXd noise_std;               ///< (n) of each interval's mean
   Eigen::VectorXd gains;                   ///< posterior means
-  Eigen::MatrixXd covariance;            ///< of the gains
+  Eigen::MatrixXd covariance;              ///< of the gains
   double log_evidence = 0, chi_square = 0;
   Eigen::Index fitted = 0;  ///< values
 

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "core/error.h"
@@ -28,27 +29,26 @@ LinearEvidence::LinearEvidence(const Eigen::MatrixXd& sensitivity, const Eigen::
   const Eigen::VectorXd unit_mean = factor.solve(b);
   const double log_det = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
   chi_square_ = residual.squaredNorm() - b.dot(unit_mean);
-  const double n = static_cast<double>(residual.size());
+  const double n = residual.size();
   log_evidence_ = -0.5 * (n * std::log(2.0 * std::numbers::pi) + log_det + chi_square_);
   mean_ = prior_std.cwiseProduct(unit_mean);
-  covariance_ = prior_std.asDiagonal() *
-                factor.solve(Eigen::MatrixXd::Identity(prior_std.size(), prior_std.size())) *
+  covariance_ = prior_std.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(prior_std.size(), prior_std.size())) *
                 prior_std.asDiagonal();
 }
 
 LinearEvidence::Widened LinearEvidence::widen(std::span<const int> which, std::span<const double> std) const {
   assert(which.size() == std.size());
-  const auto k = static_cast<Index>(which.size());
+  const auto k = std::ssize(which);
   Eigen::MatrixXd block(k, k);
   Eigen::VectorXd mean(k), change(k);
   double log_width = 0.0;
   for (Index i = 0; i < k; ++i) {
-    const int a = which[static_cast<std::size_t>(i)];
-    const double wide = std[static_cast<std::size_t>(i)], narrow = prior_std_[a];
+    const int a = which[i];
+    const double wide = std[i], narrow = prior_std_[a];
     mean[i] = mean_[a];
     change[i] = 1.0 / (wide * wide) - 1.0 / (narrow * narrow);
     log_width += std::log(wide / narrow);
-    for (Index j = 0; j < k; ++j) block(i, j) = covariance_(a, which[static_cast<std::size_t>(j)]);
+    for (Index j = 0; j < k; ++j) block(i, j) = covariance_(a, which[j]);
   }
   // (P + E D E^T)^-1 restricted to the block is (C^-1 + D)^-1 = C (1 + D C)^-1.
   const Eigen::MatrixXd inner = Eigen::MatrixXd::Identity(k, k) + change.asDiagonal() * block;

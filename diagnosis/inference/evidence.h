@@ -15,12 +15,11 @@
 namespace thermotwin::diagnosis {
 
 class LinearEvidence {
- public:
+public:
   /// @param sensitivity  (n x p) whitened, per unit of each parameter
   /// @param residual     (n) whitened
   /// @param prior_std    (p) > 0
-  LinearEvidence(const Eigen::MatrixXd& sensitivity, const Eigen::VectorXd& residual,
-                 const Eigen::VectorXd& prior_std);
+  LinearEvidence(const Eigen::MatrixXd& sensitivity, const Eigen::VectorXd& residual, const Eigen::VectorXd& prior_std);
 
   /// log p(r) of the whitened residual (without the whitening's own determinant).
   double log_evidence() const { return log_evidence_; }
@@ -30,9 +29,9 @@ class LinearEvidence {
 
   /// The same data with some priors widened.
   struct Widened {
-    double log_ratio = 0;   ///< log evidence minus that of the priors given
-    double chi_square = 0;  ///< what is left then, see chi_square()
-    Eigen::VectorXd mean, std;   ///< posterior of the widened ones, in the order asked for
+    double log_ratio = 0;       ///< log evidence minus that of the priors given
+    double chi_square = 0;      ///< what is left then, see chi_square()
+    Eigen::VectorXd mean, std;  ///< posterior of the widened ones, in the order asked for
   };
   /// @param which  indices of parameters, distinct   @param std  their new prior
   Widened widen(std::span<const int> which, std::span<const double> std) const;
@@ -40,7 +39,7 @@ class LinearEvidence {
   /// r^T r - b^T (..)^-1 b: chi-square of n degrees of freedom if the model holds.
   double chi_square() const { return chi_square_; }
 
- private:
+private:
   Eigen::VectorXd prior_std_, mean_;
   Eigen::MatrixXd covariance_;
   double log_evidence_ = 0, chi_square_ = 0;

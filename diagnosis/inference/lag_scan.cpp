@@ -16,17 +16,18 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int scan_points = 24;
-constexpr double scan_widths = 3.0;      ///< of the prior, either way
-constexpr double scan_gains = 4.0;       ///< chi-square below that at nominal that is worth a closer look
+constexpr double scan_widths = 3.0;  ///< of the prior, either way
+constexpr double scan_gains = 4.0;   ///< chi-square below that at nominal that is worth a closer look
 constexpr std::size_t most_scanned = 4;
 
 }  // namespace
 
-std::vector<ScannedReading> scan_readings(const Problem& problem, const Response& response, const mesh::Machine& machine, const White& white,
-                                          const LinearForm& form, const std::vector<int>& candidates) {
+std::vector<ScannedReading> scan_readings(const Problem& problem, const Response& response,
+                                          const mesh::Machine& machine, const White& white, const LinearForm& form,
+                                          const std::vector<int>& candidates) {
   std::vector<int> curved;
   for (const int i : candidates) {
-    const std::string& kind = problem.parameters[static_cast<std::size_t>(i)].kind;
+    const std::string& kind = problem.parameters[i].kind;
     const bool member = std::find(form.members.begin(), form.members.end(), i) != form.members.end();
     if ((kind == "sensor_lag" || kind == "clock_shift") && !member) curved.push_back(i);
   }
@@ -34,7 +35,7 @@ std::vector<ScannedReading> scan_readings(const Problem& problem, const Response
   std::vector<Parameter> members;
   VectorXd prior_std = form.prior_std;
   for (const int i : form.members) {
-    members.push_back(problem.parameters[static_cast<std::size_t>(i)]);
+    members.push_back(problem.parameters[i]);
     prior_std[i] = members.back().cause_std;
   }
   const mesh::Machine base = with_parameters(problem.machine_around(machine, form.members), members, form.value);
@@ -50,12 +51,14 @@ std::vector<ScannedReading> scan_readings(const Problem& problem, const Response
   };
   const double nominal = chi_square(form.residual);
   const auto residual_at = [&](const Parameter& p, double value) {
-    return VectorXd(white.of(problem, problem.measured - response.read(with_parameter(base, p, value), states) + form.shift));
+    return VectorXd(
+        white.of(problem, problem.measured - response.read(with_parameter(base, p, value), states) + form.shift));
   };
   std::vector<std::pair<double, ScannedReading>> found(curved.size());
   core::parallel_for(0, curved.size(), [&](std::size_t c) {
-    const Parameter& p = problem.parameters[static_cast<std::size_t>(curved[c])];
-    const double low = std::max(p.low, p.nominal - scan_widths * p.cause_std), high = std::min(p.high, p.nominal + scan_widths * p.cause_std);
+    const Parameter& p = problem.parameters[curved[c]];
+    const double low = std::max(p.low, p.nominal - scan_widths * p.cause_std),
+                 high = std::min(p.high, p.nominal + scan_widths * p.cause_std);
     double best = nominal, at = p.nominal;
     for (int k = 0; k <= scan_points; ++k) {
       const double value = low + (high - low) * k / scan_points;
@@ -70,7 +73,7 @@ std::vector<ScannedReading> scan_readings(const Problem& problem, const Response
   std::vector<ScannedReading> kept;
   for (auto& [gain, scanned] : found) {
     if (gain < scan_gains || kept.size() >= most_scanned) break;
-    const Parameter& p = problem.parameters[static_cast<std::size_t>(scanned.parameter)];
+    const Parameter& p = problem.parameters[scanned.parameter];
     const double above = std::min(scanned.value + p.step, p.high), below = std::max(scanned.value - p.step, p.low);
     scanned.column = (residual_at(p, below) - residual_at(p, above)) / (above - below);
     scanned.residual = residual_at(p, scanned.value) + scanned.column * (scanned.value - p.nominal);

@@ -17,7 +17,8 @@ struct ScannedReading {
 
 /// The few of the candidates' lags and clock shifts whose best value in their range gains most, beside the members of a
 /// linear form. @param machine  the nominal one
-std::vector<ScannedReading> scan_readings(const Problem& problem, const Response& response, const mesh::Machine& machine, const White& white,
-                                          const LinearForm& form, const std::vector<int>& candidates);
+std::vector<ScannedReading> scan_readings(const Problem& problem, const Response& response,
+                                          const mesh::Machine& machine, const White& white, const LinearForm& form,
+                                          const std::vector<int>& candidates);
 
 }  // namespace thermotwin::diagnosis

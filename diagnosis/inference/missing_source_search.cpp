@@ -2,6 +2,7 @@
 #include "diagnosis/inference/missing_source_search.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -28,11 +29,11 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double prior_W = 100.0;       ///< what an unknown source may have
-constexpr double nominal_W = 0.02;      ///< what none has: nothing
-constexpr double stands_still = 1e-3;   ///< an input that varies by less of its largest value
+constexpr double prior_W = 100.0;      ///< what an unknown source may have
+constexpr double nominal_W = 0.02;     ///< what none has: nothing
+constexpr double stands_still = 1e-3;  ///< an input that varies by less of its largest value
 constexpr std::size_t most_inputs = 10, kept_inputs = 3;
-constexpr double unseen = 3e-4;         ///< of the combination of patches that outputs see best
+constexpr double unseen = 3e-4;  ///< of the combination of patches that outputs see best
 constexpr Index most_combinations = 60;
 constexpr Index place_directions_kept = 3;
 /// A patch says that the source is within its box, and one heated spot differs from a patch by as much as the patches beside it do: of the
@@ -56,21 +57,24 @@ double largest(const mesh::Machine& machine, const std::string& channel, double 
 }
 
 /// Measured speeds, powers and states that change, and the machine being on: what runs all the time.
-std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver::Channels& channels, const compensation::Measurement& measurement,
-                                      const Observations& obs) {
+std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver::Channels& channels,
+                                      const compensation::Measurement& measurement, const Observations& obs) {
   std::vector<Followed> found{{"machine.on", 1, 1}};
   for (const compensation::MeasuredChannel& measured : measurement.channels) {
     using Kind = compensation::ChannelKind;
     const int channel = measured.input.empty() ? -1 : channels.index(measured.input);
     if (channel < 0 || measured.input == "machine.on" || found.size() >= most_inputs) continue;
-    if (measured.kind != Kind::speed && measured.kind != Kind::power && measured.kind != Kind::state && measured.kind != Kind::flow) continue;
+    if (measured.kind != Kind::speed && measured.kind != Kind::power && measured.kind != Kind::state &&
+        measured.kind != Kind::flow)
+      continue;
     double low = 1e300, high = 0.0;
     for (Index s = 0; s < obs.rows.rows(); ++s) {
       const double value = magnitude(obs, channel, s);
       low = std::min(low, value);
       high = std::max(high, value);
     }
-    if (high > 0.0 && high - low > stands_still * high) found.push_back({measured.input, high, largest(machine, measured.input, high)});
+    if (high > 0.0 && high - low > stands_still * high)
+      found.push_back({measured.input, high, largest(machine, measured.input, high)});
   }
   return found;
 }
@@ -82,26 +86,32 @@ struct Combinations {
 };
 
 /// @param patches  (r x patches)
-Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& patches, const MatrixXd& rows, const VectorXd& scale, const VectorXd& p) {
+Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& patches, const MatrixXd& rows,
+                          const VectorXd& scale, const VectorXd& p) {
   MatrixXd a = model.system.conduction;
   for (Index j = 0; j < p.size(); ++j)
-    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+    if (p[j] != 0.0) a += p[j] * model.system.terms[j];
   const Index outputs = rows.rows();
   MatrixXd seen(outputs * static_cast<Index>(std::size(shifts)), patches.cols());
   for (std::size_t i = 0; i < std::size(shifts); ++i)
     seen.middleRows(outputs * static_cast<Index>(i), outputs) =
-        scale.cwiseInverse().asDiagonal() * rows * Eigen::PartialPivLU<MatrixXd>(a + shifts[i] * model.system.capacity).solve(patches);
+        scale.cwiseInverse().asDiagonal() * rows *
+        Eigen::PartialPivLU<MatrixXd>(a + shifts[i] * model.system.capacity).solve(patches);
   // Right singular vectors by way of the left ones, which are fewer.
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(seen * seen.transpose());
   const VectorXd& squares = eigen.eigenvalues();  // rising
   const Index count = squares.size();
   Index kept = 0;
-  while (kept < std::min(count, most_combinations) && squares[count - 1 - kept] > unseen * unseen * squares[count - 1]) ++kept;
-  const MatrixXd directions = seen.transpose() * eigen.eigenvectors().rightCols(kept) * squares.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  while (kept < std::min(count, most_combinations) && squares[count - 1 - kept] > unseen * unseen * squares[count - 1])
+    ++kept;
+  const MatrixXd directions = seen.transpose() * eigen.eigenvectors().rightCols(kept) *
+                              squares.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
   return {patches * directions, directions.transpose()};
 }
 
-double log_positive_share(double mean, double std) { return std::log(std::max(std::erfc(-mean / (std * std::numbers::sqrt2)), 1e-12)); }
+double log_positive_share(double mean, double std) {
+  return std::log(std::max(std::erfc(-mean / (std * std::numbers::sqrt2)), 1e-12));
+}
 
 constexpr double spread_shares[] = {0.0, 0.5, 1.0};  ///< of a source's heat that enters beside its patch
 
@@ -118,7 +128,7 @@ MatrixXd between(const MatrixXd& both) {
 
 /// Log of the mean over the shares, one row a patch.
 MatrixXd over_shares(const MatrixXd& evidence) {
-  const auto shares = static_cast<Index>(std::size(spread_shares)), patches = evidence.rows() / shares;
+  const Index shares = std::size(spread_shares), patches = evidence.rows() / shares;
   MatrixXd mean(patches, evidence.cols());
   for (Index k = 0; k < patches; ++k)
     for (Index j = 0; j < mean.cols(); ++j) {
@@ -132,9 +142,9 @@ MatrixXd over_shares(const MatrixXd& evidence) {
 
 /// The search's data: responses of all combinations to all inputs, white, and what nuisances take of them.
 struct Seen {
-  MatrixXd white;           ///< (fitted x (combinations x inputs))
-  VectorXd residual;        ///< (fitted)
-  MatrixXd nuisances;       ///< (fitted x nuisances) in units of their prior
+  MatrixXd white;      ///< (fitted x (combinations x inputs))
+  VectorXd residual;   ///< (fitted)
+  MatrixXd nuisances;  ///< (fitted x nuisances) in units of their prior
   Eigen::LLT<MatrixXd> factor;
 
   Seen(const Problem& problem, const MatrixXd& responses) {
@@ -164,9 +174,11 @@ MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
     const VectorXd product = own.transpose() * seen.residual - own_taken.transpose() * taken_residual;
     for (Index k = 0; k < weights.cols(); ++k) {
       const VectorXd z = weights.col(k);
-      const double square = prior_W * prior_W * std::max(0.0, z.dot(gram * z)), variance = prior_W * prior_W / (1.0 + square);
+      const double square = prior_W * prior_W * std::max(0.0, z.dot(gram * z)),
+                   variance = prior_W * prior_W / (1.0 + square);
       const double mean = variance * z.dot(product);
-      evidence(k, j) = -0.5 * std::log1p(square) + 0.5 * mean * mean / variance + log_positive_share(mean, std::sqrt(variance));
+      evidence(k, j) =
+          -0.5 * std::log1p(square) + 0.5 * mean * mean / variance + log_positive_share(mean, std::sqrt(variance));
     }
   }
   return evidence;
@@ -174,17 +186,21 @@ MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
 
 /// Leading directions of what a source's response may be off by, one standard deviation each, where its place is only known to a
 /// posterior. (combinations x few)
-MatrixXd place_directions(const Seen& seen, const MatrixXd& weights, Index input, const VectorXd& posterior, const VectorXd& chosen) {
+MatrixXd place_directions(const Seen& seen, const MatrixXd& weights, Index input, const VectorXd& posterior,
+                          const VectorXd& chosen) {
   const Index m = weights.rows();
   const auto own = seen.white.middleCols(input * m, m);
-  const MatrixXd apart = (weights.colwise() - chosen) * posterior.cwiseSqrt().asDiagonal(), spread = apart * apart.transpose();
+  const MatrixXd apart = (weights.colwise() - chosen) * posterior.cwiseSqrt().asDiagonal(),
+                 spread = apart * apart.transpose();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> metric(own.transpose() * own);
   const MatrixXd root = metric.eigenvectors() * metric.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(root.transpose() * spread * root);
   MatrixXd directions(m, std::min(m, place_directions_kept));
   for (Index i = 0; i < directions.cols(); ++i) {
     const double square = eigen.eigenvalues()[m - 1 - i];
-    directions.col(i) = square > 0.0 ? VectorXd(spread * (root * eigen.eigenvectors().col(m - 1 - i)) / std::sqrt(square)) : VectorXd::Zero(m);
+    directions.col(i) = square > 0.0
+                            ? VectorXd(spread * (root * eigen.eigenvectors().col(m - 1 - i)) / std::sqrt(square))
+                            : VectorXd::Zero(m);
   }
   return directions;
 }
@@ -194,15 +210,17 @@ MatrixXd place_directions(const Seen& seen, const MatrixXd& weights, Index input
 void place(const VectorXd& posterior, const std::vector<reduction::Patch>& patches, MissingSource& source) {
   std::vector<std::pair<std::string, double>> bodies;
   for (Index k = 0; k < posterior.size(); ++k) {
-    const std::string& body = patches[static_cast<std::size_t>(k)].surface.body;
+    const std::string& body = patches[k].surface.body;
     if (bodies.empty() || bodies.back().first != body) bodies.emplace_back(body, 0.0);
     bodies.back().second += posterior[k];
   }
-  source.body = std::max_element(bodies.begin(), bodies.end(), [](const auto& a, const auto& b) { return a.second < b.second; })->first;
+  source.body = std::max_element(bodies.begin(), bodies.end(), [](const auto& a, const auto& b) {
+                  return a.second < b.second;
+                })->first;
   double sum = 0.0, extent = 0.0;
   source.centre.setZero();
   for (Index k = 0; k < posterior.size(); ++k) {
-    const reduction::Patch& patch = patches[static_cast<std::size_t>(k)];
+    const reduction::Patch& patch = patches[k];
     if (patch.surface.body != source.body) continue;
     source.centre += posterior[k] * patch.centre;
     const mesh::Rule& box = patch.surface.any_of.front();
@@ -212,7 +230,7 @@ void place(const VectorXd& posterior, const std::vector<reduction::Patch>& patch
   source.centre /= sum;
   std::vector<std::pair<double, double>> distances;
   for (Index k = 0; k < posterior.size(); ++k)
-    distances.emplace_back((patches[static_cast<std::size_t>(k)].centre - source.centre).norm(), posterior[k]);
+    distances.emplace_back((patches[k].centre - source.centre).norm(), posterior[k]);
   std::sort(distances.begin(), distances.end());
   double inside = 0.0, radius = 0.0;
   for (const auto& [distance, probability] : distances) {
@@ -226,23 +244,26 @@ void place(const VectorXd& posterior, const std::vector<reduction::Patch>& patch
 /// A source on a patch is somewhere on it: its weight over the patches around, by distance in units of its own radius.
 /// @param posterior  (patches x shares, shares outermost)
 VectorXd blurred(const VectorXd& posterior, const std::vector<reduction::Patch>& patches) {
-  const auto count = static_cast<Index>(patches.size());
+  const auto count = std::ssize(patches);
   MatrixXd kernel(count, count);
   for (Index k = 0; k < count; ++k) {
-    const reduction::Patch& from = patches[static_cast<std::size_t>(k)];
+    const reduction::Patch& from = patches[k];
     for (Index i = 0; i < count; ++i) {
-      const reduction::Patch& to = patches[static_cast<std::size_t>(i)];
-      kernel(i, k) = to.surface.body == from.surface.body ? std::exp(-0.5 * (to.centre - from.centre).squaredNorm() * std::numbers::pi / from.area) : 0.0;
+      const reduction::Patch& to = patches[i];
+      kernel(i, k) = to.surface.body == from.surface.body
+                         ? std::exp(-0.5 * (to.centre - from.centre).squaredNorm() * std::numbers::pi / from.area)
+                         : 0.0;
     }
     kernel.col(k) /= kernel.col(k).sum();
   }
   VectorXd result(posterior.size());
-  for (Index first = 0; first < posterior.size(); first += count) result.segment(first, count) = kernel * posterior.segment(first, count);
+  for (Index first = 0; first < posterior.size(); first += count)
+    result.segment(first, count) = kernel * posterior.segment(first, count);
   return result;
 }
 
 void add_column(Problem& problem, const Parameter& parameter, const VectorXd& column) {
-  const auto at = static_cast<Index>(problem.parameters.size()), rest = problem.columns.cols() - at;
+  const auto at = std::ssize(problem.parameters), rest = problem.columns.cols() - at;
   problem.parameters.push_back(parameter);
   problem.nominal.conservativeResize(at + 1);
   problem.nominal[at] = parameter.nominal;
@@ -257,13 +278,15 @@ void add_column(Problem& problem, const Parameter& parameter, const VectorXd& co
 }
 
 /// Longest that the machine is in one state: its coefficients there.
-VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::ReducedModel& model, const Observations& obs) {
+VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::ReducedModel& model,
+                            const Observations& obs) {
   const solver::OperatingModel operating(machine, model.system.layout);
-  const VectorXd inlets = VectorXd::Zero(static_cast<Index>(machine.coolants.size()));
-  VectorXd mean = VectorXd::Zero(static_cast<Index>(model.system.terms.size()));
+  const VectorXd inlets = VectorXd::Zero(std::ssize(machine.coolants));
+  VectorXd mean = VectorXd::Zero(std::ssize(model.system.terms));
   const Index stride = std::max<Index>(1, obs.rows.rows() / 50);
   Index count = 0;
-  for (Index s = 0; s < obs.rows.rows(); s += stride, ++count) mean += operating.coefficients(obs.rows.row(s).transpose(), inlets).p;
+  for (Index s = 0; s < obs.rows.rows(); s += stride, ++count)
+    mean += operating.coefficients(obs.rows.row(s).transpose(), inlets).p;
   return mean / static_cast<double>(count);
 }
 
@@ -277,22 +300,24 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   const Observations& obs = problem.observations;
   const solver::Channels channels(machine);
   const std::vector<Followed> inputs = followed_inputs(machine, channels, measurement, obs);
-  MatrixXd series(obs.rows.rows(), static_cast<Index>(inputs.size()));
+  MatrixXd series(obs.rows.rows(), std::ssize(inputs));
   for (Index j = 0; j < series.cols(); ++j) {
-    const Followed& input = inputs[static_cast<std::size_t>(j)];
+    const Followed& input = inputs[j];
     const int channel = channels.index(input.channel);
     for (Index s = 0; s < series.rows(); ++s) series(s, j) = channel < 0 ? 1.0 : magnitude(obs, channel, s) / input.at;
   }
-  VectorXd scale(static_cast<Index>(obs.channels.size()));
+  VectorXd scale(std::ssize(obs.channels));
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
-    scale[static_cast<Index>(k)] = problem.expected_std.segment(problem.first_row(k), obs.channels[k].size()).mean();
+    scale[k] = problem.expected_std.segment(problem.first_row(k), obs.channels[k].size()).mean();
   MatrixXd both(model.patches.inputs.rows(), 2 * model.patches.inputs.cols());
   both << model.patches.inputs, response.spread_heat() * model.patches.inputs;
-  const Combinations heat = combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
+  const Combinations heat =
+      combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
   const mesh::Machine base = problem.machine_around(machine, {});
   const MatrixXd responses = response.to_heat(base, heat.loads, series), weights = between(heat.weights);
   const Seen seen(problem, responses);
-  const MatrixXd every = SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()), evidence = over_shares(every);
+  const MatrixXd every = SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()),
+                 evidence = over_shares(every);
 
   std::vector<Index> order(inputs.size());
   std::iota(order.begin(), order.end(), Index{0});
@@ -306,27 +331,29 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
     const VectorXd places = evidence.col(j);
     Index k = 0;
     const double top = places.maxCoeff(&k), total = top + std::log((places.array() - top).exp().sum());
-    const Followed& input = inputs[static_cast<std::size_t>(j)];
+    const Followed& input = inputs[j];
     auto source = std::make_shared<MissingSource>();
-    source->surface = patches[static_cast<std::size_t>(k)].surface;
+    source->surface = patches[k].surface;
     source->follows = input.channel;
     source->at = input.at;
     source->most = input.most;
     place((places.array() - total).exp(), patches, *source);
-    Parameter p = make_parameter("source_missing", fmt::format("{} at {:.0f} {:.0f} {:.0f} mm", source->body, 1e3 * source->centre.x(),
-                                                               1e3 * source->centre.y(), 1e3 * source->centre.z()));
+    Parameter p = make_parameter("source_missing",
+                                 fmt::format("{} at {:.0f} {:.0f} {:.0f} mm", source->body, 1e3 * source->centre.x(),
+                                             1e3 * source->centre.y(), 1e3 * source->centre.z()));
     p.nominal_std = nominal_W;
     p.cause_std = prior_W;
-    p.prior_share = std::exp(total - top) / static_cast<double>(evidence.size());
+    p.prior_share = std::exp(total - top) / evidence.size();
     p.missing = std::move(source);
     found.push_back(std::move(p));
-    const VectorXd posterior = (every.col(j).array() - total).exp() / static_cast<double>(shares);
-    freedom.push_back(responses.middleCols(j * m, m) * place_directions(seen, weights, j, blurred(posterior, patches), weights.col(k)));
+    const VectorXd posterior = (every.col(j).array() - total).exp() / shares;
+    freedom.push_back(responses.middleCols(j * m, m) *
+                      place_directions(seen, weights, j, blurred(posterior, patches), weights.col(k)));
   }
-  const MatrixXd columns = response.linearise(base, found, VectorXd::Zero(static_cast<Index>(found.size())), false).sensitivity;
+  const MatrixXd columns = response.linearise(base, found, VectorXd::Zero(std::ssize(found)), false).sensitivity;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    problem.place_freedom[static_cast<int>(problem.parameters.size())] = std::move(freedom[i]);
-    add_column(problem, found[i], columns.col(static_cast<Index>(i)));
+    problem.place_freedom[problem.parameters.size()] = std::move(freedom[i]);
+    add_column(problem, found[i], columns.col(i));
   }
 }
 

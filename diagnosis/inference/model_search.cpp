@@ -24,7 +24,8 @@ namespace {
 /// A cause whose whole prior moves the white residual by less than this cannot be told from none.
 constexpr double visible = 2.0;
 constexpr std::size_t most_pair_partners = 60;
-constexpr double worth_looking_beside = 10.0;  ///< ln Bayes factor of the leading cause above which all others are linearised anew beside it
+constexpr double worth_looking_beside =
+    10.0;  ///< ln Bayes factor of the leading cause above which all others are linearised anew beside it
 
 double log_sum(const std::vector<double>& logs) {
   const double top = *std::max_element(logs.begin(), logs.end());
@@ -36,10 +37,10 @@ double log_sum(const std::vector<double>& logs) {
 /// Each kind counts the same, and each place of a kind. (candidates) adds up to 1
 std::vector<double> prior_shares(const Problem& problem, const std::vector<int>& candidates) {
   std::map<std::string, int> places;
-  for (const int i : candidates) ++places[problem.parameters[static_cast<std::size_t>(i)].kind];
+  for (const int i : candidates) ++places[problem.parameters[i].kind];
   std::vector<double> shares;
   for (const int i : candidates) {
-    const Parameter& p = problem.parameters[static_cast<std::size_t>(i)];
+    const Parameter& p = problem.parameters[i];
     shares.push_back((p.prior_share > 0.0 ? p.prior_share : 1.0 / places[p.kind]) / static_cast<double>(places.size()));
   }
   return shares;
@@ -47,9 +48,11 @@ std::vector<double> prior_shares(const Problem& problem, const std::vector<int>&
 
 /// A linear form with its evidence, and the readings that were looked for beside its members.
 class Evidence {
- public:
+public:
   Evidence(const LinearForm& form, double log_none, double share, const std::vector<ScannedReading>& scanned = {})
-      : evidence_(form.columns, form.residual, form.prior_std), log_none_(log_none), share_(share) {
+      : evidence_(form.columns, form.residual, form.prior_std),
+        log_none_(log_none),
+        share_(share) {
     MatrixXd columns = form.columns;
     for (const ScannedReading& s : scanned) {
       const VectorXd kept = columns.col(s.parameter);
@@ -64,7 +67,7 @@ class Evidence {
     std::vector<double> wide;
     const LinearEvidence* at = &evidence_;
     for (const int i : members) {
-      wide.push_back(problem.parameters[static_cast<std::size_t>(i)].cause_std);
+      wide.push_back(problem.parameters[i].cause_std);
       if (const auto found = elsewhere_.find(i); found != elsewhere_.end() && at == &evidence_) at = &found->second;
     }
     const LinearEvidence::Widened widened = at->widen(members, wide);
@@ -73,8 +76,8 @@ class Evidence {
     h.value = widened.mean;
     h.std = widened.std;
     for (std::size_t k = 0; k < members.size(); ++k) {
-      const auto place = static_cast<Index>(k);
-      const Parameter& p = problem.parameters[static_cast<std::size_t>(members[k])];
+      const Index place = k;
+      const Parameter& p = problem.parameters[members[k]];
       h.value[place] += p.nominal;
       h.log_evidence += log_within_bounds(p, h.value[place], h.std[place]);
       h.value[place] = std::clamp(h.value[place], p.low, p.high);
@@ -84,7 +87,7 @@ class Evidence {
     return h;
   }
 
- private:
+private:
   LinearEvidence evidence_;
   std::map<int, LinearEvidence> elsewhere_;  ///< about what the scan found
   double log_none_, share_;
@@ -97,9 +100,10 @@ void sort_by_posterior(std::vector<Hypothesis>& all) {
 }
 
 /// Every pair of which one member is among the better single causes. Where that one was fitted, on the linear form about it.
-std::vector<Hypothesis> grow_pairs(const Problem& problem, const Response& response, const mesh::Machine& machine, const White& white,
-                                   const Evidence& nominal, double log_none, const std::vector<int>& candidates,
-                                   const std::vector<double>& share, const std::vector<Hypothesis>& singles, const SearchOptions& options) {
+std::vector<Hypothesis> grow_pairs(const Problem& problem, const Response& response, const mesh::Machine& machine,
+                                   const White& white, const Evidence& nominal, double log_none,
+                                   const std::vector<int>& candidates, const std::vector<double>& share,
+                                   const std::vector<Hypothesis>& singles, const SearchOptions& options) {
   double squares = 0.0;
   std::map<int, double> share_of;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
@@ -118,15 +122,20 @@ std::vector<Hypothesis> grow_pairs(const Problem& problem, const Response& respo
     std::optional<Evidence> about;
     if (firsts[a]->refined) {
       const bool looked_beside = a == 0 && firsts[a]->log_evidence > worth_looking_beside;
-      const LinearForm form = looked_beside ? form_beside(problem, response, machine, white, *firsts[a]) : form_about(problem, white, *firsts[a]);
-      about.emplace(form, log_none, options.evidence_share, a == 0 ? scan_readings(problem, response, machine, white, form, candidates) : std::vector<ScannedReading>());
+      const LinearForm form = looked_beside ? form_beside(problem, response, machine, white, *firsts[a])
+                                            : form_about(problem, white, *firsts[a]);
+      about.emplace(
+          form, log_none, options.evidence_share,
+          a == 0 ? scan_readings(problem, response, machine, white, form, candidates) : std::vector<ScannedReading>());
     }
     const int first = firsts[a]->members[0];
     // What the leading cause itself gains where all else is linearised about it is no second one's.
     const double own_gain = about ? about->of(problem, {first}, 1.0).log_evidence - firsts[a]->log_evidence : 0.0;
     for (std::size_t b = a + 1; b < firsts.size(); ++b) {
       const int second = firsts[b]->members[0];
-      grown[a].push_back((about ? *about : nominal).of(problem, {first, second}, options.prior_pair * share_of.at(first) * share_of.at(second) / all_pairs));
+      grown[a].push_back(
+          (about ? *about : nominal)
+              .of(problem, {first, second}, options.prior_pair * share_of.at(first) * share_of.at(second) / all_pairs));
       grown[a].back().log_evidence -= own_gain;
     }
   });
@@ -153,29 +162,33 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   result.chi_square_none = none.chi_square();
   result.fitted = white.residual.size();
   std::vector<int> candidates;
-  for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i) {
-    const double seen =
-        white.columns.col(i).norm() * problem.parameters[static_cast<std::size_t>(i)].cause_std;
+  for (int i = 0; i < std::ssize(problem.parameters); ++i) {
+    const double seen = white.columns.col(i).norm() * problem.parameters[i].cause_std;
     (seen > visible ? candidates : result.invisible).push_back(i);
   }
   const std::vector<double> share = prior_shares(problem, candidates);
-  const Evidence nominal(form, log_none, options.evidence_share, scan_readings(problem, response, machine, white, form, candidates));
+  const Evidence nominal(form, log_none, options.evidence_share,
+                         scan_readings(problem, response, machine, white, form, candidates));
 
   std::vector<Hypothesis>& all = result.hypotheses;
   const auto fit_leading = [&](std::size_t members, int most) {
     std::vector<Hypothesis*> leading;
     for (Hypothesis& h : all)
       if (h.members.size() == members && !h.refined && static_cast<int>(leading.size()) < most) leading.push_back(&h);
-    core::parallel_for(0, leading.size(), [&](std::size_t i) { refine(*leading[i], problem, response, machine, white, log_none, options.iterations, options.evidence_share); });
+    core::parallel_for(0, leading.size(), [&](std::size_t i) {
+      refine(*leading[i], problem, response, machine, white, log_none, options.iterations, options.evidence_share);
+    });
   };
   all.resize(1);
   all[0].log_prior = std::log(options.prior_none);
-  for (std::size_t i = 0; i < candidates.size(); ++i) all.push_back(nominal.of(problem, {candidates[i]}, options.prior_single * share[i]));
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    all.push_back(nominal.of(problem, {candidates[i]}, options.prior_single * share[i]));
   sort_by_posterior(all);
   fit_leading(1, options.refined_singles);
   sort_by_posterior(all);
 
-  const std::vector<Hypothesis> pairs = grow_pairs(problem, response, machine, white, nominal, log_none, candidates, share, all, options);
+  const std::vector<Hypothesis> pairs =
+      grow_pairs(problem, response, machine, white, nominal, log_none, candidates, share, all, options);
   all.insert(all.end(), pairs.begin(), pairs.end());
   sort_by_posterior(all);
   for (int fitted = 0; fitted < options.most_refined_pairs; fitted += options.pair_group) {
@@ -190,8 +203,9 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
     sort_by_posterior(all);
   }
 
-  const UnknownEvidence alone = unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
-                                                 problem.amplitude, {0.03, 0.1, 0.3, 1.0, 3.0});
+  const UnknownEvidence alone =
+      unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
+                       problem.amplitude, {0.03, 0.1, 0.3, 1.0, 3.0});
   result.log_evidence_unknown = options.evidence_share * (alone.with - alone.without);
   result.unknown_channel = alone.channel;
   // Whether the best single cause and the best pair leave what they do not describe.
@@ -208,7 +222,7 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
   for (const auto& [h, log] : leftovers) logs.push_back(log);
   const double normal = log_sum(logs);
   result.probability_unknown = std::exp(logs[0] - normal);
-  result.marginal = VectorXd::Zero(static_cast<Index>(problem.parameters.size()));
+  result.marginal = VectorXd::Zero(std::ssize(problem.parameters));
   double most_beside = 0.0;
   for (const auto& [h, log] : leftovers) {
     const double probability = std::exp(log - normal);

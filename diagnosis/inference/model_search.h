@@ -16,7 +16,7 @@ namespace thermotwin::diagnosis {
 
 struct SearchOptions {
   double prior_none = 0.5, prior_single = 0.35, prior_pair = 0.1, prior_unknown = 0.05;
-  double prior_leftover = 0.1;     ///< that a cause leaves something unknown beside it
+  double prior_leftover = 0.1;  ///< that a cause leaves something unknown beside it
   /// What evidence counts of its nominal weight. Channels err together (the same mesh bends all
   /// poses alike), while the covariance takes them for independent; on clean virtual measurements
   /// the best of sixty causes otherwise collects up to eight nats from errors of the model alone.
@@ -24,19 +24,19 @@ struct SearchOptions {
   int refined_singles = 8, iterations = 3;
   /// Pairs are fitted in groups, until none that is left comes within `pair_margin` of the best fitted one.
   int pair_group = 4, most_refined_pairs = 16;
-  double pair_margin = 4.0;        ///< nats
+  double pair_margin = 4.0;  ///< nats
 };
 
 struct SearchResult {
   std::vector<Hypothesis> hypotheses;  ///< most probable first; without unknown
   Eigen::VectorXd marginal;            ///< (parameters) probability to be in the model
   double probability_none = 0, probability_unknown = 0, log_evidence_unknown = 0;
-  double probability_leftover = 0;     ///< of a cause with something unknown beside it; part of unknown's
-  double log_evidence_beside = 0;      ///< of the most probable of these causes or pairs, without the unknown
-  int unknown_channel = -1;            ///< the one that something unknown is best seen in; -1: several
-  std::vector<int> invisible;          ///< parameters that this measurement cannot show
-  double chi_square_none = 0;          ///< of the fitted part, no cause
-  Eigen::Index fitted = 0;             ///< its degrees of freedom
+  double probability_leftover = 0;  ///< of a cause with something unknown beside it; part of unknown's
+  double log_evidence_beside = 0;   ///< of the most probable of these causes or pairs, without the unknown
+  int unknown_channel = -1;         ///< the one that something unknown is best seen in; -1: several
+  std::vector<int> invisible;       ///< parameters that this measurement cannot show
+  double chi_square_none = 0;       ///< of the fitted part, no cause
+  Eigen::Index fitted = 0;          ///< its degrees of freedom
 
   /// The hypothesis of this single cause; nullptr if it is invisible.
   const Hypothesis* single(int parameter) const;

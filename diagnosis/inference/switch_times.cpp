@@ -14,16 +14,20 @@ using Eigen::Index;
 
 namespace {
 
-constexpr double least_share = 0.2, least_sure = 2.0;  ///< of a while, and standard deviations, by which a change is moved
-constexpr double least_gain = 5.0;                     ///< ln of the likelihood of no cause that it has to bring
+constexpr double least_share = 0.2,
+                 least_sure = 2.0;  ///< of a while, and standard deviations, by which a change is moved
+constexpr double least_gain = 5.0;  ///< ln of the likelihood of no cause that it has to bring
 constexpr double in_time_s = 1.0;
 constexpr int most_rounds = 4;
 
 /// The changes that are told to have come elsewhere than where they are taken to, by the time of the row that shows them.
 std::map<double, double> moved_changes(const Problem& problem, const LinearEvidence& none) {
-  struct Told { double came = 0.0, earlier_s = 0.0, later_s = 0.0; Eigen::VectorXd weights; };
+  struct Told {
+    double came = 0.0, earlier_s = 0.0, later_s = 0.0;
+    Eigen::VectorXd weights;
+  };
   const std::vector<Observations::MayHold>& whiles = problem.observations.may_hold;
-  const Index first = problem.columns.cols() - static_cast<Index>(whiles.size());
+  const Index first = problem.columns.cols() - std::ssize(whiles);
   std::map<double, Told> changes;
   for (std::size_t k = 0; k < whiles.size(); ++k) {
     const Observations::MayHold& held = whiles[k];
@@ -32,13 +36,15 @@ std::map<double, double> moved_changes(const Problem& problem, const LinearEvide
     told.came = held.earlier ? held.to : held.from;
     (held.earlier ? told.earlier_s : told.later_s) = length;
     if (told.weights.size() == 0) told.weights.setZero(none.mean().size());
-    told.weights[first + static_cast<Index>(k)] = sign * length;
+    told.weights[first + k] = sign * length;
   }
   std::map<double, double> moved;
   for (const auto& [shown, told] : changes) {
-    const double by = told.weights.dot(none.mean()), std = std::sqrt(told.weights.dot(none.covariance() * told.weights));
+    const double by = told.weights.dot(none.mean()),
+                 std = std::sqrt(told.weights.dot(none.covariance() * told.weights));
     const double room = by < 0.0 ? told.earlier_s : told.later_s;
-    if (room > 0.0 && std::abs(by) > least_share * room && std::abs(by) > least_sure * std) moved[shown] = told.came + by;
+    if (room > 0.0 && std::abs(by) > least_share * room && std::abs(by) > least_sure * std)
+      moved[shown] = told.came + by;
   }
   return moved;
 }
@@ -47,13 +53,15 @@ std::map<double, double> moved_changes(const Problem& problem, const LinearEvide
 LinearEvidence none_in_time(const Problem& problem, const White& white) {
   Eigen::VectorXd prior_std = problem.prior_std;
   for (std::size_t i = 0; i < problem.parameters.size(); ++i)
-    if (const std::string& kind = problem.parameters[i].kind; kind == "clock_shift" || kind == "sensor_lag") prior_std[static_cast<Index>(i)] = in_time_s;
+    if (const std::string& kind = problem.parameters[i].kind; kind == "clock_shift" || kind == "sensor_lag")
+      prior_std[i] = in_time_s;
   return {white.columns, white.residual, prior_std};
 }
 
 }  // namespace
 
-Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const DiagnoseOptions& options) {
+Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+         const DiagnoseOptions& options) {
   const mesh::Machine& machine = model.machine;
   const solver::Channels channels(machine);
   Seen best;
@@ -62,14 +70,16 @@ Seen see(const reduction::ReducedModel& model, const compensation::Measurement& 
   for (int round = 0; round < most_rounds; ++round) {
     Seen now;
     now.observations = std::make_unique<const Observations>(
-        observe(measurement, machine, channels, {.interval_s = options.interval_s, .heldout_share = options.heldout_share, .changes = changes}));
+        observe(measurement, machine, channels,
+                {.interval_s = options.interval_s, .heldout_share = options.heldout_share, .changes = changes}));
     now.response = std::make_unique<const Response>(model, *now.observations);
     now.problem = make_problem(machine, measurement, *now.observations, *now.response, options);
     if (now.observations->may_hold.empty()) return now;
     const White white(now.problem);
     const LinearEvidence none = none_in_time(now.problem, white);
     // Of the data alone: what is told is not more likely for having been told before.
-    const double log_likelihood = -0.5 * ((white.residual - white.columns * none.mean()).squaredNorm() + white.whitener.log_determinant());
+    const double log_likelihood =
+        -0.5 * ((white.residual - white.columns * none.mean()).squaredNorm() + white.whitener.log_determinant());
     if (round > 0 && log_likelihood < reached + least_gain) break;
     reached = log_likelihood;
     best = std::move(now);

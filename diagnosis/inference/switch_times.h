@@ -16,10 +16,11 @@ namespace thermotwin::diagnosis {
 struct Seen {
   std::unique_ptr<const Observations> observations;  ///< the response refers to it for its whole life
   std::unique_ptr<const Response> response;
-  Problem problem;                                   ///< about nominal
+  Problem problem;  ///< about nominal
 };
 
 /// @throws InputError as observe
-Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const DiagnoseOptions& options);
+Seen see(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+         const DiagnoseOptions& options);
 
 }  // namespace thermotwin::diagnosis

@@ -22,7 +22,7 @@ constexpr double inflations[] = {5.0, 20.0};  ///< of what the model is said to 
 
 /// What one channel adds to the normal equations.
 struct Block {
-  MatrixXd gram;      ///< lower half
+  MatrixXd gram;  ///< lower half
   VectorXd right;
   double square = 0, log_determinant = 0;
 };
@@ -44,9 +44,11 @@ double log_evidence(const Block& sum, double rows) {
   MatrixXd precision = sum.gram;
   precision.diagonal().array() += 1.0;
   const Eigen::LLT<MatrixXd> factor(precision);
-  if (factor.info() != Eigen::Success) throw core::SolverError("diagnosis: evidence with a residual that is not finite");
+  if (factor.info() != Eigen::Success)
+    throw core::SolverError("diagnosis: evidence with a residual that is not finite");
   const double log_det = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
-  return -0.5 * (rows * std::log(2.0 * EIGEN_PI) + log_det + sum.square - sum.right.dot(factor.solve(sum.right)) + sum.log_determinant);
+  return -0.5 * (rows * std::log(2.0 * EIGEN_PI) + log_det + sum.square - sum.right.dot(factor.solve(sum.right)) +
+                 sum.log_determinant);
 }
 
 void add(Block& sum, const Block& other, double sign = 1.0) {
@@ -65,8 +67,8 @@ double log_mean(const std::vector<double>& logs) {
 
 }  // namespace
 
-UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns, const VectorXd& prior_std, const VectorXd& residual,
-                                 const VectorXd& seen, const std::vector<double>& levels) {
+UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns, const VectorXd& prior_std,
+                                 const VectorXd& residual, const VectorXd& seen, const std::vector<double>& levels) {
   const auto& observed = problem.observations.channels;
   const std::size_t channels = observed.size(), wandering = levels.size() * std::size(memories_s);
   const std::size_t sizes = wandering + std::size(inflations), wide = sizes + 1;
@@ -83,8 +85,10 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns
     blocks[k * wide] = block(covariance[k], own, r);
     for (std::size_t s = 0; s < sizes; ++s) {
       ChannelCovariance other = covariance[k];
-      if (s < wandering) other.wander.push_back({levels[s / std::size(memories_s)] * seen[static_cast<Index>(k)], memories_s[s % std::size(memories_s)]});
-      else other.shapes *= inflations[s - wandering];
+      if (s < wandering)
+        other.wander.push_back({levels[s / std::size(memories_s)] * seen[k], memories_s[s % std::size(memories_s)]});
+      else
+        other.shapes *= inflations[s - wandering];
       blocks[k * wide + s + 1] = block(other, own, r);
     }
   });
@@ -99,7 +103,8 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns
     scopes[0].push_back(k);
     scopes[observed[k].is_temperature() ? 1 : 2].push_back(k);
   }
-  std::erase_if(scopes, [&](const auto& scope) { return scope.empty() || (scope.size() == channels && &scope != &scopes[0]); });
+  std::erase_if(scopes,
+                [&](const auto& scope) { return scope.empty() || (scope.size() == channels && &scope != &scopes[0]); });
   const std::size_t groups = scopes.size();
   if (channels > 1)
     for (std::size_t k = 0; k < channels; ++k) scopes.push_back({k});
@@ -116,12 +121,14 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns
     of_scope[i] = log_mean(logs);
   });
   std::vector<double> sorts = {of_scope[0]};
-  const auto from = [&](std::size_t first, std::size_t last) { return std::vector<double>(of_scope.begin() + static_cast<std::ptrdiff_t>(first), of_scope.begin() + static_cast<std::ptrdiff_t>(last)); };
+  const auto from = [&](std::size_t first, std::size_t last) {
+    return std::vector<double>(of_scope.begin() + first, of_scope.begin() + last);
+  };
   if (groups > 1) sorts.push_back(log_mean(from(1, groups)));
   if (scopes.size() > groups) sorts.push_back(log_mean(from(groups, scopes.size())));
   result.with = log_mean(sorts);
-  const std::size_t best = static_cast<std::size_t>(std::max_element(of_scope.begin(), of_scope.end()) - of_scope.begin());
-  if (best >= groups) result.channel = static_cast<int>(best - groups);
+  const std::size_t best = std::max_element(of_scope.begin(), of_scope.end()) - of_scope.begin();
+  if (best >= groups) result.channel = best - groups;
   return result;
 }
 

@@ -2,6 +2,7 @@
 #include "diagnosis/judge/judgement.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +23,7 @@ namespace {
 
 constexpr double bootstrap_block_s = 2.0 * 3600.0;
 constexpr double not_foretold = 1.5;  ///< chi-square of a mean that was held out
-constexpr double much_worse = 1.5;  ///< RMS after over before: a wrong cause, not one that wanders
+constexpr double much_worse = 1.5;    ///< RMS after over before: a wrong cause, not one that wanders
 
 /// Held-out sums of squares per interval of the channels that a rule picks.
 struct Squares {
@@ -40,7 +41,7 @@ Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const
     if (!pick(channel)) continue;
     const Index row = problem.first_row(k);
     for (Index i = channel.fitted; i < channel.size(); ++i) {
-      const Index interval = channel.interval[static_cast<std::size_t>(i)];
+      const Index interval = channel.interval[i];
       all.before[interval] += std::pow(problem.measured[row + i] - problem.predicted[row + i], 2);
       all.after[interval] += std::pow(problem.measured[row + i] - predicted[row + i], 2);
       all.count += 1.0;
@@ -53,35 +54,32 @@ Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const
 }
 
 Interval interval_of(const Problem& problem, const Squares& squares) {
-  return reduction_interval(
-      squares.before, squares.after,
-      static_cast<Index>(std::lround(bootstrap_block_s / problem.observations.interval)));
+  return reduction_interval(squares.before, squares.after,
+                            static_cast<Index>(std::lround(bootstrap_block_s / problem.observations.interval)));
 }
 
-bool is_gauge(const ObservedChannel& channel) {
-  return !channel.is_temperature() && channel.channel.unit == "um";
-}
+bool is_gauge(const ObservedChannel& channel) { return !channel.is_temperature() && channel.channel.unit == "um"; }
 
 bool is_sensor_kind(const Parameter& parameter) { return acts_on_readings(parameter.kind); }
 
 void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
   const Observations& obs = problem.observations;
-  const auto channels = static_cast<Index>(obs.channels.size());
+  const auto channels = std::ssize(obs.channels);
   out.series.source = "residuals.csv";
   out.series.columns = {"time_s"};
   out.series.values.setConstant(obs.intervals, 1 + 4 * channels, std::numeric_limits<double>::quiet_NaN());
   for (Index i = 0; i < obs.intervals; ++i)
-    out.series.values(i, 0) = std::min(obs.start + obs.interval * (static_cast<double>(i) + 0.5), obs.end);
+    out.series.values(i, 0) = std::min(obs.start + obs.interval * (i + 0.5), obs.end);
   for (Index k = 0; k < channels; ++k) {
-    const ObservedChannel& channel = obs.channels[static_cast<std::size_t>(k)];
+    const ObservedChannel& channel = obs.channels[k];
     for (const char* suffix : {"", "_before", "_after", "_std"})
       out.series.columns.push_back(channel.channel.id + suffix);
-    const Index row = problem.first_row(static_cast<std::size_t>(k));
+    const Index row = problem.first_row(k);
     for (Index i = 0; i < channel.size(); ++i) {
-      const Index at = channel.interval[static_cast<std::size_t>(i)];
+      const Index at = channel.interval[i];
       out.series.values.row(at).segment(1 + 4 * k, 4) << problem.measured[row + i],
-          problem.measured[row + i] - problem.predicted[row + i],
-          problem.measured[row + i] - best.predicted[row + i], problem.expected_std[row + i];
+          problem.measured[row + i] - problem.predicted[row + i], problem.measured[row + i] - best.predicted[row + i],
+          problem.expected_std[row + i];
     }
   }
 }
@@ -136,20 +134,22 @@ std::string heldout_objection(const Diagnosis& d, double chi_square) {
   if (chi_square < not_foretold) return "";
   std::vector<std::string> names;
   for (const RankedCause& cause : d.causes) names.push_back(cause.parameter.kind + " of " + cause.parameter.where);
-  return fmt::format("{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not named.", core::join(names),
-                     d.heldout_rms_after_um, d.heldout_rms_before_um);
+  return fmt::format(
+      "{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not "
+      "named.",
+      core::join(names), d.heldout_rms_after_um, d.heldout_rms_before_um);
 }
 
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis) {
   const bool sensors_only = std::all_of(diagnosis.causes.begin(), diagnosis.causes.end(),
                                         [](const RankedCause& c) { return is_sensor_kind(c.parameter); });
-  const bool gauged =
-      std::any_of(problem.observations.channels.begin(), problem.observations.channels.end(), is_gauge);
+  const bool gauged = std::any_of(problem.observations.channels.begin(), problem.observations.channels.end(), is_gauge);
   if (!sensors_only && gauged) return diagnosis.ci95_low_percent > 0.0;
   const Squares squares = heldout_squares(problem, best.predicted, [&](const ObservedChannel& channel) {
     if (!sensors_only) return channel.is_temperature();
     return std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(), [&](const RankedCause& c) {
-      return c.parameter.where == channel.channel.id || c.parameter.where == (channel.is_temperature() ? "temperature" : "displacement");
+      return c.parameter.where == channel.channel.id ||
+             c.parameter.where == (channel.is_temperature() ? "temperature" : "displacement");
     });
   });
   return squares.count > 0 && interval_of(problem, squares).low > 0.0;

@@ -2,6 +2,7 @@
 #include "diagnosis/judge/next_measurement.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -27,21 +28,23 @@ constexpr double own_load_counts = 1.5;  ///< another program has to be so much 
 constexpr double least_K = 0.05, least_um = 0.5;
 
 struct Place {
-  std::string name;      ///< sensor, or direction and pose
+  std::string name;  ///< sensor, or direction and pose
   double uncertainty = 1;
   const char* unit = "K";
-  bool measured = false; ///< in the measurement at hand
+  bool measured = false;  ///< in the measurement at hand
 };
 
 /// The machine's sensors, then dx, dy, dz of each pose: columns of Response::elsewhere.
-std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) {
+std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machine,
+                             const std::vector<mesh::Pose>& poses) {
   const auto& channels = problem.observations.channels;
   double probe = least_um;
   for (const ObservedChannel& c : channels)
     if (!c.is_temperature() && c.channel.unit == "um") probe = std::max(probe, c.channel.uncertainty);
   std::vector<Place> places;
   for (const mesh::SensorSpec& sensor : machine.sensors) {
-    const bool read = std::any_of(channels.begin(), channels.end(), [&](const ObservedChannel& c) { return c.channel.sensor == sensor.id; });
+    const bool read = std::any_of(channels.begin(), channels.end(),
+                                  [&](const ObservedChannel& c) { return c.channel.sensor == sensor.id; });
     places.push_back({sensor.id, std::max(sensor.uncertainty, least_K), "K", read});
   }
   for (const mesh::Pose& pose : poses)
@@ -49,8 +52,9 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
       const std::string text = mesh::format_pose(machine, pose);
       const bool read = std::any_of(channels.begin(), channels.end(), [&](const ObservedChannel& c) {
         return !c.is_temperature() && c.channel.quantity == direction &&
-               mesh::format_pose(machine, c.channel.pose_text.empty() ? mesh::home_pose(machine)
-                                                                      : mesh::parse_pose(machine, c.channel.pose_text, c.channel.id)) == text;
+               mesh::format_pose(machine, c.channel.pose_text.empty()
+                                              ? mesh::home_pose(machine)
+                                              : mesh::parse_pose(machine, c.channel.pose_text, c.channel.id)) == text;
       });
       places.push_back({std::string(direction) + " at " + text, probe, "um", read});
     }
@@ -61,13 +65,13 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
 Observations planned(const solver::LoadProgram& program) {
   Observations plan;
   const std::vector<double> ends = program.step_ends(coarser);
-  plan.points.resize(static_cast<Index>(ends.size()) + 1);
+  plan.points.resize(std::ssize(ends) + 1);
   plan.points[0] = 0.0;
   for (std::size_t i = 0; i < ends.size(); ++i) {
-    const auto at = static_cast<Index>(i);
+    const Index at = i;
     plan.points[at + 1] = ends[i];
     const Eigen::VectorXd row = program.row(plan.points[at], ends[i]);
-    if (i == 0) plan.rows.resize(static_cast<Index>(ends.size()), row.size());
+    if (i == 0) plan.rows.resize(std::ssize(ends), row.size());
     plan.rows.row(at) = row.transpose();
   }
   plan.end = ends.back();
@@ -77,11 +81,13 @@ Observations planned(const solver::LoadProgram& program) {
 
 }  // namespace
 
-NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model, const std::vector<solver::LoadProgram>& programs,
-                                 const Diagnosis& diagnosis) {
+NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
+                                 const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis) {
   NextMeasurement next;
   std::vector<RankedCause> set = diagnosis.ambiguous_set;
-  std::erase_if(set, [](const RankedCause& cause) { return cause.parameter.name.empty(); });  // what something unknown does elsewhere nobody knows
+  std::erase_if(set, [](const RankedCause& cause) {
+    return cause.parameter.name.empty();
+  });  // what something unknown does elsewhere nobody knows
   if (set.size() < 2) return next;
   const mesh::Machine& machine = model.machine;
   const std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);
@@ -92,7 +98,9 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   const auto consider = [&](const Observations& plan, const std::string& load, bool own) {
     const Response response(model, plan);
     std::vector<MatrixXd> seen(causes);
-    core::parallel_for(0, causes, [&](std::size_t i) { seen[i] = response.elsewhere(with_parameter(machine, set[i].parameter, set[i].value), poses); });
+    core::parallel_for(0, causes, [&](std::size_t i) {
+      seen[i] = response.elsewhere(with_parameter(machine, set[i].parameter, set[i].value), poses);
+    });
     for (std::size_t c = 0; c < places.size(); ++c) {
       if (own && places[c].measured) continue;
       // Mean over pairs by how probable they are; the pair that counts most gives the words.
@@ -101,26 +109,30 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
       for (std::size_t i = 0; i < causes; ++i)
         for (std::size_t j = i + 1; j < causes; ++j) {
           const double weight = std::max(set[i].probability * set[j].probability, 1e-12);
-          const double rms = root_mean_square(seen[i].col(static_cast<Index>(c)) - seen[j].col(static_cast<Index>(c)));
+          const double rms = root_mean_square(seen[i].col(c) - seen[j].col(c));
           sum += weight * rms * rms;
           weights += weight;
           if (weight * rms > most) most = weight * rms, difference = rms, pair = {i, j};
         }
-      const double ratio = std::sqrt(sum / weights) / places[c].uncertainty, merit = own ? own_load_counts * ratio : ratio;
+      const double ratio = std::sqrt(sum / weights) / places[c].uncertainty,
+                   merit = own ? own_load_counts * ratio : ratio;
       if (merit <= best) continue;
       best = merit;
       next.load = load;
       next.channel = places[c].name;
-      next.why = fmt::format("{} {} and {} {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty", set[pair.first].parameter.kind,
-                             set[pair.first].parameter.where, set[pair.second].parameter.kind, set[pair.second].parameter.where, difference,
-                             places[c].unit, difference / places[c].uncertainty);
+      next.why =
+          fmt::format("{} {} and {} {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
+                      set[pair.first].parameter.kind, set[pair.first].parameter.where, set[pair.second].parameter.kind,
+                      set[pair.second].parameter.where, difference, places[c].unit, difference / places[c].uncertainty);
     }
   };
   consider(problem.observations, "the same load as " + diagnosis.measurement, true);
   for (const solver::LoadProgram& program : programs) consider(planned(program), program.name(), false);
   if (best >= tells_apart) return next;
-  next.why = fmt::format("no load program, sensor or pose of the machine tells {} {} from {} {} (the largest difference is {:.1f} of its uncertainty)",
-                         set[0].parameter.kind, set[0].parameter.where, set[1].parameter.kind, set[1].parameter.where, best);
+  next.why = fmt::format(
+      "no load program, sensor or pose of the machine tells {} {} from {} {} (the largest difference is {:.1f} of its "
+      "uncertainty)",
+      set[0].parameter.kind, set[0].parameter.where, set[1].parameter.kind, set[1].parameter.where, best);
   next.load.clear();
   next.channel.clear();
   return next;

@@ -12,7 +12,7 @@
 namespace thermotwin::diagnosis {
 
 /// @param programs  that could be run, beside the load of the measurement itself, repeated with more channels
-NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model, const std::vector<solver::LoadProgram>& programs,
-                                 const Diagnosis& diagnosis);
+NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
+                                 const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis);
 
 }  // namespace thermotwin::diagnosis

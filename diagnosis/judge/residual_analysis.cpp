@@ -38,7 +38,7 @@ double correlation(const VectorXd& a, const VectorXd& b) {
 /// From the decay of the correlation over the gaps that there are, by least squares of its logarithm.
 double memory_of(const VectorXd& time, const VectorXd& residual) {
   const VectorXd x = residual.array() - residual.mean();
-  const double power = x.squaredNorm() / static_cast<double>(std::max<Index>(x.size(), 1));
+  const double power = x.squaredNorm() / std::max<Index>(x.size(), 1);
   if (x.size() < 8 || !(power > 0.0)) return 0.0;
   double product = 0.0, gap = 0.0;
   for (Index i = 1; i < x.size(); ++i) product += x[i] * x[i - 1], gap += time[i] - time[i - 1];
@@ -49,8 +49,8 @@ double memory_of(const VectorXd& time, const VectorXd& residual) {
 
 }  // namespace
 
-ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const VectorXd& residual, const VectorXd& expected_std,
-                         const InputHistory& inputs) {
+ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const VectorXd& residual,
+                         const VectorXd& expected_std, const InputHistory& inputs) {
   ResidualAnalysis result;
   result.id = id;
   if (residual.size() == 0) return result;
@@ -75,7 +75,7 @@ ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const Vect
       const double r = correlation(seen, residual);
       if (std::abs(r) <= std::abs(result.correlation)) continue;
       result.correlation = r;
-      result.follows = inputs.names[static_cast<std::size_t>(k)];
+      result.follows = inputs.names[k];
       result.delay_s = delay;
     }
   }
@@ -100,11 +100,12 @@ std::vector<std::string> in_words(const std::vector<ResidualAnalysis>& analysis)
   std::vector<std::string> words;
   for (const ResidualAnalysis& a : analysis) {
     if (a.ratio < unexpected) continue;
-    std::string text = fmt::format("{}: {:.1f} times what is expected, largest {:+.3g} at {:.1f} h, remembers {:.1f} h", a.id, a.ratio, a.peak,
-                                   a.peak_time_s / hour, a.memory_s / hour);
+    std::string text = fmt::format("{}: {:.1f} times what is expected, largest {:+.3g} at {:.1f} h, remembers {:.1f} h",
+                                   a.id, a.ratio, a.peak, a.peak_time_s / hour, a.memory_s / hour);
     if (!a.follows.empty())
       text += fmt::format(", follows {}{} (correlation {:+.2f})", a.follows,
-                          a.delay_s > 0.0 ? fmt::format(" after {:.2g} h", a.delay_s / hour) : std::string(), a.correlation);
+                          a.delay_s > 0.0 ? fmt::format(" after {:.2g} h", a.delay_s / hour) : std::string(),
+                          a.correlation);
     words.push_back(text + ".");
   }
   return words;

@@ -25,7 +25,8 @@ constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may b
 constexpr double most_freedom = 2.5, most_other = 3.5;
 constexpr double certain = 2.0;         ///< of its own standard deviations that a size has to be off
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
-constexpr double likely = 0.5;          ///< a second cause is named where the model with it is more likely than all without, and which one is sure
+constexpr double likely =
+    0.5;  ///< a second cause is named where the model with it is more likely than all without, and which one is sure
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
 
 /// Two digits of the standard deviation are what an estimate is worth.
@@ -37,7 +38,7 @@ double rounded(double value, double std) {
 
 RankedCause ranked(const Problem& problem, const SearchResult& found, int parameter) {
   RankedCause cause;
-  cause.parameter = problem.parameters[static_cast<std::size_t>(parameter)];
+  cause.parameter = problem.parameters[parameter];
   cause.probability = found.marginal[parameter];
   const Hypothesis& single = *found.single(parameter);
   cause.log_evidence = single.log_evidence;
@@ -45,15 +46,15 @@ RankedCause ranked(const Problem& problem, const SearchResult& found, int parame
   for (const Hypothesis& h : found.hypotheses) {
     const auto at = std::find(h.members.begin(), h.members.end(), parameter);
     if (at == h.members.end()) continue;
-    const auto k = static_cast<Index>(at - h.members.begin());
+    const Index k = at - h.members.begin();
     cause.std = h.std[k];
     cause.value = rounded(h.value[k], cause.std);
     break;
   }
-  const VectorXd predicted =
-      single.refined ? single.predicted
-                     : VectorXd(problem.predicted + problem.columns.col(parameter) *
-                                                        (single.value[0] - problem.nominal[parameter]));
+  const VectorXd predicted = single.refined
+                                 ? single.predicted
+                                 : VectorXd(problem.predicted + problem.columns.col(parameter) *
+                                                                    (single.value[0] - problem.nominal[parameter]));
   cause.heldout_explained_percent = heldout_explained_percent(problem, predicted);
   return cause;
 }
@@ -82,7 +83,9 @@ std::vector<RankedCause> sharing(const std::vector<RankedCause>& causes, const S
   for (const RankedCause& cause : causes)
     if (cause.probability < sure) left.push_back(cause);
   const RankedCause unknown = no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown);
-  left.insert(std::find_if(left.begin(), left.end(), [&](const RankedCause& cause) { return cause.probability < unknown.probability; }), unknown);
+  left.insert(std::find_if(left.begin(), left.end(),
+                           [&](const RankedCause& cause) { return cause.probability < unknown.probability; }),
+              unknown);
   double all = 0.0, sum = 0.0;
   for (const RankedCause& cause : left) all += cause.probability;
   for (const RankedCause& cause : left) {
@@ -104,21 +107,23 @@ bool outside_nominal(const RankedCause& cause) {
 
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   std::set<int> hidden(found.invisible.begin(), found.invisible.end());
-  for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
+  for (int i = 0; i < std::ssize(problem.parameters); ++i)
     if (!hidden.count(i)) out.ranking.push_back(ranked(problem, found, i));
   std::vector<RankedCause> causes = out.ranking;
   out.ranking.push_back(no_parameter("none", found.probability_none, 0.0));
   out.ranking.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
   // Of two that are sure the stronger one leads: the other may be no more than an uncertain value seen better beside it.
   const auto leads = [](const RankedCause& a, const RankedCause& b) {
-    return a.probability >= sure && b.probability >= sure ? a.log_evidence > b.log_evidence : a.probability > b.probability;
+    return a.probability >= sure && b.probability >= sure ? a.log_evidence > b.log_evidence
+                                                          : a.probability > b.probability;
   };
   std::stable_sort(out.ranking.begin(), out.ranking.end(), leads);
   std::stable_sort(causes.begin(), causes.end(), leads);
 
   const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
   // Sure and strong, though no further off than stated: its uncertainty alone would have been enough for none, so it is more than that.
-  const bool more_than_stated = !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
+  const bool more_than_stated =
+      !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
   if (found.probability_none > none_left || (no_cause_left && found.probability_unknown < 0.5 && !more_than_stated)) {
     out.verdict = "no_discrepancy";
     return;
@@ -137,9 +142,11 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     if (named_beside_unknown(causes.front(), found)) {
       out.verdict = "ambiguous";
       for (const RankedCause& cause : causes)
-        if (outside_nominal(cause) && cause.probability >= likely) (cause.probability >= sure ? out.causes : out.ambiguous_set).push_back(cause);
+        if (outside_nominal(cause) && cause.probability >= likely)
+          (cause.probability >= sure ? out.causes : out.ambiguous_set).push_back(cause);
       out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
-    } else if (found.probability_unknown < set_holds && causes.front().probability >= 1.0 - set_holds && causes.front().probability < sure) {
+    } else if (found.probability_unknown < set_holds && causes.front().probability >= 1.0 - set_holds &&
+               causes.front().probability < sure) {
       out.verdict = "ambiguous";
       out.ambiguous_set = sharing(causes, found);
     }
@@ -154,7 +161,8 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     ++found_sure;
     if (outside_nominal(cause)) out.causes.push_back(cause);
   }
-  if (found_sure == 1 && !out.causes.empty() && causes.size() > 1 && causes[1].probability >= std::max(likely, sure * second_needed) && outside_nominal(causes[1])) {
+  if (found_sure == 1 && !out.causes.empty() && causes.size() > 1 &&
+      causes[1].probability >= std::max(likely, sure * second_needed) && outside_nominal(causes[1])) {
     out.causes.push_back(causes[1]);
     ++found_sure;
   }
@@ -170,20 +178,26 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
 void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out) {
   if (out.verdict != "explained") return;
   if (strain.freedom > most_freedom)
-    out.strained = fmt::format("its size would have to wander, its heat to spread or its lag to delay {:.1f} times as far as expected", strain.freedom);
+    out.strained = fmt::format(
+        "its size would have to wander, its heat to spread or its lag to delay {:.1f} times as far as expected",
+        strain.freedom);
   else if (strain.other > most_other) {
-    const Parameter& other = problem.parameters[static_cast<std::size_t>(strain.which)];
-    out.strained = fmt::format("{} of {} would have to be {:.1f} stated standard deviations off beside it", other.kind, other.where, strain.other);
+    const Parameter& other = problem.parameters[strain.which];
+    out.strained = fmt::format("{} of {} would have to be {:.1f} stated standard deviations off beside it", other.kind,
+                               other.where, strain.other);
   }
   if (out.strained.empty()) return;
   out.verdict = "ambiguous";
   // What two are strained to explain may be the stronger one and no second.
-  std::stable_sort(out.causes.begin(), out.causes.end(), [](const RankedCause& a, const RankedCause& b) { return a.log_evidence > b.log_evidence; });
+  std::stable_sort(out.causes.begin(), out.causes.end(),
+                   [](const RankedCause& a, const RankedCause& b) { return a.log_evidence > b.log_evidence; });
   out.ambiguous_set.assign(std::next(out.causes.begin()), out.causes.end());
   out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
   out.causes.resize(1);
 }
 
-bool only_unknown_shares(const Diagnosis& d) { return d.verdict == "ambiguous" && d.ambiguous_set.size() == 1 && d.ambiguous_set.front().parameter.name.empty(); }
+bool only_unknown_shares(const Diagnosis& d) {
+  return d.verdict == "ambiguous" && d.ambiguous_set.size() == 1 && d.ambiguous_set.front().parameter.name.empty();
+}
 
 }  // namespace thermotwin::diagnosis

@@ -9,7 +9,7 @@
 namespace thermotwin::diagnosis {
 
 inline constexpr double strong = 10.0;  ///< ln Bayes factor against none
-inline constexpr double sure = 0.9;  ///< marginal probability that names a cause
+inline constexpr double sure = 0.9;     ///< marginal probability that names a cause
 
 /// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);

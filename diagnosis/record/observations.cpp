@@ -2,6 +2,7 @@
 #include "diagnosis/record/observations.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -29,11 +30,10 @@ std::vector<bool> averageable(const solver::Channels& channels) {
   return result;
 }
 
-bool same_operation(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b,
-                    const std::vector<bool>& average) {
+bool same_operation(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b, const std::vector<bool>& average) {
   for (Index c = 0; c < a.size(); ++c) {
     if (std::isfinite(a[c]) != std::isfinite(b[c])) return false;
-    if (!std::isfinite(a[c]) || average[static_cast<std::size_t>(c)]) continue;
+    if (!std::isfinite(a[c]) || average[c]) continue;
     if (std::abs(a[c] - b[c]) > unchanged * std::max(std::abs(a[c]), std::abs(b[c])) + 1e-9) return false;
   }
   return true;
@@ -46,7 +46,8 @@ struct Span {
 };
 
 /// Joins sample intervals of equal operation up to the longest and divides longer ones.
-std::vector<Span> equal_parts(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest, const std::vector<bool>& average) {
+std::vector<Span> equal_parts(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
+                              const std::vector<bool>& average) {
   std::vector<Span> parts;
   for (Index i = 0; i + 1 < time.size();) {
     Index j = i + 1;
@@ -58,7 +59,9 @@ std::vector<Span> equal_parts(const Eigen::VectorXd& time, const Eigen::MatrixXd
     }
     const double span = time[j] - time[i];
     const auto pieces = std::max<Index>(1, static_cast<Index>(std::ceil(span / longest - 1e-9)));
-    const auto end_of = [&](Index k) { return k >= pieces ? time[j] : time[i] + span * static_cast<double>(k) / static_cast<double>(pieces); };
+    const auto end_of = [&](Index k) {
+      return k >= pieces ? time[j] : time[i] + span * static_cast<double>(k) / pieces;
+    };
     for (Index k = 0; k < pieces; ++k) parts.push_back({end_of(k), end_of(k + 1), sum / span});
     i = j;
   }
@@ -81,22 +84,26 @@ Eigen::RowVectorXd mean_row(const std::vector<Span>& parts, std::size_t first, s
   return mean;
 }
 
-constexpr double gap_intervals = 1.5;      ///< usual intervals that make a gap
-constexpr double pause_intervals = 4.5;    ///< and those of a pause: more than a few rows are not missing by chance
-constexpr double changed_share = 0.05;     ///< of the largest value
-constexpr double switched_rows = 0.1;      ///< what changes in more rows is no switch
-constexpr double short_gap = 0.5;          ///< of a long row: a row so soon after another says when, too
-constexpr double least_part = 0.02;        ///< of a while, which a row keeps
+constexpr double gap_intervals = 1.5;    ///< usual intervals that make a gap
+constexpr double pause_intervals = 4.5;  ///< and those of a pause: more than a few rows are not missing by chance
+constexpr double changed_share = 0.05;   ///< of the largest value
+constexpr double switched_rows = 0.1;    ///< what changes in more rows is no switch
+constexpr double short_gap = 0.5;        ///< of a long row: a row so soon after another says when, too
+constexpr double least_part = 0.02;      ///< of a while, which a row keeps
 constexpr std::size_t most_uncertain_changes = 24;
 
 /// A speed, power or state, and its largest value in the record.
-struct Watched { Index channel; double largest; };
+struct Watched {
+  Index channel;
+  double largest;
+};
 
 /// Largest change of one of them from row to row, as a share of its largest value.
 double change_between(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b, const std::vector<Watched>& watched) {
   double change = 0.0;
   for (const Watched& w : watched)
-    if (const double difference = std::abs(b[w.channel] - a[w.channel]) / w.largest; std::isfinite(difference)) change = std::max(change, difference);
+    if (const double difference = std::abs(b[w.channel] - a[w.channel]) / w.largest; std::isfinite(difference))
+      change = std::max(change, difference);
   return change;
 }
 
@@ -104,9 +111,10 @@ std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const solver:
   std::vector<Watched> watched;
   for (std::size_t c = 0; c < channels.names().size(); ++c) {
     const std::string& name = channels.names()[c];
-    if (name.ends_with("T_C") || name.ends_with("_mm") || name.ends_with("_deg")) continue;  // wander, or are elsewhere in every row
+    if (name.ends_with("T_C") || name.ends_with("_mm") || name.ends_with("_deg"))
+      continue;  // wander, or are elsewhere in every row
     double largest = 0.0;
-    for (const double value : rows.col(static_cast<Index>(c)))
+    for (const double value : rows.col(c))
       if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
     if (largest > 0.0) watched.push_back({static_cast<Index>(c), largest});
   }
@@ -114,13 +122,16 @@ std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const solver:
 }
 
 /// Those that change now and then, and not with every row; powers are averaged.
-std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average) {
+std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::vector<Watched>& watched,
+                                       const std::vector<bool>& average) {
   std::vector<Watched> switched;
   for (const Watched& w : watched) {
     const auto values = rows.col(w.channel);
     Index changes = 0;
-    for (Index i = 0; i + 1 < values.size(); ++i) changes += std::abs(values[i + 1] - values[i]) >= changed_share * w.largest;  // not of NaN
-    if (!average[static_cast<std::size_t>(w.channel)] && static_cast<double>(changes) <= switched_rows * static_cast<double>(rows.rows())) switched.push_back(w);
+    for (Index i = 0; i + 1 < values.size(); ++i)
+      changes += std::abs(values[i + 1] - values[i]) >= changed_share * w.largest;  // not of NaN
+    if (!average[w.channel] && static_cast<double>(changes) <= switched_rows * static_cast<double>(rows.rows()))
+      switched.push_back(w);
   }
   return switched;
 }
@@ -134,32 +145,37 @@ double usual_interval(const Eigen::VectorXd& time) {
 
 /// Parts that are short, since an axis is logged where it happens to be, go into one step; what is switched now and then ends it:
 /// heat is not in proportion to a pump that runs for a part of the time.
-void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest, const std::vector<bool>& average,
-                const std::vector<Watched>& switched, Observations& out) {
+void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
+                const std::vector<bool>& average, const std::vector<Watched>& switched, Observations& out) {
   const std::vector<Span> all = equal_parts(time, rows, longest, average);
-  const auto may_change = [&](double at) { return std::any_of(out.may_hold.begin(), out.may_hold.end(), [at](const auto& may) { return std::abs((may.earlier ? may.to : may.from) - at) < 1e-6; }); };
+  const auto may_change = [&](double at) {
+    return std::any_of(out.may_hold.begin(), out.may_hold.end(),
+                       [at](const auto& may) { return std::abs((may.earlier ? may.to : may.from) - at) < 1e-6; });
+  };
   std::vector<double> points = {time[0]};
   std::vector<Eigen::RowVectorXd> means;
   for (std::size_t i = 0; i < all.size();) {
     std::size_t last = i + 1;
-    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9) && change_between(all[last - 1].row, all[last].row, switched) < changed_share &&
-           !may_change(all[last].begin)) ++last;
+    while (last < all.size() && all[last].end - all[i].begin <= longest * (1 + 1e-9) &&
+           change_between(all[last - 1].row, all[last].row, switched) < changed_share && !may_change(all[last].begin))
+      ++last;
     const double span = all[last - 1].end - all[i].begin;
     for (std::size_t k = i; k < last && last - i > 1; ++k)
-      out.mixed[static_cast<Index>(means.size())].push_back({(all[k].end - all[k].begin) / span, all[k].row.transpose()});
+      out.mixed[std::ssize(means)].push_back({(all[k].end - all[k].begin) / span, all[k].row.transpose()});
     points.push_back(all[last - 1].end);
     means.push_back(mean_row(all, i, last));
     i = last;
   }
-  out.points = Eigen::Map<Eigen::VectorXd>(points.data(), static_cast<Index>(points.size()));
-  out.rows.resize(static_cast<Index>(means.size()), rows.cols());
-  for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = means[static_cast<std::size_t>(i)];
+  out.points = Eigen::Map<Eigen::VectorXd>(points.data(), std::ssize(points));
+  out.rows.resize(std::ssize(means), rows.cols());
+  for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = means[i];
 }
 
 /// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap, half way for
 /// the model; else as the row says, or up to an interval before; or when it is known to have come. Through a pause longer than an
 /// interval and a few rows the row before it holds as it says, or for a part of it: more rows may be lost than a few.
-Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, const std::vector<Watched>& watched, const std::vector<bool>& average,
+Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows,
+                            const std::vector<Watched>& watched, const std::vector<bool>& average,
                             const std::map<double, double>& changes, Observations& out) {
   const Index n = time.size();
   const double usual = usual_interval(time);
@@ -175,13 +191,17 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
     // What wanders is what it was; where an axis swings changes with its feed.
     Eigen::VectorXd after = rows.row(i + 1).transpose(), before = rows.row(i).transpose();
     for (Index c = 0; c < after.size(); ++c)
-      if (average[static_cast<std::size_t>(c)] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; })) std::swap(after[c], before[c]);
+      if (average[c] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; }))
+        std::swap(after[c], before[c]);
     const double first = of_a_row ? time[i] : shown - (gap - usual), nearest = first + least_part * (shown - first);
     const auto known = changes.find(shown);
-    const double came = known != changes.end() ? std::clamp(known->second, nearest, shown) : of_a_row || of_a_pause ? shown : 0.5 * (first + shown);
+    const double came = known != changes.end()   ? std::clamp(known->second, nearest, shown)
+                        : of_a_row || of_a_pause ? shown
+                                                 : 0.5 * (first + shown);
     result[i + 1] = came;
     // Anywhere alike: the mean square of how far it is off, shared by two tangents of opposite sign.
-    const double a = came - first, b = shown - came, std = std::sqrt((a * a * a + b * b * b) / (3.0 * (a + b) * (a * a + b * b)));
+    const double a = came - first, b = shown - came,
+                 std = std::sqrt((a * a * a + b * b * b) / (3.0 * (a + b) * (a * a + b * b)));
     std::vector<Observations::MayHold> whiles = {{first, came, after, std, shown, true}};
     if (came < shown) whiles.push_back({came, shown, before, std, shown, false});
     found.emplace_back(change * gap, std::move(whiles));
@@ -194,8 +214,8 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
 }
 
 /// Adds factor times the straight-line value at a time to the weights of a row.
-void add_weight(std::vector<ObservedChannel::Weight>& weights, const Eigen::VectorXd& points, Index row,
-                double time, double factor) {
+void add_weight(std::vector<ObservedChannel::Weight>& weights, const Eigen::VectorXd& points, Index row, double time,
+                double factor) {
   const double* first = points.data();
   const double* last = first + points.size();
   Index right = std::upper_bound(first, last, time) - first;
@@ -228,8 +248,8 @@ ObservedChannel average_channel(const MeasuredChannel& channel, const Eigen::Vec
       used.push_back(i);
     }
     if (used.empty()) continue;
-    const double n = static_cast<double>(used.size());
-    const auto row = static_cast<Index>(means.size());
+    const double n = used.size();
+    const auto row = std::ssize(means);
     for (const Index k : used) add_weight(result.weights, grid.points, row, time[k], 1.0 / n);
     if (channel.zero == compensation::Zero::first)
       add_weight(result.weights, grid.points, row, time[first_sample], -1.0);
@@ -239,19 +259,18 @@ ObservedChannel average_channel(const MeasuredChannel& channel, const Eigen::Vec
     counts.push_back(n);
     if (times.back() < grid.split) result.fitted = row + 1;
   }
-  const auto n = static_cast<Index>(means.size());
+  const auto n = std::ssize(means);
   result.time = Eigen::Map<Eigen::VectorXd>(times.data(), n);
   result.value = Eigen::Map<Eigen::VectorXd>(means.data(), n);
   result.samples = Eigen::Map<Eigen::VectorXd>(counts.data(), n);
   // A zero is what the channel showed first, whether or not the file was shifted to it.
-  if (channel.zero == compensation::Zero::first && first_sample >= 0)
-    result.value.array() -= values[first_sample];
+  if (channel.zero == compensation::Zero::first && first_sample >= 0) result.value.array() -= values[first_sample];
   return result;
 }
 
 /// Uniform start: mean of the first readings of all temperature channels.
-void find_start(const Measurement& measurement, const mesh::Machine& machine,
-                const Eigen::VectorXd& first_row, const solver::Channels& channels, Observations& out) {
+void find_start(const Measurement& measurement, const mesh::Machine& machine, const Eigen::VectorXd& first_row,
+                const solver::Channels& channels, Observations& out) {
   std::vector<double> first;
   const Eigen::VectorXd time = measurement.time();
   for (const MeasuredChannel& channel : measurement.channels) {
@@ -260,9 +279,7 @@ void find_start(const Measurement& measurement, const mesh::Machine& machine,
     for (Index i = 0; i < values.size() && time[i] <= time[0] + out.interval; ++i)
       if (std::isfinite(values[i])) {
         // What the sensor itself is known to add is no temperature.
-        first.push_back(
-            values[i] -
-            machine.sensors[static_cast<std::size_t>(machine.sensor_index(channel.sensor))].offset);
+        first.push_back(values[i] - machine.sensors[machine.sensor_index(channel.sensor)].offset);
         break;
       }
   }
@@ -307,16 +324,17 @@ Eigen::VectorXd Observations::stacked() const {
 
 double split_between(const Observations& of, double heldout_share) {
   constexpr double least_fitted = 4.0;
-  return of.start + of.interval * std::max(least_fitted, std::floor((1.0 - heldout_share) * (of.end - of.start) / of.interval + 1e-9));
+  return of.start +
+         of.interval *
+             std::max(least_fitted, std::floor((1.0 - heldout_share) * (of.end - of.start) / of.interval + 1e-9));
 }
 
-Observations observe(const Measurement& measurement, const mesh::Machine& machine,
-                     const solver::Channels& channels, const ObserveOptions& options) {
+Observations observe(const Measurement& measurement, const mesh::Machine& machine, const solver::Channels& channels,
+                     const ObserveOptions& options) {
   const std::string place = measurement.folder.string();
   const Eigen::VectorXd time = measurement.time();
   if (time.size() < 2)
-    throw InputError(place, fmt::format("{} rows of data", time.size()),
-                     "a record of several intervals of time");
+    throw InputError(place, fmt::format("{} rows of data", time.size()), "a record of several intervals of time");
   Observations out;
   out.start = time[0];
   out.end = time[time.size() - 1];
@@ -325,20 +343,23 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   out.intervals = std::max<Index>(1, static_cast<Index>(std::ceil(duration / out.interval - 1e-9)));
   out.split = split_between(out, options.heldout_share);
   if (out.intervals < 8)
-    throw InputError(
-        place, fmt::format("a record of {:.0f} s", duration),
-        fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
+    throw InputError(place, fmt::format("a record of {:.0f} s", duration),
+                     fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
   const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
   const std::vector<bool> average = averageable(channels);
   const std::vector<Watched> watched = watched_channels(rows, channels);
-  make_steps(input_times(time, rows, watched, average, options.changes, out), rows, std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average), out);
+  make_steps(input_times(time, rows, watched, average, options.changes, out), rows,
+             std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average),
+             out);
   find_start(measurement, machine, rows.row(0).transpose(), channels, out);
   for (const MeasuredChannel& channel : measurement.channels) {
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();
     if (!temperature && channel.kind != ChannelKind::displacement) continue;
     ObservedChannel observed = average_channel(channel, time, measurement.values(channel), out);
-    if (observed.fitted >= 4) out.channels.push_back(std::move(observed));
-    else out.left_out.push_back(channel.id);
+    if (observed.fitted >= 4)
+      out.channels.push_back(std::move(observed));
+    else
+      out.left_out.push_back(channel.id);
   }
   if (out.channels.empty())
     throw InputError(place, "no channel of kind temperature (with sensor) or displacement with data",

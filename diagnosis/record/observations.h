@@ -25,8 +25,11 @@ struct ObservedChannel {
   Eigen::VectorXd value;               ///< (n) in the channel's unit
   Eigen::VectorXd samples;             ///< (n) count
   Eigen::Index fitted = 0;             ///< the first so many are fitted, the rest only judged
-  struct Weight { Eigen::Index row, point; double value; };
-  std::vector<Weight> weights;         ///< (n x points) sparse
+  struct Weight {
+    Eigen::Index row, point;
+    double value;
+  };
+  std::vector<Weight> weights;  ///< (n x points) sparse
 
   bool is_temperature() const { return channel.kind == compensation::ChannelKind::temperature; }
   Eigen::Index size() const { return value.size(); }
@@ -39,10 +42,13 @@ struct Observations {
   double start = 0, split = 0, end = 0;  ///< s; what lies behind split is held out
   double interval = 0;                   ///< s
   Eigen::Index intervals = 0;
-  Eigen::VectorXd points;                ///< (steps + 1) s, ends of the model's steps
-  Eigen::MatrixXd rows;                  ///< (steps x channels of the machine) inputs of each step, their mean
+  Eigen::VectorXd points;  ///< (steps + 1) s, ends of the model's steps
+  Eigen::MatrixXd rows;    ///< (steps x channels of the machine) inputs of each step, their mean
   /// Rows that held one after the other, for so large a share of the step.
-  struct Part { double share; Eigen::VectorXd row; };
+  struct Part {
+    double share;
+    Eigen::VectorXd row;
+  };
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
   /// Inputs that may have held for a while instead of those that the model's steps have: a log says when it saw a speed, power
@@ -50,25 +56,26 @@ struct Observations {
   struct MayHold {
     double from, to;
     Eigen::VectorXd row;
-    double std;     ///< prior, of the share of the while: the change comes anywhere alike from the first while's start to the row that shows it
-    double shown;   ///< s, time of that row
-    bool earlier;   ///< the while ends when the change is taken to come, else it begins then
+    double
+        std;  ///< prior, of the share of the while: the change comes anywhere alike from the first while's start to the row that shows it
+    double shown;  ///< s, time of that row
+    bool earlier;  ///< the while ends when the change is taken to come, else it begins then
   };
   std::vector<MayHold> may_hold;
   /// Usual time between rows, where it is long and each change between them is in may_hold; else 0.
   double told_row_s = 0;
-  std::vector<std::string> left_out;     ///< channels with too few values to be fitted
+  std::vector<std::string> left_out;       ///< channels with too few values to be fitted
   double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
 
-  Eigen::Index size() const;             ///< means of all channels
-  Eigen::VectorXd stacked() const;       ///< measured means, channel after channel
+  Eigen::Index size() const;        ///< means of all channels
+  Eigen::VectorXd stacked() const;  ///< measured means, channel after channel
 };
 
 struct ObserveOptions {
   double interval_s = 600;
   double heldout_share = 0.3;
   double longest_step_s = 300;
-  Eigen::Index most_intervals = 600;     ///< longer records get longer intervals
+  Eigen::Index most_intervals = 600;  ///< longer records get longer intervals
   /// s; when that came which the rows of these times show first, if not as the log says.
   std::map<double, double> changes = {};
 };

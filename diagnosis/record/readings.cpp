@@ -12,7 +12,8 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
-constexpr double most_noise = 1000.0;  ///< variance over that of a step of the walk: an hour or three at steps of five minutes
+constexpr double most_noise =
+    1000.0;  ///< variance over that of a step of the walk: an hour or three at steps of five minutes
 constexpr Index fewest_for_noise = 20;
 }  // namespace
 
@@ -48,7 +49,8 @@ VectorXd without_noise(const VectorXd& values) {
   const VectorXd difference = values.tail(n - 1) - values.head(n - 1);
   const double noise = -difference.head(n - 2).dot(difference.tail(n - 2)) / static_cast<double>(n - 2);
   if (!(noise > 0.0)) return values;
-  const double walk = difference.squaredNorm() / static_cast<double>(n - 1) - 2.0 * noise, ratio = walk * most_noise > noise ? noise / walk : most_noise;
+  const double walk = difference.squaredNorm() / (n - 1) - 2.0 * noise,
+               ratio = walk * most_noise > noise ? noise / walk : most_noise;
   std::vector<Eigen::Triplet<double>> entries;
   for (Index i = 0; i < n; ++i) {
     entries.emplace_back(i, i, 1.0 + ratio * ((i > 0) + (i + 1 < n)));
@@ -59,7 +61,8 @@ VectorXd without_noise(const VectorXd& values) {
   return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(smoother).solve(values);
 }
 
-VectorXd sensor_readings(const mesh::SensorSpec& sensor, const VectorXd& time, const VectorXd& air, const VectorXd& values) {
+VectorXd sensor_readings(const mesh::SensorSpec& sensor, const VectorXd& time, const VectorXd& air,
+                         const VectorXd& values) {
   VectorXd seen = values;
   if (sensor.air_share != 0.0) seen += sensor.air_share * (air - values);
   seen = lagged(time, seen, sensor.lag);
@@ -67,8 +70,8 @@ VectorXd sensor_readings(const mesh::SensorSpec& sensor, const VectorXd& time, c
   return seen;
 }
 
-VectorXd recorded(const mesh::Machine& machine, const std::string& channel, const std::string& group, const VectorXd& time,
-                  VectorXd values) {
+VectorXd recorded(const mesh::Machine& machine, const std::string& channel, const std::string& group,
+                  const VectorXd& time, VectorXd values) {
   for (const mesh::ReadingSpec& reading : machine.readings) {
     if (reading.id != channel && reading.id != group) continue;
     values = shifted(time, values, reading.shift);

@@ -21,8 +21,8 @@ Eigen::VectorXd shifted(const Eigen::VectorXd& time, const Eigen::VectorXd& valu
 Eigen::VectorXd without_noise(const Eigen::VectorXd& values);
 
 /// @param values  (n) degC at the sensor  @param air (n) degC  @return readings, degC
-Eigen::VectorXd sensor_readings(const mesh::SensorSpec& sensor, const Eigen::VectorXd& time,
-                                const Eigen::VectorXd& air, const Eigen::VectorXd& values);
+Eigen::VectorXd sensor_readings(const mesh::SensorSpec& sensor, const Eigen::VectorXd& time, const Eigen::VectorXd& air,
+                                const Eigen::VectorXd& values);
 
 /// What the recorder makes of it. @param group "temperature" or "displacement", a clock of its own
 Eigen::VectorXd recorded(const mesh::Machine& machine, const std::string& channel, const std::string& group,

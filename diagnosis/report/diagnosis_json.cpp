@@ -13,9 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json identity(const RankedCause& cause) {
-  return {{"kind", cause.parameter.kind}, {"where", cause.parameter.where}};
-}
+Json identity(const RankedCause& cause) { return {{"kind", cause.parameter.kind}, {"where", cause.parameter.where}}; }
 
 /// @param number  of the cause, from 1
 Json named(const RankedCause& cause, std::size_t number) {
@@ -25,7 +23,8 @@ Json named(const RankedCause& cause, std::size_t number) {
       {cause.parameter.name, {{"value", cause.value}, {"std", cause.std}, {"unit", cause.parameter.unit}}}};
   if (const auto& missing = cause.parameter.missing) {
     const Eigen::Vector3d mm = 1e3 * missing->centre;
-    json["location"] = {{"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
+    json["location"] = {
+        {"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
     json["series"] = series_file(number);
     json["follows"] = missing->follows;
   }
@@ -59,17 +58,22 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
                                                {"p_value_white", channel.p_value_white}});
   json["residual"]["analysis"] = Json::array();
   for (const ResidualAnalysis& a : diagnosis.analysis)
-    json["residual"]["analysis"].push_back({{"id", a.id}, {"rms_over_expected", a.ratio}, {"mean", a.mean}, {"peak", a.peak},
-                                            {"peak_time_s", a.peak_time_s}, {"memory_s", a.memory_s}, {"follows", a.follows},
-                                            {"delay_s", a.delay_s}, {"correlation", a.correlation}});
+    json["residual"]["analysis"].push_back({{"id", a.id},
+                                            {"rms_over_expected", a.ratio},
+                                            {"mean", a.mean},
+                                            {"peak", a.peak},
+                                            {"peak_time_s", a.peak_time_s},
+                                            {"memory_s", a.memory_s},
+                                            {"follows", a.follows},
+                                            {"delay_s", a.delay_s},
+                                            {"correlation", a.correlation}});
   json["gain"] = {{"heldout_rms_before_um", diagnosis.heldout_rms_before_um},
                   {"heldout_rms_after_um", diagnosis.heldout_rms_after_um},
                   {"reduction_percent", diagnosis.reduction_percent},
                   {"ci95_percent", {diagnosis.ci95_low_percent, diagnosis.ci95_high_percent}}};
   json["next_measurement"] = {
       {"load", diagnosis.next.load}, {"channel", diagnosis.next.channel}, {"why", diagnosis.next.why}};
-  json["extended_machine"] =
-      diagnosis.extended_machine_text.empty() ? Json(nullptr) : Json("extended/machine.toml");
+  json["extended_machine"] = diagnosis.extended_machine_text.empty() ? Json(nullptr) : Json("extended/machine.toml");
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -60,16 +60,18 @@ std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K"
 
 /// What a page calls its model and what it expects of a residual.
 struct Wording {
-  std::string subject, below;     ///< title, and what is said below it
-  std::string residual;           ///< of all displacement channels
-  std::string expected, band;     ///< what an expected standard deviation consists of
+  std::string subject, below;  ///< title, and what is said below it
+  std::string residual;        ///< of all displacement channels
+  std::string expected, band;  ///< what an expected standard deviation consists of
 };
 
 Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
   const std::string measurement = core::xml_text(d.measurement.empty() ? "without a name" : d.measurement);
   if (machine != nullptr)
-    return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual", "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
-  return {measurement, "a measured record; the model is a grey box of its first part", "residual", "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
+    return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual",
+            "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
+  return {measurement, "a measured record; the model is a grey box of its first part", "residual",
+          "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
 }
 
 std::string estimate(const RankedCause& cause) {
@@ -91,8 +93,8 @@ std::string typeset(const std::string& sentence) {
 }
 
 std::string bar(double p) {
-  return fmt::format("<span class=\"bar\"><i style=\"width:{:.1f}%\"></i></span>{}",
-                     100.0 * std::clamp(p, 0.0, 1.0), probability(p));
+  return fmt::format("<span class=\"bar\"><i style=\"width:{:.1f}%\"></i></span>{}", 100.0 * std::clamp(p, 0.0, 1.0),
+                     probability(p));
 }
 
 std::string tile(const std::string& label, const std::string& value, const std::string& below) {
@@ -112,15 +114,16 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
   for (const std::string& warning : d.warnings) warnings += "<p class=\"warning\">" + typeset(warning) + "</p>";
   page += "<section class=\"card verdict " + core::xml_text(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
           typeset(d.sentence) + "</p>" + warnings + "</section>\n";
-  const bool gauged = std::any_of(d.residuals.begin(), d.residuals.end(),
-                                  [](const ChannelResidual& r) { return r.unit == "um"; });
+  const bool gauged =
+      std::any_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.unit == "um"; });
   page += "<div class=\"tiles\">\n";
   page += tile("most probable", d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
                d.ranking.empty()
                    ? ""
                    : core::xml_text(d.ranking.front().parameter.kind + " " + d.ranking.front().parameter.where));
   if (gauged && !shows_change(d, machine)) {
-    page += tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um), "RMS of all displacement channels");
+    page += tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
+                 "RMS of all displacement channels");
   } else if (gauged) {
     page += tile(words.residual + " before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
                  "RMS of all displacement channels");
@@ -151,8 +154,10 @@ std::string ranking_table(const Diagnosis& d, const mesh::Machine* machine) {
         core::xml_text(cause.parameter.where), bar(cause.probability), cause.log_evidence,
         parameter ? estimate(cause) : "",
         machine == nullptr ? ""
-        : parameter && cause.parameter.nominal_std > 0.0 ? fmt::format("<td class=\"n\">± {:.2g}{}{}</td>", cause.parameter.nominal_std, unit.empty() ? "" : " ", unit)
-                                                         : "<td class=\"n\">–</td>",
+        : parameter && cause.parameter.nominal_std > 0.0
+            ? fmt::format("<td class=\"n\">± {:.2g}{}{}</td>", cause.parameter.nominal_std, unit.empty() ? "" : " ",
+                          unit)
+            : "<td class=\"n\">–</td>",
         parameter ? percent(cause.heldout_explained_percent) : "");
   }
   return page + "</table></section>\n";
@@ -200,10 +205,8 @@ std::string difference(const std::string& before, const std::string& after) {
 std::string extension(const Diagnosis& d, const mesh::Machine* machine) {
   if (machine == nullptr) return "";
   std::string page = "<h2>Extension of the model</h2>\n<section class=\"card\">";
-  if (d.extended_machine_text.empty())
-    return page + "No extension of machine.toml is recommended.</section>\n";
-  return page +
-         "<p class=\"sub\">changed lines of machine.toml; the whole file is extended/machine.toml</p><pre>" +
+  if (d.extended_machine_text.empty()) return page + "No extension of machine.toml is recommended.</section>\n";
+  return page + "<p class=\"sub\">changed lines of machine.toml; the whole file is extended/machine.toml</p><pre>" +
          difference(machine->text, d.extended_machine_text) + "</pre></section>\n";
 }
 
@@ -212,7 +215,11 @@ std::string sets(const Diagnosis& d) {
   if (!d.ambiguous_set.empty()) {
     page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
     for (const RankedCause& cause : d.ambiguous_set)
-      page += "<li>" + (cause.parameter.kind == "none" ? "none: nothing changed" : cause.parameter.name.empty() ? "something that no kind describes" : core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " + estimate(cause)) +
+      page += "<li>" +
+              (cause.parameter.kind == "none" ? "none: nothing changed"
+               : cause.parameter.name.empty()
+                   ? "something that no kind describes"
+                   : core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
     page += "</ul>";
     if (!d.next.channel.empty())
@@ -233,15 +240,18 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
       "estimate has seen</p><table>\n<tr><th>channel</th><th>unit</th><th class=\"n\">uncertainty</th><th "
       "class=\"n\">expected</th>"
       "<th class=\"n\">before</th>";
-  page += std::string(change ? "<th class=\"n\">after</th><th class=\"n\">change</th>" : "") + "<th class=\"n\">white noise, p</th></tr>\n";
+  page += std::string(change ? "<th class=\"n\">after</th><th class=\"n\">change</th>" : "") +
+          "<th class=\"n\">white noise, p</th></tr>\n";
   for (const ChannelResidual& r : d.residuals)
     page += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td "
         "class=\"n\">{:.3g}</td>{}<td class=\"n\">{:.2g}</td></tr>\n",
         core::xml_text(r.id), residual_unit(r.unit), r.uncertainty, r.explained_std, r.rms_before,
-        !change ? std::string()
-                : fmt::format("<td class=\"n\">{:.3g}</td><td class=\"n\">{}</td>", r.rms_after,
-                              r.rms_before > 0 ? fmt::format("{:+.0f}&#8239;%", 100.0 * (r.rms_after / r.rms_before - 1.0)) : "–"),
+        !change
+            ? std::string()
+            : fmt::format(
+                  "<td class=\"n\">{:.3g}</td><td class=\"n\">{}</td>", r.rms_after,
+                  r.rms_before > 0 ? fmt::format("{:+.0f}&#8239;%", 100.0 * (r.rms_after / r.rms_before - 1.0)) : "–"),
         r.p_value_white);
   return page + "</table></section>\n";
 }
@@ -252,8 +262,8 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
       "before</span>";
   const bool after = (d.verdict == "explained" || d.verdict == "ambiguous") && shows_change(d, machine);
   if (after) page += "<span><i class=\"a\"></i>after, with the best explanation</span>";
-  page +=
-      "<span><i class=\"g\"></i>± 2 expected standard deviations (" + wording(d, machine).band + ")</span><span><i class=\"h\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
+  page += "<span><i class=\"g\"></i>± 2 expected standard deviations (" + wording(d, machine).band +
+          ")</span><span><i class=\"h\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
   for (const ChannelResidual& r : d.residuals) {
     ResidualPlot plot;
     plot.title = r.id;
@@ -264,9 +274,9 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
     plot.band = 2.0 * d.series.column(r.id + "_std");
     plot.heldout_from = d.heldout_from_s / 3600.0;
     plot.show_after = after;
-    page += fmt::format(
-        "<figure class=\"card\"><figcaption>{}<span>held-out RMS {:.3g}{} {}</span></figcaption>\n",
-        core::xml_text(r.id), r.rms_before, after ? fmt::format(" → {:.3g}", r.rms_after) : "", plot.unit);
+    page +=
+        fmt::format("<figure class=\"card\"><figcaption>{}<span>held-out RMS {:.3g}{} {}</span></figcaption>\n",
+                    core::xml_text(r.id), r.rms_before, after ? fmt::format(" → {:.3g}", r.rms_after) : "", plot.unit);
     page += residual_svg(plot) + "</figure>\n";
   }
   return page + "</div>\n";
@@ -275,28 +285,35 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
 std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
   ResidualMap map;
   map.hours = d.series.column("time_s") / 3600.0;
-  map.ratio.resize(map.hours.size(), static_cast<Index>(d.residuals.size()));
+  map.ratio.resize(map.hours.size(), std::ssize(d.residuals));
   map.heldout_from = d.heldout_from_s / 3600.0;
   for (std::size_t c = 0; c < d.residuals.size(); ++c) {
     const std::string& id = d.residuals[c].id;
     map.channels.push_back(id);
-    map.ratio.col(static_cast<Index>(c)) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
+    map.ratio.col(c) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
   }
-  return "<h2>What is wrong, at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus predicted over what " + wording(d, machine).expected +
+  return "<h2>What is wrong, at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus "
+         "predicted over what " +
+         wording(d, machine).expected +
          ": orange too much, blue too little, pale as expected; right of the line nothing was fitted</p>\n" +
          residual_map_svg(map) + "</section>\n";
 }
 
 std::string analysis(const Diagnosis& d) {
   if (d.analysis.empty()) return "";
-  std::string page = "<h2>What the residuals follow</h2>\n<section class=\"card scroll\"><table>\n<tr><th>channel</th><th class=\"n\">times expected</th>"
-                     "<th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">memory, h</th><th>follows</th><th class=\"n\">delay, h</th>"
-                     "<th class=\"n\">correlation</th></tr>\n";
+  std::string page =
+      "<h2>What the residuals follow</h2>\n<section class=\"card scroll\"><table>\n<tr><th>channel</th><th "
+      "class=\"n\">times expected</th>"
+      "<th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">memory, h</th><th>follows</th><th "
+      "class=\"n\">delay, h</th>"
+      "<th class=\"n\">correlation</th></tr>\n";
   for (const ResidualAnalysis& a : d.analysis)
-    page += fmt::format("<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td class=\"n\">{:.1f}</td><td>{}</td>"
-                        "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
-                        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0, a.memory_s / 3600.0,
-                        a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / 3600.0, a.correlation);
+    page += fmt::format(
+        "<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td "
+        "class=\"n\">{:.1f}</td><td>{}</td>"
+        "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
+        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0,
+        a.memory_s / 3600.0, a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / 3600.0, a.correlation);
   return page + "</table></section>\n";
 }
 
@@ -313,8 +330,9 @@ std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const 
          "content=\"width=device-width,initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
          wording(d, machine).subject + "</title><style>" + style + "</style></head><body><main>\n" +
-         headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) + ranking_table(d, machine) + extension(d, machine) + plots(d, machine) +
-         channel_table(d, machine) + analysis(d) + notes(d) + "</main></body></html>\n";
+         headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) + ranking_table(d, machine) +
+         extension(d, machine) + plots(d, machine) + channel_table(d, machine) + analysis(d) + notes(d) +
+         "</main></body></html>\n";
 }
 
 }  // namespace thermotwin::diagnosis

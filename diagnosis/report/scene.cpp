@@ -34,7 +34,7 @@ void add_joint(const mesh::JointSpec& joint, Where& where) {
 void add_places(const mesh::Machine& machine, const mesh::SourceSpec& source, Where& where) {
   for (const mesh::SourcePlace& place : source.places) {
     if (!place.surface.empty()) where.surfaces.insert(place.surface);
-    if (const int joint = machine.joint_index(place.joint); joint >= 0) add_joint(machine.joints[static_cast<std::size_t>(joint)], where);
+    if (const int joint = machine.joint_index(place.joint); joint >= 0) add_joint(machine.joints[joint], where);
   }
 }
 
@@ -47,9 +47,11 @@ void add_ambient(const mesh::Machine& machine, const std::string& id, Where& whe
 
 void add_coolants(const mesh::Machine& machine, const Parameter& cause, Where& where) {
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
-    if (cause.kind == "control_sensor_offset" && coolant.id == cause.where && !coolant.guide_sensor.empty()) where.points.insert(coolant.guide_sensor);
+    if (cause.kind == "control_sensor_offset" && coolant.id == cause.where && !coolant.guide_sensor.empty())
+      where.points.insert(coolant.guide_sensor);
     for (const mesh::CoolantSegment& segment : coolant.segments)
-      if (cause.where == coolant.id || cause.where == coolant.id + "." + segment.id) where.surfaces.insert(segment.surface);
+      if (cause.where == coolant.id || cause.where == coolant.id + "." + segment.id)
+        where.surfaces.insert(segment.surface);
   }
 }
 
@@ -65,7 +67,8 @@ Where where_of(const mesh::Machine& machine, const Parameter& cause) {
   if (kind.starts_with("film_") || kind == "radiation_load")
     named(machine.films, [&](const auto& film) { where.surfaces.insert(film.surfaces.begin(), film.surfaces.end()); });
   if (kind.starts_with("contact_")) named(machine.joints, [&](const auto& joint) { add_joint(joint, where); });
-  if (kind.starts_with("ambient_") || kind == "foundation_temperature" || kind == "cutting_fluid") add_ambient(machine, cause.where, where);
+  if (kind.starts_with("ambient_") || kind == "foundation_temperature" || kind == "cutting_fluid")
+    add_ambient(machine, cause.where, where);
   if (kind.starts_with("coolant_") || kind == "control_sensor_offset") add_coolants(machine, cause, where);
   if (kind == "expansion_coefficient" || kind == "heat_capacity") where.bodies.insert(cause.where);
   for (const mesh::ScaleSpec& scale : machine.scales)
@@ -118,16 +121,16 @@ Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& ca
     const mesh::TetMesh& tets = mesh.bodies[b];
     Scene::Body body;
     body.id = machine.bodies[b].id;
-    body.marked.assign(static_cast<std::size_t>(tets.face_count()), all.bodies.count(body.id) > 0);
+    body.marked.assign(tets.face_count(), all.bodies.count(body.id) > 0);
     for (std::size_t s = 0; s < machine.surfaces.size(); ++s)
       if (machine.surfaces[s].body == body.id && all.surfaces.count(machine.surfaces[s].id))
-        for (const int face : mesh.surfaces[s]) body.marked[static_cast<std::size_t>(face)] = 1;
+        for (const int face : mesh.surfaces[s]) body.marked[face] = 1;
     // Only nodes of the boundary.
-    std::vector<int> number(static_cast<std::size_t>(tets.nodes()), -1);
+    std::vector<int> number(tets.nodes(), -1);
     std::vector<int> kept;
     body.triangles = tets.faces;
     for (int& node : body.triangles.reshaped()) {
-      int& n = number[static_cast<std::size_t>(node)];
+      int& n = number[node];
       if (n < 0) n = static_cast<int>(kept.size()), kept.push_back(node);
       node = n;
     }
@@ -135,7 +138,8 @@ Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& ca
     scene.bodies.push_back(std::move(body));
   }
   for (const mesh::SensorSpec& sensor : machine.sensors)
-    if (!sensor.body.empty()) scene.points.push_back({sensor.id, sensor.point.cast<float>(), all.points.count(sensor.id) > 0});
+    if (!sensor.body.empty())
+      scene.points.push_back({sensor.id, sensor.point.cast<float>(), all.points.count(sensor.id) > 0});
   scene.points.push_back({"tool", machine.tcp.tool_point.cast<float>(), all.points.count("tool") > 0});
   return scene;
 }
@@ -154,9 +158,10 @@ std::string scene_html(const Scene& scene) {
   std::uint32_t first = 0;
   for (const Scene::Body& body : scene.bodies) {
     for (Index n = 0; n < body.points.cols(); ++n)
-      for (int c = 0; c < 3; ++c) put(points, static_cast<std::uint16_t>(std::lround(65535.0F * (body.points(c, n) - low[c]) / size)));
+      for (int c = 0; c < 3; ++c)
+        put(points, static_cast<std::uint16_t>(std::lround(65535.0F * (body.points(c, n) - low[c]) / size)));
     for (Index t = 0; t < body.triangles.cols(); ++t) {
-      const bool marked = body.marked[static_cast<std::size_t>(t)] != 0;
+      const bool marked = body.marked[t] != 0;
       if (!marked && t % stride != 0) continue;
       for (int c = 0; c < 3; ++c) put(triangles, first + static_cast<std::uint32_t>(body.triangles(c, t)));
       marks.push_back(marked ? 1 : 0);
@@ -166,17 +171,21 @@ std::string scene_html(const Scene& scene) {
   std::string dots;
   for (const Scene::Point& p : scene.points) {
     const Eigen::Vector3f at = (p.at - low) / size;
-    dots += fmt::format("{}[{:.5f},{:.5f},{:.5f},\"{}\",{}]", dots.empty() ? "" : ",", at.x(), at.y(), at.z(), core::xml_text(p.label), p.marked ? 1 : 0);
+    dots += fmt::format("{}[{:.5f},{:.5f},{:.5f},\"{}\",{}]", dots.empty() ? "" : ",", at.x(), at.y(), at.z(),
+                        core::xml_text(p.label), p.marked ? 1 : 0);
   }
   const Eigen::Vector3f extent = (high - low) / size;
   std::string legend;
-  for (const std::string& words : scene.legend) legend += "<span><i class=\"m\"></i>" + core::xml_text(words) + "</span>";
+  for (const std::string& words : scene.legend)
+    legend += "<span><i class=\"m\"></i>" + core::xml_text(words) + "</span>";
   if (legend.empty()) legend = "<span>nothing is marked: no cause is named</span>";
   return "<h2>Where</h2>\n<section class=\"card\"><div class=\"legend\">" + legend +
-         "<span>drag turns, wheel zooms</span></div><canvas id=\"machine\" width=\"1100\" height=\"560\"></canvas></section>\n"
+         "<span>drag turns, wheel zooms</span></div><canvas id=\"machine\" width=\"1100\" "
+         "height=\"560\"></canvas></section>\n"
          "<script type=\"application/json\" id=\"scene\">{" +
-         fmt::format("\"extent\":[{:.5f},{:.5f},{:.5f}],\"points\":\"{}\",\"triangles\":\"{}\",\"marks\":\"{}\",\"dots\":[{}]", extent.x(), extent.y(),
-                     extent.z(), base64(points), base64(triangles), base64(marks), dots) +
+         fmt::format(
+             "\"extent\":[{:.5f},{:.5f},{:.5f}],\"points\":\"{}\",\"triangles\":\"{}\",\"marks\":\"{}\",\"dots\":[{}]",
+             extent.x(), extent.y(), extent.z(), base64(points), base64(triangles), base64(marks), dots) +
          "}</script>\n<script>" + scene_script + "</script>\n";
 }
 

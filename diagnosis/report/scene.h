@@ -18,17 +18,17 @@ namespace thermotwin::diagnosis {
 struct Scene {
   struct Body {
     std::string id;
-    Eigen::Matrix3Xf points;      ///< m, home frame
-    Eigen::Matrix3Xi triangles;   ///< outward
-    std::vector<char> marked;     ///< (triangles) a cause acts there
+    Eigen::Matrix3Xf points;     ///< m, home frame
+    Eigen::Matrix3Xi triangles;  ///< outward
+    std::vector<char> marked;    ///< (triangles) a cause acts there
   };
   struct Point {
     std::string label;
-    Eigen::Vector3f at;           ///< m
+    Eigen::Vector3f at;  ///< m
     bool marked = false;
   };
   std::vector<Body> bodies;
-  std::vector<Point> points;      ///< sensors, the tool's point
+  std::vector<Point> points;        ///< sensors, the tool's point
   std::vector<std::string> legend;  ///< what is marked, in words
 
   bool empty() const { return bodies.empty(); }

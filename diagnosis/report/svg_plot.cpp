@@ -24,8 +24,7 @@ struct Scale {
 };
 
 /// Lines break at gaps of the data.
-std::string path(const VectorXd& hours, const VectorXd& values, const Scale& x, const Scale& y,
-                 Index stride) {
+std::string path(const VectorXd& hours, const VectorXd& values, const Scale& x, const Scale& y, Index stride) {
   std::string d;
   bool pen_up = true;
   for (Index i = 0; i < hours.size(); i += stride) {
@@ -39,8 +38,7 @@ std::string path(const VectorXd& hours, const VectorXd& values, const Scale& x, 
   return d;
 }
 
-std::string band_path(const VectorXd& hours, const VectorXd& band, const Scale& x, const Scale& y,
-                      Index stride) {
+std::string band_path(const VectorXd& hours, const VectorXd& band, const Scale& x, const Scale& y, Index stride) {
   std::string upper, lower;
   for (Index i = 0; i < hours.size(); i += stride) {
     if (!std::isfinite(band[i])) continue;
@@ -64,11 +62,13 @@ std::string residual_map_svg(const ResidualMap& map) {
   const Index n = map.hours.size(), channels = map.ratio.cols(), columns = std::min(n, most_columns);
   if (n < 2 || channels == 0) return "";
   const double tall = row * static_cast<double>(channels);
-  std::string svg = fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"residuals of all channels over time\">\n", wide, tall + below);
+  std::string svg = fmt::format(
+      "<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"residuals of all channels over time\">\n", wide,
+      tall + below);
   const double cell = (wide - name) / static_cast<double>(columns);
   for (Index c = 0; c < channels; ++c) {
-    svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", name - 6, row * (static_cast<double>(c) + 0.75),
-                       core::xml_text(map.channels[static_cast<std::size_t>(c)]));
+    svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", name - 6, row * (c + 0.75),
+                       core::xml_text(map.channels[c]));
     for (Index k = 0; k < columns; ++k) {
       double sum = 0.0;
       int count = 0;
@@ -76,17 +76,22 @@ std::string residual_map_svg(const ResidualMap& map) {
         if (std::isfinite(map.ratio(i, c))) sum += map.ratio(i, c), ++count;
       if (count == 0) continue;
       const double value = sum / count, strength = std::clamp((std::abs(value) - 1.0) / 7.0, 0.0, 1.0);
-      svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{:.1f}\" fill=\"{}\" fill-opacity=\"{:.2f}\"/>",
-                         name + cell * static_cast<double>(k), row * static_cast<double>(c) + 0.5, cell + 0.05, row - 1, value > 0 ? "#c4552d" : "#1b6ca8",
-                         0.06 + 0.94 * strength);
+      svg += fmt::format(
+          "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{:.1f}\" fill=\"{}\" fill-opacity=\"{:.2f}\"/>",
+          name + cell * static_cast<double>(k), row * static_cast<double>(c) + 0.5, cell + 0.05, row - 1,
+          value > 0 ? "#c4552d" : "#1b6ca8", 0.06 + 0.94 * strength);
     }
     svg += "\n";
   }
   const Scale x{map.hours[0], map.hours[n - 1], name, wide};
   for (const double tick : core::axis_ticks(x.low, x.high, 8))
-    svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.0f}v5\"/><text x=\"{:.1f}\" y=\"{:.0f}\" text-anchor=\"middle\">{:g}</text>", x(tick), tall, x(tick), tall + 17, tick);
+    svg += fmt::format(
+        "<path class=\"grid\" d=\"M{:.1f} {:.0f}v5\"/><text x=\"{:.1f}\" y=\"{:.0f}\" "
+        "text-anchor=\"middle\">{:g}</text>",
+        x(tick), tall, x(tick), tall + 17, tick);
   svg += fmt::format("<path class=\"grid zero\" d=\"M{:.1f} 0V{:.0f}\"/>", x(map.heldout_from), tall);
-  return svg + fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">time in h</text></svg>\n", 0.5 * (name + wide), tall + 31);
+  return svg + fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">time in h</text></svg>\n",
+                           0.5 * (name + wide), tall + 31);
 }
 
 std::string residual_svg(const ResidualPlot& plot) {
@@ -104,13 +109,11 @@ std::string residual_svg(const ResidualPlot& plot) {
   const Scale y{low - margin, high + margin, height - bottom, top};
   const Index stride = std::max<Index>(1, n / most_points);
 
-  std::string svg =
-      fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"residual of {}\">\n", width,
-                  height, core::xml_text(plot.title));
+  std::string svg = fmt::format("<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"residual of {}\">\n",
+                                width, height, core::xml_text(plot.title));
   const double split = std::clamp(plot.heldout_from, first, x.high);
-  svg +=
-      fmt::format("<rect class=\"heldout\" x=\"{:.1f}\" y=\"{:.0f}\" width=\"{:.1f}\" height=\"{:.0f}\"/>\n",
-                  x(split), top, x(x.high) - x(split), height - bottom - top);
+  svg += fmt::format("<rect class=\"heldout\" x=\"{:.1f}\" y=\"{:.0f}\" width=\"{:.1f}\" height=\"{:.0f}\"/>\n",
+                     x(split), top, x(x.high) - x(split), height - bottom - top);
   svg += fmt::format("<path class=\"band\" d=\"{}\"/>\n", band_path(plot.hours, plot.band, x, y, stride));
   const auto y_ticks = core::axis_ticks(y.low, y.high, 6), x_ticks = core::axis_ticks(x.low, x.high, 8);
   const double y_step = y_ticks.size() > 1 ? y_ticks[1] - y_ticks[0] : 1.0;
@@ -118,8 +121,8 @@ std::string residual_svg(const ResidualPlot& plot) {
   for (const double tick : y_ticks) {
     svg += fmt::format("<path class=\"grid{}\" d=\"M{:.0f} {:.1f}H{:.0f}\"/>",
                        std::abs(tick) < 1e-9 * y_step ? " zero" : "", left, y(tick), width - right);
-    svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", left - 6,
-                       y(tick) + 3.5, tick_text(tick, y_step));
+    svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>\n", left - 6, y(tick) + 3.5,
+                       tick_text(tick, y_step));
   }
   for (const double tick : x_ticks) {
     svg += fmt::format("<path class=\"grid\" d=\"M{:.1f} {:.0f}v4\"/>", x(tick), height - bottom);
@@ -128,9 +131,8 @@ std::string residual_svg(const ResidualPlot& plot) {
   }
   svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">time in h</text>\n",
                      0.5 * (left + width - right), height - 4);
-  svg +=
-      fmt::format("<text transform=\"translate(12 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
-                  0.5 * (top + height - bottom), core::xml_text(plot.unit));
+  svg += fmt::format("<text transform=\"translate(12 {:.0f}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
+                     0.5 * (top + height - bottom), core::xml_text(plot.unit));
   svg += fmt::format("<path class=\"before\" d=\"{}\"/>\n", path(plot.hours, plot.before, x, y, stride));
   if (plot.show_after)
     svg += fmt::format("<path class=\"after\" d=\"{}\"/>\n", path(plot.hours, plot.after, x, y, stride));

@@ -11,10 +11,10 @@ namespace thermotwin::diagnosis {
 
 struct ResidualPlot {
   std::string title, unit;
-  Eigen::VectorXd hours;           ///< (n) rising
-  Eigen::VectorXd before, after;   ///< (n) NaN where missing
-  Eigen::VectorXd band;            ///< (n) half width about zero, two standard deviations
-  double heldout_from = 0;         ///< h
+  Eigen::VectorXd hours;          ///< (n) rising
+  Eigen::VectorXd before, after;  ///< (n) NaN where missing
+  Eigen::VectorXd band;           ///< (n) half width about zero, two standard deviations
+  double heldout_from = 0;        ///< h
   bool show_after = true;
 };
 
@@ -22,9 +22,9 @@ struct ResidualPlot {
 /// within two standard deviations. One look says which channels are off, and when.
 struct ResidualMap {
   std::vector<std::string> channels;
-  Eigen::VectorXd hours;                 ///< (n)
-  Eigen::MatrixXd ratio;                 ///< (n x channels), NaN where nothing was measured
-  double heldout_from = 0;               ///< h
+  Eigen::VectorXd hours;    ///< (n)
+  Eigen::MatrixXd ratio;    ///< (n x channels), NaN where nothing was measured
+  double heldout_from = 0;  ///< h
 };
 std::string residual_map_svg(const ResidualMap& map);
 

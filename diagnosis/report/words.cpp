@@ -2,6 +2,7 @@
 #include "diagnosis/report/words.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -28,22 +29,24 @@ std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
   if (p.name.empty()) return "something that no kind describes";
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
-  const std::string more = p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95) : "";
+  const std::string more =
+      p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95)
+                : "";
   return fmt::format("{} of {} ({} {:.4g} +- {:.2g}{}{})", p.kind, p.where, p.name, cause.value, cause.std, unit, more);
 }
 
 std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t most) {
   std::string words;
   for (std::size_t i = 0; i < std::min(most, causes.size()); ++i)
-    words += (i > 0 ? "; " : "") + in_words(causes[i]) +
-             fmt::format(", probability {:.2f}", causes[i].probability);
+    words += (i > 0 ? "; " : "") + in_words(causes[i]) + fmt::format(", probability {:.2f}", causes[i].probability);
   if (causes.size() > most) words += fmt::format("; and {} more", causes.size() - most);
   return words;
 }
 
 /// Of the reduced model as the record begins, s.
 double slowest_time_constant(const reduction::ReducedModel& model, const Observations& obs) {
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(conduction_at_start(model, model.machine, obs), model.system.capacity, Eigen::EigenvaluesOnly);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> eigen(conduction_at_start(model, model.machine, obs),
+                                                                        model.system.capacity, Eigen::EigenvaluesOnly);
   return 1.0 / std::max(eigen.eigenvalues()[0], 1e-12);
 }
 
@@ -68,18 +71,21 @@ std::string sentence_of(const Diagnosis& d) {
   if (d.verdict == "unexplained")
     return "Unexplained: measurement and model differ, but none of the known causes describes how.";
   if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front()))
-    return fmt::format("Ambiguous: {} is no further off than is stated of it or than its size is uncertain, but its size and its course explain what the stated uncertainty does not; or something "
-                       "that no kind describes acts there.",
-                       in_words(d.causes.front()));
+    return fmt::format(
+        "Ambiguous: {} is no further off than is stated of it or than its size is uncertain, but its size and its "
+        "course explain what the stated uncertainty does not; or something "
+        "that no kind describes acts there.",
+        in_words(d.causes.front()));
   if (!d.strained.empty()) {
     std::vector<RankedCause> beside = d.ambiguous_set;
     std::erase_if(beside, [](const RankedCause& cause) { return cause.parameter.name.empty(); });
-    return fmt::format("Ambiguous: {}{}; but {}: it has another law, or something that no kind describes acts beside it.", list_in_words(d.causes, 1),
-                       beside.empty() ? "" : ", perhaps with " + list_in_words(beside, 2), d.strained);
+    return fmt::format(
+        "Ambiguous: {}{}; but {}: it has another law, or something that no kind describes acts beside it.",
+        list_in_words(d.causes, 1), beside.empty() ? "" : ", perhaps with " + list_in_words(beside, 2), d.strained);
   }
   if (only_unknown_shares(d))
-    return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.", list_in_words(d.causes, 2),
-                       d.ambiguous_set.front().probability);
+    return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.",
+                       list_in_words(d.causes, 2), d.ambiguous_set.front().probability);
   if (d.verdict == "ambiguous")
     return (d.causes.empty() ? "Ambiguous: several causes explain the difference: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
@@ -87,20 +93,25 @@ std::string sentence_of(const Diagnosis& d) {
   return "Explained by " + list_in_words(d.causes, 3) + "." + gain +
          (!d.extended_machine_text.empty() ? ""
           : d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0
-              ? " Alone it makes them worse: what else is off, within its uncertainty, had cancelled it. No extension is recommended."
+              ? " Alone it makes them worse: what else is off, within its uncertainty, had cancelled it. No extension "
+                "is recommended."
               : " The gain is not certain, so no extension is recommended.");
 }
 
-std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement, const Problem& problem) {
+std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                                     const Problem& problem) {
   const Observations& obs = problem.observations;
   const solver::Channels channels(machine);
   std::vector<std::string> warnings, taken, partial, constant;
   for (const std::string& name : channels.names()) {
     const double otherwise = channels.defaults()[channels.index(name)];
-    const bool recorded = std::any_of(measurement.channels.begin(), measurement.channels.end(), [&](const auto& c) { return c.input == name; });
+    const bool recorded = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                      [&](const auto& c) { return c.input == name; });
     // Surroundings but the air are parameters of their own that hardly change; without fluid on a film its state is nothing.
-    const bool counts = (!name.ends_with("T_C") || name == "air.T_C") && !name.ends_with("gradient_K_m") && name != "machine.on" &&
-                        (name != "cutting_fluid.on" || std::any_of(machine.films.begin(), machine.films.end(), [&](const mesh::FilmSpec& film) { return film.state == name; }));
+    const bool counts =
+        (!name.ends_with("T_C") || name == "air.T_C") && !name.ends_with("gradient_K_m") && name != "machine.on" &&
+        (name != "cutting_fluid.on" || std::any_of(machine.films.begin(), machine.films.end(),
+                                                   [&](const mesh::FilmSpec& film) { return film.state == name; }));
     if (!recorded && counts && std::isfinite(otherwise)) taken.push_back(fmt::format("{} {:.4g}", name, otherwise));
   }
   if (!taken.empty()) warnings.push_back("Not recorded, so taken to be all the time: " + core::join(taken) + ".");
@@ -108,50 +119,62 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
     std::string pose = "," + observed.channel.pose_text;
     std::erase_if(pose, [](unsigned char c) { return std::isspace(c); });
     for (const mesh::Axis& axis : machine.axes)
-      if (pose.size() > 1 && !axis.endless && pose.find("," + axis.id + "=") == std::string::npos) partial.push_back(observed.channel.id + " leaves out " + axis.id);
+      if (pose.size() > 1 && !axis.endless && pose.find("," + axis.id + "=") == std::string::npos)
+        partial.push_back(observed.channel.id + " leaves out " + axis.id);
     const Eigen::VectorXd& value = observed.value;
     if (value.size() >= 8 && value.maxCoeff() - value.minCoeff() < 1e-9) constant.push_back(observed.channel.id);
   }
-  if (!partial.empty()) warnings.push_back("Poses are taken at the home position where a channel names no other: " + core::join(partial) + ".");
-  if (!constant.empty()) warnings.push_back("The same value in all of the record, as of a reading that is stuck: " + core::join(constant) + ".");
+  if (!partial.empty())
+    warnings.push_back("Poses are taken at the home position where a channel names no other: " + core::join(partial) +
+                       ".");
+  if (!constant.empty())
+    warnings.push_back("The same value in all of the record, as of a reading that is stuck: " + core::join(constant) +
+                       ".");
   if (obs.start_spread_K >= even_start_K)
-    warnings.push_back(fmt::format("The first readings differ by {:.2g} K: the machine had not come to rest before the record. What it was warmed by is taken into account as far as "
-                                   "{} sensors and the slow modes tell; a record from rest says more.", obs.start_spread_K, machine.sensors.size()));
+    warnings.push_back(
+        fmt::format("The first readings differ by {:.2g} K: the machine had not come to rest before the record. What "
+                    "it was warmed by is taken into account as far as "
+                    "{} sensors and the slow modes tell; a record from rest says more.",
+                    obs.start_spread_K, machine.sensors.size()));
   double longest = 0.0;
   for (const Observations::MayHold& may : obs.may_hold) longest = std::max(longest, may.shown - may.from);
   if (longest >= long_between_rows_s)
-    warnings.push_back(fmt::format("Speeds, powers or states changed somewhere between rows up to {:.0f} s apart: when, is found from what heats fast, as far as that tells. Rows at each "
-                                   "change, or every minute, say it.", longest));
+    warnings.push_back(
+        fmt::format("Speeds, powers or states changed somewhere between rows up to {:.0f} s apart: when, is found from "
+                    "what heats fast, as far as that tells. Rows at each "
+                    "change, or every minute, say it.",
+                    longest));
   return warnings;
 }
 
-void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found, const DiagnoseOptions& options,
-               Diagnosis& d) {
+void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found,
+               const DiagnoseOptions& options, Diagnosis& d) {
   const Observations& obs = problem.observations;
   if (const double slowest = slowest_time_constant(model, obs); obs.end - obs.start < slowest)
-    d.notes.push_back(fmt::format("The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h: what acts that slowly "
-                                  "is hardly seen, and the start counts for all of it.",
-                                  (obs.end - obs.start) / 3600.0, slowest / 3600.0));
+    d.notes.push_back(fmt::format(
+        "The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h: what acts that slowly "
+        "is hardly seen, and the start counts for all of it.",
+        (obs.end - obs.start) / 3600.0, slowest / 3600.0));
   if (!obs.left_out.empty())
-    d.notes.push_back("Left out, with fewer than four values in the part that is fitted: " + core::join(obs.left_out) + ".");
+    d.notes.push_back("Left out, with fewer than four values in the part that is fitted: " + core::join(obs.left_out) +
+                      ".");
   d.notes.push_back(fmt::format(
       "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the rest only judged.",
       obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / 3600.0));
-  d.notes.push_back(
-      fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
-                  obs.start_C, problem.prior_std[static_cast<Index>(problem.parameters.size())]));
-  d.notes.push_back(
-      fmt::format("Mesh and discretisation: {:.3g} % of each displacement's own response, {:.3g} % of each temperature's. Chi-square without a "
-                  "cause: {:.0f} for {} values.",
-                  options.displacement_error_percent, options.temperature_error_percent, found.chi_square_none, found.fitted));
+  d.notes.push_back(fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
+                                obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));
+  d.notes.push_back(fmt::format(
+      "Mesh and discretisation: {:.3g} % of each displacement's own response, {:.3g} % of each temperature's. "
+      "Chi-square without a "
+      "cause: {:.0f} for {} values.",
+      options.displacement_error_percent, options.temperature_error_percent, found.chi_square_none, found.fitted));
   if ((d.verdict == "unexplained" || only_unknown_shares(d)) && found.unknown_channel >= 0)
     d.notes.push_back("What no kind describes shows best in one channel alone: " +
-                      obs.channels[static_cast<std::size_t>(found.unknown_channel)].channel.id + ".");
+                      obs.channels[found.unknown_channel].channel.id + ".");
   if (!found.invisible.empty()) {
     std::vector<std::string> names;
     for (const int i : found.invisible)
-      names.push_back(problem.parameters[static_cast<std::size_t>(i)].kind + " of " +
-                      problem.parameters[static_cast<std::size_t>(i)].where);
+      names.push_back(problem.parameters[i].kind + " of " + problem.parameters[i].where);
     d.notes.push_back("Not visible in this measurement, so not judged: " + core::join(names) + ".");
   }
 }

@@ -23,19 +23,22 @@ namespace {
 void remove_extension(const std::filesystem::path& out) {
   std::error_code ignored;
   std::filesystem::remove_all(out / "extended/cad", ignored);
-  for (const char* name : {"extended/machine.toml", "extended/model.rom.h5", "extended"}) std::filesystem::remove(out / name, ignored);
+  for (const char* name : {"extended/machine.toml", "extended/model.rom.h5", "extended"})
+    std::filesystem::remove(out / name, ignored);
 }
 
 /// Series of an earlier diagnosis that this one does not have.
 void remove_series(const std::filesystem::path& out, const Diagnosis& diagnosis) {
   std::error_code ignored;
   for (std::size_t i = 0; i < 4; ++i)
-    if (i >= diagnosis.causes.size() || diagnosis.causes[i].series.rows() == 0) std::filesystem::remove(out / series_file(i + 1), ignored);
+    if (i >= diagnosis.causes.size() || diagnosis.causes[i].series.rows() == 0)
+      std::filesystem::remove(out / series_file(i + 1), ignored);
 }
 
 /// @param extend  writes further files into the folder and names them
 template <class Extend>
-void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine* machine, const Scene& scene, const Extend& extend) {
+void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine* machine,
+                 const Scene& scene, const Extend& extend) {
   using std::filesystem::path;
   core::write_files_by(out, [&](const path& staged) {
     std::vector<path> files{"residuals.csv", "report.html"};
@@ -57,8 +60,8 @@ void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, c
 
 }  // namespace
 
-void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
-                     const reduction::ReducedModel& model, const Scene& scene) {
+void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis, const reduction::ReducedModel& model,
+                     const Scene& scene) {
   using std::filesystem::path;
   const bool extends = !diagnosis.extended_machine_text.empty();
   write_files(out, diagnosis, &model.machine, scene, [&](const path& staged, std::vector<path>& files) {

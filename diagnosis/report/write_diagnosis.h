@@ -12,8 +12,8 @@ namespace thermotwin::diagnosis {
 
 /// diagnosis.json, report.html, residuals.csv, extended/machine.toml (and extended/model.rom.h5),
 /// each whole or not at all. @param scene  of the machine, for the page; may be empty
-void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
-                     const reduction::ReducedModel& model, const Scene& scene = {});
+void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis, const reduction::ReducedModel& model,
+                     const Scene& scene = {});
 
 /// The same files of data without a machine, which are never extended.
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis);

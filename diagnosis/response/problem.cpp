@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/thread_pool.h"
 #include "diagnosis/causes/kinds.h"
@@ -31,15 +32,14 @@ constexpr double measured_air_std_K = 0.1, unmeasured_std_K = 0.3;
 
 /// Surroundings wander: those that nobody measures by their stated uncertainty, air by what a
 /// single sensor in a hall cannot see.
-std::vector<Disturbance> surroundings(const mesh::Machine& machine,
-                                      const compensation::Measurement& measurement, const Observations& obs) {
+std::vector<Disturbance> surroundings(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                                      const Observations& obs) {
   std::vector<Disturbance> all;
   const double duration = obs.end - obs.start;
   for (std::size_t a = 0; a < machine.ambients.size(); ++a) {
     const mesh::AmbientSpec& ambient = machine.ambients[a];
-    const bool measured =
-        std::any_of(measurement.channels.begin(), measurement.channels.end(),
-                    [&](const auto& channel) { return channel.input == ambient.id + ".T_C"; });
+    const bool measured = std::any_of(measurement.channels.begin(), measurement.channels.end(),
+                                      [&](const auto& channel) { return channel.input == ambient.id + ".T_C"; });
     const double stated = std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0;
     const double std_K = measured ? measured_air_std_K : std::max(unmeasured_std_K, stated);
     const double knot_s = measured ? measured_knot_s : unmeasured_knot_s;
@@ -80,7 +80,8 @@ MaterialSpread material_spread(const mesh::Machine& machine) {
 }
 
 bool same_pose(const ObservedChannel& a, const ObservedChannel& b) {
-  return &a != &b && !a.is_temperature() && !b.is_temperature() && a.channel.unit == b.channel.unit && a.channel.pose_text == b.channel.pose_text;
+  return &a != &b && !a.is_temperature() && !b.is_temperature() && a.channel.unit == b.channel.unit &&
+         a.channel.pose_text == b.channel.pose_text;
 }
 
 /// What the other directions at a displacement's pose move, at its times: of the whole motion a mesh turns a little into each. (n x others)
@@ -96,7 +97,7 @@ Eigen::MatrixXd moves_beside(const Problem& problem, std::size_t of) {
     moves.conservativeResize(Eigen::NoChange, moves.cols() + 1);
     Index next = 0;  // the mean of the same interval, or the one after where that has none
     for (Index i = 0; i < channel.size(); ++i) {
-      while (next + 1 < other.size() && other.interval[static_cast<std::size_t>(next)] < channel.interval[static_cast<std::size_t>(i)]) ++next;
+      while (next + 1 < other.size() && other.interval[next] < channel.interval[i]) ++next;
       moves(i, moves.cols() - 1) = predicted[next] - at_start;
     }
   }
@@ -106,10 +107,11 @@ Eigen::MatrixXd moves_beside(const Problem& problem, std::size_t of) {
 /// Where a model does not know its parts, the stated spread of expansion and heat capacity is not a
 /// parameter but part of the model error: a factor of displacements, a wandering error of transients.
 /// @param beside  (n x others) what the other directions at the pose move
-ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted, const Eigen::MatrixXd& beside,
-                                     double start_C, const MaterialSpread& spread, const DiagnoseOptions& options,
-                                     double& amplitude) {
-  const double model_error = 0.01 * (channel.is_temperature() ? options.temperature_error_percent : options.displacement_error_percent);
+ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
+                                     const Eigen::MatrixXd& beside, double start_C, const MaterialSpread& spread,
+                                     const DiagnoseOptions& options, double& amplitude) {
+  const double model_error =
+      0.01 * (channel.is_temperature() ? options.temperature_error_percent : options.displacement_error_percent);
   const Floor floor = floor_of(channel);
   ChannelCovariance cov;
   cov.time = channel.time;
@@ -166,22 +168,23 @@ mesh::Machine Problem::machine_around(const mesh::Machine& machine, const std::v
   std::vector<Parameter> moved;
   std::vector<double> values;
   for (Index i = 0; i < around.size(); ++i) {
-    if (around[i] == 0.0 || std::find(but.begin(), but.end(), static_cast<int>(i)) != but.end()) continue;
-    moved.push_back(parameters[static_cast<std::size_t>(i)]);
+    if (around[i] == 0.0 || std::find(but.begin(), but.end(), i) != but.end()) continue;
+    moved.push_back(parameters[i]);
     values.push_back(nominal[i] + around[i]);
   }
-  return with_parameters(machine, moved, Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Index>(values.size())));
+  return with_parameters(machine, moved, Eigen::Map<Eigen::VectorXd>(values.data(), std::ssize(values)));
 }
 
 Eigen::VectorXd Problem::moved_around(const std::vector<int>& but) const {
   Eigen::VectorXd moved = Eigen::VectorXd::Zero(measured.size());
   for (Index i = 0; i < around.size(); ++i)
-    if (around[i] != 0.0 && std::find(but.begin(), but.end(), static_cast<int>(i)) == but.end()) moved += around[i] * columns.col(i);
+    if (around[i] != 0.0 && std::find(but.begin(), but.end(), i) == but.end()) moved += around[i] * columns.col(i);
   return moved;
 }
 
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options, const Eigen::VectorXd& around) {
+                     Observations observations, const Response& response, const DiagnoseOptions& options,
+                     const Eigen::VectorXd& around) {
   Problem problem;
   problem.observations = std::move(observations);
   const Observations& obs = problem.observations;
@@ -189,34 +192,33 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   // A channel without data shows nothing.
   std::erase_if(problem.parameters, [&](const Parameter& p) {
     return acts_on_readings(p.kind) && p.where != "temperature" && p.where != "displacement" &&
-           std::none_of(obs.channels.begin(), obs.channels.end(), [&](const ObservedChannel& c) { return c.channel.id == p.where; });
+           std::none_of(obs.channels.begin(), obs.channels.end(),
+                        [&](const ObservedChannel& c) { return c.channel.id == p.where; });
   });
-  const auto count = static_cast<Index>(problem.parameters.size());
+  const auto count = std::ssize(problem.parameters);
   problem.nominal.resize(count);
-  for (Index i = 0; i < count; ++i)
-    problem.nominal[i] = problem.parameters[static_cast<std::size_t>(i)].nominal;
+  for (Index i = 0; i < count; ++i) problem.nominal[i] = problem.parameters[i].nominal;
 
   problem.around = around.size() > 0 ? around : Eigen::VectorXd::Zero(count);
   const std::vector<Disturbance> wander = surroundings(machine, measurement, obs);
-  Response::Linear linear = response.linearise(machine, problem.parameters, problem.nominal + problem.around, true, wander);
+  Response::Linear linear =
+      response.linearise(machine, problem.parameters, problem.nominal + problem.around, true, wander);
   problem.measured = obs.stacked();
   problem.predicted = linear.predicted - linear.sensitivity * problem.around;
 
   std::vector<std::size_t> zeroed;  // displacements: the zero itself was read with noise
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
     if (!obs.channels[k].is_temperature()) zeroed.push_back(k);
-  const auto air = static_cast<Index>(wander.size());
+  const auto air = std::ssize(wander);
   const Index starts = linear.start.cols(), held = linear.held.cols();
-  problem.columns.setZero(obs.size(), count + starts + air + static_cast<Index>(zeroed.size()) + held);
+  problem.columns.setZero(obs.size(), count + starts + air + std::ssize(zeroed) + held);
   problem.prior_std.resize(problem.columns.cols());
   problem.columns.leftCols(count) = linear.sensitivity;
-  for (Index i = 0; i < count; ++i)
-    problem.prior_std[i] = problem.parameters[static_cast<std::size_t>(i)].nominal_std;
+  for (Index i = 0; i < count; ++i) problem.prior_std[i] = problem.parameters[i].nominal_std;
   problem.columns.middleCols(count, starts) = linear.start;
   problem.prior_std.segment(count, starts).setConstant(std::hypot(start_std_K, obs.start_spread_K));
   problem.columns.middleCols(count + starts, air) = linear.disturbed;
-  for (Index k = 0; k < air; ++k)
-    problem.prior_std[count + starts + k] = wander[static_cast<std::size_t>(k)].std_K;
+  for (Index k = 0; k < air; ++k) problem.prior_std[count + starts + k] = wander[k].std_K;
   for (std::size_t z = 0; z < zeroed.size(); ++z) {
     const ObservedChannel& channel = obs.channels[zeroed[z]];
     const Index column = count + starts + air + static_cast<Index>(z);
@@ -225,17 +227,17 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   }
 
   problem.columns.rightCols(held) = linear.held;
-  for (Index k = 0; k < held; ++k) problem.prior_std[problem.prior_std.size() - held + k] = obs.may_hold[static_cast<std::size_t>(k)].std;
+  for (Index k = 0; k < held; ++k) problem.prior_std[problem.prior_std.size() - held + k] = obs.may_hold[k].std;
 
   const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
-  problem.amplitude.resize(static_cast<Index>(obs.channels.size()));
+  problem.amplitude.resize(std::ssize(obs.channels));
   problem.expected_std.resize(obs.size());
   for (std::size_t k = 0; k < obs.channels.size(); ++k) {
     const ObservedChannel& channel = obs.channels[k];
     const Index first = problem.first_row(k);
-    problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()), moves_beside(problem, k),
-                                                    obs.start_C, spread, options,
-                                                    problem.amplitude[static_cast<Index>(k)]));
+    problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
+                                                    moves_beside(problem, k), obs.start_C, spread, options,
+                                                    problem.amplitude[k]));
     problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();
   }
   problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();

@@ -17,20 +17,20 @@ namespace thermotwin::diagnosis {
 
 struct Problem {
   Observations observations;
-  std::vector<Parameter> parameters;     ///< candidates; the first columns
-  Eigen::VectorXd nominal;               ///< (parameters)
+  std::vector<Parameter> parameters;  ///< candidates; the first columns
+  Eigen::VectorXd nominal;            ///< (parameters)
   /// (first parameters) Where they are linearised, less nominal. Few deviations of the stated uncertainty already change how fast
   /// and how far another parameter acts.
   Eigen::VectorXd around;
-  Eigen::VectorXd measured, predicted;   ///< (observations) with all parameters at nominal, on the linear form
-  Eigen::MatrixXd columns;               ///< (observations x (parameters + start + surroundings + zeros + late changes))
-  Eigen::VectorXd prior_std;             ///< (columns) nominal
+  Eigen::VectorXd measured, predicted;  ///< (observations) with all parameters at nominal, on the linear form
+  Eigen::MatrixXd columns;              ///< (observations x (parameters + start + surroundings + zeros + late changes))
+  Eigen::VectorXd prior_std;            ///< (columns) nominal
   /// Of parameters whose place is not known for sure: what their column may be off by, (observations x few), per unit; one
   /// standard deviation each.
   std::map<int, Eigen::MatrixXd> place_freedom;
   std::vector<ChannelCovariance> covariance;  ///< per channel, all its times
-  Eigen::VectorXd amplitude;             ///< (channels) how far a channel moves, its unit
-  Eigen::VectorXd expected_std;          ///< (observations) of measured minus predicted, no cause
+  Eigen::VectorXd amplitude;                  ///< (channels) how far a channel moves, its unit
+  Eigen::VectorXd expected_std;               ///< (observations) of measured minus predicted, no cause
 
   /// The rows that are fitted, channel after channel.
   Eigen::MatrixXd fitted(const Eigen::MatrixXd& stacked) const;
@@ -43,6 +43,7 @@ struct Problem {
 
 /// @param around  (parameters) see Problem; empty: linearised at nominal
 Problem make_problem(const mesh::Machine& machine, const compensation::Measurement& measurement,
-                     Observations observations, const Response& response, const DiagnoseOptions& options, const Eigen::VectorXd& around = {});
+                     Observations observations, const Response& response, const DiagnoseOptions& options,
+                     const Eigen::VectorXd& around = {});
 
 }  // namespace thermotwin::diagnosis

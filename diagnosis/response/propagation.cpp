@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <iterator>
 #include <list>
 #include <memory>
 
@@ -35,19 +36,22 @@ struct Drive {
   solver::Coefficients c, part;
 
   Drive(const reduction::ReducedModel& reduced, const mesh::Machine& machine)
-      : added(added_sources(reduced, machine)), model(machine, added.layout), sensor_offsets(solver::sensor_offsets(machine, added.layout)) {}
+      : added(added_sources(reduced, machine)),
+        model(machine, added.layout),
+        sensor_offsets(solver::sensor_offsets(machine, added.layout)) {}
 
   /// The row with one ambient's temperature moved.
   VectorXd disturbed(const VectorXd& row, int ambient, double by_K) const {
     VectorXd moved = row;
-    const mesh::AmbientSpec& spec = model.machine().ambients[static_cast<std::size_t>(ambient)];
+    const mesh::AmbientSpec& spec = model.machine().ambients[ambient];
     double& channel = moved[model.channels().index(spec.id + ".T_C")];
     // One that follows gets a temperature of its own.
     if (!std::isfinite(channel)) channel = model.ambient_K(ambient, row) + model.machine().reference_C;
     channel += by_K;
     return moved;
   }
-  void coefficients(const VectorXd& measured, const VectorXd& readings, int ambient, double by_K, double duration, solver::Coefficients& out) {
+  void coefficients(const VectorXd& measured, const VectorXd& readings, int ambient, double by_K, double duration,
+                    solver::Coefficients& out) {
     const VectorXd row = by_K != 0.0 ? disturbed(measured, ambient, by_K) : measured, guide = model.guide_K(row);
     if (!chiller)
       chiller.emplace(model.machine(), model.layout(), model.channels(),
@@ -57,23 +61,28 @@ struct Drive {
   /// Of a step: the mean of those of its parts.
   /// @param sensors_K (sensors) temperatures at the sensors, without their offsets  @param ambient, by_K  moved by so much
   /// @param held  null, or inputs that hold for a while instead
-  void update(const Observations& obs, Index step, const VectorXd& sensors_K, int ambient = 0, double by_K = 0.0, const Observations::MayHold* held = nullptr) {
+  void update(const Observations& obs, Index step, const VectorXd& sensors_K, int ambient = 0, double by_K = 0.0,
+              const Observations::MayHold* held = nullptr) {
     const double begin = obs.points[step], end = obs.points[step + 1], duration = end - begin;
     const VectorXd readings = sensors_K + sensor_offsets;
-    const double share_held = held ? std::clamp((std::min(end, held->to) - std::max(begin, held->from)) / duration, 0.0, 1.0) : 0.0;
+    const double share_held =
+        held ? std::clamp((std::min(end, held->to) - std::max(begin, held->from)) / duration, 0.0, 1.0) : 0.0;
     const auto mixed = obs.mixed.find(step);
-    if (mixed == obs.mixed.end() && share_held < negligible_share) return coefficients(obs.rows.row(step).transpose(), readings, ambient, by_K, duration, c);
-    c.p.setZero(static_cast<Index>(model.layout().terms.size()));
-    c.q.setZero(static_cast<Index>(model.layout().inputs.size()));
+    if (mixed == obs.mixed.end() && share_held < negligible_share)
+      return coefficients(obs.rows.row(step).transpose(), readings, ambient, by_K, duration, c);
+    c.p.setZero(std::ssize(model.layout().terms));
+    c.q.setZero(std::ssize(model.layout().inputs));
     const auto add = [&](const VectorXd& row, double of) {
       if (of < negligible_share) return;
       coefficients(row, readings, ambient, by_K, of * duration, part);
       c.p += of * part.p;
       c.q += of * part.q;
     };
-    if (mixed == obs.mixed.end()) add(obs.rows.row(step).transpose(), 1.0 - share_held);
+    if (mixed == obs.mixed.end())
+      add(obs.rows.row(step).transpose(), 1.0 - share_held);
     else
-      for (const Observations::Part& part_held : mixed->second) add(part_held.row, (1.0 - share_held) * part_held.share);
+      for (const Observations::Part& part_held : mixed->second)
+        add(part_held.row, (1.0 - share_held) * part_held.share);
     if (held) add(held->row, share_held);
   }
   /// Of sources that the reduced model's own layout does not have.
@@ -85,7 +94,7 @@ struct Drive {
 /// The last few operators E + gamma h A. Products with an inverse are faster than solves, once it is
 /// used for as many columns as it has.
 class Factors {
- public:
+public:
   Factors(const reduction::ReducedSystem& system, const MatrixXd& capacity) : system_(system), capacity_(capacity) {}
 
   struct Entry {
@@ -102,7 +111,8 @@ class Factors {
   };
   /// @param columns  that will be solved for
   const Entry& get(const VectorXd& p, double step, Index columns) {
-    auto at = std::find_if(kept_.begin(), kept_.end(), [&](const Entry& entry) { return entry.step == step && entry.p == p; });
+    auto at = std::find_if(kept_.begin(), kept_.end(),
+                           [&](const Entry& entry) { return entry.step == step && entry.p == p; });
     if (at != kept_.end()) {
       kept_.splice(kept_.begin(), kept_, at);
     } else {
@@ -118,7 +128,7 @@ class Factors {
     return entry;
   }
 
- private:
+private:
   /// K0 + sum p K. From step to step few coefficients change; reading all terms would take longer than a factor.
   const MatrixXd& conduction(const VectorXd& p) {
     const bool anew = sum_.size() == 0 || ++changes_ > most_changes;
@@ -128,7 +138,7 @@ class Factors {
       changes_ = 0;
     }
     for (Index j = 0; j < p.size(); ++j)
-      if (p[j] != sum_p_[j]) sum_ += (p[j] - sum_p_[j]) * system_.terms[static_cast<std::size_t>(j)];
+      if (p[j] != sum_p_[j]) sum_ += (p[j] - sum_p_[j]) * system_.terms[j];
     sum_p_ = p;
     return sum_;
   }
@@ -153,8 +163,8 @@ struct Run {
   bool identity;
   Drive drive;
   Factors factors;
-  VectorXd state, sensors;             ///< at the start of the step
-  VectorXd heat, first, next, last;    ///< stages and what the second one starts from
+  VectorXd state, sensors;           ///< at the start of the step
+  VectorXd heat, first, next, last;  ///< stages and what the second one starts from
   const Factors::Entry* factor = nullptr;
   double step = 0, scale = 0;
 
@@ -188,21 +198,27 @@ struct Run {
 };
 
 [[noreturn]] void not_finite() {
-  throw core::SolverError("diagnosis: the reduced model's state is no longer finite; look for NaN in the measured inputs");
+  throw core::SolverError(
+      "diagnosis: the reduced model's state is no longer finite; look for NaN in the measured inputs");
 }
 
 /// Tangents of some variants, advanced beside a run.
 class Tangents {
- public:
+public:
   Tangents(const Run& run, const std::vector<Variant>& variants, std::size_t first, std::size_t last)
-      : run_(run), variants_(variants), first_(first), count_(last - first), image_(run.system.terms.size()), known_(run.system.terms.size()) {
+      : run_(run),
+        variants_(variants),
+        first_(first),
+        count_(last - first),
+        image_(run.system.terms.size()),
+        known_(run.system.terms.size()) {
     const Index r = run.system.order();
-    state_.resize(r, static_cast<Index>(count_));
-    heat_.resize(r, static_cast<Index>(count_));
+    state_.resize(r, count_);
+    heat_.resize(r, count_);
     for (std::size_t v = 0; v < count_; ++v) {
       drives_.push_back(std::make_unique<Drive>(run.nominal.model, variant(v).machine));
-      state_.col(static_cast<Index>(v)) = run.system.one_kelvin * variant(v).start_K;
-      if (variant(v).start.size() > 0) state_.col(static_cast<Index>(v)) += variant(v).start;
+      state_.col(v) = run.system.one_kelvin * variant(v).start_K;
+      if (variant(v).start.size() > 0) state_.col(v) += variant(v).start;
     }
   }
 
@@ -210,7 +226,7 @@ class Tangents {
     const MatrixXd all = run_.nominal.rows * state_;
     for (std::size_t v = 0; v < count_; ++v) {
       auto row = out[first_ + v + 1].row(point);
-      row = all.col(static_cast<Index>(v)).transpose();
+      row = all.col(v).transpose();
       if (variant(v).row_change.size() > 0) row += (variant(v).row_change * nominal_state).transpose();
     }
   }
@@ -223,7 +239,7 @@ class Tangents {
   }
   bool finite() const { return state_.allFinite(); }
 
- private:
+private:
   const Variant& variant(std::size_t v) const { return variants_[first_ + v]; }
 
   /// Coefficients of the step, and what they change of the heat.
@@ -236,14 +252,15 @@ class Tangents {
       Drive& drive = *drives_[v];
       const auto& disturbance = variant(v).disturbance;
       const double by_K = disturbance ? height(*disturbance, 0.5 * (obs.points[s] + obs.points[s + 1])) : 0.0;
-      drive.update(obs, s, run_.sensors + sensors.col(static_cast<Index>(v)), disturbance ? disturbance->ambient : 0, by_K, variant(v).held);
+      drive.update(obs, s, run_.sensors + sensors.col(v), disturbance ? disturbance->ambient : 0, by_K,
+                   variant(v).held);
       heat.setZero();
       for (Index k = 0; k < run_.system.inputs.cols(); ++k)
         if (const double change = drive.c.q[k] - q[k]; change != 0.0) heat += change * run_.system.inputs.col(k);
       drive.add_heat(heat, 1.0);
       run_.drive.add_heat(heat, -1.0);
       if (variant(v).heat_map) heat = (*variant(v).heat_map * heat).eval();
-      heat_.col(static_cast<Index>(v)) = heat;
+      heat_.col(v) = heat;
     }
   }
 
@@ -253,16 +270,17 @@ class Tangents {
     MatrixXd right = heat_;
     const VectorXd& p = run_.drive.c.p;
     for (std::size_t v = 0; v < count_; ++v) {
-      auto column = right.col(static_cast<Index>(v));
+      auto column = right.col(v);
       const VectorXd& own = drives_[v]->c.p;
       for (Index j = 0; j < p.size(); ++j) {
         const double change = own[j] - p[j];
         if (change == 0.0) continue;
-        const auto term = static_cast<std::size_t>(j);
+        const std::size_t term = j;
         if (!known_[term]) image_[term].noalias() = run_.system.terms[term] * nominal, known_[term] = 1;
         column -= change * image_[term];
       }
-      if (const MatrixXd& change = variant(v).capacity_change; change.size() > 0) column -= change * (nominal - before) / run_.scale;
+      if (const MatrixXd& change = variant(v).capacity_change; change.size() > 0)
+        column -= change * (nominal - before) / run_.scale;
     }
     right = run_.stored(start) + run_.scale * right;
     return run_.factor->solve(right);
@@ -272,7 +290,7 @@ class Tangents {
   const std::vector<Variant>& variants_;
   std::size_t first_, count_;
   std::vector<std::unique_ptr<Drive>> drives_;
-  MatrixXd state_, heat_;  ///< (r x variants), in units of each variant's step
+  MatrixXd state_, heat_;        ///< (r x variants), in units of each variant's step
   std::vector<VectorXd> image_;  ///< K_j x of the present stage, where a variant asks for it
   std::vector<char> known_;
 };
@@ -285,7 +303,8 @@ std::vector<MatrixXd> propagate(const Nominal& nominal, const std::vector<Varian
   Run run(nominal);
   std::vector<std::unique_ptr<Tangents>> blocks((m + columns_in_block - 1) / columns_in_block);
   core::parallel_for(0, blocks.size(), [&](std::size_t b) {
-    blocks[b] = std::make_unique<Tangents>(run, variants, b * columns_in_block, std::min((b + 1) * columns_in_block, m));
+    blocks[b] =
+        std::make_unique<Tangents>(run, variants, b * columns_in_block, std::min((b + 1) * columns_in_block, m));
   });
   std::vector<MatrixXd> out(m + 1, MatrixXd(points, outputs));
   out[0].row(0) = (nominal.rows * run.state).transpose();
@@ -306,24 +325,28 @@ std::vector<MatrixXd> propagate(const Nominal& nominal, const std::vector<Varian
 }
 
 std::vector<MatrixXd> propagate_heat(const Nominal& nominal, const MatrixXd& loads, const MatrixXd& series) {
-  const Index points = nominal.observations.points.size(), outputs = nominal.rows.rows(), count = loads.cols() * series.cols();
+  const Index points = nominal.observations.points.size(), outputs = nominal.rows.rows(),
+              count = loads.cols() * series.cols();
   Run run(nominal);
-  const auto blocks = static_cast<std::size_t>((count + static_cast<Index>(columns_in_block) - 1) / static_cast<Index>(columns_in_block));
-  const auto width = static_cast<Index>(columns_in_block);
+  const auto blocks = static_cast<std::size_t>((count + static_cast<Index>(columns_in_block) - 1) /
+                                               static_cast<Index>(columns_in_block));
+  const Index width = columns_in_block;
   std::vector<MatrixXd> state(blocks);
-  for (std::size_t b = 0; b < blocks; ++b) state[b].setZero(loads.rows(), std::min(width, count - static_cast<Index>(b) * width));
-  std::vector<MatrixXd> out(static_cast<std::size_t>(count), MatrixXd::Zero(points, outputs));
+  for (std::size_t b = 0; b < blocks; ++b)
+    state[b].setZero(loads.rows(), std::min(width, count - static_cast<Index>(b) * width));
+  std::vector<MatrixXd> out(count, MatrixXd::Zero(points, outputs));
   for (Index s = 0; s + 1 < points; ++s) {
     run.advance(s, 2 * count);
     core::parallel_for(0, blocks, [&](std::size_t b) {
       const Index first = static_cast<Index>(b) * width;
       MatrixXd& x = state[b];
       MatrixXd heat(x.rows(), x.cols());
-      for (Index c = 0; c < x.cols(); ++c) heat.col(c) = run.scale * series(s, (first + c) / loads.cols()) * loads.col((first + c) % loads.cols());
+      for (Index c = 0; c < x.cols(); ++c)
+        heat.col(c) = run.scale * series(s, (first + c) / loads.cols()) * loads.col((first + c) % loads.cols());
       const MatrixXd stage = run.factor->solve(run.stored(x) + heat), next = x + share * (stage - x);
       x = run.factor->solve(run.stored(next) + heat);
       const MatrixXd all = nominal.rows * x;
-      for (Index c = 0; c < x.cols(); ++c) out[static_cast<std::size_t>(first + c)].row(s + 1) = all.col(c).transpose();
+      for (Index c = 0; c < x.cols(); ++c) out[first + c].row(s + 1) = all.col(c).transpose();
     });
     run.finish();
   }

@@ -15,18 +15,18 @@ namespace thermotwin::diagnosis {
 /// A temperature of the surroundings that deviates for a while: by 1 K at the peak, falling in
 /// straight lines to nothing at both ends.
 struct Disturbance {
-  int ambient = 0;                       ///< index into Machine::ambients
-  double from = 0, peak = 0, to = 0;     ///< s
-  double std_K = 0;                      ///< how much of it is expected
+  int ambient = 0;                    ///< index into Machine::ambients
+  double from = 0, peak = 0, to = 0;  ///< s
+  double std_K = 0;                   ///< how much of it is expected
 };
 
 /// A machine beside the one that is run; what differs in matrices, empty where nothing does.
 struct Variant {
   mesh::Machine machine;
-  double start_K = 0;                    ///< added to the uniform start
-  double step = 1;                       ///< of the parameter, divides the result
+  double start_K = 0;  ///< added to the uniform start
+  double step = 1;     ///< of the parameter, divides the result
   std::optional<Disturbance> disturbance{};
-  Eigen::VectorXd start{};               ///< (r) added to the start; empty: nothing
+  Eigen::VectorXd start{};                      ///< (r) added to the start; empty: nothing
   const Observations::MayHold* held = nullptr;  ///< inputs that hold instead
   Eigen::MatrixXd row_change{}, capacity_change{};
   const Eigen::MatrixXd* heat_map = nullptr;  ///< (r x r) where the change of heat enters instead; null: where it does
@@ -46,6 +46,7 @@ std::vector<Eigen::MatrixXd> propagate(const Nominal& nominal, const std::vector
 /// What heat makes of the outputs: each load in W times each series, (points x outputs) one after
 /// another, the loads of the first series first. Chillers do not answer it.
 /// @param loads   (r x loads)   @param series  (steps x series)
-std::vector<Eigen::MatrixXd> propagate_heat(const Nominal& nominal, const Eigen::MatrixXd& loads, const Eigen::MatrixXd& series);
+std::vector<Eigen::MatrixXd> propagate_heat(const Nominal& nominal, const Eigen::MatrixXd& loads,
+                                            const Eigen::MatrixXd& series);
 
 }  // namespace thermotwin::diagnosis

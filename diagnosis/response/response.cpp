@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/reduced_models.h"
@@ -24,18 +25,20 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double spread_s = 600.0;   ///< 18 cm in steel
+constexpr double spread_s = 600.0;  ///< 18 cm in steel
 constexpr double least_start_s = 1800.0;
 constexpr Index most_start_modes = 16;
 
 /// What a displacement channel shows of the 19 rows of reduction::side_rows at its pose. The zero is
 /// the observation's affair.
-Eigen::RowVectorXd sides_of(const mesh::Machine& machine, const mesh::Pose& pose, compensation::MeasuredChannel channel) {
+Eigen::RowVectorXd sides_of(const mesh::Machine& machine, const mesh::Pose& pose,
+                            compensation::MeasuredChannel channel) {
   channel.zero = compensation::Zero::absolute;
   const Eigen::Matrix<double, 19, 19> unit = Eigen::Matrix<double, 19, 19>::Identity();
   std::vector<solver::TcpError> errors;
   for (Index i = 0; i < 19; ++i)
-    errors.push_back(solver::tcp_error(machine, pose, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>()));
+    errors.push_back(
+        solver::tcp_error(machine, pose, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>()));
   return compensation::quantity_series(errors, channel).transpose();
 }
 
@@ -45,17 +48,18 @@ mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Param
                               const VectorXd& values) {
   mesh::Machine machine = base;
   for (std::size_t i = 0; i < parameters.size(); ++i)
-    if (values[static_cast<Index>(i)] != parameters[i].nominal)
-      machine = with_parameter(machine, parameters[i], values[static_cast<Index>(i)]);
+    if (values[i] != parameters[i].nominal) machine = with_parameter(machine, parameters[i], values[i]);
   return machine;
 }
 
-MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine, const Observations& observations) {
+MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine,
+                             const Observations& observations) {
   const solver::OperatingModel operating(machine, model.system.layout);
-  const VectorXd p = operating.coefficients(observations.rows.row(0).transpose(), VectorXd::Zero(static_cast<Index>(machine.coolants.size()))).p;
+  const VectorXd p =
+      operating.coefficients(observations.rows.row(0).transpose(), VectorXd::Zero(std::ssize(machine.coolants))).p;
   MatrixXd a = model.system.conduction;
   for (Index j = 0; j < p.size(); ++j)
-    if (p[j] != 0.0) a += p[j] * model.system.terms[static_cast<std::size_t>(j)];
+    if (p[j] != 0.0) a += p[j] * model.system.terms[j];
   return 0.5 * (a + a.transpose());
 }
 
@@ -63,7 +67,7 @@ MatrixXd Response::rows_of(const Rows& all, const PartChanges& changes) const {
   MatrixXd rows = all.base;
   const auto add = [&](const std::vector<MatrixXd>& parts, const VectorXd& amounts) {
     for (std::size_t i = 0; i < parts.size(); ++i)
-      if (const double amount = amounts[static_cast<Index>(i)]; amount != 0.0 && parts[i].size() > 0) rows += amount * parts[i];
+      if (const double amount = amounts[i]; amount != 0.0 && parts[i].size() > 0) rows += amount * parts[i];
   };
   add(all.bodies, changes.bodies);
   add(all.scales, changes.scales);
@@ -73,7 +77,9 @@ MatrixXd Response::rows_of(const Rows& all, const PartChanges& changes) const {
 }
 
 Response::Response(const reduction::ReducedModel& model, const Observations& observations)
-    : model_(model), observations_(observations), rows_(observed_rows()) {
+    : model_(model),
+      observations_(observations),
+      rows_(observed_rows()) {
   const mesh::Machine& machine = model.machine;
   air_.setConstant(observations.points.size(), machine.reference_C);
   const int air = machine.ambient_index("air");
@@ -83,35 +89,38 @@ Response::Response(const reduction::ReducedModel& model, const Observations& obs
   VectorXd means(steps);
   for (Index s = 0; s < steps; ++s) means[s] = operating.ambient_K(air, observations.rows.row(s).transpose());
   means = without_noise(means);
-  for (Index i = 0; i <= steps; ++i) air_[i] += 0.5 * (means[std::max<Index>(i - 1, 0)] + means[std::min(i, steps - 1)]);
+  for (Index i = 0; i <= steps; ++i)
+    air_[i] += 0.5 * (means[std::max<Index>(i - 1, 0)] + means[std::min(i, steps - 1)]);
 }
 
 Response::Rows Response::observed_rows() const {
   const mesh::Machine& machine = model_.machine;
-  const Index r = model_.system.order(), count = static_cast<Index>(observations_.channels.size());
+  const Index r = model_.system.order(), count = std::ssize(observations_.channels);
   std::vector<mesh::Pose> poses;
   std::vector<Eigen::RowVectorXd> sides;  // of displacements
   for (const ObservedChannel& observed : observations_.channels) {
     const compensation::MeasuredChannel& channel = observed.channel;
-    poses.push_back(channel.pose_text.empty() ? mesh::home_pose(machine) : mesh::parse_pose(machine, channel.pose_text, "channel " + channel.id));
+    poses.push_back(channel.pose_text.empty() ? mesh::home_pose(machine)
+                                              : mesh::parse_pose(machine, channel.pose_text, "channel " + channel.id));
     sides.push_back(observed.is_temperature() ? Eigen::RowVectorXd() : sides_of(machine, poses.back(), channel));
   }
   const auto displacements = [&](const reduction::ReducedOutputs& outputs) {
     MatrixXd all = MatrixXd::Zero(count, r);
     for (Index k = 0; k < count; ++k)
-      if (const auto at = static_cast<std::size_t>(k); sides[at].size() > 0)
+      if (const std::size_t at = k; sides[at].size() > 0)
         all.row(k) = sides[at] * reduction::side_rows(machine, outputs, poses[at]);
     return all;
   };
   Rows rows;
   rows.base = displacements(model_.outputs);
   for (Index k = 0; k < count; ++k)
-    if (const ObservedChannel& observed = observations_.channels[static_cast<std::size_t>(k)]; observed.is_temperature())
+    if (const ObservedChannel& observed = observations_.channels[k]; observed.is_temperature())
       rows.base.row(k) = model_.system.sensors.row(machine.sensor_index(observed.channel.sensor));
   if (!model_.parts) return rows;
   const auto all_of = [&](const std::vector<reduction::ReducedOutputs>& outputs) {
     std::vector<MatrixXd> all;
-    for (const reduction::ReducedOutputs& output : outputs) all.push_back(output.tool.empty() ? MatrixXd() : displacements(output));
+    for (const reduction::ReducedOutputs& output : outputs)
+      all.push_back(output.tool.empty() ? MatrixXd() : displacements(output));
     return all;
   };
   rows.bodies = all_of(model_.parts->bodies);
@@ -126,18 +135,20 @@ MatrixXd Response::capacity_of(const mesh::Machine& machine) const {
   if (!model_.parts) return capacity;
   const VectorXd changes = part_changes(model_.machine, machine).capacity;
   for (std::size_t b = 0; b < model_.parts->capacity.size(); ++b)
-    if (const double change = changes[static_cast<Index>(b)]; change != 0.0) capacity += change * model_.parts->capacity[b];
+    if (const double change = changes[b]; change != 0.0) capacity += change * model_.parts->capacity[b];
   return capacity;
 }
 
-std::vector<MatrixXd> Response::run(const mesh::Machine& machine, std::vector<Variant>& variants, const Rows& all_rows) const {
+std::vector<MatrixXd> Response::run(const mesh::Machine& machine, std::vector<Variant>& variants,
+                                    const Rows& all_rows) const {
   const PartChanges here = part_changes(model_.machine, machine);
   const MatrixXd rows = rows_of(all_rows, here), capacity = capacity_of(machine);
   // What differs in the matrices themselves, by variant; mostly nothing.
   for (Variant& variant : variants) {
     if (!model_.parts) break;
     const PartChanges there = part_changes(model_.machine, variant.machine);
-    if ((there.capacity.array() != here.capacity.array()).any()) variant.capacity_change = capacity_of(variant.machine) - capacity;
+    if ((there.capacity.array() != here.capacity.array()).any())
+      variant.capacity_change = capacity_of(variant.machine) - capacity;
     if (there.differs_in_rows(here)) variant.row_change = rows_of(all_rows, there) - rows;
   }
   return propagate({model_, observations_, machine, rows, capacity}, variants);
@@ -148,20 +159,21 @@ MatrixXd Response::to_heat(const mesh::Machine& machine, const MatrixXd& loads, 
   const std::vector<MatrixXd> values = propagate_heat({model_, observations_, machine, rows, capacity}, loads, series);
   // Of differences: what a reading adds drops out, what it delays does not.
   const MatrixXd none = records(machine, MatrixXd::Zero(observations_.points.size(), rows.rows()));
-  MatrixXd columns(observations_.size(), static_cast<Index>(values.size()));
-  core::parallel_for(0, values.size(), [&](std::size_t i) { columns.col(static_cast<Index>(i)) = stack(records(machine, values[i]) - none); });
+  MatrixXd columns(observations_.size(), std::ssize(values));
+  core::parallel_for(0, values.size(),
+                     [&](std::size_t i) { columns.col(i) = stack(records(machine, values[i]) - none); });
   return columns;
 }
 
 MatrixXd Response::records(const mesh::Machine& machine, const MatrixXd& states) const {
   MatrixXd result(states.rows(), states.cols());
   for (Index k = 0; k < states.cols(); ++k) {
-    const ObservedChannel& observed = observations_.channels[static_cast<std::size_t>(k)];
+    const ObservedChannel& observed = observations_.channels[k];
     VectorXd values = states.col(k);
     if (observed.is_temperature()) {
       values.array() += machine.reference_C;
-      values = sensor_readings(machine.sensors[static_cast<std::size_t>(machine.sensor_index(observed.channel.sensor))],
-                               observations_.points, air_, values);
+      values = sensor_readings(machine.sensors[machine.sensor_index(observed.channel.sensor)], observations_.points,
+                               air_, values);
     }
     result.col(k) = recorded(machine, observed.channel.id, observed.is_temperature() ? "temperature" : "displacement",
                              observations_.points, std::move(values));
@@ -174,22 +186,22 @@ VectorXd Response::stack(const MatrixXd& at_points) const {
   Index at = 0;
   for (std::size_t k = 0; k < observations_.channels.size(); ++k) {
     const ObservedChannel& channel = observations_.channels[k];
-    all.segment(at, channel.size()) = channel.means(at_points.col(static_cast<Index>(k)));
+    all.segment(at, channel.size()) = channel.means(at_points.col(k));
     at += channel.size();
   }
   return all;
 }
 
-MatrixXd Response::at_points(const mesh::Machine& machine) const {
-  return records(machine, states(machine));
-}
+MatrixXd Response::at_points(const mesh::Machine& machine) const { return records(machine, states(machine)); }
 
 MatrixXd Response::states(const mesh::Machine& machine) const {
   std::vector<Variant> none;
   return run(machine, none, rows_).front();
 }
 
-VectorXd Response::read(const mesh::Machine& machine, const MatrixXd& states) const { return stack(records(machine, states)); }
+VectorXd Response::read(const mesh::Machine& machine, const MatrixXd& states) const {
+  return stack(records(machine, states));
+}
 
 VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at_points(machine)); }
 
@@ -200,12 +212,15 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   assert(static_cast<std::size_t>(values.size()) == count);
   const mesh::Machine machine = with_parameters(base, parameters, values);
   std::vector<Variant> variants;
-  struct Reading { mesh::Machine above, below; double width; };
+  struct Reading {
+    mesh::Machine above, below;
+    double width;
+  };
   std::vector<Reading> of_readings;
   std::vector<Index> place, place_of_readings;  // column of each
   for (std::size_t i = 0; i < count; ++i) {
     const double step = parameters[i].step;
-    const auto at = static_cast<Index>(i);
+    const Index at = i;
     VectorXd moved = values;
     if (acts_on_readings(parameters[i].kind)) {
       // Both sides: the straight lines between the points of a late series have corners.
@@ -223,18 +238,18 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   }
   for (const Disturbance& disturbance : disturbances) variants.push_back({machine, 0.0, 1.0, disturbance});
   const MatrixXd modes = with_record ? start_modes(machine) : MatrixXd();
-  const Index starts = with_record ? 1 + modes.cols() : 0, held = with_record ? static_cast<Index>(observations_.may_hold.size()) : 0;
+  const Index starts = with_record ? 1 + modes.cols() : 0, held = with_record ? std::ssize(observations_.may_hold) : 0;
   if (with_record) variants.push_back({machine, 1.0, 1.0, std::nullopt});
   for (Index i = 0; i + 1 < starts; ++i) variants.push_back({.machine = machine, .start = modes.col(i)});
-  for (Index i = 0; i < held; ++i) variants.push_back({.machine = machine, .held = &observations_.may_hold[static_cast<std::size_t>(i)]});
+  for (Index i = 0; i < held; ++i) variants.push_back({.machine = machine, .held = &observations_.may_hold[i]});
   const auto total = static_cast<Index>(count + disturbances.size()) + starts + held;
-  for (Index i = static_cast<Index>(count); i < total; ++i) place.push_back(i);
+  for (Index i = count; i < total; ++i) place.push_back(i);
   MatrixXd elsewhere;  // less where it was
   if (with_spread) {
     elsewhere = spread_heat();
     elsewhere.diagonal().array() -= 1.0;
     for (std::size_t v = 0, own = variants.size(); v < own; ++v)
-      if (place[v] < static_cast<Index>(count) && adds_heat(parameters[static_cast<std::size_t>(place[v])].kind)) {
+      if (place[v] < static_cast<Index>(count) && adds_heat(parameters[place[v]].kind)) {
         variants.push_back(variants[v]);
         variants.back().heat_map = &elsewhere;
         place.push_back(total + place[v]);
@@ -253,20 +268,22 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
         stack((records(of_readings[i].above, states) - records(of_readings[i].below, states)) / of_readings[i].width);
   });
   result.predicted = stack(here);
-  result.sensitivity = columns.leftCols(static_cast<Index>(count));
-  result.disturbed = columns.middleCols(static_cast<Index>(count), static_cast<Index>(disturbances.size()));
+  result.sensitivity = columns.leftCols(count);
+  result.disturbed = columns.middleCols(count, std::ssize(disturbances));
   result.start = columns.middleCols(total - held - starts, starts);
   result.held = columns.middleCols(total - held, held);
-  if (with_spread) result.spread = columns.rightCols(static_cast<Index>(count));
+  if (with_spread) result.spread = columns.rightCols(count);
   return result;
 }
 
 MatrixXd Response::start_modes(const mesh::Machine& machine) const {
   const reduction::ReducedSystem& system = model_.system;
   if (observations_.start_spread_K < even_start_K) return MatrixXd(system.order(), 0);
-  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(conduction_at_start(model_, machine, observations_), system.capacity);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> eigen(conduction_at_start(model_, machine, observations_),
+                                                                 system.capacity);
   Index count = 0;
-  while (count < std::min(most_start_modes, system.order()) && eigen.eigenvalues()[count] * least_start_s < 1.0) ++count;
+  while (count < std::min(most_start_modes, system.order()) && eigen.eigenvalues()[count] * least_start_s < 1.0)
+    ++count;
   return std::sqrt(system.one_kelvin.dot(system.capacity * system.one_kelvin)) * eigen.eigenvectors().leftCols(count);
 }
 
@@ -276,8 +293,8 @@ MatrixXd Response::spread_heat() const {
 }
 
 MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const {
-  const Index r = model_.system.order(), sensors = static_cast<Index>(model_.machine.sensors.size());
-  MatrixXd rows(sensors + 3 * static_cast<Index>(poses.size()), r);
+  const Index r = model_.system.order(), sensors = std::ssize(model_.machine.sensors);
+  MatrixXd rows(sensors + 3 * std::ssize(poses), r);
   rows.topRows(sensors) = model_.system.sensors.topRows(sensors);
   for (std::size_t k = 0; k < poses.size(); ++k)
     for (Index i = 0; i < r; ++i)
@@ -285,8 +302,7 @@ MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mes
           1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
   std::vector<Variant> none;
   MatrixXd values = run(machine, none, Rows{rows, {}, {}, {}, {}}).front();
-  for (Index s = 0; s < sensors; ++s)
-    values.col(s).array() += machine.reference_C + machine.sensors[static_cast<std::size_t>(s)].offset;
+  for (Index s = 0; s < sensors; ++s) values.col(s).array() += machine.reference_C + machine.sensors[s].offset;
   return values;
 }
 

@@ -30,10 +30,11 @@ mesh::Machine with_parameters(const mesh::Machine& base, const std::vector<Param
 inline constexpr double even_start_K = 0.3;  ///< first readings that differ by less begin from one temperature
 
 /// K0 + sum p K of a machine as a record begins. (r x r), symmetric
-Eigen::MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine, const Observations& observations);
+Eigen::MatrixXd conduction_at_start(const reduction::ReducedModel& model, const mesh::Machine& machine,
+                                    const Observations& observations);
 
 class Response {
- public:
+public:
   /// Both must outlive it.
   Response(const reduction::ReducedModel& model, const Observations& observations);
   const reduction::ReducedModel& model() const { return model_; }
@@ -47,8 +48,8 @@ class Response {
     Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
     /// (observations x 1 + modes) per K of the uniform start, then of slow modes of the machine, see start_modes(), if asked for
     Eigen::MatrixXd start;
-    Eigen::MatrixXd held;         ///< (observations x may_hold) where those inputs hold all of their while, if asked for
-    Eigen::MatrixXd disturbed;    ///< (observations x disturbances) per K of their peaks
+    Eigen::MatrixXd held;       ///< (observations x may_hold) where those inputs hold all of their while, if asked for
+    Eigen::MatrixXd disturbed;  ///< (observations x disturbances) per K of their peaks
     /// (observations x parameters) what each parameter's heat changes when it enters spread, see spread_heat(),
     /// instead of where the machine says, per unit; zero for what adds no heat. Empty if not asked for.
     Eigen::MatrixXd spread;
@@ -57,9 +58,8 @@ class Response {
   /// @param base        machine that the parameters change
   /// @param parameters, values  where it is linearised: each parameter at its value
   /// @param with_record  what the record leaves open too: the start, and when its inputs changed
-  Linear linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
-                   const Eigen::VectorXd& values, bool with_record,
-                   const std::vector<Disturbance>& disturbances = {}, bool with_spread = false) const;
+  Linear linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters, const Eigen::VectorXd& values,
+                   bool with_record, const std::vector<Disturbance>& disturbances = {}, bool with_spread = false) const;
   /// Heat in the reduced coordinates to the same heat after a while of conduction within its body,
   /// E (E + t K0)^-1: where a bearing's or a motor's heat enters is known to some centimetres. (r x r)
   Eigen::MatrixXd spread_heat() const;
@@ -69,7 +69,8 @@ class Response {
   Eigen::VectorXd predict(const mesh::Machine& machine) const;
   /// What each load in W makes of the observations that follows each series (steps x series), the loads
   /// of the first series first: (observations x (loads x series)). @param loads (r x loads)
-  Eigen::MatrixXd to_heat(const mesh::Machine& machine, const Eigen::MatrixXd& loads, const Eigen::MatrixXd& series) const;
+  Eigen::MatrixXd to_heat(const mesh::Machine& machine, const Eigen::MatrixXd& loads,
+                          const Eigen::MatrixXd& series) const;
   /// The run of a machine, (points x observed channels), and what a machine whose readings differ makes
   /// of it, (observations): many faulty sensors and clocks for one run.
   Eigen::MatrixXd states(const mesh::Machine& machine) const;
@@ -82,7 +83,7 @@ class Response {
   /// inputs: what another measurement would have seen. (points x (sensors + 3 poses))
   Eigen::MatrixXd elsewhere(const mesh::Machine& machine, const std::vector<mesh::Pose>& poses) const;
 
- private:
+private:
   /// Output rows of a machine whose expansions or stiffnesses may differ from the model's own.
   struct Rows {
     Eigen::MatrixXd base;
@@ -90,7 +91,8 @@ class Response {
   };
   Eigen::MatrixXd rows_of(const Rows& all, const PartChanges& changes) const;
   /// Outputs along the points: of the machine, then the tangents in units of each variant's step.
-  std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, std::vector<Variant>& variants, const Rows& rows) const;
+  std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, std::vector<Variant>& variants,
+                                   const Rows& rows) const;
   Eigen::MatrixXd capacity_of(const mesh::Machine& machine) const;
   /// What is recorded of the observed channels. @param states (points x channels), K or um
   Eigen::MatrixXd records(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
@@ -99,8 +101,8 @@ class Response {
 
   const reduction::ReducedModel& model_;
   const Observations& observations_;
-  Rows rows_;             ///< (observed channels x r)
-  Eigen::VectorXd air_;   ///< (points) degC
+  Rows rows_;            ///< (observed channels x r)
+  Eigen::VectorXd air_;  ///< (points) degC
 };
 
 }  // namespace thermotwin::diagnosis

@@ -42,8 +42,7 @@ Whitener::Whitener(const std::vector<ChannelCovariance>& channels) : offsets_{0}
   core::parallel_for(0, channels.size(), [&](std::size_t c) { factors_[c].compute(channels[c].matrix()); });
   for (const auto& factor : factors_) {
     if (factor.info() != Eigen::Success)
-      throw core::SolverError(
-          "diagnosis: the covariance of a channel is not positive definite; is its uncertainty 0?");
+      throw core::SolverError("diagnosis: the covariance of a channel is not positive definite; is its uncertainty 0?");
     log_determinant_ += 2.0 * factor.matrixLLT().diagonal().array().log().sum();
   }
 }

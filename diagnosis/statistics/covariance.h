@@ -32,7 +32,7 @@ struct ChannelCovariance {
 
 /// Decorrelates stacked channels: x -> L^-1 x with block-diagonal L L^T. Factorised once.
 class Whitener {
- public:
+public:
   /// @throws SolverError if a block is not positive definite
   explicit Whitener(const std::vector<ChannelCovariance>& channels);
 
@@ -41,7 +41,7 @@ class Whitener {
   Eigen::MatrixXd whiten(const Eigen::MatrixXd& stacked) const;
   double log_determinant() const { return log_determinant_; }  ///< of the covariance
 
- private:
+private:
   std::vector<Eigen::Index> offsets_;
   std::vector<Eigen::LLT<Eigen::MatrixXd>> factors_;
   double log_determinant_ = 0;

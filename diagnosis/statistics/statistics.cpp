@@ -32,7 +32,7 @@ double white_noise_p_value(const Eigen::VectorXd& series, int lags) {
     const double correlation = x.head(n - lag).dot(x.tail(n - lag)) / power;
     q += correlation * correlation / static_cast<double>(n - lag);
   }
-  return chi_square_tail(static_cast<double>(n) * static_cast<double>(n + 2) * q, static_cast<double>(used));
+  return chi_square_tail(static_cast<double>(n) * (n + 2) * q, static_cast<double>(used));
 }
 
 double root_mean_square(const Eigen::VectorXd& values) {
@@ -43,19 +43,17 @@ double root_mean_square(const Eigen::VectorXd& values) {
   return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
 }
 
-double reduction_percent(double before, double after) {
-  return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0;
-}
+double reduction_percent(double before, double after) { return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0; }
 
-Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd& after, Index block,
-                            int draws, std::uint64_t seed) {
+Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd& after, Index block, int draws,
+                            std::uint64_t seed) {
   const Index n = before.size();
   if (n == 0) return {};
   block = std::clamp<Index>(block, 1, std::max<Index>(1, n / 4));
   const Index starts = n - block + 1, blocks = (n + block - 1) / block;
   std::mt19937_64 random(seed);
   std::vector<double> drawn;
-  drawn.reserve(static_cast<std::size_t>(draws));
+  drawn.reserve(draws);
   for (int k = 0; k < draws; ++k) {
     double b = 0.0, a = 0.0;
     for (Index i = 0; i < blocks; ++i) {
@@ -67,9 +65,7 @@ Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd
     drawn.push_back(reduction_percent(std::sqrt(b), std::sqrt(a)));
   }
   std::sort(drawn.begin(), drawn.end());
-  const auto at = [&](double share) {
-    return drawn[static_cast<std::size_t>(share * static_cast<double>(draws - 1))];
-  };
+  const auto at = [&](double share) { return drawn[static_cast<std::size_t>(share * static_cast<double>(draws - 1))]; };
   const Interval drawn_between{at(0.025), at(0.975)};
   if (n >= least_means) return drawn_between;
   return {std::min(0.0, drawn_between.low), std::max(0.0, drawn_between.high)};

@@ -8,7 +8,9 @@ namespace thermotwin::mesh {
 
 namespace {
 
-double value(const Eigen::Vector3d& line, const Eigen::Vector2d& at) { return line[0] + line[1] * at[0] + line[2] * at[1]; }
+double value(const Eigen::Vector3d& line, const Eigen::Vector2d& at) {
+  return line[0] + line[1] * at[0] + line[2] * at[1];
+}
 
 /// Lines through the sides, not negative inside. Corners that rounding has parted make a side without a
 /// direction: its neighbours bound the polygon as well.
@@ -19,7 +21,8 @@ std::vector<Eigen::Vector3d> sides(const Polygon& polygon) {
   std::vector<Eigen::Vector3d> lines;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Eigen::Vector2d p = polygon[i], way = polygon[i + 1 < polygon.size() ? i + 1 : 0] - p;
-    if (way.cwiseAbs().maxCoeff() > no_side * extent) lines.emplace_back(way[1] * p[0] - way[0] * p[1], -way[1], way[0]);
+    if (way.cwiseAbs().maxCoeff() > no_side * extent)
+      lines.emplace_back(way[1] * p[0] - way[0] * p[1], -way[1], way[0]);
   }
   return lines;
 }

@@ -119,7 +119,8 @@ Eigen::Vector3d face_barycentric(const TetMesh& mesh, Eigen::Index face, const E
                         c = mesh.points.col(mesh.faces(2, face));
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   return Eigen::Vector3d((b - point).cross(c - point).dot(normal), (c - point).cross(a - point).dot(normal),
-                         (a - point).cross(b - point).dot(normal)) / normal.squaredNorm();
+                         (a - point).cross(b - point).dot(normal)) /
+         normal.squaredNorm();
 }
 
 const std::vector<TetPoint>& tet_rule(int degree) {

@@ -32,10 +32,10 @@ TetLocator::TetLocator(const TetMesh& mesh) : mesh_(mesh) {
   first_.assign(static_cast<std::size_t>(number(0, 0, cells_[2])) + 1, 0);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) for_each_cell(e, [&](std::size_t cell) { ++first_[cell + 1]; });
   for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
-  elements_.resize(static_cast<std::size_t>(first_.back()));
+  elements_.resize(first_.back());
   std::vector<int> next(first_.begin(), first_.end() - 1);
   for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
-    for_each_cell(e, [&](std::size_t cell) { elements_[static_cast<std::size_t>(next[cell]++)] = e; });
+    for_each_cell(e, [&](std::size_t cell) { elements_[next[cell]++] = e; });
 }
 
 Eigen::Vector3i TetLocator::cell_of(const Eigen::Vector3d& point) const {
@@ -57,9 +57,9 @@ bool TetLocator::holds(int element, const Eigen::Vector3d& point) const {
 int TetLocator::find(const Eigen::Vector3d& point) const {
   if (!box_.contains(point)) return -1;
   const Eigen::Vector3i at = cell_of(point);
-  const auto cell = static_cast<std::size_t>(number(at[0], at[1], at[2]));
+  const std::size_t cell = number(at[0], at[1], at[2]);
   for (int i = first_[cell]; i < first_[cell + 1]; ++i)
-    if (const int element = elements_[static_cast<std::size_t>(i)]; holds(element, point)) return element;
+    if (const int element = elements_[i]; holds(element, point)) return element;
   return -1;
 }
 

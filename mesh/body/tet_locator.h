@@ -11,7 +11,7 @@
 namespace thermotwin::mesh {
 
 class TetLocator {
- public:
+public:
   /// @param mesh  must outlive the locator
   explicit TetLocator(const TetMesh& mesh);
 
@@ -20,7 +20,7 @@ class TetLocator {
   int find(const Eigen::Vector3d& point) const;
   const Eigen::AlignedBox3d& box() const { return box_; }
 
- private:
+private:
   Eigen::Vector3i cell_of(const Eigen::Vector3d& point) const;
   Eigen::Index number(int x, int y, int z) const { return (Eigen::Index{z} * cells_[1] + y) * cells_[0] + x; }
   bool holds(int element, const Eigen::Vector3d& point) const;
@@ -28,7 +28,7 @@ class TetLocator {
   const TetMesh& mesh_;
   Eigen::AlignedBox3d box_;
   Eigen::Vector3i cells_ = Eigen::Vector3i::Ones();
-  std::vector<int> first_;     ///< (cells + 1) offsets into elements_
+  std::vector<int> first_;  ///< (cells + 1) offsets into elements_
   std::vector<int> elements_;
 };
 

@@ -34,13 +34,11 @@ struct Side {
   bool even;  ///< whether sorting took an even permutation: tells the direction apart
 };
 
-bool operator<(const Side& a, const Side& b) {
-  return a.key != b.key ? a.key < b.key : a.element < b.element;
-}
+bool operator<(const Side& a, const Side& b) { return a.key != b.key ? a.key < b.key : a.element < b.element; }
 
 Side make_side(const Eigen::Matrix4Xi& tets, int element, int local) {
   Side side{{}, element, local, true};
-  for (int i = 0; i < 3; ++i) side.key[static_cast<std::size_t>(i)] = tets(local_face[local][i], element);
+  for (int i = 0; i < 3; ++i) side.key[i] = tets(local_face[local][i], element);
   const auto order = [&](std::size_t i, std::size_t j) {
     if (side.key[i] <= side.key[j]) return;
     std::swap(side.key[i], side.key[j]);
@@ -61,7 +59,7 @@ std::string at(const Eigen::Vector3d& point) {
 void check_elements(const TetMesh& mesh, const std::string& body) {
   if (mesh.elements() == 0) fail(body, "a mesh without elements", "one or more tetrahedra");
   if (!mesh.points.allFinite()) fail(body, "a node whose place is not a number", "finite coordinates");
-  std::vector<char> used(static_cast<std::size_t>(mesh.nodes()), 0);
+  std::vector<char> used(mesh.nodes(), 0);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
     const Eigen::Vector4i nodes = mesh.tets.col(e);
     for (int i = 0; i < 4; ++i) {
@@ -71,14 +69,14 @@ void check_elements(const TetMesh& mesh, const std::string& body) {
       for (int j = 0; j < i; ++j)
         if (nodes[i] == nodes[j])
           fail(body, fmt::format("element {} has node {} twice", e, nodes[i]), "four different nodes");
-      used[static_cast<std::size_t>(nodes[i])] = 1;
+      used[nodes[i]] = 1;
     }
     if (mesh.order() == 2)
       for (const int node : mesh.tet_edges.col(e)) {
         if (node < 0 || node >= mesh.nodes())
           fail(body, fmt::format("element {} refers to node {}", e, node),
                fmt::format("nodes 0 .. {}", mesh.nodes() - 1));
-        used[static_cast<std::size_t>(node)] = 1;
+        used[node] = 1;
       }
     double longest = 0.0;
     for (int i = 0; i < 4; ++i)
@@ -93,15 +91,12 @@ void check_elements(const TetMesh& mesh, const std::string& body) {
            "positive volumes");
     if (!(volume > flat))
       fail(body,
-           fmt::format("element {} at {} is flat (volume {:.3g} mm^3)", e, at(mesh.points.col(nodes[0])),
-                       1e9 * volume),
+           fmt::format("element {} at {} is flat (volume {:.3g} mm^3)", e, at(mesh.points.col(nodes[0])), 1e9 * volume),
            "positive volumes");
   }
   for (std::size_t node = 0; node < used.size(); ++node)
     if (!used[node])
-      fail(body,
-           fmt::format("node {} at {} belongs to no element", node,
-                       at(mesh.points.col(static_cast<Eigen::Index>(node)))),
+      fail(body, fmt::format("node {} at {} belongs to no element", node, at(mesh.points.col(node))),
            "nodes of elements only");
 }
 
@@ -123,13 +118,9 @@ Eigen::Vector3d area_vector(const TetMesh& mesh, Eigen::Index face) {
 }
 }  // namespace
 
-double TetMesh::face_area(Eigen::Index face) const {
-  return area_vector(*this, face).norm();
-}
+double TetMesh::face_area(Eigen::Index face) const { return area_vector(*this, face).norm(); }
 
-Eigen::Vector3d TetMesh::face_normal(Eigen::Index face) const {
-  return area_vector(*this, face).normalized();
-}
+Eigen::Vector3d TetMesh::face_normal(Eigen::Index face) const { return area_vector(*this, face).normalized(); }
 
 Eigen::Vector3d TetMesh::face_centre(Eigen::Index face) const {
   return (points.col(faces(0, face)) + points.col(faces(1, face)) + points.col(faces(2, face))) / 3.0;
@@ -144,7 +135,7 @@ double TetMesh::total_volume() const {
 void build_boundary(TetMesh& mesh, const std::string& body) {
   check_elements(mesh, body);
   std::vector<Side> sides;
-  sides.reserve(static_cast<std::size_t>(4 * mesh.elements()));
+  sides.reserve(4 * mesh.elements());
   for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
     for (int f = 0; f < 4; ++f) sides.push_back(make_side(mesh.tets, e, f));
   std::sort(sides.begin(), sides.end());
@@ -159,25 +150,23 @@ void build_boundary(TetMesh& mesh, const std::string& body) {
                        sides[i].element, sides[i + 1].element, sides[i + 2].element),
            "one or two elements a triangle");
     if (end - i == 2 && sides[i].even == sides[i + 1].even)
-      fail(body,
-           fmt::format("elements {} and {} at {} overlap", sides[i].element, sides[i + 1].element, at(place)),
+      fail(body, fmt::format("elements {} and {} at {} overlap", sides[i].element, sides[i + 1].element, at(place)),
            "neighbours on either side of their triangle");
     if (end - i == 1) boundary.emplace_back(sides[i].element, sides[i].local);
     i = end;
   }
   std::sort(boundary.begin(), boundary.end());
-  mesh.faces.resize(3, static_cast<Eigen::Index>(boundary.size()));
+  mesh.faces.resize(3, std::ssize(boundary));
   mesh.face_edges.resize(3, mesh.order() == 2 ? mesh.faces.cols() : 0);
-  mesh.face_tet.resize(static_cast<Eigen::Index>(boundary.size()));
+  mesh.face_tet.resize(std::ssize(boundary));
   for (std::size_t i = 0; i < boundary.size(); ++i) {
     const auto [element, local] = boundary[i];
-    for (int k = 0; k < 3; ++k)
-      mesh.faces(k, static_cast<Eigen::Index>(i)) = mesh.tets(local_face[local][k], element);
+    for (int k = 0; k < 3; ++k) mesh.faces(k, i) = mesh.tets(local_face[local][k], element);
     if (mesh.order() == 2)
       for (int k = 0; k < 3; ++k)
-        mesh.face_edges(k, static_cast<Eigen::Index>(i)) = mesh.tet_edges(
+        mesh.face_edges(k, i) = mesh.tet_edges(
             edge_between(local_face[local][face_edge[k][0]], local_face[local][face_edge[k][1]]), element);
-    mesh.face_tet[static_cast<Eigen::Index>(i)] = element;
+    mesh.face_tet[i] = element;
   }
 }
 
@@ -188,13 +177,12 @@ std::vector<int> find_faces(const TetMesh& mesh, const Eigen::Matrix3Xi& triangl
     return key;
   };
   std::vector<std::pair<Triple, int>> known;
-  known.reserve(static_cast<std::size_t>(mesh.face_count()));
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f)
-    known.emplace_back(key_of(mesh.faces.col(f)), static_cast<int>(f));
+  known.reserve(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) known.emplace_back(key_of(mesh.faces.col(f)), f);
   std::sort(known.begin(), known.end());
-  std::vector<int> found(static_cast<std::size_t>(triangles.cols()), -1);
+  std::vector<int> found(triangles.cols(), -1);
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const Triple key = key_of(triangles.col(static_cast<Eigen::Index>(i)));
+    const Triple key = key_of(triangles.col(i));
     const auto place = std::lower_bound(known.begin(), known.end(), std::pair<Triple, int>{key, -1});
     if (place != known.end() && place->first == key) found[i] = place->second;
   }
@@ -211,7 +199,7 @@ void promote(TetMesh& mesh) {
     }
   };
   std::vector<Edge> edges;
-  edges.reserve(static_cast<std::size_t>(6 * mesh.elements()));
+  edges.reserve(6 * mesh.elements());
   for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
     for (int i = 0; i < 6; ++i) {
       const auto [low, high] = std::minmax(mesh.tets(tet_edge[i][0], e), mesh.tets(tet_edge[i][1], e));
@@ -237,17 +225,17 @@ void promote(TetMesh& mesh) {
 }
 
 void demote(TetMesh& mesh) {
-  std::vector<int> number(static_cast<std::size_t>(mesh.nodes()), -1);
+  std::vector<int> number(mesh.nodes(), -1);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e)
-    for (const int node : mesh.tets.col(e)) number[static_cast<std::size_t>(node)] = 0;
+    for (const int node : mesh.tets.col(e)) number[node] = 0;
   int corners = 0;
   for (std::size_t i = 0; i < number.size(); ++i)
     if (number[i] == 0) {
-      mesh.points.col(corners) = mesh.points.col(static_cast<Eigen::Index>(i)).eval();
+      mesh.points.col(corners) = mesh.points.col(i).eval();
       number[i] = corners++;
     }
   mesh.points.conservativeResize(3, corners);
-  const auto renumber = [&](int node) { return number[static_cast<std::size_t>(node)]; };
+  const auto renumber = [&](int node) { return number[node]; };
   mesh.tets = mesh.tets.unaryExpr(renumber).eval();
   mesh.faces = mesh.faces.unaryExpr(renumber).eval();
   mesh.tet_edges.resize(6, 0);
@@ -272,7 +260,8 @@ void set_order(TetMesh& mesh, int order) {
     const Eigen::Index e = mesh.face_tet[f];
     for (int k = 0; k < 3; ++k)
       mesh.face_edges(k, f) = mesh.tet_edges(edge_between(corner_of(mesh, e, mesh.faces(face_edge[k][0], f)),
-                                                          corner_of(mesh, e, mesh.faces(face_edge[k][1], f))), e);
+                                                          corner_of(mesh, e, mesh.faces(face_edge[k][1], f))),
+                                             e);
   }
 }
 
@@ -287,8 +276,7 @@ Quality quality(const TetMesh& mesh) {
     double squares = 0.0;
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < i; ++j) {
-        const double square =
-            (mesh.points.col(mesh.tets(i, e)) - mesh.points.col(mesh.tets(j, e))).squaredNorm();
+        const double square = (mesh.points.col(mesh.tets(i, e)) - mesh.points.col(mesh.tets(j, e))).squaredNorm();
         squares += square;
         result.shortest_edge = std::min(result.shortest_edge, square);
         result.longest_edge = std::max(result.longest_edge, square);
@@ -302,7 +290,7 @@ Quality quality(const TetMesh& mesh) {
   result.shortest_edge = std::sqrt(result.shortest_edge);
   result.longest_edge = std::sqrt(result.longest_edge);
   result.mean = sum / static_cast<double>(mesh.elements());
-  result.below_0_1_percent = 100.0 * static_cast<double>(bad) / static_cast<double>(mesh.elements());
+  result.below_0_1_percent = 100.0 * bad / static_cast<double>(mesh.elements());
   return result;
 }
 

@@ -19,25 +19,25 @@ inline constexpr int tet_edge[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {
 inline constexpr int face_edge[3][2] = {{0, 1}, {1, 2}, {2, 0}};
 
 struct TetMesh {
-  Eigen::Matrix3Xd points;           ///< (3 x nodes) m
-  Eigen::Matrix4Xi tets;             ///< (4 x elements) corner nodes, positive volume
-  Matrix6Xi tet_edges;               ///< (6 x elements) edge nodes; no columns: linear
-  Eigen::Matrix3Xi faces;            ///< (3 x boundary triangles) corner nodes, outward orientation
-  Eigen::Matrix3Xi face_edges;       ///< (3 x boundary triangles) edge nodes; no columns: linear
-  Eigen::VectorXi face_tet;          ///< (boundary triangles) the element behind each
+  Eigen::Matrix3Xd points;                         ///< (3 x nodes) m
+  Eigen::Matrix4Xi tets;                           ///< (4 x elements) corner nodes, positive volume
+  Matrix6Xi tet_edges;                             ///< (6 x elements) edge nodes; no columns: linear
+  Eigen::Matrix3Xi faces;                          ///< (3 x boundary triangles) corner nodes, outward orientation
+  Eigen::Matrix3Xi face_edges;                     ///< (3 x boundary triangles) edge nodes; no columns: linear
+  Eigen::VectorXi face_tet;                        ///< (boundary triangles) the element behind each
   std::map<std::string, std::vector<int>> groups;  ///< named sets of boundary triangles
-  int solids = 0;                    ///< closed volumes of the CAD or surface file; 0: made from a mesh file
+  int solids = 0;  ///< closed volumes of the CAD or surface file; 0: made from a mesh file
 
   Eigen::Index nodes() const { return points.cols(); }
   Eigen::Index elements() const { return tets.cols(); }
   Eigen::Index face_count() const { return faces.cols(); }
   int order() const { return tet_edges.cols() > 0 ? 2 : 1; }
 
-  double volume(Eigen::Index element) const;       ///< m^3
-  double face_area(Eigen::Index face) const;       ///< m^2
+  double volume(Eigen::Index element) const;             ///< m^3
+  double face_area(Eigen::Index face) const;             ///< m^2
   Eigen::Vector3d face_normal(Eigen::Index face) const;  ///< unit, outward
   Eigen::Vector3d face_centre(Eigen::Index face) const;  ///< m
-  double total_volume() const;                     ///< m^3
+  double total_volume() const;                           ///< m^3
 };
 
 /// Builds faces, face_edges and face_tet from the elements (triangles that belong to one element
@@ -57,7 +57,7 @@ std::vector<int> find_faces(const TetMesh& mesh, const Eigen::Matrix3Xi& triangl
 /// 12 (3V)^(2/3) / sum of squared edge lengths).
 struct Quality {
   double minimum = 0, mean = 0;
-  double below_0_1_percent = 0;  ///< share of elements below 0.1
+  double below_0_1_percent = 0;                ///< share of elements below 0.1
   double shortest_edge = 0, longest_edge = 0;  ///< m
 };
 Quality quality(const TetMesh& mesh);

@@ -36,10 +36,12 @@ Vector3d nearest_on_triangle(const Vector3d& p, const Vector3d& a, const Vector3
 }
 
 TriangleTree::TriangleTree(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xi& triangles)
-    : points_(points), triangles_(triangles), order_(static_cast<std::size_t>(triangles.cols())) {
+    : points_(points),
+      triangles_(triangles),
+      order_(triangles.cols()) {
   std::iota(order_.begin(), order_.end(), 0);
   branches_.reserve(order_.size());
-  if (!order_.empty()) build(0, static_cast<int>(order_.size()));
+  if (!order_.empty()) build(0, order_.size());
 }
 
 Eigen::AlignedBox3d TriangleTree::box(int triangle) const {
@@ -49,15 +51,15 @@ Eigen::AlignedBox3d TriangleTree::box(int triangle) const {
 }
 
 int TriangleTree::build(int first, int last) {
-  const int index = static_cast<int>(branches_.size());
+  const int index = branches_.size();
   branches_.push_back({{}, first, last});
   Eigen::AlignedBox3d bounds, centres;
   for (int i = first; i < last; ++i) {
-    const Eigen::AlignedBox3d part = box(order_[static_cast<std::size_t>(i)]);
+    const Eigen::AlignedBox3d part = box(order_[i]);
     bounds.extend(part);
     centres.extend(Vector3d(part.center()));
   }
-  branches_[static_cast<std::size_t>(index)].box = bounds;
+  branches_[index].box = bounds;
   if (last - first <= 8) return index;
   int axis = 0;
   centres.sizes().maxCoeff(&axis);
@@ -71,8 +73,8 @@ int TriangleTree::build(int first, int last) {
     return x != y ? x < y : a < b;
   });
   const int left = build(first, middle), right = build(middle, last);
-  branches_[static_cast<std::size_t>(index)].left = left;
-  branches_[static_cast<std::size_t>(index)].right = right;
+  branches_[index].left = left;
+  branches_[index].right = right;
   return index;
 }
 
@@ -81,7 +83,7 @@ void TriangleTree::find(const Eigen::AlignedBox3d& query, std::vector<int>& foun
   if (branches_.empty()) return;
   std::vector<int> open = {0};
   while (!open.empty()) {
-    const Branch& branch = branches_[static_cast<std::size_t>(open.back())];
+    const Branch& branch = branches_[open.back()];
     open.pop_back();
     if (!branch.box.intersects(query)) continue;
     if (branch.left >= 0) {
@@ -90,7 +92,7 @@ void TriangleTree::find(const Eigen::AlignedBox3d& query, std::vector<int>& foun
       continue;
     }
     for (int i = branch.first; i < branch.last; ++i)
-      if (const int t = order_[static_cast<std::size_t>(i)]; box(t).intersects(query)) found.push_back(t);
+      if (const int t = order_[i]; box(t).intersects(query)) found.push_back(t);
   }
 }
 
@@ -100,21 +102,20 @@ TriangleTree::Nearest TriangleTree::nearest(const Vector3d& point) const {
   double square = std::numeric_limits<double>::infinity();
   std::vector<int> open = {0};
   while (!open.empty()) {
-    const Branch& branch = branches_[static_cast<std::size_t>(open.back())];
+    const Branch& branch = branches_[open.back()];
     open.pop_back();
     if (branch.box.squaredExteriorDistance(point) > square) continue;
     if (branch.left >= 0) {
-      const double left = branches_[static_cast<std::size_t>(branch.left)].box.squaredExteriorDistance(point);
-      const double right =
-          branches_[static_cast<std::size_t>(branch.right)].box.squaredExteriorDistance(point);
+      const double left = branches_[branch.left].box.squaredExteriorDistance(point);
+      const double right = branches_[branch.right].box.squaredExteriorDistance(point);
       open.push_back(left <= right ? branch.right : branch.left);
       open.push_back(left <= right ? branch.left : branch.right);
       continue;
     }
     for (int i = branch.first; i < branch.last; ++i) {
-      const int t = order_[static_cast<std::size_t>(i)];
-      const Vector3d on = nearest_on_triangle(point, points_.col(triangles_(0, t)),
-                                              points_.col(triangles_(1, t)), points_.col(triangles_(2, t)));
+      const int t = order_[i];
+      const Vector3d on = nearest_on_triangle(point, points_.col(triangles_(0, t)), points_.col(triangles_(1, t)),
+                                              points_.col(triangles_(2, t)));
       const double distance = (on - point).squaredNorm();
       if (distance < square || (distance == square && t < best.triangle)) {
         square = distance;

@@ -9,11 +9,11 @@
 namespace thermotwin::mesh {
 
 class TriangleTree {
- public:
+public:
   struct Nearest {
     int triangle = -1;
-    double distance = 0.0;                             ///< m
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< m, on the triangle
+    double distance = 0.0;                            ///< m
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m, on the triangle
   };
 
   /// @param points (3 x n) and triangles (3 x m): must outlive the tree
@@ -28,11 +28,11 @@ class TriangleTree {
 
   Eigen::AlignedBox3d box(int triangle) const;
 
- private:
+private:
   struct Branch {
     Eigen::AlignedBox3d box;
-    int first, last;             ///< range in order_
-    int left = -1, right = -1;   ///< children; -1 for a leaf
+    int first, last;            ///< range in order_
+    int left = -1, right = -1;  ///< children; -1 for a leaf
   };
   int build(int first, int last);
 
@@ -43,7 +43,7 @@ class TriangleTree {
 };
 
 /// Point of the triangle a, b, c nearest to p (Voronoi regions of corners, edges and inside).
-Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                                    const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+Eigen::Vector3d nearest_on_triangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                    const Eigen::Vector3d& c);
 
 }  // namespace thermotwin::mesh

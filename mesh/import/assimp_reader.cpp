@@ -5,6 +5,7 @@
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <iterator>
 
 #include <assimp/Importer.hpp>
 #include <system_error>
@@ -33,7 +34,7 @@ struct Collector {
   void add(const aiMesh& mesh, const aiMatrix4x4& placed, const std::string& node_name) {
     const std::string own = mesh.mName.C_Str();
     const int part = part_of(own.empty() ? node_name : own);
-    const int first = static_cast<int>(points.size());
+    const int first = points.size();
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D point = placed * mesh.mVertices[i];
       points.emplace_back(point.x, point.y, point.z);
@@ -42,8 +43,7 @@ struct Collector {
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
       if (face.mNumIndices != 3) continue;  // lines and points
-      Eigen::Vector3i corner(first + static_cast<int>(face.mIndices[0]),
-                             first + static_cast<int>(face.mIndices[1]),
+      Eigen::Vector3i corner(first + static_cast<int>(face.mIndices[0]), first + static_cast<int>(face.mIndices[1]),
                              first + static_cast<int>(face.mIndices[2]));
       if (mirrored) std::swap(corner[1], corner[2]);
       triangles.push_back(corner);
@@ -53,8 +53,7 @@ struct Collector {
 
   void walk(const aiNode& node, const aiMatrix4x4& above) {
     const aiMatrix4x4 placed = above * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i)
-      add(*scene.mMeshes[node.mMeshes[i]], placed, node.mName.C_Str());
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) add(*scene.mMeshes[node.mMeshes[i]], placed, node.mName.C_Str());
     for (unsigned i = 0; i < node.mNumChildren; ++i) walk(*node.mChildren[i], placed);
   }
 };
@@ -64,30 +63,26 @@ struct Collector {
 Surface read_triangles(const std::filesystem::path& path, const std::string& body) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
-    throw core::InputError("body '" + body + "'", "no such file: '" + path.string() + "'",
-                           "a readable surface file");
+    throw core::InputError("body '" + body + "'", "no such file: '" + path.string() + "'", "a readable surface file");
   Assimp::Importer importer;
   // Normals and colours would keep corners apart that are one place.
-  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS,
-                              aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS | aiComponent_COLORS |
-                                  aiComponent_TEXCOORDS | aiComponent_MATERIALS | aiComponent_TEXTURES);
+  importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TANGENTS_AND_BITANGENTS |
+                                                          aiComponent_COLORS | aiComponent_TEXCOORDS |
+                                                          aiComponent_MATERIALS | aiComponent_TEXTURES);
   const aiScene* scene = importer.ReadFile(
       path.string(), aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_JoinIdenticalVertices);
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw core::MeshError("body '" + body + "': '" + path.string() + "'",
-                          std::string("unreadable (") + importer.GetErrorString() + ")",
-                          "a surface file of its type");
+                          std::string("unreadable (") + importer.GetErrorString() + ")", "a surface file of its type");
   Collector collector{*scene, {}, {}, {}};
   collector.walk(*scene->mRootNode, aiMatrix4x4());
   if (collector.triangles.empty())
     throw core::MeshError("body '" + body + "': '" + path.string() + "'", "no triangles", "a closed surface");
   Surface surface = std::move(collector.surface);
-  surface.points.resize(3, static_cast<Eigen::Index>(collector.points.size()));
-  surface.triangles.resize(3, static_cast<Eigen::Index>(collector.triangles.size()));
-  for (std::size_t i = 0; i < collector.points.size(); ++i)
-    surface.points.col(static_cast<Eigen::Index>(i)) = collector.points[i];
-  for (std::size_t i = 0; i < collector.triangles.size(); ++i)
-    surface.triangles.col(static_cast<Eigen::Index>(i)) = collector.triangles[i];
+  surface.points.resize(3, std::ssize(collector.points));
+  surface.triangles.resize(3, std::ssize(collector.triangles));
+  for (std::size_t i = 0; i < collector.points.size(); ++i) surface.points.col(i) = collector.points[i];
+  for (std::size_t i = 0; i < collector.triangles.size(); ++i) surface.triangles.col(i) = collector.triangles[i];
   return surface;
 }
 

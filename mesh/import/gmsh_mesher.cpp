@@ -35,7 +35,7 @@ using Tags = std::vector<std::size_t>;
 
 /// OpenCASCADE prints to stdout, where our results go: stdout leads nowhere meanwhile.
 class Silence {
- public:
+public:
   Silence() {
     std::fflush(stdout);
     saved_ = ::dup(1);
@@ -55,12 +55,12 @@ class Silence {
   Silence(const Silence&) = delete;
   Silence& operator=(const Silence&) = delete;
 
- private:
+private:
   int saved_ = -1;
 };
 
 class Session {
- public:
+public:
   Session() : lock_(mutex()) {
     gmsh::initialize(0, nullptr, false);
     gmsh::option::setNumber("General.Terminal", 0);
@@ -80,7 +80,7 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
- private:
+private:
   static std::mutex& mutex() {
     static std::mutex one;
     return one;
@@ -93,8 +93,7 @@ std::string last_error() {
   std::string text;
   try {
     gmsh::logger::getLastError(text);
-  } catch (...) {
-  }
+  } catch (...) {}
   return text.empty() ? "no details" : text;
 }
 
@@ -141,9 +140,13 @@ void require_affordable(double volume, const ImportOptions& options, const std::
   constexpr double per_cube = 7.0;
   const double size = options.element_size_m, expected = per_cube * volume / (size * size * size);
   if (expected <= options.max_elements) return limit_time_by(expected);
-  throw core::MeshError(place, fmt::format("about {:.2g} tetrahedra with element_size_mm = {:.4g} (after the size factor of --size)", expected, 1e3 * size),
-                        fmt::format("at most max_elements = {:.2g}: element_size_mm of {:.3g} or more, or a larger max_elements of the body", options.max_elements,
-                                    1e3 * std::cbrt(per_cube * volume / options.max_elements)));
+  throw core::MeshError(
+      place,
+      fmt::format("about {:.2g} tetrahedra with element_size_mm = {:.4g} (after the size factor of --size)", expected,
+                  1e3 * size),
+      fmt::format(
+          "at most max_elements = {:.2g}: element_size_mm of {:.3g} or more, or a larger max_elements of the body",
+          options.max_elements, 1e3 * std::cbrt(per_cube * volume / options.max_elements)));
 }
 
 /// Nodes of the current model by number, and the tetrahedra.
@@ -160,7 +163,7 @@ struct NodeTable {
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tags[a] < tags[b]; });
     for (const std::size_t i : order) {
-      if (!index.emplace(tags[i], static_cast<int>(points.size())).second) continue;
+      if (!index.emplace(tags[i], points.size()).second) continue;
       points.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
       labels.push_back(static_cast<long>(tags[i]));
     }
@@ -187,8 +190,7 @@ std::vector<std::array<int, 3>> triangles_on(int entity, const NodeTable& nodes)
   return result;
 }
 
-RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& tets_of_volume,
-                  const NodeTable& nodes) {
+RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& tets_of_volume, const NodeTable& nodes) {
   RawMesh raw;
   raw.source = source;
   raw.points = nodes.points;
@@ -203,9 +205,9 @@ RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& te
       constexpr std::size_t gmsh_edge[6] = {4, 5, 6, 7, 9, 8};
       for (std::size_t e = 0; e < tags.size(); ++e) {
         const std::size_t first = e * static_cast<std::size_t>(stride);
-        tets_of_volume[volume].push_back(static_cast<int>(raw.tets.size()));
-        raw.tets.push_back({nodes(corner[first]), nodes(corner[first + 1]), nodes(corner[first + 2]),
-                            nodes(corner[first + 3])});
+        tets_of_volume[volume].push_back(raw.tets.size());
+        raw.tets.push_back(
+            {nodes(corner[first]), nodes(corner[first + 1]), nodes(corner[first + 2]), nodes(corner[first + 3])});
         raw.tet_labels.push_back(static_cast<long>(tags[e]));
         if (type != tet10) continue;
         raw.edges.emplace_back();
@@ -291,8 +293,7 @@ double worst_quality() {
   double worst = 1.0;
   for (std::size_t e = 0; e < tags.size(); ++e) {
     std::array<Eigen::Vector3d, 4> p;
-    for (std::size_t i = 0; i < 4; ++i)
-      p[i] = nodes.points[static_cast<std::size_t>(nodes(corner[4 * e + i]))];
+    for (std::size_t i = 0; i < 4; ++i) p[i] = nodes.points[nodes(corner[4 * e + i])];
     double squares = 0.0;
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = 0; j < i; ++j) squares += (p[i] - p[j]).squaredNorm();
@@ -414,7 +415,7 @@ void read_shapes(const std::filesystem::path& path, const std::string& place, co
 
 /// The surface as discrete faces that bound a volume.
 void add_surface(const Surface& surface, double unit, Attempt::Patches patches) {
-  std::vector<int> patch(static_cast<std::size_t>(surface.triangles.cols()), 0);
+  std::vector<int> patch(surface.triangles.cols(), 0);
   if (patches == Attempt::Patches::discs) patch = disc_patches(surface);
   Tags node_tags;
   std::vector<double> coordinates;
@@ -424,8 +425,7 @@ void add_surface(const Surface& surface, double unit, Attempt::Patches patches) 
   }
   std::map<int, Tags> corners;
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
-    for (int k = 0; k < 3; ++k)
-      corners[patch[static_cast<std::size_t>(t)]].push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
+    for (int k = 0; k < 3; ++k) corners[patch[t]].push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
   for (const auto& [number, corner] : corners) {
     const int entity = gmsh::model::addDiscreteEntity(2);
     if (number == 0) gmsh::model::mesh::addNodes(2, entity, node_tags, coordinates);
@@ -495,7 +495,7 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
           for (const auto& [dim, tag] : faces)
             if (std::string name = label(dim, tag); !name.empty()) face_names[tag] = std::move(name);
         }
-        const int count = static_cast<int>(solids.size());
+        const int count = solids.size();
         if (!attempt.join && count == 1) throw MesherError(place, "a single solid", "solids that touch");
         const std::map<int, std::string> solid_names = attempt.join ? join_solids(solids) : names_of(solids);
         if (!attempt.join) require_apart(solids, place);

@@ -18,13 +18,13 @@ struct Attempt {
     discs,      ///< cut into discs of limited curvature, remeshed
     as_in_file  ///< the file's triangles are kept
   };
-  bool first = true;          ///< warnings about the file itself are given in the first attempt only
-  std::string words;          ///< "body ... could only be meshed " + words
+  bool first = true;  ///< warnings about the file itself are given in the first attempt only
+  std::string words;  ///< "body ... could only be meshed " + words
   Patches patches = Patches::by_angle;
-  bool curvature = true;      ///< finer elements where CAD faces are curved
-  int algorithm = 6;          ///< of Gmsh for faces: 6 frontal Delaunay, 5 Delaunay, 1 MeshAdapt
-  bool join = true;           ///< CAD solids that touch share their nodes; else each is a piece of its own
-  double heal = 0.0;          ///< of the extent: CAD faces and edges smaller than this are removed
+  bool curvature = true;  ///< finer elements where CAD faces are curved
+  int algorithm = 6;      ///< of Gmsh for faces: 6 frontal Delaunay, 5 Delaunay, 1 MeshAdapt
+  bool join = true;       ///< CAD solids that touch share their nodes; else each is a piece of its own
+  double heal = 0.0;      ///< of the extent: CAD faces and edges smaller than this are removed
 };
 const std::vector<Attempt>& attempts_on_cad();
 const std::vector<Attempt>& attempts_on_surfaces();

@@ -40,9 +40,9 @@ bool is_one_of(const std::string& word, std::initializer_list<const char*> words
 
 void require_sizes(const ImportOptions& options) {
   if (!(options.element_size_m > 0.0 && options.unit_m > 0.0 && options.min_element_size_m >= 0.0))
-    throw core::InputError(
-        "body '" + options.body + "'",
-        fmt::format("element size {} m, unit {} m", options.element_size_m, options.unit_m), "sizes > 0");
+    throw core::InputError("body '" + options.body + "'",
+                           fmt::format("element size {} m, unit {} m", options.element_size_m, options.unit_m),
+                           "sizes > 0");
 }
 
 TetMesh merged(const std::vector<TetMesh>& meshes, const std::string& body) {
@@ -81,8 +81,7 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
     parts[p].triangles.resize(3, count);
     Eigen::Index next = 0;
     for (std::size_t t = 0; t < surface.part.size(); ++t)
-      if (surface.part[t] == static_cast<int>(p))
-        parts[p].triangles.col(next++) = surface.triangles.col(static_cast<Eigen::Index>(t));
+      if (surface.part[t] == static_cast<int>(p)) parts[p].triangles.col(next++) = surface.triangles.col(t);
     parts[p].tree = std::make_unique<TriangleTree>(surface.points, parts[p].triangles);
   }
   for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) {
@@ -108,8 +107,7 @@ Surface read_checked(const std::filesystem::path& path, const ImportOptions& opt
   Surface surface = read_triangles(path, options.body);
   surface.points *= options.unit_m;
   if (!surface.points.allFinite())
-    throw core::MeshError("body '" + options.body + "'", "a corner whose place is not a number",
-                          "finite coordinates");
+    throw core::MeshError("body '" + options.body + "'", "a corner whose place is not a number", "finite coordinates");
   if (const int dropped = weld(surface); dropped > 0 && warn)
     core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
   if (const Healing healed = heal(surface); healed.any() && warn)
@@ -125,14 +123,13 @@ TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions
   for (const Surface& piece : pieces(surface, options.body))
     meshes.push_back(mesh_closed_surface(piece, options, attempt));
   TetMesh mesh = meshes.size() == 1 ? std::move(meshes.front()) : merged(meshes, options.body);
-  mesh.solids = static_cast<int>(meshes.size());
+  mesh.solids = meshes.size();
   // A patch that was parametrised wrongly, or a cavity that was filled, shows in the volume.
   if (const double found = mesh.total_volume(); std::abs(found - expected) > 0.1 * expected)
-    throw MesherError(
-        "body '" + options.body + "'",
-        fmt::format("the mesh has a volume of {:.4g} mm^3, the surface encloses {:.4g} mm^3", 1e9 * found,
-                    1e9 * expected),
-        "a difference below 10 % (try a smaller element_size_mm)");
+    throw MesherError("body '" + options.body + "'",
+                      fmt::format("the mesh has a volume of {:.4g} mm^3, the surface encloses {:.4g} mm^3", 1e9 * found,
+                                  1e9 * expected),
+                      "a difference below 10 % (try a smaller element_size_mm)");
   name_parts(mesh, surface);
   return mesh;
 }
@@ -149,8 +146,7 @@ TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& op
   if (type == ".msh") return finish(read_msh(path), options);
   if (type == ".vtu") return finish(read_vtu(path), options);
   if (type == ".inp") return finish(parse_inp(core::read_file(path), path.string()), options);
-  throw core::InputError("body '" + options.body + "'", "'" + path.string() + "'",
-                         "a mesh file: .msh, .vtu, .inp");
+  throw core::InputError("body '" + options.body + "'", "'" + path.string() + "'", "a mesh file: .msh, .vtu, .inp");
 }
 
 namespace {

@@ -39,7 +39,7 @@ enum class Answer : char {
 };
 constexpr int status_of_no_memory = 4;  // as core/process ends the program where memory runs out
 
-double default_memory() { return 2.0 * static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE)); }
+double default_memory() { return 2.0 * ::sysconf(_SC_PHYS_PAGES) * static_cast<double>(::sysconf(_SC_PAGE_SIZE)); }
 
 void lower_limit(int resource, double to) {
   rlimit limit{};
@@ -57,7 +57,7 @@ void send(int to, std::string_view bytes) {
     const ssize_t sent = ::write(to, bytes.data(), bytes.size());
     if (sent < 0 && errno == EINTR) continue;
     if (sent <= 0) ::_exit(1);
-    bytes.remove_prefix(static_cast<std::size_t>(sent));
+    bytes.remove_prefix(sent);
   }
 }
 
@@ -121,13 +121,14 @@ template <class Error>
 std::string end_of(int status, double seconds) {
   if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
     return fmt::format("not read and meshed within {:.0f} s of processor time", seconds);
-  if (WIFSIGNALED(status)) return fmt::format("reading or meshing it crashed the library that does so ({})", ::strsignal(WTERMSIG(status)));
+  if (WIFSIGNALED(status))
+    return fmt::format("reading or meshing it crashed the library that does so ({})", ::strsignal(WTERMSIG(status)));
   return fmt::format("reading or meshing it ended early (status {})", WIFEXITED(status) ? WEXITSTATUS(status) : -1);
 }
 
 /// Ends the child however this scope is left.
 class Child {
- public:
+public:
   Child(pid_t pid, int from) : pid_(pid), from_(from) {}
   ~Child() {
     ::close(from_);
@@ -140,8 +141,7 @@ class Child {
   int wait() {
     int status = 0;
     rusage used{};
-    while (::wait4(pid_, &status, 0, &used) < 0 && errno == EINTR) {
-    }
+    while (::wait4(pid_, &status, 0, &used) < 0 && errno == EINTR) {}
     pid_ = -1;
     seconds_ = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
                1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
@@ -150,7 +150,7 @@ class Child {
   /// Processor time that it took.
   double seconds() const { return seconds_; }
 
- private:
+private:
   pid_t pid_;
   int from_;
   double seconds_ = 0;

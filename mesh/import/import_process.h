@@ -13,13 +13,13 @@ namespace thermotwin::mesh {
 
 /// The mesher failed on geometry that has no fault of its own: other settings may succeed.
 class MesherError : public core::MeshError {
- public:
+public:
   using core::MeshError::MeshError;
 };
 
 struct ImportLimits {
-  double processor_s = 1200;   ///< processor time of one body
-  double memory_bytes = 0;     ///< address space; 0: twice the memory of this machine
+  double processor_s = 1200;  ///< processor time of one body
+  double memory_bytes = 0;    ///< address space; 0: twice the memory of this machine
 };
 
 /// Runs the work in a child process and hands over its mesh, bit by bit, or its exception of thermotwin::core.

@@ -29,8 +29,7 @@ std::string upper(std::string_view text) {
 
 std::string_view trim(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
-    text.remove_suffix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r')) text.remove_suffix(1);
   return text;
 }
 
@@ -55,7 +54,7 @@ struct Options : std::vector<std::pair<std::string, std::string>> {
 };
 
 class InpReader {
- public:
+public:
   InpReader(const std::string& text, std::string source) : text_(text) { raw_.source = std::move(source); }
 
   RawMesh read() {
@@ -75,7 +74,7 @@ class InpReader {
     return std::move(raw_);
   }
 
- private:
+private:
   struct Set {
     std::string name;  ///< as first written
     std::vector<long> labels;
@@ -119,8 +118,8 @@ class InpReader {
 
   void end_block() {
     if (!pending_.empty())
-      fail(fmt::format("element {} has {} nodes", pending_[0], pending_.size() - 1),
-           "as many nodes as its type has", pending_line_);
+      fail(fmt::format("element {} has {} nodes", pending_[0], pending_.size() - 1), "as many nodes as its type has",
+           pending_line_);
     data_ = nullptr;
   }
 
@@ -161,13 +160,12 @@ class InpReader {
     Set* set = nullptr;
     if (const std::string* name = options.find("NSET")) set = &set_named(node_sets_, *name);
     data_ = [this, set](const std::vector<std::string_view>& cells) {
-      if (cells.size() < 2 || cells.size() > 7)
-        fail(fmt::format("{} values", cells.size()), "node number, x, y, z");
+      if (cells.size() < 2 || cells.size() > 7) fail(fmt::format("{} values", cells.size()), "node number, x, y, z");
       const long label = integer(cells[0]);
       Eigen::Vector3d point = Eigen::Vector3d::Zero();
       for (std::size_t i = 1; i < std::min<std::size_t>(cells.size(), 4); ++i)
         point[static_cast<int>(i) - 1] = cells[i].empty() ? 0.0 : real(cells[i]);
-      if (!node_index_.emplace(label, static_cast<int>(raw_.points.size())).second)
+      if (!node_index_.emplace(label, raw_.points.size()).second)
         fail(fmt::format("node {} again", label), "each node once");
       raw_.points.push_back(point);
       raw_.node_labels.push_back(label);
@@ -188,8 +186,8 @@ class InpReader {
     const bool triangle6 = is({"CPS6", "CPE6", "S6", "M3D6", "STRI65", "SFM3D6"});
     if (!linear && !quadratic && !triangle && !triangle6) {
       // Lines, springs and masses carry no volume; any other solid would be lost unseen.
-      if (name.starts_with("T3D") || name.starts_with("B3") || name.starts_with("SPRING") ||
-          name.starts_with("MASS") || name.starts_with("DASHPOT"))
+      if (name.starts_with("T3D") || name.starts_with("B3") || name.starts_with("SPRING") || name.starts_with("MASS") ||
+          name.starts_with("DASHPOT"))
         return;
       fail("element type " + *type, "C3D4, C3D10 (and CPS3, CPS6, S3, S6 to name faces)");
     }
@@ -216,8 +214,8 @@ class InpReader {
     for (std::size_t i = 0; i + 1 < pending_.size(); ++i) {
       const auto node = node_index_.find(pending_[i + 1]);
       if (node == node_index_.end())
-        fail(fmt::format("element {} refers to node {}", pending_[0], pending_[i + 1]),
-             "nodes given before by *NODE", pending_line_);
+        fail(fmt::format("element {} refers to node {}", pending_[0], pending_[i + 1]), "nodes given before by *NODE",
+             pending_line_);
       nodes[i] = node->second;
     }
     auto& index = solid ? tet_index_ : triangle_index_;
@@ -255,15 +253,12 @@ class InpReader {
   void generate_labels(Set& set, const std::vector<std::string_view>& cells, bool nodes) {
     if (cells.size() < 2 || cells.size() > 3)
       fail(fmt::format("{} values", cells.size()), "GENERATE: first, last, step");
-    const long first = integer(cells[0]), last = integer(cells[1]),
-               step = cells.size() == 3 ? integer(cells[2]) : 1;
+    const long first = integer(cells[0]), last = integer(cells[1]), step = cells.size() == 3 ? integer(cells[2]) : 1;
     if (step < 1 || last < first) fail("first, last, step that do not rise", "first <= last, step >= 1");
     // No set is longer than the mesh: a slip of a digit must not fill the memory.
-    const auto known =
-        static_cast<long>(nodes ? node_index_.size() : tet_index_.size() + triangle_index_.size());
+    const auto known = static_cast<long>(nodes ? node_index_.size() : tet_index_.size() + triangle_index_.size());
     if ((last - first) / step >= known)
-      fail(fmt::format("{} entries", (last - first) / step + 1),
-           fmt::format("at most the {} of the mesh", known));
+      fail(fmt::format("{} entries", (last - first) / step + 1), fmt::format("at most the {} of the mesh", known));
     for (long label = first; label <= last; label += step) set.labels.push_back(label);
   }
 
@@ -298,8 +293,7 @@ class InpReader {
   }
 
   /// All labels of a set and of the sets in it.
-  std::vector<long> labels_of(const std::map<std::string, Set>& sets, const std::string& key,
-                              int line) const {
+  std::vector<long> labels_of(const std::map<std::string, Set>& sets, const std::string& key, int line) const {
     std::vector<long> labels;
     std::vector<std::string> open = {key}, seen;
     while (!open.empty()) {
@@ -330,7 +324,7 @@ class InpReader {
         if (const auto tet = tet_index_.find(label); tet != tet_index_.end())
           raw_.element_sets[set.name].push_back(tet->second);
         else if (const auto triangle = triangle_index_.find(label); triangle != triangle_index_.end())
-          raw_.face_sets[set.name].push_back(triangles_[static_cast<std::size_t>(triangle->second)]);
+          raw_.face_sets[set.name].push_back(triangles_[triangle->second]);
         // else an element of a kind that carries no volume
       }
     for (const auto& [key, surface] : surfaces_)
@@ -350,17 +344,15 @@ class InpReader {
         part.set.empty() ? std::vector<long>{part.label} : labels_of(element_sets_, part.set, part.line);
     for (const long label : labels) {
       if (const auto triangle = triangle_index_.find(label); triangle != triangle_index_.end()) {
-        raw_.face_sets[surface.name].push_back(triangles_[static_cast<std::size_t>(triangle->second)]);
+        raw_.face_sets[surface.name].push_back(triangles_[triangle->second]);
         continue;
       }
       const auto tet = tet_index_.find(label);
-      if (tet == tet_index_.end())
-        fail(fmt::format("element {}", label), "an element of this file", part.line);
-      const auto& corner = raw_.tets[static_cast<std::size_t>(tet->second)];
+      if (tet == tet_index_.end()) fail(fmt::format("element {}", label), "an element of this file", part.line);
+      const auto& corner = raw_.tets[tet->second];
       for (std::size_t f = 0; f < 4; ++f)  // no side given: the free sides, which finish() keeps
         if (part.face == 0 || part.face == static_cast<int>(f) + 1)
-          raw_.face_sets[surface.name].push_back(
-              {corner[side[f][0]], corner[side[f][1]], corner[side[f][2]]});
+          raw_.face_sets[surface.name].push_back({corner[side[f][0]], corner[side[f][1]], corner[side[f][2]]});
     }
   }
 
@@ -377,8 +369,6 @@ class InpReader {
 
 }  // namespace
 
-RawMesh parse_inp(const std::string& text, const std::string& source) {
-  return InpReader(text, source).read();
-}
+RawMesh parse_inp(const std::string& text, const std::string& source) { return InpReader(text, source).read(); }
 
 }  // namespace thermotwin::mesh

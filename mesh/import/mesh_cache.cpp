@@ -21,7 +21,7 @@ constexpr std::uint32_t byte_order = 0x01020304;
 constexpr std::size_t hash_length = 16;
 
 class Writer {
- public:
+public:
   void bytes(const void* data, std::size_t size) { text_.append(static_cast<const char*>(data), size); }
   template <class Number>
   void number(Number value) {
@@ -37,7 +37,7 @@ class Writer {
 
 /// Never reads beyond the end; a short file ends in ok() == false.
 class Reader {
- public:
+public:
   explicit Reader(std::string_view text) : text_(text) {}
   bool bytes(void* data, std::size_t size) {
     if (!ok_ || size > text_.size()) return ok_ = false;
@@ -63,15 +63,15 @@ class Reader {
     if (n % rows != 0) ok_ = false;
     if (!ok_) return;
     if constexpr (Matrix::ColsAtCompileTime == 1)
-      m.resize(static_cast<Eigen::Index>(n));
+      m.resize(n);
     else
-      m.resize(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(n / rows));
+      m.resize(rows, static_cast<Eigen::Index>(n / rows));
     bytes(m.data(), n * sizeof(typename Matrix::Scalar));
   }
   bool ok() const { return ok_; }
   bool at_end() const { return ok_ && text_.empty(); }
 
- private:
+private:
   std::string_view text_;
   bool ok_ = true;
 };
@@ -81,9 +81,9 @@ class Reader {
 std::string cache_name(const std::filesystem::path& cad, const ImportOptions& options) {
   if (cad.extension() == ".gltf" || cad.extension() == ".GLTF") return {};
   const std::string bytes = core::read_file(cad);
-  const std::string key = fmt::format(
-      "{}|{}|{}|{:a}|{:a}|{:a}|{}", core::content_hash(bytes), cad.extension().string(), bytes.size(),
-      options.unit_m, options.element_size_m, options.min_element_size_m, options.elements_per_turn);
+  const std::string key =
+      fmt::format("{}|{}|{}|{:a}|{:a}|{:a}|{}", core::content_hash(bytes), cad.extension().string(), bytes.size(),
+                  options.unit_m, options.element_size_m, options.min_element_size_m, options.elements_per_turn);
   return options.body + "-" + core::content_hash(key + "|" + mesher_version) + ".mesh";
 }
 

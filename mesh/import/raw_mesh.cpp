@@ -27,10 +27,9 @@ void check_tets(const RawMesh& raw, const std::string& body) {
     const auto& nodes = raw.tets[e];
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = 0; j < i; ++j)
-        if (nodes[i] == nodes[j])
-          fail(fmt::format("has node {} twice", raw.node_labels[static_cast<std::size_t>(nodes[i])]));
+        if (nodes[i] == nodes[j]) fail(fmt::format("has node {} twice", raw.node_labels[nodes[i]]));
     std::array<Eigen::Vector3d, 4> p;
-    for (std::size_t i = 0; i < 4; ++i) p[i] = raw.points[static_cast<std::size_t>(nodes[i])];
+    for (std::size_t i = 0; i < 4; ++i) p[i] = raw.points[nodes[i]];
     double longest = 0.0;
     for (std::size_t i = 0; i < 4; ++i)
       for (std::size_t j = 0; j < i; ++j) longest = std::max(longest, (p[i] - p[j]).norm());
@@ -52,21 +51,20 @@ void straighten(const RawMesh& raw, const std::string& body, double unit_m, std:
   std::set<int> moved;
   for (std::size_t e = 0; e < raw.tets.size(); ++e)
     for (std::size_t i = 0; i < 6; ++i) {
-      const auto [low, high] = std::minmax(raw.tets[e][static_cast<std::size_t>(tet_edge[i][0])],
-                                           raw.tets[e][static_cast<std::size_t>(tet_edge[i][1])]);
+      const auto [low, high] = std::minmax(raw.tets[e][tet_edge[i][0]], raw.tets[e][tet_edge[i][1]]);
       const int node = raw.edges[e][i];
-      const auto at = static_cast<std::size_t>(node);
-      const Eigen::Vector3d a = raw.points[static_cast<std::size_t>(low)], b = raw.points[static_cast<std::size_t>(high)];
+      const std::size_t at = node;
+      const Eigen::Vector3d a = raw.points[low], b = raw.points[high];
       const double off = (raw.points[at] - 0.5 * (a + b)).norm(), length = (b - a).norm();
       if (!(off <= largest_bow * length) || middle.emplace(std::pair(low, high), node).first->second != node) {
         std::string place = "body '" + body + "': " + raw.source;
         if (!raw.tet_lines.empty()) place += fmt::format(":{}", raw.tet_lines[e]);
-        throw core::MeshError(place,
-                              fmt::format("element {}: node {} on the edge of nodes {} and {}{}", raw.tet_labels[e],
-                                          raw.node_labels[at], raw.node_labels[static_cast<std::size_t>(low)],
-                                          raw.node_labels[static_cast<std::size_t>(high)],
-                                          off <= largest_bow * length ? " is not that of a neighbour" : " is far from its middle"),
-                              "one node near the middle of each edge, in the order of the format");
+        throw core::MeshError(
+            place,
+            fmt::format("element {}: node {} on the edge of nodes {} and {}{}", raw.tet_labels[e], raw.node_labels[at],
+                        raw.node_labels[low], raw.node_labels[high],
+                        off <= largest_bow * length ? " is not that of a neighbour" : " is far from its middle"),
+            "one node near the middle of each edge, in the order of the format");
       }
       if (off > straight * length) moved.insert(node);
       largest = std::max(largest, off);
@@ -81,8 +79,7 @@ void straighten(const RawMesh& raw, const std::string& body, double unit_m, std:
 
 TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
   if (raw.tets.empty())
-    throw core::MeshError("body '" + options.body + "': " + raw.source, "no tetrahedra",
-                          "a tetrahedral volume mesh");
+    throw core::MeshError("body '" + options.body + "': " + raw.source, "no tetrahedra", "a tetrahedral volume mesh");
   check_tets(raw, options.body);
   TetMesh mesh;
   mesh.solids = raw.solids;
@@ -91,10 +88,10 @@ TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
   if (quadratic) straighten(raw, options.body, options.unit_m, points);
   std::vector<int> renumber(raw.points.size(), -1);
   for (const auto& tet : raw.tets)
-    for (const int node : tet) renumber[static_cast<std::size_t>(node)] = 0;
+    for (const int node : tet) renumber[node] = 0;
   if (quadratic)
     for (const auto& edges : raw.edges)
-      for (const int node : edges) renumber[static_cast<std::size_t>(node)] = 0;
+      for (const int node : edges) renumber[node] = 0;
   int nodes = 0;
   for (int& number : renumber)
     if (number == 0) number = nodes++;
@@ -108,41 +105,32 @@ TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
   mesh.points.resize(3, nodes);
   for (std::size_t i = 0; i < renumber.size(); ++i)
     if (renumber[i] >= 0) mesh.points.col(renumber[i]) = options.unit_m * points[i];
-  mesh.tets.resize(4, static_cast<Eigen::Index>(raw.tets.size()));
+  mesh.tets.resize(4, std::ssize(raw.tets));
   for (std::size_t e = 0; e < raw.tets.size(); ++e)
-    for (int i = 0; i < 4; ++i)
-      mesh.tets(i, static_cast<Eigen::Index>(e)) =
-          renumber[static_cast<std::size_t>(raw.tets[e][static_cast<std::size_t>(i)])];
+    for (int i = 0; i < 4; ++i) mesh.tets(i, e) = renumber[raw.tets[e][i]];
   if (quadratic) {
     mesh.tet_edges.resize(6, mesh.elements());
     for (std::size_t e = 0; e < raw.edges.size(); ++e)
-      for (std::size_t i = 0; i < 6; ++i)
-        mesh.tet_edges(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(e)) =
-            renumber[static_cast<std::size_t>(raw.edges[e][i])];
+      for (std::size_t i = 0; i < 6; ++i) mesh.tet_edges(i, e) = renumber[raw.edges[e][i]];
   }
   check_extent(mesh.points, options.body);
   build_boundary(mesh, options.body);
 
   std::map<std::string, std::set<int>> groups;
   for (const auto& [name, triangles] : raw.face_sets) {
-    Eigen::Matrix3Xi columns(3, static_cast<Eigen::Index>(triangles.size()));
+    Eigen::Matrix3Xi columns(3, std::ssize(triangles));
     for (std::size_t t = 0; t < triangles.size(); ++t)
-      for (int i = 0; i < 3; ++i)
-        columns(i, static_cast<Eigen::Index>(t)) =
-            renumber[static_cast<std::size_t>(triangles[t][static_cast<std::size_t>(i)])];
+      for (int i = 0; i < 3; ++i) columns(i, t) = renumber[triangles[t][i]];
     for (const int face : find_faces(mesh, columns))
       if (face >= 0) groups[name].insert(face);  // interfaces inside the body are no boundary
   }
   for (const auto& [name, set] : raw.node_sets) {
-    std::vector<char> in(static_cast<std::size_t>(nodes), 0);
+    std::vector<char> in(nodes, 0);
     for (const int node : set)
-      if (const int number = renumber[static_cast<std::size_t>(node)]; number >= 0)
-        in[static_cast<std::size_t>(number)] = 1;
+      if (const int number = renumber[node]; number >= 0) in[number] = 1;
     for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) {
       const Eigen::Vector3i corner = mesh.faces.col(f);
-      if (std::all_of(corner.begin(), corner.end(),
-                      [&](int node) { return in[static_cast<std::size_t>(node)] != 0; }))
-        groups[name].insert(f);
+      if (std::all_of(corner.begin(), corner.end(), [&](int node) { return in[node] != 0; })) groups[name].insert(f);
     }
   }
   for (const auto& [name, set] : raw.element_sets) {

@@ -14,18 +14,18 @@
 namespace thermotwin::mesh {
 
 struct RawMesh {
-  std::string source;                                     ///< file, for messages
-  std::vector<Eigen::Vector3d> points;                    ///< units of the file
-  std::vector<long> node_labels;                          ///< the file's numbers of the points
-  std::vector<std::array<int, 4>> tets;                   ///< indices into points
+  std::string source;                    ///< file, for messages
+  std::vector<Eigen::Vector3d> points;   ///< units of the file
+  std::vector<long> node_labels;         ///< the file's numbers of the points
+  std::vector<std::array<int, 4>> tets;  ///< indices into points
   std::vector<long> tet_labels;
-  std::vector<int> tet_lines;                             ///< line in the file; empty: unknown
-  std::vector<std::array<int, 6>> edges;                  ///< edge nodes of the tets, see tet_edge; empty or
-                                                          ///< shorter than tets: some are linear
-  int solids = 0;                                         ///< see TetMesh
+  std::vector<int> tet_lines;             ///< line in the file; empty: unknown
+  std::vector<std::array<int, 6>> edges;  ///< edge nodes of the tets, see tet_edge; empty or
+                                          ///< shorter than tets: some are linear
+  int solids = 0;                         ///< see TetMesh
   std::map<std::string, std::vector<std::array<int, 3>>> face_sets;
-  std::map<std::string, std::vector<int>> node_sets;      ///< faces with all three nodes in it
-  std::map<std::string, std::vector<int>> element_sets;   ///< boundary faces of these elements
+  std::map<std::string, std::vector<int>> node_sets;     ///< faces with all three nodes in it
+  std::map<std::string, std::vector<int>> element_sets;  ///< boundary faces of these elements
 };
 
 /// Quadratic if all tetrahedra are; edge nodes that a file has off the middle are moved there, with

@@ -52,7 +52,7 @@ struct ErrorCatcher {
 
 /// Names of the groups by cell or by point; empty name: no group.
 class GroupNames {
- public:
+public:
   GroupNames(vtkDataSetAttributes* attributes, vtkFieldData* fields) {
     vtkAbstractArray* array = attributes->GetAbstractArray("group");
     texts_ = vtkStringArray::SafeDownCast(array);
@@ -65,12 +65,11 @@ class GroupNames {
     const double value = numbers_->GetComponent(i, 0);
     if (!std::isfinite(value) || value == 0.0 || std::abs(value) > 1e9) return {};
     const auto number = static_cast<long>(std::lround(value));
-    if (names_ != nullptr && number >= 1 && number <= names_->GetNumberOfValues())
-      return names_->GetValue(number - 1);
+    if (names_ != nullptr && number >= 1 && number <= names_->GetNumberOfValues()) return names_->GetValue(number - 1);
     return std::to_string(number);
   }
 
- private:
+private:
   vtkStringArray* texts_ = nullptr;
   vtkDataArray* numbers_ = nullptr;
   vtkStringArray* names_ = nullptr;
@@ -92,8 +91,7 @@ RawMesh read_vtu(const std::filesystem::path& path) {
   reader->Update();
   vtkUnstructuredGrid* grid = reader->GetOutput();
   if (!errors.message.empty() || grid == nullptr)
-    throw core::MeshError(path.string(), "unreadable (" + errors.message.substr(0, 200) + ")",
-                          "a complete .vtu file");
+    throw core::MeshError(path.string(), "unreadable (" + errors.message.substr(0, 200) + ")", "a complete .vtu file");
 
   RawMesh raw;
   raw.source = path.string();
@@ -118,20 +116,18 @@ RawMesh read_vtu(const std::filesystem::path& path) {
     };
     const std::string group = by_cell(c);
     if (type == VTK_TETRA || type == VTK_QUADRATIC_TETRA) {
-      if (!group.empty()) raw.element_sets[group].push_back(static_cast<int>(raw.tets.size()));
+      if (!group.empty()) raw.element_sets[group].push_back(raw.tets.size());
       raw.tets.push_back({node(0), node(1), node(2), node(3)});
       raw.tet_labels.push_back(c);
       if (type == VTK_QUADRATIC_TETRA) raw.edges.push_back({node(4), node(5), node(6), node(7), node(8), node(9)});
     } else if (type == VTK_TRIANGLE || type == VTK_QUADRATIC_TRIANGLE) {
       if (!group.empty()) raw.face_sets[group].push_back({node(0), node(1), node(2)});
     } else if (grid->GetCell(c)->GetCellDimension() == 3) {
-      throw core::MeshError(path.string(), fmt::format("cell {} is of VTK type {}", c, type),
-                            "tetrahedra (10, 24)");
+      throw core::MeshError(path.string(), fmt::format("cell {} is of VTK type {}", c, type), "tetrahedra (10, 24)");
     }
   }
   for (vtkIdType i = 0; i < grid->GetNumberOfPoints(); ++i)
-    if (const std::string group = by_point(i); !group.empty())
-      raw.node_sets[group].push_back(static_cast<int>(i));
+    if (const std::string group = by_point(i); !group.empty()) raw.node_sets[group].push_back(i);
   return raw;
 }
 
@@ -160,7 +156,7 @@ void write_vtu(const std::filesystem::path& path, const TetMesh& mesh) {
       const FaceNodes nodes = face_nodes(mesh, face);
       const Eigen::Matrix<vtkIdType, Eigen::Dynamic, 1> ids = nodes.cast<vtkIdType>();
       grid->InsertNextCell(ids.size() == 6 ? VTK_QUADRATIC_TRIANGLE : VTK_TRIANGLE, ids.size(), ids.data());
-      group->InsertNextValue(static_cast<int>(names->GetNumberOfValues()));
+      group->InsertNextValue(names->GetNumberOfValues());
     }
   }
   grid->GetCellData()->AddArray(group);

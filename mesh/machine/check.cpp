@@ -24,8 +24,7 @@ std::vector<std::string> channels(const Machine& machine) {
   std::vector<std::string> names = {"spindle.speed_rpm", "cutting_fluid.on", "machine.on"};
   for (const Axis& axis : machine.axes) {
     const std::string unit = axis.kind == AxisKind::linear ? "mm" : "deg";
-    for (const std::string& quantity :
-         {"position_" + unit, "feed_" + unit + "_min", "low_" + unit, "high_" + unit})
+    for (const std::string& quantity : {"position_" + unit, "feed_" + unit + "_min", "low_" + unit, "high_" + unit})
       names.push_back("axis." + axis.id + "." + quantity);
     if (machine.has_clamp(axis.id)) names.push_back("axis." + axis.id + ".clamp.on");
   }
@@ -47,17 +46,14 @@ std::vector<std::string> channels(const Machine& machine) {
 /// Axes on the way from the body down to the ground.
 std::set<std::string> axes_below(const Machine& machine, int body) {
   std::set<std::string> axes;
-  for (; body >= 0; body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent))
-    if (const std::string& axis = machine.bodies[static_cast<std::size_t>(body)].axis; !axis.empty())
-      axes.insert(axis);
+  for (; body >= 0; body = machine.body_index(machine.bodies[body].parent))
+    if (const std::string& axis = machine.bodies[body].axis; !axis.empty()) axes.insert(axis);
   return axes;
 }
 
 /// Axes that move one body against the other.
-std::vector<std::string> axes_between(const Machine& machine, const std::string& one,
-                                      const std::string& other) {
-  const auto a = axes_below(machine, machine.body_index(one)),
-             b = axes_below(machine, machine.body_index(other));
+std::vector<std::string> axes_between(const Machine& machine, const std::string& one, const std::string& other) {
+  const auto a = axes_below(machine, machine.body_index(one)), b = axes_below(machine, machine.body_index(other));
   std::vector<std::string> between;
   std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(between));
   return between;
@@ -68,7 +64,7 @@ void check_tree(const Draft& draft) {
   for (const BodySpec& body : machine.bodies) {
     std::vector<std::string> chain = {body.id};
     for (const BodySpec* at = &body; !at->parent.empty();) {
-      at = &machine.bodies[static_cast<std::size_t>(machine.body_index(at->parent))];
+      at = &machine.bodies[machine.body_index(at->parent)];
       chain.push_back(at->id);
       if (at->id == body.id)
         throw InputError(draft.place("body", body.id),
@@ -78,12 +74,10 @@ void check_tree(const Draft& draft) {
     }
     if (chain.size() > machine.bodies.size()) continue;
     std::set<std::string> seen;
-    for (int at = machine.body_index(body.id); at >= 0;
-         at = machine.body_index(machine.bodies[static_cast<std::size_t>(at)].parent)) {
-      const std::string& axis = machine.bodies[static_cast<std::size_t>(at)].axis;
+    for (int at = machine.body_index(body.id); at >= 0; at = machine.body_index(machine.bodies[at].parent)) {
+      const std::string& axis = machine.bodies[at].axis;
       if (!axis.empty() && !seen.insert(axis).second)
-        throw InputError(draft.place("body", body.id),
-                         "axis '" + axis + "' twice between the body and the ground",
+        throw InputError(draft.place("body", body.id), "axis '" + axis + "' twice between the body and the ground",
                          "each axis at most once in a chain: " + core::join(chain, " > "));
     }
   }
@@ -93,25 +87,23 @@ void check_tree(const Draft& draft) {
       core::warn(draft.place("axis", axis.id) + ": axis '" + axis.id + "' moves no body");
 }
 
-void check_motion(const Draft& draft, const std::string& place, const std::string& axis,
-                  const std::string& one, const std::string& other) {
+void check_motion(const Draft& draft, const std::string& place, const std::string& axis, const std::string& one,
+                  const std::string& other) {
   const std::vector<std::string> between = axes_between(draft.machine, one, other);
-  const std::vector<std::string> expected =
-      axis.empty() ? std::vector<std::string>{} : std::vector<std::string>{axis};
+  const std::vector<std::string> expected = axis.empty() ? std::vector<std::string>{} : std::vector<std::string>{axis};
   if (between != expected)
     throw InputError(
         place, axis.empty() ? std::string("no axis") : "axis '" + axis + "'",
         fmt::format("what moves '{}' against '{}' by the chain of parents: {}", one, other,
                     between.empty() ? "no axis" : core::join(between)) +
-            (between.size() > 1 ? " (more than one axis between two surfaces in contact is not possible)"
-                                : ""));
+            (between.size() > 1 ? " (more than one axis between two surfaces in contact is not possible)" : ""));
 }
 
 void check_joints(const Draft& draft) {
   const Machine& machine = draft.machine;
   const auto body_of = [&](const std::string& surface) -> const BodySpec& {
-    const auto& id = machine.surfaces[static_cast<std::size_t>(machine.surface_index(surface))].body;
-    return machine.bodies[static_cast<std::size_t>(machine.body_index(id))];
+    const auto& id = machine.surfaces[machine.surface_index(surface)].body;
+    return machine.bodies[machine.body_index(id)];
   };
   for (const JointSpec& joint : machine.joints) {
     const std::string& place = draft.place("joint", joint.id);
@@ -119,8 +111,7 @@ void check_joints(const Draft& draft) {
     if (!joint.master.empty()) {
       sides.push_back(&body_of(joint.master));
       if (sides[0] == sides[1])
-        throw InputError(place, "slave and master on the same body '" + sides[0]->id + "'",
-                         "surfaces of two bodies");
+        throw InputError(place, "slave and master on the same body '" + sides[0]->id + "'", "surfaces of two bodies");
       check_motion(draft, place + " axis", joint.axis, sides[0]->id, sides[1]->id);
     }
     if (joint.stiffness_normal.value > 0.0 || joint.stiffness_tangential.value > 0.0)
@@ -132,7 +123,7 @@ void check_joints(const Draft& draft) {
   for (std::size_t i = 0; i < machine.scales.size(); ++i) {
     const ScaleSpec& scale = machine.scales[i];
     const std::string& place = draft.places.at("scale " + std::to_string(i));
-    if (machine.axes[static_cast<std::size_t>(machine.axis_index(scale.axis))].kind != AxisKind::linear)
+    if (machine.axes[machine.axis_index(scale.axis)].kind != AxisKind::linear)
       throw InputError(place, "rotary axis '" + scale.axis + "'", "a linear axis");
     check_motion(draft, place + " axis", scale.axis, scale.head_body, scale.carrier);
     for (std::size_t j = 0; j < i; ++j)
@@ -146,9 +137,10 @@ void check_screws(const Draft& draft) {
   for (std::size_t i = 0; i < machine.screws.size(); ++i) {
     const ScrewSpec& screw = machine.screws[i];
     const std::string& place = draft.places.at("screw " + std::to_string(i));
-    const BodySpec& body = machine.bodies[static_cast<std::size_t>(machine.body_index(screw.body))];
-    const Axis& axis = machine.axes[static_cast<std::size_t>(machine.axis_index(screw.axis))];
-    if (axis.kind != AxisKind::linear) throw InputError(place + " axis", "rotary axis '" + screw.axis + "'", "a linear axis");
+    const BodySpec& body = machine.bodies[machine.body_index(screw.body)];
+    const Axis& axis = machine.axes[machine.axis_index(screw.axis)];
+    if (axis.kind != AxisKind::linear)
+      throw InputError(place + " axis", "rotary axis '" + screw.axis + "'", "a linear axis");
     if (body.elastic)
       throw InputError(place + " body", "body '" + body.id + "' with elastic = true",
                        "elastic = false: the screw's expansion enters by itself");
@@ -156,8 +148,9 @@ void check_screws(const Draft& draft) {
       throw InputError(place + " body", "body '" + body.id + "' without a parent, or with an axis of its own",
                        "a screw that is fixed to the parent that carries its bearings");
     for (const std::string& side : {screw.carrier, screw.nut_body})
-      if (!machine.bodies[static_cast<std::size_t>(machine.body_index(side))].elastic)
-        throw InputError(place, "body '" + side + "' with elastic = false", "elastic bodies at the bearings and at the nut");
+      if (!machine.bodies[machine.body_index(side)].elastic)
+        throw InputError(place, "body '" + side + "' with elastic = false",
+                         "elastic bodies at the bearings and at the nut");
     check_motion(draft, place + " axis", screw.axis, screw.nut_body, screw.carrier);
   }
 }
@@ -166,7 +159,7 @@ void check_surfaces(const Draft& draft) {
   const Machine& machine = draft.machine;
   for (const SurfaceSpec& surface : machine.surfaces) {
     for (const std::string& id : surface.except)
-      if (machine.surfaces[static_cast<std::size_t>(machine.surface_index(id))].body != surface.body)
+      if (machine.surfaces[machine.surface_index(id)].body != surface.body)
         throw InputError(surface.place + " except", "surface '" + id + "' of another body",
                          "surfaces of body '" + surface.body + "'");
     // Walk the exceptions of the exceptions: one that comes back has no meaning.
@@ -176,17 +169,15 @@ void check_surfaces(const Draft& draft) {
       const std::string id = open.back();
       open.pop_back();
       if (id == surface.id)
-        throw InputError(surface.place + " except",
-                         "surface '" + surface.id + "' leaves out itself in the end",
+        throw InputError(surface.place + " except", "surface '" + surface.id + "' leaves out itself in the end",
                          "exceptions without a circle");
       if (!seen.insert(id).second) continue;
-      const auto& next = machine.surfaces[static_cast<std::size_t>(machine.surface_index(id))].except;
+      const auto& next = machine.surfaces[machine.surface_index(id)].except;
       open.insert(open.end(), next.begin(), next.end());
     }
   }
   const auto on_body = [&](const std::string& key, const std::string& surface, const std::string& body) {
-    const std::string& found =
-        machine.surfaces[static_cast<std::size_t>(machine.surface_index(surface))].body;
+    const std::string& found = machine.surfaces[machine.surface_index(surface)].body;
     if (found != body)
       throw InputError(draft.places.at("tcp " + key), "surface '" + surface + "' of body '" + found + "'",
                        "a surface of body '" + body + "'");
@@ -221,8 +212,7 @@ void check_references(const Draft& draft) {
     const std::vector<std::string>& ids = known[reference.kind];
     if (std::find(ids.begin(), ids.end(), reference.id) != ids.end()) continue;
     // Any drive's power may be an input: the drive need not have a source of its own.
-    if (reference.kind == "channel" && reference.id.size() > 8 && reference.id.ends_with(".power_W"))
-      continue;
+    if (reference.kind == "channel" && reference.id.size() > 8 && reference.id.ends_with(".power_W")) continue;
     if (ids.empty())
       throw InputError(reference.place, "unknown " + reference.kind + " '" + reference.id + "'",
                        "an id of the file, which has no " + reference.kind + " yet");
@@ -235,7 +225,8 @@ void check_volumes(const Draft& draft) {
   // Both have the channel "<id>.T_C".
   for (const VolumeSpec& volume : draft.machine.volumes)
     if (draft.machine.ambient_index(volume.id) >= 0)
-      throw InputError(draft.place("volume", volume.id) + " id", "'" + volume.id + "', the id of an ambient", "an id of its own: both have a channel T_C");
+      throw InputError(draft.place("volume", volume.id) + " id", "'" + volume.id + "', the id of an ambient",
+                       "an id of its own: both have a channel T_C");
 }
 
 /// A density in g/cm3.
@@ -243,8 +234,9 @@ void check_materials(const Draft& draft) {
   constexpr double lightest = 30.0;  // kg/m^3; foams are the lightest solids
   for (const Material& material : draft.machine.materials)
     if (material.density < lightest)
-      core::warn(fmt::format("{} density_kg_m3: {} is lighter than any foam; {} g/cm3 are {} kg/m3", draft.place("material", material.id), material.density,
-                             material.density, 1e3 * material.density));
+      core::warn(fmt::format("{} density_kg_m3: {} is lighter than any foam; {} g/cm3 are {} kg/m3",
+                             draft.place("material", material.id), material.density, material.density,
+                             1e3 * material.density));
 }
 
 void check_machine(const Draft& draft) {

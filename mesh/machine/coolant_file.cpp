@@ -39,7 +39,8 @@ VolumeSpec read_volume(const Node& node, Draft& draft) {
     exchange.conductance = part.uncertain("conductance_W_K", {0.0, 1e9});
     exchange.state = part.text_or("state", "");
     if (!exchange.state.empty()) draft.references.push_back({"state channel", exchange.state, part.place("state")});
-    if (exchange.with == volume.id) throw InputError(part.place("with"), "the volume itself", "an ambient, or another volume");
+    if (exchange.with == volume.id)
+      throw InputError(part.place("with"), "the volume itself", "an ambient, or another volume");
     part.finish();
     volume.exchanges.push_back(std::move(exchange));
   }
@@ -50,7 +51,9 @@ VolumeSpec read_volume(const Node& node, Draft& draft) {
 void read_control(const Node& node, CoolantSpec& coolant) {
   coolant.controls_return = node.choice_or("controls", "outlet", {"outlet", "return"}) == "return";
   const std::string control = node.choice_or("control", "lag", {"lag", "two_point", "pi"});
-  coolant.control = control == "pi" ? ChillerControl::pi : control == "two_point" ? ChillerControl::two_point : ChillerControl::lag;
+  coolant.control = control == "pi"          ? ChillerControl::pi
+                    : control == "two_point" ? ChillerControl::two_point
+                                             : ChillerControl::lag;
   if (coolant.control == ChillerControl::lag && coolant.controls_return)
     throw InputError(node.place("controls"), "\"return\" with control = \"lag\"", "control = \"two_point\" or \"pi\"");
   if (coolant.control == ChillerControl::two_point) {
@@ -58,8 +61,9 @@ void read_control(const Node& node, CoolantSpec& coolant) {
     // An outlet that heads for a place inside the band would never switch.
     const core::Range beyond{coolant.controls_return ? 1e-3 : 0.5001 * coolant.band, 1e3};
     coolant.pull_down = node.number_or("pull_down_K", std::max(coolant.pull_down, coolant.band), beyond);
-    coolant.drift_up = coolant.controls_return ? node.number_or("drift_up_K", 0.0, {0.0, 1e3})
-                                               : node.number_or("drift_up_K", std::max(coolant.drift_up, coolant.band), beyond);
+    coolant.drift_up = coolant.controls_return
+                           ? node.number_or("drift_up_K", 0.0, {0.0, 1e3})
+                           : node.number_or("drift_up_K", std::max(coolant.drift_up, coolant.band), beyond);
   } else {
     for (const char* key : {"band_K", "pull_down_K", "drift_up_K"}) refuse(node, key, "control = \"two_point\"");
   }
@@ -72,7 +76,8 @@ void read_control(const Node& node, CoolantSpec& coolant) {
   }
 }
 
-CoolantSegment read_segment(const Node& part, const CoolantSpec& coolant, std::vector<std::string>& seen, Draft& draft) {
+CoolantSegment read_segment(const Node& part, const CoolantSpec& coolant, std::vector<std::string>& seen,
+                            Draft& draft) {
   CoolantSegment segment;
   segment.id = part.text("id");
   core::require_unique_id(segment.id, part.place("id"), seen);
@@ -92,7 +97,8 @@ CoolantSegment read_segment(const Node& part, const CoolantSpec& coolant, std::v
     for (Eigen::Index i = 0; i < points.rows(); ++i) segment.path.push_back(points.row(i).transpose() * millimetre);
     double length = 0.0;
     for (std::size_t i = 1; i < segment.path.size(); ++i) length += (segment.path[i] - segment.path[i - 1]).norm();
-    if (!(length > 1e-6)) throw InputError(part.place("path_mm"), "a path of no length", "two or more points along the flow");
+    if (!(length > 1e-6))
+      throw InputError(part.place("path_mm"), "a path of no length", "two or more points along the flow");
   }
   part.finish();
   return segment;
@@ -107,7 +113,8 @@ CoolantSpec read_coolant(const Node& node, Draft& draft) {
   coolant.guide_sensor = draft.refer_or_empty(node, "guide_sensor", "sensor");
   if (coolant.guide_sensor.empty()) {
     coolant.guide_ambient = node.text_or("guide_ambient", coolant.guide_ambient);
-    draft.references.push_back({"ambient", coolant.guide_ambient, node.has("guide_ambient") ? node.place("guide_ambient") : node.place()});
+    draft.references.push_back(
+        {"ambient", coolant.guide_ambient, node.has("guide_ambient") ? node.place("guide_ambient") : node.place()});
   } else {
     refuse(node, "guide_ambient", "either guide_sensor or guide_ambient");
   }

@@ -34,8 +34,8 @@ std::string lower(std::string text) {
 }
 
 std::filesystem::path read_cad_path(const Node& node, const Draft& draft, bool must_exist) {
-  static const std::vector<std::string> known = {".step", ".stp",  ".iges", ".igs", ".brep", ".stl", ".obj", ".ply",
-                                                 ".3mf",  ".gltf", ".glb",  ".msh", ".vtu", ".inp"};
+  static const std::vector<std::string> known = {".step", ".stp", ".iges", ".igs", ".brep", ".stl", ".obj",
+                                                 ".ply",  ".3mf", ".gltf", ".glb", ".msh",  ".vtu", ".inp"};
   const std::string written = node.text("cad");
   const std::filesystem::path folder = std::filesystem::absolute(draft.machine.path).parent_path();
   const std::filesystem::path path = (folder / written).lexically_normal();
@@ -86,10 +86,10 @@ Axis read_axis(const Node& node, Draft& draft) {
   } else {
     const std::vector<double> travel = node.numbers(travel_key);
     if (travel.size() != 2 || !(travel[0] < travel[1]))
-      throw InputError(node.place(travel_key),
-                       travel.size() == 2 ? fmt::format("[{}, {}]", travel[0], travel[1])
-                                          : fmt::format("{} numbers", travel.size()),
-                       "two numbers, low < high");
+      throw InputError(
+          node.place(travel_key),
+          travel.size() == 2 ? fmt::format("[{}, {}]", travel[0], travel[1]) : fmt::format("{} numbers", travel.size()),
+          "two numbers, low < high");
     axis.low = travel[0] * unit;
     axis.high = travel[1] * unit;
   }
@@ -112,7 +112,8 @@ SensorSpec read_sensor(const Node& node, Draft& draft) {
     sensor.body = draft.refer(node, "body", "body");
     sensor.point = point_mm(node, "point_mm");
   } else {
-    for (const char* key : {"body", "point_mm"}) refuse(node, key, "a sensor is at a point of a body, in a volume, or in a coolant's return");
+    for (const char* key : {"body", "point_mm"})
+      refuse(node, key, "a sensor is at a point of a body, in a volume, or in a coolant's return");
     if (!sensor.volume.empty()) refuse(node, "return_of", "either volume or return_of");
   }
   sensor.offset = node.number_or("offset_K", 0.0, {-100.0, 100.0});
@@ -161,8 +162,7 @@ ReadingSpec read_reading(const Node& node, Draft& draft) {
 void read_structure(const Node& root, Draft& draft, bool files_must_exist) {
   Machine& machine = draft.machine;
   for (const Node& node : root.tables("material")) machine.materials.push_back(read_material(node, draft));
-  for (const Node& node : root.tables("body"))
-    machine.bodies.push_back(read_body(node, draft, files_must_exist));
+  for (const Node& node : root.tables("body")) machine.bodies.push_back(read_body(node, draft, files_must_exist));
   for (const Node& node : root.tables("axis")) machine.axes.push_back(read_axis(node, draft));
   for (const Node& node : root.tables("surface")) machine.surfaces.push_back(read_surface_spec(node, draft));
   for (const Node& node : root.tables("joint")) machine.joints.push_back(read_joint(node, draft));
@@ -191,11 +191,9 @@ void read_workspace(const Node& root, Draft& draft) {
         throw InputError(node->place(key), fmt::format("{} after {}", positions[i], positions[i - 1]),
                          "rising positions");
       const double slack = 1e-9;
-      if (!axis.endless &&
-          (positions[i] * unit < axis.low - slack || positions[i] * unit > axis.high + slack))
-        throw InputError(
-            node->place(key), fmt::format("{}", positions[i]),
-            fmt::format("the travel of axis {}: {} .. {}", axis.id, axis.low / unit, axis.high / unit));
+      if (!axis.endless && (positions[i] * unit < axis.low - slack || positions[i] * unit > axis.high + slack))
+        throw InputError(node->place(key), fmt::format("{}", positions[i]),
+                         fmt::format("the travel of axis {}: {} .. {}", axis.id, axis.low / unit, axis.high / unit));
     }
     for (double& position : positions) position *= unit;
     (linear ? workspace.axes : workspace.table_axes).push_back(axis.id);
@@ -223,9 +221,13 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   machine.reference_C = root.number_or("reference_C", 20.0, {-50.0, 100.0});
   if (root.has("plausible_C")) {
     const std::vector<double> range = root.numbers("plausible_C");
-    if (range.size() != 2 || !(range[0] >= -273.15 && range[0] < machine.reference_C && machine.reference_C < range[1] && range[1] <= 2000.0))
-      throw InputError(root.place("plausible_C"), range.size() == 2 ? fmt::format("[{}, {}]", range[0], range[1]) : fmt::format("{} numbers", range.size()),
-                       fmt::format("two temperatures from -273.15 to 2000 degC, one on each side of reference_C = {}", machine.reference_C));
+    if (range.size() != 2 || !(range[0] >= -273.15 && range[0] < machine.reference_C &&
+                               machine.reference_C < range[1] && range[1] <= 2000.0))
+      throw InputError(
+          root.place("plausible_C"),
+          range.size() == 2 ? fmt::format("[{}, {}]", range[0], range[1]) : fmt::format("{} numbers", range.size()),
+          fmt::format("two temperatures from -273.15 to 2000 degC, one on each side of reference_C = {}",
+                      machine.reference_C));
     machine.plausible_low_C = range[0];
     machine.plausible_high_C = range[1];
   }
@@ -250,12 +252,8 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
 
 }  // namespace
 
-Machine read_machine(const std::filesystem::path& path) {
-  return read(core::read_file(path), path, true);
-}
+Machine read_machine(const std::filesystem::path& path) { return read(core::read_file(path), path, true); }
 
-Machine parse_machine(const std::string& text, const std::filesystem::path& path) {
-  return read(text, path, false);
-}
+Machine parse_machine(const std::string& text, const std::filesystem::path& path) { return read(text, path, false); }
 
 }  // namespace thermotwin::mesh

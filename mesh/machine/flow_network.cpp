@@ -30,7 +30,7 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
     double inflow = first.after.empty() ? 1.0 : 0.0;
     for (const std::string& id : first.after) {
       parents.push_back(index_of(id, s));
-      const auto parent = static_cast<std::size_t>(parents.back());
+      const std::size_t parent = parents.back();
       if (taken[parent])
         throw InputError(place + " segment " + first.id + " after", "'" + id + "', whose flow goes elsewhere already",
                          "branches after the same segments name the same list");
@@ -44,8 +44,10 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
     for (std::size_t b = s; b < count; ++b) {
       if (done[b] || coolant.segments[b].after != first.after) continue;
       branches.push_back(b);
-      if (std::isnan(coolant.segments[b].share)) ++open;
-      else given += coolant.segments[b].share;
+      if (std::isnan(coolant.segments[b].share))
+        ++open;
+      else
+        given += coolant.segments[b].share;
     }
     if (given > inflow + slack || (open == 0 && given < inflow - slack) || (open > 0 && given > inflow - slack))
       throw InputError(place + " segment " + first.id + " share",
@@ -55,15 +57,15 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
       const double share = coolant.segments[b].share;
       network.share[b] = std::isnan(share) ? (inflow - given) / static_cast<double>(open) : share;
       if (!(network.share[b] > 0.0))
-        throw InputError(place + " segment " + coolant.segments[b].id + " share", fmt::format("{}", share), "a number > 0");
-      for (const int parent : parents)
-        network.inflow[b].emplace_back(parent, network.share[static_cast<std::size_t>(parent)] / inflow);
+        throw InputError(place + " segment " + coolant.segments[b].id + " share", fmt::format("{}", share),
+                         "a number > 0");
+      for (const int parent : parents) network.inflow[b].emplace_back(parent, network.share[parent] / inflow);
       if (parents.empty()) network.inflow[b].emplace_back(-1, 1.0);
       done[b] = 1;
     }
   }
   for (std::size_t s = 0; s < count; ++s)
-    if (!taken[s]) network.to_return.emplace_back(static_cast<int>(s), network.share[s]);
+    if (!taken[s]) network.to_return.emplace_back(s, network.share[s]);
   return network;
 }
 

@@ -13,9 +13,10 @@ namespace thermotwin::mesh {
 /// Shares of the circuit's flow: a segment without a share of its own gets what flows into it, in
 /// equal parts with the others after the same segments.
 struct FlowNetwork {
-  std::vector<double> share;               ///< (segments)
-  std::vector<std::vector<std::pair<int, double>>> inflow;  ///< (segments) upstream segment (-1: chiller), share of the inflow
-  std::vector<std::pair<int, double>> to_return;            ///< segments that end in the return, share of it
+  std::vector<double> share;  ///< (segments)
+  std::vector<std::vector<std::pair<int, double>>>
+      inflow;                                     ///< (segments) upstream segment (-1: chiller), share of the inflow
+  std::vector<std::pair<int, double>> to_return;  ///< segments that end in the return, share of it
 };
 
 /// @throws InputError (place) for shares that do not balance, a circle, an unknown segment

@@ -22,8 +22,7 @@ void require_together(const Node& node, const std::vector<std::string>& keys) {
   for (const std::string& given : keys)
     for (const std::string& other : keys)
       if (node.has(given) && !node.has(other))
-        throw InputError(node.place(given), "'" + given + "' without '" + other + "'",
-                         core::join(keys) + " together");
+        throw InputError(node.place(given), "'" + given + "' without '" + other + "'", core::join(keys) + " together");
 }
 
 Rule read_rule(const Node& node) {
@@ -46,8 +45,7 @@ Rule read_rule(const Node& node) {
     rule.box_min = point_mm(node, "box_min_mm");
     rule.box_max = point_mm(node, "box_max_mm");
     if (!(rule.box_min->array() <= rule.box_max->array()).all())
-      throw InputError(node.place("box_min_mm"), "a corner above box_max_mm",
-                       "box_min_mm <= box_max_mm in x, y and z");
+      throw InputError(node.place("box_min_mm"), "a corner above box_max_mm", "box_min_mm <= box_max_mm in x, y and z");
   }
   if (node.has("normal")) {
     rule.normal = unit_vector(node, "normal");
@@ -83,8 +81,7 @@ SurfaceSpec read_surface_spec(const Node& node, Draft& draft) {
   if (const auto rule = node.table_if("rule")) surface.any_of.push_back(read_rule(*rule));
   for (const Node& rule : node.tables("rules")) surface.any_of.push_back(read_rule(rule));
   surface.except = node.texts_or_empty("except");
-  for (const std::string& id : surface.except)
-    draft.references.push_back({"surface", id, node.place("except")});
+  for (const std::string& id : surface.except) draft.references.push_back({"surface", id, node.place("except")});
   node.finish();
   return surface;
 }
@@ -106,10 +103,8 @@ JointSpec read_joint(const Node& node, Draft& draft) {
   }
   joint.conductance = node.uncertain("conductance_W_m2K", {0.0, 1e9});
   joint.law = read_contact_law(node, joint.axis);
-  joint.stiffness_normal =
-      scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), per_mm3);
-  joint.stiffness_tangential =
-      scaled(node.uncertain_or("stiffness_tangential_N_mm3", {}, core::non_negative), per_mm3);
+  joint.stiffness_normal = scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), per_mm3);
+  joint.stiffness_tangential = scaled(node.uncertain_or("stiffness_tangential_N_mm3", {}, core::non_negative), per_mm3);
   joint.reach = node.number_or("reach_mm", 5.0, core::positive) * millimetre;
   if (node.has("divide")) joint.divide = read_divide(node);
   joint.sectors = node.integer_or("sectors", 0, 0, 1000);

@@ -4,6 +4,7 @@
 #include "mesh/machine/kinematics.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <charconv>
@@ -20,9 +21,7 @@ using core::InputError;
 namespace {
 
 /// Length of the unit in which people write positions of this axis: mm or deg.
-double unit(const Axis& axis) {
-  return axis.kind == AxisKind::linear ? 1e-3 : std::numbers::pi / 180.0;
-}
+double unit(const Axis& axis) { return axis.kind == AxisKind::linear ? 1e-3 : std::numbers::pi / 180.0; }
 
 double wrapped(double angle) {
   const double turn = 2.0 * std::numbers::pi;
@@ -42,16 +41,14 @@ Eigen::Isometry3d body_transform(const Machine& machine, int body, const Pose& p
   Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
   // All frames coincide at home, so each axis acts in the home coordinates of what carries it.
   while (body >= 0) {
-    const BodySpec& spec = machine.bodies[static_cast<std::size_t>(body)];
+    const BodySpec& spec = machine.bodies[body];
     if (const int a = spec.axis.empty() ? -1 : machine.axis_index(spec.axis); a >= 0) {
-      const Axis& axis = machine.axes[static_cast<std::size_t>(a)];
+      const Axis& axis = machine.axes[a];
       Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
       if (axis.kind == AxisKind::linear)
         motion.translate(pose[a] * axis.direction);
       else
-        motion.translate(axis.origin)
-            .rotate(Eigen::AngleAxisd(pose[a], axis.direction))
-            .translate(-axis.origin);
+        motion.translate(axis.origin).rotate(Eigen::AngleAxisd(pose[a], axis.direction)).translate(-axis.origin);
       result = motion * result;
     }
     body = spec.parent.empty() ? -1 : machine.body_index(spec.parent);
@@ -60,9 +57,9 @@ Eigen::Isometry3d body_transform(const Machine& machine, int body, const Pose& p
 }
 
 Pose home_pose(const Machine& machine) {
-  Pose pose(static_cast<Eigen::Index>(machine.axes.size()));
+  Pose pose(std::ssize(machine.axes));
   for (std::size_t i = 0; i < machine.axes.size(); ++i)
-    pose[static_cast<Eigen::Index>(i)] = std::clamp(0.0, machine.axes[i].low, machine.axes[i].high);
+    pose[i] = std::clamp(0.0, machine.axes[i].low, machine.axes[i].high);
   return pose;
 }
 
@@ -96,9 +93,8 @@ Pose parse_pose(const Machine& machine, const std::string& text, const std::stri
     const int index = machine.axis_index(name);
     if (equals == std::string_view::npos || index < 0)
       throw InputError(place, "'" + std::string(part) + "'",
-                       known.empty()
-                           ? "an empty pose: the machine has no axes"
-                           : "axis=position in mm or deg, separated by commas; axes: " + core::join(known));
+                       known.empty() ? "an empty pose: the machine has no axes"
+                                     : "axis=position in mm or deg, separated by commas; axes: " + core::join(known));
     if (std::find(seen.begin(), seen.end(), name) != seen.end())
       throw InputError(place, "axis " + name + " twice", "each axis once");
     seen.push_back(name);
@@ -107,19 +103,16 @@ Pose parse_pose(const Machine& machine, const std::string& text, const std::stri
     double value = 0.0;
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
     if (error != std::errc() || end != number.data() + number.size() || !std::isfinite(value))
-      throw InputError(
-          place, "'" + std::string(part) + "'",
-          "a number in " + std::string(machine.axes[static_cast<std::size_t>(index)].kind == AxisKind::linear
-                                           ? "mm"
-                                           : "deg"));
-    const Axis& axis = machine.axes[static_cast<std::size_t>(index)];
+      throw InputError(place, "'" + std::string(part) + "'",
+                       "a number in " + std::string(machine.axes[index].kind == AxisKind::linear ? "mm" : "deg"));
+    const Axis& axis = machine.axes[index];
     double position = value * unit(axis);
     if (axis.endless) {
       position = wrapped(position);
     } else if (position < axis.low - 1e-9 || position > axis.high + 1e-9) {
-      throw InputError(place, "'" + std::string(part) + "'",
-                       fmt::format("the travel of axis {}: {:.6g} .. {:.6g}", name, axis.low / unit(axis),
-                                   axis.high / unit(axis)));
+      throw InputError(
+          place, "'" + std::string(part) + "'",
+          fmt::format("the travel of axis {}: {:.6g} .. {:.6g}", name, axis.low / unit(axis), axis.high / unit(axis)));
     }
     pose[index] = position;
   }
@@ -130,7 +123,7 @@ std::string format_pose(const Machine& machine, const Pose& pose) {
   const Eigen::VectorXd values = pose_values(machine, pose);
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
-    const double value = values[static_cast<Eigen::Index>(i)];
+    const double value = values[i];
     parts.push_back(fmt::format("{}={:.7g}", machine.axes[i].id, std::abs(value) < 1e-9 ? 0.0 : value));
   }
   return core::join(parts, ",");
@@ -138,15 +131,13 @@ std::string format_pose(const Machine& machine, const Pose& pose) {
 
 std::vector<std::string> pose_columns(const Machine& machine) {
   std::vector<std::string> names;
-  for (const Axis& axis : machine.axes)
-    names.push_back(axis.id + (axis.kind == AxisKind::linear ? "_mm" : "_deg"));
+  for (const Axis& axis : machine.axes) names.push_back(axis.id + (axis.kind == AxisKind::linear ? "_mm" : "_deg"));
   return names;
 }
 
 Eigen::VectorXd pose_values(const Machine& machine, const Pose& pose) {
   Eigen::VectorXd values = pose;
-  for (std::size_t i = 0; i < machine.axes.size(); ++i)
-    values[static_cast<Eigen::Index>(i)] /= unit(machine.axes[i]);
+  for (std::size_t i = 0; i < machine.axes.size(); ++i) values[i] /= unit(machine.axes[i]);
   return values;
 }
 

@@ -10,7 +10,7 @@ double Curve::operator()(double x) const {
   if (at.empty()) return 1.0;
   if (x <= at.front()) return value.front();
   if (x >= at.back()) return value.back();
-  const auto right = static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), x) - at.begin());
+  const std::size_t right = std::upper_bound(at.begin(), at.end(), x) - at.begin();
   const double s = (x - at[right - 1]) / (at[right] - at[right - 1]);
   return value[right - 1] + s * (value[right] - value[right - 1]);
 }

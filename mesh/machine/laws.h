@@ -12,7 +12,7 @@ namespace thermotwin::mesh {
 
 /// Linear between its points, constant beyond them. Empty: 1 everywhere.
 struct Curve {
-  std::vector<double> at, value;    ///< at rises
+  std::vector<double> at, value;  ///< at rises
   double operator()(double x) const;
 };
 
@@ -20,24 +20,24 @@ struct Curve {
 inline double copper_factor(double winding_C) { return (235.0 + winding_C) / 255.0; }
 
 struct BearingLoss {
-  double f0 = 0, f1 = 0;            ///< of the bearing's type and lubrication, of its load
-  double mean_diameter = 0;         ///< m, of the rolling elements' centres
-  double viscosity = 0;             ///< m^2/s, kinematic, of the lubricant at its temperature
-  double load = 0;                  ///< N, the one that decides the friction (preload in a spindle)
-  double count = 1;                 ///< bearings of this kind
+  double f0 = 0, f1 = 0;     ///< of the bearing's type and lubrication, of its load
+  double mean_diameter = 0;  ///< m, of the rolling elements' centres
+  double viscosity = 0;      ///< m^2/s, kinematic, of the lubricant at its temperature
+  double load = 0;           ///< N, the one that decides the friction (preload in a spindle)
+  double count = 1;          ///< bearings of this kind
 };
 struct GuideLoss {
   double coulomb = 0, viscous = 0;  ///< N; N s/m
 };
 struct ScrewLoss {
-  double lead = 0, diameter = 0;    ///< m a turn; m, of the balls' centres
-  double preload = 0, load = 0;     ///< N
-  double efficiency = 1;            ///< of turning into pushing under load
+  double lead = 0, diameter = 0;  ///< m a turn; m, of the balls' centres
+  double preload = 0, load = 0;   ///< N
+  double efficiency = 1;          ///< of turning into pushing under load
 };
 struct MotorLoss {
-  Curve torque;                     ///< N m, effective, over the motor's speed in turns a second
-  double torque_constant = 0;       ///< N m/A, effective
-  double resistance = 0;            ///< ohm a phase at 20 degC
+  Curve torque;                ///< N m, effective, over the motor's speed in turns a second
+  double torque_constant = 0;  ///< N m/A, effective
+  double resistance = 0;       ///< ohm a phase at 20 degC
   int phases = 3;
   double winding_C = 20;
   double hysteresis = 0, eddy = 0;  ///< W at nominal_speed
@@ -45,27 +45,27 @@ struct MotorLoss {
 };
 /// A horizontal rotary axis without balance or clamp: its motor holds moment * sin(angle - balanced).
 struct HoldingLoss {
-  double balanced = 0;              ///< rad, where nothing has to be held
-  double full_power = 0;            ///< W with the lever arm horizontal
-  double linear_share = 0;          ///< of full_power that grows with the torque, the rest with its square
+  double balanced = 0;      ///< rad, where nothing has to be held
+  double full_power = 0;    ///< W with the lever arm horizontal
+  double linear_share = 0;  ///< of full_power that grows with the torque, the rest with its square
 };
 
 /// One loss of a source. The part turns `turns` times per turn of the spindle or a rotary axis, or
 /// turns / m of a linear axis; guides and ball screws use the axis's speed itself.
 struct LossLaw {
-  std::string motion;               ///< "spindle" or the id of an axis
+  std::string motion;  ///< "spindle" or the id of an axis
   double turns = 1;
   std::variant<BearingLoss, GuideLoss, ScrewLoss, MotorLoss, HoldingLoss> law;
 };
 
 /// What a joint's conductance follows besides its value, each as a factor of it.
 struct ContactLaw {
-  double pressure = 0;              ///< Pa, mean in the contact; 0: the conductance is that of the file
-  double clamped_pressure = 0;      ///< Pa, while the joint's axis is clamped; 0: as ever
-  double nominal_pressure = 0;      ///< Pa, at which the conductance holds
+  double pressure = 0;          ///< Pa, mean in the contact; 0: the conductance is that of the file
+  double clamped_pressure = 0;  ///< Pa, while the joint's axis is clamped; 0: as ever
+  double nominal_pressure = 0;  ///< Pa, at which the conductance holds
   double exponent = 0.95;
-  Curve by_pressure;                ///< factor over Pa, instead of the exponent
-  Curve by_temperature;             ///< factor over degC, mean of both sides where they touch
+  Curve by_pressure;     ///< factor over Pa, instead of the exponent
+  Curve by_temperature;  ///< factor over degC, mean of both sides where they touch
 
   /// Of the conductance, by the pressure.
   double factor(bool clamped) const;

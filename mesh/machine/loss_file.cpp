@@ -21,15 +21,15 @@ using core::Node;
 
 namespace {
 
-constexpr double gravity = 9.80665;        // m/s^2
+constexpr double gravity = 9.80665;  // m/s^2
 constexpr double megapascal = 1e6;
 constexpr core::Range share{0.0, 1.0};
-constexpr core::Range force{0.0, 1e7};     // N
-constexpr core::Range pressure{1e-6, 1e4}; // MPa
+constexpr core::Range force{0.0, 1e7};      // N
+constexpr core::Range pressure{1e-6, 1e4};  // MPa
 
 const Axis* find_axis(const Draft& draft, const std::string& id) {
   const int index = draft.machine.axis_index(id);
-  return index < 0 ? nullptr : &draft.machine.axes[static_cast<std::size_t>(index)];
+  return index < 0 ? nullptr : &draft.machine.axes[index];
 }
 
 /// The axis that the law names, of one kind. Axes are read before sources.
@@ -40,8 +40,8 @@ const Axis& require_axis(const Node& node, const Draft& draft, const std::string
   for (const Axis& other : draft.machine.axes)
     if (other.kind == kind) allowed.push_back(other.id);
   throw InputError(node.place("motion"), "'" + id + "'",
-                   std::string("the id of a ") + (kind == AxisKind::linear ? "linear" : "rotary") + " axis: " +
-                       (allowed.empty() ? "there is none" : core::join(allowed)));
+                   std::string("the id of a ") + (kind == AxisKind::linear ? "linear" : "rotary") +
+                       " axis: " + (allowed.empty() ? "there is none" : core::join(allowed)));
 }
 
 /// Turns of a turning part: per turn of what moves it, or per metre of a linear axis.
@@ -72,7 +72,8 @@ Curve read_curve(const Node& node, const std::string& at_key, const std::string&
                      "as many numbers in " + value_key + " as in " + at_key + ", one or more");
   for (std::size_t i = 0; i < curve.at.size(); ++i) {
     if (!(curve.at[i] >= at_range.low && curve.at[i] <= at_range.high))
-      throw InputError(node.place(at_key), fmt::format("{}", curve.at[i]), fmt::format("{} to {}", at_range.low, at_range.high));
+      throw InputError(node.place(at_key), fmt::format("{}", curve.at[i]),
+                       fmt::format("{} to {}", at_range.low, at_range.high));
     if (i > 0 && !(curve.at[i] > curve.at[i - 1]))
       throw InputError(node.place(at_key), fmt::format("{} after {}", curve.at[i], curve.at[i - 1]), "rising numbers");
     if (!(curve.value[i] >= value_range.low && curve.value[i] <= value_range.high))
@@ -125,7 +126,8 @@ MotorLoss read_motor(const Node& node) {
     loss.torque_constant = node.number("torque_constant_Nm_A", {1e-4, 1e4});
     loss.resistance = node.number("resistance_ohm", {0.0, 1e4});
   } else {
-    for (const char* key : {"torque_constant_Nm_A", "resistance_ohm"}) refuse(node, key, "together with torque_Nm above 0");
+    for (const char* key : {"torque_constant_Nm_A", "resistance_ohm"})
+      refuse(node, key, "together with torque_Nm above 0");
   }
   loss.phases = node.integer_or("phases", 3, 1, 12);
   loss.winding_C = node.number_or("winding_C", 20.0, {-50.0, 250.0});
@@ -144,7 +146,8 @@ HoldingLoss read_holding(const Node& node, const Axis& axis) {
   HoldingLoss loss;
   const double across = axis.direction.cross(Eigen::Vector3d::UnitZ()).norm();  // gravity's share about the axis
   if (across < 1e-3)
-    throw InputError(node.place("motion"), "the vertical axis '" + axis.id + "'", "an axis about which gravity has a lever arm");
+    throw InputError(node.place("motion"), "the vertical axis '" + axis.id + "'",
+                     "an axis about which gravity has a lever arm");
   loss.balanced = node.number_or("balanced_at_deg", 0.0, {-360.0, 360.0}) * degree;
   if (node.has("full_power_W")) {
     for (const char* key : {"mass_kg", "lever_mm", "torque_constant_Nm_A", "resistance_ohm", "phases", "winding_C"})
@@ -153,10 +156,12 @@ HoldingLoss read_holding(const Node& node, const Axis& axis) {
     loss.linear_share = node.number_or("linear_share", 0.0, share);
   } else {
     refuse(node, "linear_share", "together with full_power_W");
-    const double moment = node.number("mass_kg", {0.0, 1e6}) * gravity * node.number("lever_mm", {0.0, 1e5}) * millimetre * across;
+    const double moment =
+        node.number("mass_kg", {0.0, 1e6}) * gravity * node.number("lever_mm", {0.0, 1e5}) * millimetre * across;
     const double current = moment / node.number("torque_constant_Nm_A", {1e-4, 1e4});
     const double warm = copper_factor(node.number_or("winding_C", 20.0, {-50.0, 250.0}));
-    loss.full_power = node.integer_or("phases", 3, 1, 12) * node.number("resistance_ohm", {0.0, 1e4}) * warm * current * current;
+    loss.full_power =
+        node.integer_or("phases", 3, 1, 12) * node.number("resistance_ohm", {0.0, 1e4}) * warm * current * current;
   }
   return loss;
 }
@@ -193,7 +198,8 @@ ContactLaw read_contact_law(const Node& node, const std::string& axis) {
   else
     refuse(node, "temperature_factor", "together with temperature_at_C");
   if (!node.has("pressure_MPa")) {
-    for (const char* key : {"nominal_pressure_MPa", "clamped_pressure_MPa", "pressure_exponent", "pressure_at_MPa", "pressure_factor"})
+    for (const char* key :
+         {"nominal_pressure_MPa", "clamped_pressure_MPa", "pressure_exponent", "pressure_at_MPa", "pressure_factor"})
       refuse(node, key, "together with pressure_MPa");
     return law;
   }
@@ -203,7 +209,8 @@ ContactLaw read_contact_law(const Node& node, const std::string& axis) {
     law.clamped_pressure = node.number("clamped_pressure_MPa", pressure) * megapascal;
   }
   if (node.has("pressure_at_MPa")) {
-    for (const char* key : {"nominal_pressure_MPa", "pressure_exponent"}) refuse(node, key, "either a table or an exponent");
+    for (const char* key : {"nominal_pressure_MPa", "pressure_exponent"})
+      refuse(node, key, "either a table or an exponent");
     law.by_pressure = read_curve(node, "pressure_at_MPa", "pressure_factor", megapascal, pressure, {0.0, 1e4});
   } else {
     refuse(node, "pressure_factor", "together with pressure_at_MPa");
@@ -213,7 +220,8 @@ ContactLaw read_contact_law(const Node& node, const std::string& axis) {
   for (const bool clamped : {false, true})
     if (const double factor = law.factor(clamped); !(factor >= 1e-4 && factor <= 1e4))
       throw InputError(node.place(clamped ? "clamped_pressure_MPa" : "pressure_MPa"),
-                       fmt::format("a conductance {:.3g} times that at the nominal pressure", factor), "factors from 1e-4 to 1e4");
+                       fmt::format("a conductance {:.3g} times that at the nominal pressure", factor),
+                       "factors from 1e-4 to 1e4");
   return law;
 }
 

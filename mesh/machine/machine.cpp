@@ -23,36 +23,19 @@ int index_of(const std::vector<Item>& items, const std::string& id) {
 const Material& Machine::material(const std::string& id) const {
   const int index = index_of(materials, id);
   if (index < 0) throw InputError(path.string(), "material '" + id + "'", "a material of the machine");
-  return materials[static_cast<std::size_t>(index)];
+  return materials[index];
 }
-int Machine::body_index(const std::string& id) const {
-  return index_of(bodies, id);
-}
-int Machine::axis_index(const std::string& id) const {
-  return index_of(axes, id);
-}
-int Machine::surface_index(const std::string& id) const {
-  return index_of(surfaces, id);
-}
-int Machine::joint_index(const std::string& id) const {
-  return index_of(joints, id);
-}
-int Machine::sensor_index(const std::string& id) const {
-  return index_of(sensors, id);
-}
-int Machine::ambient_index(const std::string& id) const {
-  return index_of(ambients, id);
-}
-int Machine::coolant_index(const std::string& id) const {
-  return index_of(coolants, id);
-}
-int Machine::volume_index(const std::string& id) const {
-  return index_of(volumes, id);
-}
+int Machine::body_index(const std::string& id) const { return index_of(bodies, id); }
+int Machine::axis_index(const std::string& id) const { return index_of(axes, id); }
+int Machine::surface_index(const std::string& id) const { return index_of(surfaces, id); }
+int Machine::joint_index(const std::string& id) const { return index_of(joints, id); }
+int Machine::sensor_index(const std::string& id) const { return index_of(sensors, id); }
+int Machine::ambient_index(const std::string& id) const { return index_of(ambients, id); }
+int Machine::coolant_index(const std::string& id) const { return index_of(coolants, id); }
+int Machine::volume_index(const std::string& id) const { return index_of(volumes, id); }
 bool Machine::has_clamp(const std::string& axis) const {
-  return std::any_of(joints.begin(), joints.end(), [&](const JointSpec& joint) {
-           return joint.axis == axis && joint.law.clamped_pressure > 0.0;
-         }) ||
+  return std::any_of(joints.begin(), joints.end(),
+                     [&](const JointSpec& joint) { return joint.axis == axis && joint.law.clamped_pressure > 0.0; }) ||
          std::any_of(sources.begin(), sources.end(), [&](const SourceSpec& source) {
            return std::any_of(source.losses.begin(), source.losses.end(), [&](const LossLaw& loss) {
              return loss.motion == axis && std::holds_alternative<HoldingLoss>(loss.law);

@@ -57,8 +57,7 @@ void resolve_defaults(Draft& draft) {
     std::size_t steps = 0;
     while (at != ambients.end() && !at->follows.empty()) {
       if (++steps > ambients.size())
-        throw InputError(draft.place("ambient", ambient.id),
-                         "ambient '" + ambient.id + "' follows itself in the end",
+        throw InputError(draft.place("ambient", ambient.id), "ambient '" + ambient.id + "' follows itself in the end",
                          "a chain of follows that ends at an ambient with default_C");
       offset += at->offset;
       at = find(at->follows);
@@ -69,13 +68,11 @@ void resolve_defaults(Draft& draft) {
   }
 }
 
-std::vector<std::string> refer_all(const Node& node, const std::string& key, const std::string& kind,
-                                   Draft& draft) {
+std::vector<std::string> refer_all(const Node& node, const std::string& key, const std::string& kind, Draft& draft) {
   std::vector<std::string> ids = node.texts(key);
   if (ids.empty()) throw InputError(node.place(key), "an empty list", "the id of one or more " + kind + "s");
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (std::find(ids.begin(), ids.begin() + static_cast<std::ptrdiff_t>(i), ids[i]) !=
-        ids.begin() + static_cast<std::ptrdiff_t>(i))
+    if (std::find(ids.begin(), ids.begin() + i, ids[i]) != ids.begin() + i)
       throw InputError(node.place(key), "'" + ids[i] + "' twice", "each " + kind + " once");
     draft.references.push_back({kind, ids[i], node.place(key)});
   }
@@ -99,8 +96,7 @@ PowerLaw read_law(const Node& node, Draft& draft, const std::string& key = "powe
     if (!(std::abs(law.power[i]) <= largest))
       throw InputError(node.place(key), fmt::format("{}", law.power[i]), fmt::format("at most {:.0e}", largest));
     if (i > 0 && !(law.at[i] > law.at[i - 1]))
-      throw InputError(node.place("at"), fmt::format("{} after {}", law.at[i], law.at[i - 1]),
-                       "rising numbers");
+      throw InputError(node.place("at"), fmt::format("{} after {}", law.at[i], law.at[i - 1]), "rising numbers");
   }
   return law;
 }
@@ -131,9 +127,7 @@ FilmSpec read_film(const Node& node, Draft& draft) {
   if (kind == "free_convection") {
     film.kind = FilmKind::free_convection;
     const std::string way = node.choice_or("orientation", "vertical", {"vertical", "up", "down"});
-    film.orientation = way == "up"     ? Orientation::up
-                       : way == "down" ? Orientation::down
-                                       : Orientation::vertical;
+    film.orientation = way == "up" ? Orientation::up : way == "down" ? Orientation::down : Orientation::vertical;
     film.length = node.number_or("length_m", film.length, {1e-3, 100.0});
     film.of_temperature = node.boolean_or("of_temperature", false);
     if (film.of_temperature) refuse(node, "delta_K", "of_temperature = true takes the surface's own difference");
@@ -142,7 +136,8 @@ FilmSpec read_film(const Node& node, Draft& draft) {
     for (const char* key : {"orientation", "length_m", "delta_K", "of_temperature"})
       refuse(node, key, "kind = \"free_convection\"");
   }
-  if (kind != "table") for (const char* key : {"input", "at"}) refuse(node, key, "kind = \"table\"");
+  if (kind != "table")
+    for (const char* key : {"input", "at"}) refuse(node, key, "kind = \"table\"");
   if (kind == "rotating_disc") {
     film.kind = FilmKind::rotating_disc;
     film.axis = node.text("axis");
@@ -160,8 +155,10 @@ FilmSpec read_film(const Node& node, Draft& draft) {
     for (const char* key : {"radiation", "surroundings"}) refuse(node, key, "together with emissivity > 0");
   }
   const bool has_speed = kind == "rotating_disc" || (kind == "table" && !film.table.input.ends_with(".T_C"));
-  if (has_speed) film.speed_factor = node.number_or("speed_factor", 1.0, {0.0, 1e3});
-  else refuse(node, "speed_factor", "kind = \"rotating_disc\" or a \"table\" over a speed");
+  if (has_speed)
+    film.speed_factor = node.number_or("speed_factor", 1.0, {0.0, 1e3});
+  else
+    refuse(node, "speed_factor", "kind = \"rotating_disc\" or a \"table\" over a speed");
   film.radiation_load = node.number_or("radiation_load_W_m2", 0.0, {-1e5, 1e5});
   film.state = node.text_or("state", "");
   if (!film.state.empty()) draft.references.push_back({"state channel", film.state, node.place("state")});
@@ -173,7 +170,8 @@ SourcePlace read_place(const Node& node, Draft& draft) {
   SourcePlace place;
   const int given = (node.has("surface") ? 1 : 0) + (node.has("joint") ? 1 : 0) + (node.has("volume") ? 1 : 0);
   if (given != 1)
-    throw InputError(node.place(), given == 0 ? "none of surface, joint, volume" : "more than one of surface, joint, volume",
+    throw InputError(node.place(),
+                     given == 0 ? "none of surface, joint, volume" : "more than one of surface, joint, volume",
                      "one of: surface, joint, volume");
   place.surface = draft.refer_or_empty(node, "surface", "surface");
   place.volume = draft.refer_or_empty(node, "volume", "volume");
@@ -213,7 +211,8 @@ SourceSpec read_source(const Node& node, Draft& draft) {
   }
   node.finish();
   if (source.laws.empty() && source.losses.empty() && source.drive.empty())
-    throw InputError(node.place(), "a source without power", "law = [ {input, at, power_W} or {kind, motion, ...} ] or drive");
+    throw InputError(node.place(), "a source without power",
+                     "law = [ {input, at, power_W} or {kind, motion, ...} ] or drive");
   if (source.places.empty())
     throw InputError(node.place(), "a source without a place", "place = [ {surface, joint or volume, share} ]");
   if (total > 1.0 + 1e-9)

@@ -27,15 +27,12 @@ const std::string& Draft::place(const std::string& kind, const std::string& id) 
   return places.at(kind + " " + id);
 }
 
-Eigen::Vector3d point_mm(const Node& node, const std::string& key) {
-  return node.vector3(key) * millimetre;
-}
+Eigen::Vector3d point_mm(const Node& node, const std::string& key) { return node.vector3(key) * millimetre; }
 
 Eigen::Vector3d unit_vector(const Node& node, const std::string& key) {
   const Eigen::Vector3d vector = node.vector3(key);
   const double length = vector.norm();
-  if (!(length > 1e-12))
-    throw InputError(node.place(key), "a vector of length 0", "a direction, of any length");
+  if (!(length > 1e-12)) throw InputError(node.place(key), "a vector of length 0", "a direction, of any length");
   return vector / length;
 }
 

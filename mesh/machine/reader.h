@@ -31,8 +31,7 @@ struct Draft {
   std::string define(const core::Node& node, const std::string& kind);
   /// Reads a required id of that kind, to be looked up by check_references.
   std::string refer(const core::Node& node, const std::string& key, const std::string& kind);
-  std::string refer_or_empty(const core::Node& node, const std::string& key,
-                             const std::string& kind);
+  std::string refer_or_empty(const core::Node& node, const std::string& key, const std::string& kind);
   const std::string& place(const std::string& kind, const std::string& id) const;
 };
 

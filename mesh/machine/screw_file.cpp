@@ -22,7 +22,7 @@ ScrewSpec read_screw(const Node& node, Draft& draft) {
   screw.body = draft.refer(node, "body", "body");
   screw.nut_body = draft.refer(node, "nut_body", "body");
   if (const int body = draft.machine.body_index(screw.body); body >= 0)
-    screw.carrier = draft.machine.bodies[static_cast<std::size_t>(body)].parent;
+    screw.carrier = draft.machine.bodies[body].parent;
   screw.bearing = point_mm(node, "fixed_bearing_mm");
   screw.nut = point_mm(node, "nut_mm");
   screw.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
@@ -37,7 +37,7 @@ ScrewSpec read_screw(const Node& node, Draft& draft) {
   }
   node.finish();
   if (const int index = draft.machine.axis_index(screw.axis); index >= 0 && screw.far_bearing) {
-    const Eigen::Vector3d& along = draft.machine.axes[static_cast<std::size_t>(index)].direction;
+    const Eigen::Vector3d& along = draft.machine.axes[index].direction;
     const Eigen::Vector3d between = *screw.far_bearing - screw.bearing;
     if (!(std::abs(between.dot(along)) > 0.99 * between.norm()) || between.norm() < 1e-6)
       throw InputError(node.place("far_bearing_mm"), "a point that is not along the axis from fixed_bearing_mm",
@@ -58,7 +58,8 @@ void read_screws(const Node& root, Draft& draft) {
     if (axis.kind != AxisKind::linear) continue;
     if (axis.feedback.empty()) axis.feedback = scale ? "scale" : screw ? "screw" : "";
     if ((axis.feedback == "scale" && !scale) || (axis.feedback == "screw" && !screw))
-      throw InputError(draft.place("axis", axis.id) + " feedback", "\"" + axis.feedback + "\" without a [[" + axis.feedback + "]] of the axis",
+      throw InputError(draft.place("axis", axis.id) + " feedback",
+                       "\"" + axis.feedback + "\" without a [[" + axis.feedback + "]] of the axis",
                        "a [[" + axis.feedback + "]] with axis = \"" + axis.id + "\"");
   }
 }

@@ -46,7 +46,7 @@ struct Edge {
 
 std::vector<Edge> sorted_edges(const Surface& surface) {
   std::vector<Edge> edges;
-  edges.reserve(static_cast<std::size_t>(3 * surface.triangles.cols()));
+  edges.reserve(3 * surface.triangles.cols());
   for (int t = 0; t < static_cast<int>(surface.triangles.cols()); ++t)
     for (int i = 0; i < 3; ++i) {
       const int a = surface.triangles(i, t), b = surface.triangles((i + 1) % 3, t);
@@ -122,14 +122,13 @@ void check_edges(const Surface& surface, const std::string& body) {
          "a surface that bounds one solid; parts that touch must be united before");
   if (open > 0)
     fail(body,
-         fmt::format("the surface has holes: {} open edges; the first at {} (triangle {})", open,
-                     middle(first_open), first_open->triangle),
+         fmt::format("the surface has holes: {} open edges; the first at {} (triangle {})", open, middle(first_open),
+                     first_open->triangle),
          "a closed surface");
   if (flipped > 0)
     fail(body,
-         fmt::format(
-             "flipped faces: at {} edges both neighbours turn the same way; the first at {} (triangle {})",
-             flipped, middle(first_flipped), first_flipped->triangle),
+         fmt::format("flipped faces: at {} edges both neighbours turn the same way; the first at {} (triangle {})",
+                     flipped, middle(first_flipped), first_flipped->triangle),
          "triangles that all turn counterclockwise seen from outside");
 }
 
@@ -162,28 +161,25 @@ double winding(const Surface& surface, const Vector3d& point) {
 Surface select(const Surface& surface, const std::vector<char>& take) {
   Surface part;
   part.part_names = surface.part_names;
-  std::vector<int> renumber(static_cast<std::size_t>(surface.points.cols()), -1);
+  std::vector<int> renumber(surface.points.cols(), -1);
   std::vector<int> nodes, triangles;
   for (int t = 0; t < static_cast<int>(surface.triangles.cols()); ++t) {
-    if (!take[static_cast<std::size_t>(t)]) continue;
+    if (!take[t]) continue;
     triangles.push_back(t);
     for (int i = 0; i < 3; ++i) {
-      int& number = renumber[static_cast<std::size_t>(surface.triangles(i, t))];
+      int& number = renumber[surface.triangles(i, t)];
       if (number < 0) {
-        number = static_cast<int>(nodes.size());
+        number = nodes.size();
         nodes.push_back(surface.triangles(i, t));
       }
     }
   }
-  part.points.resize(3, static_cast<Eigen::Index>(nodes.size()));
-  for (std::size_t n = 0; n < nodes.size(); ++n)
-    part.points.col(static_cast<Eigen::Index>(n)) = surface.points.col(nodes[n]);
-  part.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
+  part.points.resize(3, std::ssize(nodes));
+  for (std::size_t n = 0; n < nodes.size(); ++n) part.points.col(n) = surface.points.col(nodes[n]);
+  part.triangles.resize(3, std::ssize(triangles));
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    for (int i = 0; i < 3; ++i)
-      part.triangles(i, static_cast<Eigen::Index>(t)) =
-          renumber[static_cast<std::size_t>(surface.triangles(i, triangles[t]))];
-    part.part.push_back(surface.part.empty() ? 0 : surface.part[static_cast<std::size_t>(triangles[t])]);
+    for (int i = 0; i < 3; ++i) part.triangles(i, t) = renumber[surface.triangles(i, triangles[t])];
+    part.part.push_back(surface.part.empty() ? 0 : surface.part[triangles[t]]);
   }
   return part;
 }
@@ -203,15 +199,13 @@ int weld(Surface& surface) {
     }
   };
   std::unordered_map<Cell, std::vector<int>, Hash> cells;
-  std::vector<int> renumber(static_cast<std::size_t>(count));
+  std::vector<int> renumber(count);
   std::vector<Vector3d> kept;
   for (Eigen::Index i = 0; i < count; ++i) {
     const Vector3d point = surface.points.col(i);
     Cell cell{0, 0, 0};
     if (tolerance > 0.0)
-      for (std::size_t k = 0; k < 3; ++k)
-        cell[k] =
-            std::lround(std::floor((point[static_cast<int>(k)] - low[static_cast<int>(k)]) / tolerance));
+      for (std::size_t k = 0; k < 3; ++k) cell[k] = std::lround(std::floor((point[k] - low[k]) / tolerance));
     int same = -1;
     for (long dx = -1; dx <= 1 && same < 0; ++dx)
       for (long dy = -1; dy <= 1 && same < 0; ++dy)
@@ -219,32 +213,32 @@ int weld(Surface& surface) {
           const auto found = cells.find({cell[0] + dx, cell[1] + dy, cell[2] + dz});
           if (found == cells.end()) continue;
           for (const int n : found->second)
-            if ((kept[static_cast<std::size_t>(n)] - point).norm() <= tolerance) {
+            if ((kept[n] - point).norm() <= tolerance) {
               same = n;
               break;
             }
         }
     if (same < 0) {
-      same = static_cast<int>(kept.size());
+      same = kept.size();
       kept.push_back(point);
       cells[cell].push_back(same);
     }
-    renumber[static_cast<std::size_t>(i)] = same;
+    renumber[i] = same;
   }
-  surface.points.resize(3, static_cast<Eigen::Index>(kept.size()));
-  for (std::size_t n = 0; n < kept.size(); ++n) surface.points.col(static_cast<Eigen::Index>(n)) = kept[n];
+  surface.points.resize(3, std::ssize(kept));
+  for (std::size_t n = 0; n < kept.size(); ++n) surface.points.col(n) = kept[n];
   Eigen::Index left = 0;
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
     Eigen::Vector3i corner = surface.triangles.col(t);
-    for (int& node : corner) node = renumber[static_cast<std::size_t>(node)];
+    for (int& node : corner) node = renumber[node];
     if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
     surface.triangles.col(left) = corner;
-    surface.part[static_cast<std::size_t>(left)] = surface.part[static_cast<std::size_t>(t)];
+    surface.part[left] = surface.part[t];
     ++left;
   }
   const auto dropped = static_cast<int>(surface.triangles.cols() - left);
   surface.triangles.conservativeResize(3, left);
-  surface.part.resize(static_cast<std::size_t>(left));
+  surface.part.resize(left);
   return dropped;
 }
 
@@ -259,23 +253,21 @@ double enclosed_volume(const Surface& surface) {
 }
 
 std::vector<int> shells(const Surface& surface, int& count) {
-  std::vector<int> root(static_cast<std::size_t>(surface.points.cols()));
+  std::vector<int> root(surface.points.cols());
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int node) {
-    while (root[static_cast<std::size_t>(node)] != node) {
-      root[static_cast<std::size_t>(node)] =
-          root[static_cast<std::size_t>(root[static_cast<std::size_t>(node)])];
-      node = root[static_cast<std::size_t>(node)];
+    while (root[node] != node) {
+      root[node] = root[root[node]];
+      node = root[node];
     }
     return node;
   };
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
-    for (int i = 1; i < 3; ++i)
-      root[static_cast<std::size_t>(find(surface.triangles(i, t)))] = find(surface.triangles(0, t));
+    for (int i = 1; i < 3; ++i) root[find(surface.triangles(i, t))] = find(surface.triangles(0, t));
   std::vector<int> number(root.size(), -1), shell;
   count = 0;
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
-    int& n = number[static_cast<std::size_t>(find(surface.triangles(0, t)))];
+    int& n = number[find(surface.triangles(0, t))];
     if (n < 0) n = count++;
     shell.push_back(n);
   }
@@ -292,7 +284,7 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body) {
     parts.push_back(select(surface, take));
   }
   // Depth: how many other shells are around it. Solid at even depth, cavity at odd depth.
-  const auto n = static_cast<std::size_t>(count);
+  const std::size_t n = count;
   std::vector<std::vector<std::size_t>> around(n);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j)
@@ -303,8 +295,7 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body) {
     const double volume = signed_volume(parts[i]);
     if ((volume > 0.0) != solid)
       fail(body,
-           fmt::format("the surface at {} is inside out (volume {:.4g} mm^3)", at(centre(parts[i], 0)),
-                       1e9 * volume),
+           fmt::format("the surface at {} is inside out (volume {:.4g} mm^3)", at(centre(parts[i], 0)), 1e9 * volume),
            solid ? "normals that point out of the solid" : "normals of a cavity that point into it");
     if (!solid)
       cavities[*std::max_element(around[i].begin(), around[i].end(), [&](std::size_t a, std::size_t b) {
@@ -316,8 +307,8 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body) {
     if (around[i].size() % 2 != 0) continue;
     std::vector<char> take(shell.size());
     std::transform(shell.begin(), shell.end(), take.begin(), [&](int s) {
-      return static_cast<std::size_t>(s) == i || std::find(cavities[i].begin(), cavities[i].end(),
-                                                           static_cast<std::size_t>(s)) != cavities[i].end();
+      return static_cast<std::size_t>(s) == i ||
+             std::find(cavities[i].begin(), cavities[i].end(), s) != cavities[i].end();
     });
     result.push_back(select(surface, take));
   }

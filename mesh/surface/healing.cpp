@@ -23,7 +23,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr double no_area = 1e-9;       // of the square of the longest edge, as check_surface has it
+constexpr double no_area = 1e-9;  // of the square of the longest edge, as check_surface has it
 
 double area(const Surface& s, const Vector3i& t) {
   const Vector3d a = s.points.col(t[0]), b = s.points.col(t[1]), c = s.points.col(t[2]);
@@ -62,7 +62,9 @@ int split_at_slivers(const Surface& s, Triangles& triangles) {
     int opposite = 0;  // corner opposite to the longest edge
     double longest = 0.0;
     for (int i = 0; i < 3; ++i)
-      if (const double length = (s.points.col(corner[(i + 1) % 3]) - s.points.col(corner[(i + 2) % 3])).norm(); length > longest) longest = length, opposite = i;
+      if (const double length = (s.points.col(corner[(i + 1) % 3]) - s.points.col(corner[(i + 2) % 3])).norm();
+          length > longest)
+        longest = length, opposite = i;
     if (2.0 * area(s, corner) > no_area * longest * longest) {
       ++t;
       continue;
@@ -155,7 +157,8 @@ void close_holes(Surface& surface, Triangles& triangles, Healing& done) {
       const auto centre = static_cast<int>(surface.points.cols());
       surface.points.conservativeResize(3, centre + 1);
       surface.points.col(centre) = middle;
-      for (std::size_t i = 0; i < loop.size(); ++i) lid.emplace_back(Vector3i(loop[(i + 1) % loop.size()], loop[i], centre), part);
+      for (std::size_t i = 0; i < loop.size(); ++i)
+        lid.emplace_back(Vector3i(loop[(i + 1) % loop.size()], loop[i], centre), part);
     }
     double of_lid = 0.0;
     for (const auto& [t, unused] : lid) of_lid += area(surface, t);

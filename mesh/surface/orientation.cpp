@@ -32,7 +32,7 @@ struct Use {
 }  // namespace
 
 int make_consistent(Surface& surface) {
-  const int count = static_cast<int>(surface.triangles.cols());
+  const int count = surface.triangles.cols();
   std::map<std::pair<int, int>, std::vector<Use>> edges;
   for (int t = 0; t < count; ++t)
     for (int i = 0; i < 3; ++i) {
@@ -40,27 +40,27 @@ int make_consistent(Surface& surface) {
       edges[std::minmax(a, b)].push_back({t, a < b});
     }
   // Triangle beyond each edge that exactly two have, and whether it turns the other way.
-  std::vector<std::vector<std::pair<int, bool>>> beyond(static_cast<std::size_t>(count));
+  std::vector<std::vector<std::pair<int, bool>>> beyond(count);
   for (const auto& [edge, uses] : edges) {
     if (uses.size() != 2) continue;
     const bool differ = uses[0].forward == uses[1].forward;
-    beyond[static_cast<std::size_t>(uses[0].triangle)].emplace_back(uses[1].triangle, differ);
-    beyond[static_cast<std::size_t>(uses[1].triangle)].emplace_back(uses[0].triangle, differ);
+    beyond[uses[0].triangle].emplace_back(uses[1].triangle, differ);
+    beyond[uses[1].triangle].emplace_back(uses[0].triangle, differ);
   }
-  std::vector<int> side(static_cast<std::size_t>(count), -1);
+  std::vector<int> side(count, -1);
   int turned = 0;
   for (int seed = 0; seed < count; ++seed) {
-    if (side[static_cast<std::size_t>(seed)] >= 0) continue;
+    if (side[seed] >= 0) continue;
     std::vector<int> sheet{seed};
-    side[static_cast<std::size_t>(seed)] = 0;
+    side[seed] = 0;
     bool orientable = true;
     double share[2] = {0.0, 0.0};
     for (std::size_t k = 0; k < sheet.size(); ++k) {
-      const auto t = static_cast<std::size_t>(sheet[k]);
+      const std::size_t t = sheet[k];
       share[side[t]] += area(surface, sheet[k]);
       for (const auto& [other, differ] : beyond[t]) {
         const int wanted = differ ? 1 - side[t] : side[t];
-        int& found = side[static_cast<std::size_t>(other)];
+        int& found = side[other];
         if (found < 0) {
           found = wanted;
           sheet.push_back(other);
@@ -72,7 +72,7 @@ int make_consistent(Surface& surface) {
     if (!orientable) continue;
     const int wrong = share[1] <= share[0] ? 1 : 0;
     for (const int t : sheet)
-      if (side[static_cast<std::size_t>(t)] == wrong) turn(surface, t), ++turned;
+      if (side[t] == wrong) turn(surface, t), ++turned;
   }
   return turned;
 }
@@ -80,14 +80,14 @@ int make_consistent(Surface& surface) {
 int turn_outward(Surface& surface) {
   int count = 0;
   const std::vector<int> shell = shells(surface, count);
-  const auto n = static_cast<std::size_t>(count);
+  const std::size_t n = count;
   std::vector<double> volume(n, 0.0);
   const Eigen::Vector3d middle = surface.points.rowwise().mean();
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
     const Eigen::Vector3d a = surface.points.col(surface.triangles(0, t)) - middle,
                           b = surface.points.col(surface.triangles(1, t)) - middle,
                           c = surface.points.col(surface.triangles(2, t)) - middle;
-    volume[static_cast<std::size_t>(shell[static_cast<std::size_t>(t)])] += a.dot(b.cross(c)) / 6.0;
+    volume[shell[t]] += a.dot(b.cross(c)) / 6.0;
   }
   if (std::all_of(volume.begin(), volume.end(), [](double v) { return v >= 0.0; })) return 0;
   if (!holes_of(triangles_of(surface)).empty()) return 0;
@@ -116,7 +116,7 @@ int turn_outward(Surface& surface) {
   }
   for (std::size_t s = 0; s < n; ++s) turned += over[s];
   for (std::size_t t = 0; t < shell.size(); ++t)
-    if (over[static_cast<std::size_t>(shell[t])]) turn(surface, static_cast<int>(t));
+    if (over[shell[t]]) turn(surface, t);
   return turned;
 }
 

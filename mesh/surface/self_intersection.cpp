@@ -58,7 +58,7 @@ bool covers(const Corners& s, const Corners& t, double slack) {
 }
 
 class Finder {
- public:
+public:
   explicit Finder(const Surface& surface) : surface_(surface) {
     slack_ = 1e-6 * (surface.points.rowwise().maxCoeff() - surface.points.rowwise().minCoeff()).maxCoeff();
   }
@@ -70,15 +70,13 @@ class Finder {
     int common = 0;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        if (surface_.triangles(i, a) == surface_.triangles(j, b))
-          shared[static_cast<std::size_t>(i)] = j, ++common;
+        if (surface_.triangles(i, a) == surface_.triangles(j, b)) shared[i] = j, ++common;
     if (common >= 2) return covers(s, t, slack_);  // neighbours at an edge: only a fold is wrong
     if (common == 1) {
-      const auto i = static_cast<std::size_t>(
-          std::find_if(shared.begin(), shared.end(), [](int j) { return j >= 0; }) - shared.begin());
-      const auto j = static_cast<std::size_t>(shared[i]);
-      return pierces(s[(i + 1) % 3], s[(i + 2) % 3], t, slack_) ||
-             pierces(t[(j + 1) % 3], t[(j + 2) % 3], s, slack_) || covers(s, t, slack_);
+      const std::size_t i = std::find_if(shared.begin(), shared.end(), [](int j) { return j >= 0; }) - shared.begin();
+      const std::size_t j = shared[i];
+      return pierces(s[(i + 1) % 3], s[(i + 2) % 3], t, slack_) || pierces(t[(j + 1) % 3], t[(j + 2) % 3], s, slack_) ||
+             covers(s, t, slack_);
     }
     for (std::size_t i = 0; i < 3; ++i)
       if (pierces(s[i], s[(i + 1) % 3], t, slack_) || pierces(t[i], t[(i + 1) % 3], s, slack_)) return true;
@@ -86,12 +84,11 @@ class Finder {
   }
 
   Corners corners(int triangle) const {
-    return {surface_.points.col(surface_.triangles(0, triangle)),
-            surface_.points.col(surface_.triangles(1, triangle)),
+    return {surface_.points.col(surface_.triangles(0, triangle)), surface_.points.col(surface_.triangles(1, triangle)),
             surface_.points.col(surface_.triangles(2, triangle))};
   }
 
- private:
+private:
   const Surface& surface_;
   double slack_ = 0.0;
 };
@@ -102,12 +99,12 @@ std::vector<std::pair<int, int>> cutting_triangles(const Surface& surface) {
   if (surface.triangles.cols() == 0) return {};
   const TriangleTree tree(surface.points, surface.triangles);
   const Finder finder(surface);
-  const auto count = static_cast<std::size_t>(surface.triangles.cols());
+  const std::size_t count = surface.triangles.cols();
   std::vector<std::vector<int>> partners(count);
   core::parallel_for(
       0, count,
       [&](std::size_t i) {
-        const int a = static_cast<int>(i);
+        const int a = i;
         std::vector<int> near;
         tree.find(tree.box(a), near);
         for (const int b : near)
@@ -117,7 +114,7 @@ std::vector<std::pair<int, int>> cutting_triangles(const Surface& surface) {
       256);
   std::vector<std::pair<int, int>> pairs;
   for (std::size_t i = 0; i < count; ++i)
-    for (const int b : partners[i]) pairs.emplace_back(static_cast<int>(i), b);
+    for (const int b : partners[i]) pairs.emplace_back(i, b);
   return pairs;
 }
 
@@ -130,9 +127,8 @@ void check_self_intersection(const Surface& surface, const std::string& body) {
     if (i == 0 || pairs[i].first != pairs[i - 1].first) ++total;
   int count = 0;
   const std::vector<int> shell = shells(surface, count);
-  const auto between = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
-    return shell[static_cast<std::size_t>(pair.first)] != shell[static_cast<std::size_t>(pair.second)];
-  });
+  const auto between = std::count_if(pairs.begin(), pairs.end(),
+                                     [&](const auto& pair) { return shell[pair.first] != shell[pair.second]; });
   const Corners at = Finder(surface).corners(a);
   const Vector3d centre = 1e3 / 3.0 * (at[0] + at[1] + at[2]);
   throw core::MeshError(

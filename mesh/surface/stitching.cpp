@@ -64,7 +64,7 @@ std::vector<OpenEdge> open_edges(const Triangles& triangles, std::vector<int>& c
 
 /// Corners of open edges, along x, to be asked for those in a range of it.
 class Along {
- public:
+public:
   Along(const Surface& s, std::vector<int> corners) : surface_(s), corners_(std::move(corners)) {
     std::sort(corners_.begin(), corners_.end(), [&](int a, int b) { return std::pair(x(a), a) < std::pair(x(b), b); });
   }
@@ -76,7 +76,7 @@ class Along {
       visit(*at);
   }
 
- private:
+private:
   double x(int corner) const { return surface_.points(0, corner); }
   const Surface& surface_;
   std::vector<int> corners_;
@@ -133,8 +133,10 @@ int split_edges(const Surface& s, Triangles& triangles, double tolerance) {
     int before = edge.from;
     for (std::size_t i = 0; i < on.size(); ++i) {
       const Vector3i piece(before, on[i].second, third);
-      if (i == 0) triangles[edge.triangle].first = piece;
-      else triangles.emplace_back(piece, part);
+      if (i == 0)
+        triangles[edge.triangle].first = piece;
+      else
+        triangles.emplace_back(piece, part);
       before = on[i].second;
     }
     touched.insert(edge.triangle);
@@ -228,17 +230,16 @@ Triangles kept(const Surface& s, const Triangles& triangles, const std::vector<c
   set_triangles(rest, all);
   int count = 0;
   const std::vector<int> sheet = shells(rest, count);
-  std::vector<char> open(static_cast<std::size_t>(count), 0);
-  std::vector<double> size(static_cast<std::size_t>(count), 0.0);
+  std::vector<char> open(count, 0);
+  std::vector<double> size(count, 0.0);
   std::vector<int> corners;
-  for (const OpenEdge& edge : open_edges(all, corners)) open[static_cast<std::size_t>(sheet[edge.triangle])] = 1;
+  for (const OpenEdge& edge : open_edges(all, corners)) open[sheet[edge.triangle]] = 1;
   for (std::size_t t = 0; t < all.size(); ++t)
-    size[static_cast<std::size_t>(sheet[t])] +=
-        area(s.points.col(all[t].first[0]), s.points.col(all[t].first[1]), s.points.col(all[t].first[2]));
+    size[sheet[t]] += area(s.points.col(all[t].first[0]), s.points.col(all[t].first[1]), s.points.col(all[t].first[2]));
   const double whole = std::accumulate(size.begin(), size.end(), 0.0);
   Triangles result;
   for (std::size_t t = 0; t < all.size(); ++t) {
-    const auto own = static_cast<std::size_t>(sheet[t]);
+    const std::size_t own = sheet[t];
     if (!open[own] || size[own] > largest_hole * whole) result.push_back(all[t]);
   }
   return result;
@@ -289,7 +290,7 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
   for (const auto& [a, b] : pairs) cutting.insert({a, b});
   std::map<int, int> becomes;
   for (const int number : cutting) {
-    const Vector3i& t = triangles[static_cast<std::size_t>(number)].first;
+    const Vector3i& t = triangles[number].first;
     Edge edge{-1, -1};
     double length = shortest;
     for (int i = 0; i < 3; ++i)
@@ -324,15 +325,15 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
 Triangles triangles_of(const Surface& surface) {
   Triangles triangles;
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
-    triangles.emplace_back(surface.triangles.col(t), surface.part[static_cast<std::size_t>(t)]);
+    triangles.emplace_back(surface.triangles.col(t), surface.part[t]);
   return triangles;
 }
 
 void set_triangles(Surface& surface, const Triangles& triangles) {
-  surface.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
+  surface.triangles.resize(3, std::ssize(triangles));
   surface.part.resize(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    surface.triangles.col(static_cast<Eigen::Index>(t)) = triangles[t].first;
+    surface.triangles.col(t) = triangles[t].first;
     surface.part[t] = triangles[t].second;
   }
 }
@@ -380,16 +381,15 @@ int mend_cuts(Surface& surface) {
     }
     int count = 0;
     const std::vector<int> shell = shells(now, count);
-    const bool overlap = std::any_of(pairs.begin(), pairs.end(), [&](const auto& p) {
-      return shell[static_cast<std::size_t>(p.first)] != shell[static_cast<std::size_t>(p.second)];
-    });
+    const bool overlap =
+        std::any_of(pairs.begin(), pairs.end(), [&](const auto& p) { return shell[p.first] != shell[p.second]; });
     if (overlap || pairs.size() > most_pairs || round == rounds) return 0;
     const Triangles triangles = triangles_of(now);
     std::vector<char> drop(triangles.size(), 0);
     std::vector<int> cuts(triangles.size(), 0);
-    for (const auto& [a, b] : pairs) ++cuts[static_cast<std::size_t>(a)], ++cuts[static_cast<std::size_t>(b)];
+    for (const auto& [a, b] : pairs) ++cuts[a], ++cuts[b];
     for (const auto& [a, b] : pairs) {
-      const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+      const std::size_t i = a, j = b;
       // First the one of each pair that has more cuts; later both.
       if (round > 0 || cuts[i] >= cuts[j]) drop[i] = 1;
       if (round > 0 || cuts[j] > cuts[i]) drop[j] = 1;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/thread_pool.h"
 #include "reduction/linear/lapack.h"
@@ -10,18 +11,19 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr double hourly_shift = 1.0 / 7200.0;    ///< 1/s
+constexpr double hourly_shift = 1.0 / 7200.0;  ///< 1/s
 constexpr Eigen::Index gram_columns = 256, block_columns = 48, chunk_columns = 12;
-constexpr double dependent = 1e-13;              ///< of a squared length: 3e-7 of a length
-constexpr double too_short = 1e-9;               ///< of a vector after the others are taken from it
+constexpr double dependent = 1e-13;  ///< of a squared length: 3e-7 of a length
+constexpr double too_short = 1e-9;   ///< of a vector after the others are taken from it
 
 Eigen::Index chunks_of(Eigen::Index columns) { return (columns + chunk_columns - 1) / chunk_columns; }
 
 /// M X
 Eigen::MatrixXd image_of(const solver::SparseMatrix& matrix, const Eigen::Ref<const Eigen::MatrixXd>& x) {
   Eigen::MatrixXd image(x.rows(), x.cols());
-  core::parallel_for(0, static_cast<std::size_t>(chunks_of(x.cols())), [&](std::size_t c) {
-    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns, width = std::min(chunk_columns, x.cols() - first);
+  core::parallel_for(0, chunks_of(x.cols()), [&](std::size_t c) {
+    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns,
+                       width = std::min(chunk_columns, x.cols() - first);
     image.middleCols(first, width).noalias() = matrix * x.middleCols(first, width);
   });
   return image;
@@ -49,7 +51,7 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
     Eigen::MatrixXd block = vectors.middleCols(first, std::min(block_columns, vectors.cols() - first));
     const Eigen::RowVectorXd before = (block.array() * image_of(capacity, block).array()).colwise().sum().sqrt();
     const Eigen::Index start = count;
-    core::parallel_for(0, static_cast<std::size_t>(chunks_of(block.cols())), [&](std::size_t c) {
+    core::parallel_for(0, chunks_of(block.cols()), [&](std::size_t c) {
       const Eigen::Index at = static_cast<Eigen::Index>(c) * chunk_columns;
       auto chunk = block.middleCols(at, std::min(chunk_columns, block.cols() - at));
       for (int pass = 0; pass < 2 && start > 0; ++pass) {
@@ -77,11 +79,12 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
 double mean_square(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& block) {
   const Eigen::Index chunks = chunks_of(block.cols());
   Eigen::VectorXd squares(chunks);
-  core::parallel_for(0, static_cast<std::size_t>(chunks), [&](std::size_t c) {
-    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns, width = std::min(chunk_columns, block.cols() - first);
+  core::parallel_for(0, chunks, [&](std::size_t c) {
+    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns,
+                       width = std::min(chunk_columns, block.cols() - first);
     const auto chunk = block.middleCols(first, width);
     const Eigen::MatrixXd image = capacity * chunk;
-    squares[static_cast<Eigen::Index>(c)] = (chunk.array() * image.array()).sum();
+    squares[c] = (chunk.array() * image.array()).sum();
   });
   return squares.sum() / capacity.sum();
 }
@@ -99,8 +102,8 @@ Eigen::MatrixXd compressed(const solver::SparseMatrix& energy, const Eigen::Matr
   Eigen::Index kept = 0;
   while (kept < count && eigen.values(count - 1 - kept) > below * eigen.values(count - 1)) ++kept;
   // X^T H X = F F^T with F = U S W^T, so that X U are the directions with their lengths S.
-  const Eigen::MatrixXd left = factor * eigen.vectors.rightCols(kept) *
-                               eigen.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd left =
+      factor * eigen.vectors.rightCols(kept) * eigen.values.tail(kept).cwiseSqrt().cwiseInverse().asDiagonal();
   return lapack::product(x, left);
 }
 
@@ -134,13 +137,13 @@ Eigen::MatrixXd project(const solver::SparseMatrix& matrix, const RowMajorMatrix
   }
   std::sort(rows.begin(), rows.end());
   rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-  std::vector<Eigen::Index> place(static_cast<std::size_t>(matrix.rows()), -1);
-  for (std::size_t i = 0; i < rows.size(); ++i) place[static_cast<std::size_t>(rows[i])] = static_cast<Eigen::Index>(i);
+  std::vector<Eigen::Index> place(matrix.rows(), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i) place[rows[i]] = i;
 
-  RowMajorMatrix image = RowMajorMatrix::Zero(static_cast<Eigen::Index>(rows.size()), right.cols());
+  RowMajorMatrix image = RowMajorMatrix::Zero(std::ssize(rows), right.cols());
   for (Eigen::Index column = 0; column < matrix.outerSize(); ++column) {
     for (solver::SparseMatrix::InnerIterator entry(matrix, column); entry; ++entry) {
-      image.row(place[static_cast<std::size_t>(entry.row())]) += entry.value() * right.row(column);
+      image.row(place[entry.row()]) += entry.value() * right.row(column);
     }
   }
   const RowMajorMatrix touched = left(rows, Eigen::all);

@@ -13,13 +13,13 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr double least_share = 0.1;      ///< of the largest error: below, a ratio says nothing
+constexpr double least_share = 0.1;  ///< of the largest error: below, a ratio says nothing
 
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
   std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
+  return values[at];
 }
 
 /// Length of dx, dy, dz in each row, um, of a table or of the difference of two.
@@ -35,34 +35,40 @@ Eigen::VectorXd translations(const core::Table& table, const core::Table* minus 
 
 }  // namespace
 
-double largest_translation(const core::Table& table) { return table.rows() == 0 ? 0.0 : translations(table).maxCoeff(); }
+double largest_translation(const core::Table& table) {
+  return table.rows() == 0 ? 0.0 : translations(table).maxCoeff();
+}
 
-EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedModel& reference, const mesh::Machine& machine,
-                                    const solver::LoadProgram& load, const std::vector<mesh::Pose>& poses, ReducedRun how) {
+EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedModel& reference,
+                                    const mesh::Machine& machine, const solver::LoadProgram& load,
+                                    const std::vector<mesh::Pose>& poses, ReducedRun how) {
   if (reference.system.order() <= model.system.order() || reference.machine.hash != model.machine.hash) {
-    throw core::InputError("reference of the error estimate",
-                           fmt::format("order {} for a model of order {}{}", reference.system.order(), model.system.order(),
-                                       reference.machine.hash == model.machine.hash ? "" : ", of another machine"),
-                           "a larger order of the same machine: reference.rom.h5 of the same `thermotwin reduce`");
+    throw core::InputError(
+        "reference of the error estimate",
+        fmt::format("order {} for a model of order {}{}", reference.system.order(), model.system.order(),
+                    reference.machine.hash == model.machine.hash ? "" : ", of another machine"),
+        "a larger order of the same machine: reference.rom.h5 of the same `thermotwin reduce`");
   }
   EstimatedRun run{simulate_reduced(model, machine, load, poses, how), {}, {}};
   how.tell = false;      // the model has told what lies beyond
   how.record = nullptr;  // and what it records is its own trajectory, on which a bound is taken
   run.larger = simulate_reduced(reference, machine, load, poses, how);
   const core::Table& tcp = run.result.tcp;
-  const auto kept = static_cast<Eigen::Index>(1 + machine.axes.size() + estimated_values);
+  const Eigen::Index kept = 1 + machine.axes.size() + estimated_values;
   run.estimate.source = "error estimate of " + load.name();
   run.estimate.columns.assign(tcp.columns.begin(), tcp.columns.begin() + kept);
   run.estimate.values = tcp.values.leftCols(kept);
   run.estimate.values.rightCols(estimated_values) =
-      run.larger.tcp.values.middleCols(kept - estimated_values, estimated_values) - tcp.values.middleCols(kept - estimated_values, estimated_values);
+      run.larger.tcp.values.middleCols(kept - estimated_values, estimated_values) -
+      tcp.values.middleCols(kept - estimated_values, estimated_values);
   return run;
 }
 
 Effectivity effectivity(const solver::LoadResult& full, const EstimatedRun& run) {
   const Eigen::Index rows = full.tcp.rows();
   if (rows != run.result.tcp.rows() || rows == 0)
-    throw core::InputError("effectivity of load '" + full.load + "'", fmt::format("{} and {} rows", rows, run.result.tcp.rows()),
+    throw core::InputError("effectivity of load '" + full.load + "'",
+                           fmt::format("{} and {} rows", rows, run.result.tcp.rows()),
                            "results at the same times and poses");
   const Eigen::VectorXd truth = translations(full.tcp, &run.result.tcp), estimated = translations(run.estimate);
   std::vector<double> ratios;

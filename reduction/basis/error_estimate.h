@@ -29,9 +29,9 @@ struct EstimatedRun {
 };
 
 /// @throws InputError if the reference is not of a larger order for the same machine
-EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedModel& reference, const mesh::Machine& machine,
-                                    const solver::LoadProgram& load, const std::vector<mesh::Pose>& poses,
-                                    ReducedRun how = {});
+EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedModel& reference,
+                                    const mesh::Machine& machine, const solver::LoadProgram& load,
+                                    const std::vector<mesh::Pose>& poses, ReducedRun how = {});
 
 /// Estimated over true length of the translations' error, at all times and poses whose true error is at
 /// least a tenth of the largest one.

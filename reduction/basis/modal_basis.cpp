@@ -13,7 +13,7 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr double steps_a_mode = 2.5;                ///< of the Lanczos process, for converged modes
+constexpr double steps_a_mode = 2.5;  ///< of the Lanczos process, for converged modes
 constexpr Eigen::Index more_steps = 50;
 constexpr double invariant = 1e-12;
 
@@ -23,15 +23,17 @@ Basis modal_basis(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p
   const Eigen::Index n = thermal.size;
   Eigen::VectorXd still = p;
   for (std::size_t j = 0; j < thermal.terms.size(); ++j)
-    if (thermal.layout.terms[j].kind == solver::TermKind::coolant_flow) still(static_cast<Eigen::Index>(j)) = 0.0;
+    if (thermal.layout.terms[j].kind == solver::TermKind::coolant_flow) still(j) = 0.0;
   solver::ThermalDirectSolver inverse(thermal);
   inverse.factorise(still, steady_shift);
 
-  const Eigen::Index steps = std::min(n, static_cast<Eigen::Index>(steps_a_mode * static_cast<double>(most)) + more_steps);
+  const Eigen::Index steps =
+      std::min(n, static_cast<Eigen::Index>(steps_a_mode * static_cast<double>(most)) + more_steps);
   Eigen::MatrixXd q(n, steps);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(steps), beside = Eigen::VectorXd::Zero(steps);
   std::mt19937 random(1);
-  Eigen::VectorXd v = Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index) { return std::uniform_real_distribution<double>(-1.0, 1.0)(random); });
+  Eigen::VectorXd v = Eigen::VectorXd::NullaryExpr(
+      n, [&](Eigen::Index) { return std::uniform_real_distribution<double>(-1.0, 1.0)(random); });
   v /= std::sqrt(v.dot(thermal.capacity * v));
   Eigen::Index count = 0;
   for (; count < steps; ++count) {
@@ -59,7 +61,8 @@ Basis modal_basis(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p
   basis.rank = std::min(count, most - 1);
   Eigen::MatrixXd directions(n, basis.rank + 1);
   directions.col(0).setOnes();
-  directions.rightCols(basis.rank).noalias() = q.leftCols(count) * eigen.eigenvectors().rowwise().reverse().leftCols(basis.rank);
+  directions.rightCols(basis.rank).noalias() =
+      q.leftCols(count) * eigen.eigenvectors().rowwise().reverse().leftCols(basis.rank);
   basis.singular_values = eigen.eigenvalues().reverse().head(basis.rank);
   basis.vectors = orthonormal(thermal.capacity, directions);
   return basis;

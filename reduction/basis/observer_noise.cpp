@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <cmath>
+#include <iterator>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
@@ -56,22 +57,24 @@ MatrixXd stationary_prediction(const MatrixXd& f, const MatrixXd& q, const Matri
   throw core::SolverError("observer: the stationary covariance does not settle");
 }
 
-ObserverNoise observer_noise(const ReducedModel& model, const MatrixXd& states, const VectorXd& standing, const ObserverOptions& options) {
+ObserverNoise observer_noise(const ReducedModel& model, const MatrixXd& states, const VectorXd& standing,
+                             const ObserverOptions& options) {
   const ReducedSystem& system = model.system;
   const Index r = system.order();
-  const auto sensors = static_cast<Index>(model.machine.sensors.size());
-  if (states.rows() != r || states.cols() == 0) throw core::InputError("observer", "no states of the campaign", "snapshots of the training loads");
+  const auto sensors = std::ssize(model.machine.sensors);
+  if (states.rows() != r || states.cols() == 0)
+    throw core::InputError("observer", "no states of the campaign", "snapshots of the training loads");
   const double share = prior_share(model.machine, options);
   const MatrixXd prior = share * share / static_cast<double>(states.cols()) * (states * states.transpose());
   MatrixXd k = system.conduction;
   for (Index j = 0; j < standing.size(); ++j)
-    if (standing(j) != 0.0) k += standing(j) * system.terms[static_cast<std::size_t>(j)];
+    if (standing(j) != 0.0) k += standing(j) * system.terms[j];
   const MatrixXd f = MatrixXd(-options.interval_s * system.capacity.partialPivLu().solve(k)).exp();
   const MatrixXd q = non_negative(prior - f * prior * f.transpose());
   VectorXd variance(sensors);
-  for (Index s = 0; s < sensors; ++s) variance(s) = std::pow(model.machine.sensors[static_cast<std::size_t>(s)].uncertainty, 2);
+  for (Index s = 0; s < sensors; ++s) variance(s) = std::pow(model.machine.sensors[s].uncertainty, 2);
   const MatrixXd rows = value_rows(model, mesh::workspace_poses(model.machine));
-  const Index poses = static_cast<Index>(mesh::workspace_poses(model.machine).size()), values = rows.rows() / poses;
+  const Index poses = std::ssize(mesh::workspace_poses(model.machine)), values = rows.rows() / poses;
   const auto seen = [&](const MatrixXd& covariance) {
     double sum = 0.0;
     for (Index i = 0; i < poses; ++i) {
@@ -82,7 +85,8 @@ ObserverNoise observer_noise(const ReducedModel& model, const MatrixXd& states, 
   };
   ObserverNoise noise;
   noise.open_um = seen(stationary_prediction(f, q, MatrixXd::Zero(1, r), VectorXd::Ones(1)));
-  noise.predicted_um = sensors == 0 ? noise.open_um : seen(stationary_prediction(f, q, system.sensors.topRows(sensors), variance));
+  noise.predicted_um =
+      sensors == 0 ? noise.open_um : seen(stationary_prediction(f, q, system.sensors.topRows(sensors), variance));
   return noise;
 }
 

@@ -16,16 +16,17 @@
 namespace thermotwin::reduction {
 
 struct ObserverOptions {
-  double interval_s = 300.0;       ///< between corrections, as the compensator's
-  double unstated_share = 0.1;     ///< where machine.toml states no uncertainty of a source or film
+  double interval_s = 300.0;    ///< between corrections, as the compensator's
+  double unstated_share = 0.1;  ///< where machine.toml states no uncertainty of a source or film
 };
 
 /// RMS of the relative standard deviations that machine.toml states of sources and films.
 double prior_share(const mesh::Machine& machine, const ObserverOptions& options = {});
 
 struct ObserverNoise {
-  double predicted_um = 0;         ///< standard deviation of the TCP's translation before a correction, RMS over the stored poses
-  double open_um = 0;              ///< the same without sensors
+  double predicted_um =
+      0;               ///< standard deviation of the TCP's translation before a correction, RMS over the stored poses
+  double open_um = 0;  ///< the same without sensors
 };
 
 /// @param states    (order x any) reduced states of the campaign, from each load's start on
@@ -34,6 +35,7 @@ ObserverNoise observer_noise(const ReducedModel& model, const Eigen::MatrixXd& s
                              const ObserverOptions& options = {});
 
 /// S of the equation above. @param h  (readings x n)  @param r  (readings) variances
-Eigen::MatrixXd stationary_prediction(const Eigen::MatrixXd& f, const Eigen::MatrixXd& q, const Eigen::MatrixXd& h, const Eigen::VectorXd& r);
+Eigen::MatrixXd stationary_prediction(const Eigen::MatrixXd& f, const Eigen::MatrixXd& q, const Eigen::MatrixXd& h,
+                                      const Eigen::VectorXd& r);
 
 }  // namespace thermotwin::reduction

@@ -26,7 +26,8 @@ struct FullRows {
 FullRows full_rows(const solver::FullModel& full, std::vector<mesh::Pose> poses);
 
 /// Translations of a load there, (3 x output times) in um for each pose. @param snapshots  (size x output times)
-std::vector<Eigen::Matrix3Xd> off_grid_truth(const mesh::Machine& machine, const FullRows& full, const Eigen::MatrixXd& snapshots);
+std::vector<Eigen::Matrix3Xd> off_grid_truth(const mesh::Machine& machine, const FullRows& full,
+                                             const Eigen::MatrixXd& snapshots);
 
 struct OffGridErrors {
   std::string load;
@@ -41,10 +42,11 @@ struct OffGridErrors {
 /// @param basis  (size x order) of the model
 /// @param truth  of the load
 OffGridErrors off_grid_errors(const ReducedModel& model, const Eigen::MatrixXd& basis, const mesh::Machine& machine,
-                              const solver::LoadProgram& load, const std::vector<Eigen::Matrix3Xd>& truth, const FullRows& full);
+                              const solver::LoadProgram& load, const std::vector<Eigen::Matrix3Xd>& truth,
+                              const FullRows& full);
 
 /// One row for each load and pose.
-void write_off_grid(const std::filesystem::path& path, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
-                    const std::vector<OffGridErrors>& errors);
+void write_off_grid(const std::filesystem::path& path, const mesh::Machine& machine,
+                    const std::vector<mesh::Pose>& poses, const std::vector<OffGridErrors>& errors);
 
 }  // namespace thermotwin::reduction

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
@@ -16,13 +17,13 @@ namespace {
 constexpr double steepest = 1.5;  ///< exponent: no joint follows more than its own compliance
 
 /// (6 x r)
-Eigen::MatrixXd table_remainder(const mesh::Machine& machine, const mesh::Pose& pose, Eigen::MatrixXd axis, Eigen::MatrixXd own,
-                                const ReducedOutputs& outputs) {
+Eigen::MatrixXd table_remainder(const mesh::Machine& machine, const mesh::Pose& pose, Eigen::MatrixXd axis,
+                                Eigen::MatrixXd own, const ReducedOutputs& outputs) {
   const Eigen::VectorXd weights = table_weights(machine, pose);
   for (Eigen::Index k = 0; k < weights.size(); ++k) {
     if (weights(k) == 0.0) continue;
-    axis -= weights(k) * outputs.table_axis[static_cast<std::size_t>(k)];
-    own -= weights(k) * outputs.table_own[static_cast<std::size_t>(k)];
+    axis -= weights(k) * outputs.table_axis[k];
+    own -= weights(k) * outputs.table_own[k];
   }
   Eigen::MatrixXd rest(6, axis.cols());
   for (Eigen::Index j = 0; j < axis.cols(); ++j)
@@ -45,15 +46,18 @@ std::vector<Eigen::MatrixXd> capacities(const solver::FullModel& full, const Eig
 
 }  // namespace
 
-ReducedOutputs stored_outputs(const mesh::Machine& machine, const std::vector<mesh::Pose>& tool_poses, const std::vector<mesh::Pose>& table_poses,
-                              const std::vector<solver::OutputRows>& at_tool, const std::vector<solver::OutputRows>& at_table) {
+ReducedOutputs stored_outputs(const mesh::Machine& machine, const std::vector<mesh::Pose>& tool_poses,
+                              const std::vector<mesh::Pose>& table_poses,
+                              const std::vector<solver::OutputRows>& at_tool,
+                              const std::vector<solver::OutputRows>& at_table) {
   ReducedOutputs outputs{tool_poses, {}, table_poses, {}, {}};
   for (const solver::OutputRows& rows : at_table) {
     outputs.table_axis.push_back(rows.table_axis);
     outputs.table_own.push_back(rows.table_own);
   }
   for (std::size_t i = 0; i < at_tool.size(); ++i)
-    outputs.tool.push_back(at_tool[i].tool - table_remainder(machine, tool_poses[i], at_tool[i].table_axis, at_tool[i].table_own, outputs));
+    outputs.tool.push_back(at_tool[i].tool - table_remainder(machine, tool_poses[i], at_tool[i].table_axis,
+                                                             at_tool[i].table_own, outputs));
   return outputs;
 }
 
@@ -77,7 +81,8 @@ Parts make_parts(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
       // A joint that loses contact somewhere takes no share there.
       for (solver::OutputRows& row : rows)
         if (row.tool.size() == 0)
-          row = {Eigen::MatrixXd::Zero(6, basis.cols()), Eigen::MatrixXd::Zero(6, basis.cols()), Eigen::MatrixXd::Zero(7, basis.cols())};
+          row = {Eigen::MatrixXd::Zero(6, basis.cols()), Eigen::MatrixXd::Zero(6, basis.cols()),
+                 Eigen::MatrixXd::Zero(7, basis.cols())};
       return rows;
     };
     bool any = false;
@@ -89,10 +94,13 @@ Parts make_parts(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
     outputs.table_poses.clear();
     return outputs;
   };
-  for (std::size_t b = 0; b < machine.bodies.size(); ++b) parts.bodies.push_back(stored(&solver::OutputParts::bodies, b));
-  for (std::size_t i = 0; i < machine.scales.size(); ++i) parts.scales.push_back(stored(&solver::OutputParts::scales, i));
-  for (std::size_t i = 0; i < machine.screws.size(); ++i) parts.screws.push_back(stored(&solver::OutputParts::screws, i));
-  parts.stiffness_exponent.setZero(static_cast<Eigen::Index>(machine.joints.size()));
+  for (std::size_t b = 0; b < machine.bodies.size(); ++b)
+    parts.bodies.push_back(stored(&solver::OutputParts::bodies, b));
+  for (std::size_t i = 0; i < machine.scales.size(); ++i)
+    parts.scales.push_back(stored(&solver::OutputParts::scales, i));
+  for (std::size_t i = 0; i < machine.screws.size(); ++i)
+    parts.screws.push_back(stored(&solver::OutputParts::screws, i));
+  parts.stiffness_exponent.setZero(std::ssize(machine.joints));
   for (std::size_t j = 0; j < machine.joints.size(); ++j) {
     parts.stiffness.push_back(stored(&solver::OutputParts::stiffness, j));
     const ReducedOutputs &first = parts.stiffness.back(), second = stored(&solver::OutputParts::curvature, j);
@@ -102,7 +110,7 @@ Parts make_parts(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
         product += ((first.*rows)[i].array() * (second.*rows)[i].array()).sum();
         square += (first.*rows)[i].squaredNorm();
       }
-    if (square > 0.0) parts.stiffness_exponent[static_cast<Eigen::Index>(j)] = std::clamp(product / square, -steepest, steepest);
+    if (square > 0.0) parts.stiffness_exponent[j] = std::clamp(product / square, -steepest, steepest);
   }
   return parts;
 }

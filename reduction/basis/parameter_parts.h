@@ -21,7 +21,9 @@ Parts truncated(const Parts& parts, Eigen::Index r);
 /// the same poses. What the table side does at a tool pose beyond what its own grid says goes to the
 /// tool side: joints that are held at more than three points bend the common bed with every axis (0.1 um
 /// of 100), and the difference of both sides, the error, is right.
-ReducedOutputs stored_outputs(const mesh::Machine& machine, const std::vector<mesh::Pose>& tool_poses, const std::vector<mesh::Pose>& table_poses,
-                              const std::vector<solver::OutputRows>& at_tool, const std::vector<solver::OutputRows>& at_table);
+ReducedOutputs stored_outputs(const mesh::Machine& machine, const std::vector<mesh::Pose>& tool_poses,
+                              const std::vector<mesh::Pose>& table_poses,
+                              const std::vector<solver::OutputRows>& at_tool,
+                              const std::vector<solver::OutputRows>& at_table);
 
 }  // namespace thermotwin::reduction

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/error.h"
@@ -26,9 +27,9 @@ constexpr double margin_mm = 1.0;     ///< of a box about its triangles: meshes 
 /// The skin of one body in clusters.
 struct Skin {
   Eigen::Matrix3Xd centre;
-  Eigen::VectorXd area, distance;     ///< to the nearest seed, m
+  Eigen::VectorXd area, distance;  ///< to the nearest seed, m
   Eigen::VectorXi cluster;
-  std::vector<Index> seeds;           ///< faces
+  std::vector<Index> seeds;  ///< faces
 
   explicit Skin(const mesh::TetMesh& mesh) : centre(3, mesh.face_count()), area(mesh.face_count()) {
     for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) {
@@ -46,7 +47,7 @@ struct Skin {
     for (Index f = 0; f < centre.cols(); ++f)
       if (const double d = (centre.col(f) - centre.col(face)).norm(); d < distance[f]) {
         distance[f] = d;
-        cluster[f] = static_cast<int>(seeds.size());
+        cluster[f] = seeds.size();
       }
     seeds.push_back(face);
   }
@@ -60,7 +61,9 @@ struct Skin {
       middle /= sum;
       Index nearest = seeds[s];
       for (Index f = 0; f < centre.cols(); ++f)
-        if (cluster[f] == static_cast<int>(s) && (centre.col(f) - middle).squaredNorm() < (centre.col(nearest) - middle).squaredNorm()) nearest = f;
+        if (cluster[f] == static_cast<int>(s) &&
+            (centre.col(f) - middle).squaredNorm() < (centre.col(nearest) - middle).squaredNorm())
+          nearest = f;
       moved.push_back(nearest);
     }
     seeds.clear();
@@ -77,7 +80,7 @@ double up(double m) { return (std::ceil(1e3 * m) + margin_mm) * 1e-3; }
 std::vector<Patch> surface_patches(const mesh::MachineMesh& mesh, int count) {
   std::vector<Skin> skins;
   for (const mesh::TetMesh& body : mesh.bodies) skins.emplace_back(body);
-  for (int made = static_cast<int>(skins.size()); made < count; ++made) {
+  for (int made = skins.size(); made < count; ++made) {
     Skin* widest = nullptr;
     Index face = 0;
     double most = fine_enough;
@@ -106,7 +109,7 @@ std::vector<Patch> surface_patches(const mesh::MachineMesh& mesh, int count) {
       mesh::Rule rule;
       rule.box_min = low.unaryExpr(&down);
       rule.box_max = high.unaryExpr(&up);
-      patch.surface = patch_surface(mesh.machine.bodies[b].id, static_cast<int>(s), *rule.box_min, *rule.box_max);
+      patch.surface = patch_surface(mesh.machine.bodies[b].id, s, *rule.box_min, *rule.box_max);
       for (const int f : mesh::select_faces(body, patch.surface.any_of.front())) {
         patch.area += skin.area[f];
         patch.centre += skin.area[f] * skin.centre.col(f);
@@ -135,13 +138,14 @@ solver::SparseMatrix patch_loads(const solver::FullModel& full, const std::vecto
   const mesh::MachineMesh& mesh = full.mesh;
   solver::assembly::Triplets triplets;
   for (std::size_t k = 0; k < patches.size(); ++k) {
-    const auto b = static_cast<std::size_t>(mesh.machine.body_index(patches[k].surface.body));
+    const std::size_t b = mesh.machine.body_index(patches[k].surface.body);
     const std::vector<int> faces = mesh::select_faces(mesh.bodies[b], patches[k].surface.any_of.front());
     solver::assembly::FaceSet set{&mesh.bodies[b], &faces, static_cast<int>(mesh.first_node[b]), 0.0};
     for (const int face : faces) set.area += mesh.bodies[b].face_area(face);
-    for (const auto& [node, value] : solver::assembly::surface_load(set)) triplets.emplace_back(node, static_cast<int>(k), value / set.area);
+    for (const auto& [node, value] : solver::assembly::surface_load(set))
+      triplets.emplace_back(node, k, value / set.area);
   }
-  return solver::assembly::from_triplets(full.thermal.size, static_cast<Index>(patches.size()), triplets);
+  return solver::assembly::from_triplets(full.thermal.size, std::ssize(patches), triplets);
 }
 
 PatchErrors patch_errors(const solver::FullModel& full, const ReducedModel& model) {
@@ -152,18 +156,20 @@ PatchErrors patch_errors(const solver::FullModel& full, const ReducedModel& mode
   const Eigen::MatrixXd loads = patch_loads(full, model.patches.items);
   Eigen::MatrixXd reduced_operator = model.system.conduction;
   for (Index j = 0; j < rest.c.p.size(); ++j)
-    if (rest.c.p(j) != 0.0) reduced_operator += rest.c.p(j) * model.system.terms[static_cast<std::size_t>(j)];
+    if (rest.c.p(j) != 0.0) reduced_operator += rest.c.p(j) * model.system.terms[j];
 
   Eigen::VectorXd difference = Eigen::VectorXd::Zero(loads.cols()), size = difference;
-  const auto sensors = static_cast<Index>(machine.sensors.size());
+  const auto sensors = std::ssize(machine.sensors);
   for (const double shift : {steady_shift, 1.0 / 3600.0}) {
     const Eigen::MatrixXd states = solver::solve_shifted(full.thermal, rest.c, shift, loads);
-    const Eigen::MatrixXd small = Eigen::PartialPivLU<Eigen::MatrixXd>(reduced_operator + shift * model.system.capacity).solve(model.patches.inputs);
+    const Eigen::MatrixXd small = Eigen::PartialPivLU<Eigen::MatrixXd>(reduced_operator + shift * model.system.capacity)
+                                      .solve(model.patches.inputs);
     const auto compare = [&](const Eigen::MatrixXd& truth, const Eigen::MatrixXd& guess, double unit) {
       difference += unit * unit * (guess - truth).colwise().squaredNorm().transpose();
       size += unit * unit * truth.colwise().squaredNorm().transpose();
     };
-    compare((full.thermal.sensors * states).topRows(sensors), (model.system.sensors * small).topRows(sensors), sensor_um_K);
+    compare((full.thermal.sensors * states).topRows(sensors), (model.system.sensors * small).topRows(sensors),
+            sensor_um_K);
     for (const mesh::Pose& pose : model.outputs.tool_poses) {
       const solver::OutputRows rows = full.elastic.output_rows(pose);
       const Eigen::MatrixXd tool = rows.tool * states, axis = rows.table_axis * states, own = rows.table_own * states;
@@ -171,9 +177,11 @@ PatchErrors patch_errors(const solver::FullModel& full, const ReducedModel& mode
       Eigen::MatrixXd truth(3, loads.cols()), guess(3, loads.cols());
       for (Index k = 0; k < loads.cols(); ++k) {
         truth.col(k) = solver::tcp_error(machine, pose, tool.col(k), axis.col(k), own.col(k)).error.head<3>();
-        guess.col(k) = solver::tcp_error(machine, pose, sides.col(k).head<6>(), sides.col(k).segment<6>(6), sides.col(k).tail<7>()).error.head<3>();
+        guess.col(k) =
+            solver::tcp_error(machine, pose, sides.col(k).head<6>(), sides.col(k).segment<6>(6), sides.col(k).tail<7>())
+                .error.head<3>();
       }
-      compare(truth, guess, 1e6 / std::sqrt(static_cast<double>(model.outputs.tool_poses.size())));
+      compare(truth, guess, 1e6 / std::sqrt(model.outputs.tool_poses.size()));
     }
   }
   Eigen::VectorXd relative = (difference.array() / size.array().max(1e-300)).sqrt();

@@ -21,7 +21,7 @@ solver::SparseMatrix patch_loads(const solver::FullModel& full, const std::vecto
 /// hour of the machine at rest; norm of the difference over that of the full response, all in units in
 /// which 1 K counts as 5 um.
 struct PatchErrors {
-  double median = 0, most95 = 0;   ///< of the patches; 95 of 100 are below the second
+  double median = 0, most95 = 0;  ///< of the patches; 95 of 100 are below the second
 };
 PatchErrors patch_errors(const solver::FullModel& full, const ReducedModel& model);
 

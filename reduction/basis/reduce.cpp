@@ -29,7 +29,7 @@ namespace thermotwin::reduction {
 namespace {
 
 constexpr Eigen::Index tried_orders[] = {20, 40, 60, 80, 100, 120, 160, 200, 240, 300, 400};
-constexpr Eigen::Index most_snapshots = 120;   ///< of one load
+constexpr Eigen::Index most_snapshots = 120;  ///< of one load
 /// Sizes of the groups relative to all responses. Of 15 sets tried on vmc5, coarse, these had the
 /// least error on the training loads at order 240 (0.12 um; all weights 1 or 0.3: 0.3 um).
 constexpr double adjoint_weight = 3.0, change_weight = 0.3, snapshot_weight = 5.0;
@@ -38,12 +38,10 @@ constexpr double orthonormal_within = 1e-9;
 using solver::TermKind;
 
 class Watch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
+public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
- private:
+private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
@@ -63,7 +61,7 @@ Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const sol
     Eigen::MatrixXd block(thermal.size, kept);
     for (Eigen::Index i = 0; i < kept; ++i) block.col(i) = result.snapshots.col(i * stride);
     remove_mean(thermal, block);
-    block /= std::sqrt(static_cast<double>(kept));  // each load counts the same, however long
+    block /= std::sqrt(kept);  // each load counts the same, however long
     given += kept;
     blocks.push_back(compressed(energy, block, least_direction));
     count += blocks.back().cols();
@@ -78,10 +76,13 @@ Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const sol
 }
 
 /// All groups side by side, each brought to its size relative to the responses.
-Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candidates& groups, const Eigen::MatrixXd& snapshots) {
+Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candidates& groups,
+                               const Eigen::MatrixXd& snapshots) {
   const double size = groups.responses.cols() > 0 ? mean_square(thermal.capacity, groups.responses) : 1.0;
-  const std::pair<const Eigen::MatrixXd*, double> parts[] = {{&groups.responses, 1.0}, {&groups.adjoints, adjoint_weight},
-                                                             {&groups.changes, change_weight}, {&snapshots, snapshot_weight}};
+  const std::pair<const Eigen::MatrixXd*, double> parts[] = {{&groups.responses, 1.0},
+                                                             {&groups.adjoints, adjoint_weight},
+                                                             {&groups.changes, change_weight},
+                                                             {&snapshots, snapshot_weight}};
   Eigen::Index count = 0, at = 0;
   for (const auto& [block, weight] : parts) count += block->cols();
   Eigen::MatrixXd all(thermal.size, count);
@@ -96,12 +97,16 @@ Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candi
 /// Output rows of the full model at the poses that the reduced model stores. Those of the workspace's own positions and
 /// angles are kept, since the basis has to see them; those between are many, and are made when they are projected.
 class FullOutputs {
- public:
-  explicit FullOutputs(const solver::FullModel& full) : full_(full), grid_(full.mesh.machine), kept_(grid_.grid_count() + grid_.table_grid_places().size()) {
+public:
+  explicit FullOutputs(const solver::FullModel& full)
+      : full_(full),
+        grid_(full.mesh.machine),
+        kept_(grid_.grid_count() + grid_.table_grid_places().size()) {
     core::Progress progress("output rows", kept_.size());
     core::parallel_for(0, kept_.size(), [&](std::size_t i) {
       const bool tool = i < grid_.grid_count();
-      kept_[i] = full.elastic.output_rows(tool ? grid_.tool_poses()[i] : grid_.table_poses()[grid_.table_grid_places()[i - grid_.grid_count()]]);
+      kept_[i] = full.elastic.output_rows(
+          tool ? grid_.tool_poses()[i] : grid_.table_poses()[grid_.table_grid_places()[i - grid_.grid_count()]]);
       progress.advance();
     });
   }
@@ -112,7 +117,8 @@ class FullOutputs {
     std::vector<solver::OutputRows> tool(grid_.tool_count()), table(grid_.table_count());
     std::vector<const solver::OutputRows*> kept(tool.size() + table.size(), nullptr);
     for (std::size_t i = 0; i < grid_.grid_count(); ++i) kept[i] = &kept_[i];
-    for (std::size_t i = 0; i < grid_.table_grid_places().size(); ++i) kept[tool.size() + grid_.table_grid_places()[i]] = &kept_[grid_.grid_count() + i];
+    for (std::size_t i = 0; i < grid_.table_grid_places().size(); ++i)
+      kept[tool.size() + grid_.table_grid_places()[i]] = &kept_[grid_.grid_count() + i];
     core::parallel_for(0, kept.size(), [&](std::size_t i) {
       const bool is_tool = i < tool.size();
       const mesh::Pose& pose = is_tool ? grid_.tool_poses()[i] : grid_.table_poses()[i - tool.size()];
@@ -121,13 +127,14 @@ class FullOutputs {
     return stored_outputs(full_.mesh.machine, grid_.tool_poses(), grid_.table_poses(), tool, table);
   }
 
- private:
+private:
   /// All rows at once: the basis is what is large.
   static solver::OutputRows small(const solver::OutputRows& rows, const Eigen::MatrixXd& basis) {
     Eigen::MatrixXd columns(basis.rows(), rows.tool.rows() + rows.table_axis.rows() + rows.table_own.rows());
     columns << rows.tool.transpose(), rows.table_axis.transpose(), rows.table_own.transpose();
     const Eigen::MatrixXd all = columns.transpose() * basis;
-    return {all.topRows(rows.tool.rows()), all.middleRows(rows.tool.rows(), rows.table_axis.rows()), all.bottomRows(rows.table_own.rows())};
+    return {all.topRows(rows.tool.rows()), all.middleRows(rows.tool.rows(), rows.table_axis.rows()),
+            all.bottomRows(rows.table_own.rows())};
   }
 
   const solver::FullModel& full_;
@@ -136,12 +143,13 @@ class FullOutputs {
 };
 
 /// Directions of the method, the uniform field first. @param standing  p of the machine at rest
-Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingModel& operating, const std::vector<solver::OutputRows>& rows,
-               const std::vector<solver::LoadResult>& training, const Eigen::VectorXd& standing, BasisMethod method,
-               Eigen::Index most, ReduceSummary& notes) {
+Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingModel& operating,
+               const std::vector<solver::OutputRows>& rows, const std::vector<solver::LoadResult>& training,
+               const Eigen::VectorXd& standing, BasisMethod method, Eigen::Index most, ReduceSummary& notes) {
   const solver::SparseMatrix conduction = symmetric_conduction(thermal, standing);
   if (method == BasisMethod::modal || method == BasisMethod::balanced) {
-    Basis basis = method == BasisMethod::modal ? modal_basis(thermal, standing, most) : balanced_basis(thermal, operating, rows, most);
+    Basis basis = method == BasisMethod::modal ? modal_basis(thermal, standing, most)
+                                               : balanced_basis(thermal, operating, rows, most);
     notes.candidates = basis.rank;
     return basis;
   }
@@ -150,10 +158,12 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
   for (Eigen::MatrixXd* group : {&groups.responses, &groups.adjoints, &groups.changes}) group->resize(thermal.size, 0);
   if (krylov) groups = make_candidates(thermal, operating, rows, default_candidates());
   Eigen::Index given = groups.made;
-  const Eigen::MatrixXd chosen = snapshots ? chosen_snapshots(thermal, energy_of(thermal, conduction), training, given) : Eigen::MatrixXd(thermal.size, 0);
+  const Eigen::MatrixXd chosen = snapshots ? chosen_snapshots(thermal, energy_of(thermal, conduction), training, given)
+                                           : Eigen::MatrixXd(thermal.size, 0);
   const Eigen::MatrixXd candidates = scaled_columns(thermal, groups, chosen);
   if (candidates.cols() == 0)
-    throw core::InputError("basis of the reduced model", "no snapshots", "a campaign that keeps them, or --method krylov");
+    throw core::InputError("basis of the reduced model", "no snapshots",
+                           "a campaign that keeps them, or --method krylov");
   notes.candidates = given;
   Basis basis = make_basis(thermal, conduction, candidates, most);
   notes.deflated = notes.candidates - basis.rank;
@@ -161,7 +171,8 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
 }
 
 /// What the campaign made of the machine since each load's start, on the basis: (order x some of its outputs).
-Eigen::MatrixXd states_of(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis, const std::vector<solver::LoadResult>& training) {
+Eigen::MatrixXd states_of(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis,
+                          const std::vector<solver::LoadResult>& training) {
   constexpr Eigen::Index most_states = 60;  // of one load
   const Eigen::MatrixXd weighted = thermal.capacity * basis;
   Eigen::MatrixXd states(basis.cols(), 0);
@@ -182,8 +193,10 @@ std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> ma
     const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& training) {
   std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> pairs;
   for (const solver::LoadResult& result : training) {
-    const auto load = std::find_if(loads.begin(), loads.end(), [&](const solver::LoadProgram& l) { return l.name() == result.load; });
-    if (load == loads.end()) throw core::InputError("training result '" + result.load + "'", "no such load", "results of the loads given");
+    const auto load =
+        std::find_if(loads.begin(), loads.end(), [&](const solver::LoadProgram& l) { return l.name() == result.load; });
+    if (load == loads.end())
+      throw core::InputError("training result '" + result.load + "'", "no such load", "results of the loads given");
     if (result.tcp.rows() > 0) pairs.emplace_back(&*load, &result);
   }
   return pairs;
@@ -196,7 +209,9 @@ ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::
   ReducedSystem system;
   system.layout = thermal.layout;
   Eigen::MatrixXd capacity, conduction;
-  core::parallel_for(0, 2, [&](std::size_t i) { (i == 0 ? capacity : conduction) = project(i == 0 ? thermal.capacity : thermal.conduction, vectors); });
+  core::parallel_for(0, 2, [&](std::size_t i) {
+    (i == 0 ? capacity : conduction) = project(i == 0 ? thermal.capacity : thermal.conduction, vectors);
+  });
   const Eigen::Index r = basis.cols();
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(r, r);
   if (!((capacity - identity).cwiseAbs().maxCoeff() < orthonormal_within)) {
@@ -257,12 +272,14 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
   Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
   if (columns) most = std::max(most, 3 * largest_wanted);
-  const Basis basis = basis_of(thermal, operating, rows.kept(), training, points.front().c.p, options.method, most, notes);
+  const Basis basis =
+      basis_of(thermal, operating, rows.kept(), training, points.front().c.p, options.method, most, notes);
   notes.basis_seconds = basis_watch.seconds();
 
   const Watch projection_watch;
   // Columns beyond those of the reference are for the bound alone.
-  const Eigen::Index projected = std::min(basis.vectors.cols(), reference ? reference_order(largest_wanted) : largest_wanted);
+  const Eigen::Index projected =
+      std::min(basis.vectors.cols(), reference ? reference_order(largest_wanted) : largest_wanted);
   const Eigen::MatrixXd vectors = basis.vectors.leftCols(projected);
   ReducedModel model;
   model.machine = machine;
@@ -286,7 +303,8 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   if (!pairs.empty()) states = states_of(thermal, basis.vectors.leftCols(largest), training);
   notes.sensors = !full.mesh.machine.sensors.empty();
   if (options.order_by_observer && !notes.sensors)
-    throw core::InputError("order by the observer", "a machine without sensors", "one or more [[sensor]] in machine.toml");
+    throw core::InputError("order by the observer", "a machine without sensors",
+                           "one or more [[sensor]] in machine.toml");
   if (options.order_by_observer && states.cols() == 0)
     throw core::InputError("order by the observer", "no snapshots of the training loads", "a campaign that keeps them");
   notes.prior_share = prior_share(machine);
@@ -297,7 +315,8 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     std::vector<TrainedRange> seen(pairs.size());
     core::parallel_for(0, pairs.size(), [&](std::size_t i) {
       const auto [load, result] = pairs[i];
-      const solver::LoadResult reduced = simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp), {.tell = false, .seen = &seen[i]});
+      const solver::LoadResult reduced =
+          simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp), {.tell = false, .seen = &seen[i]});
       error[i] = compare(*result, reduced).max_um;
     });
     if (pairs.empty()) break;
@@ -308,7 +327,8 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
     chosen.trained = model.trained;
     const double worst = *std::max_element(error.begin(), error.end());
     notes.order_error_um.emplace_back(order, worst);
-    if (states.cols() > 0 && notes.sensors) notes.observer.push_back(observer_noise(chosen, states.topRows(order), points.front().c.p));
+    if (states.cols() > 0 && notes.sensors)
+      notes.observer.push_back(observer_noise(chosen, states.topRows(order), points.front().c.p));
     if (worst <= (options.order_by_observer ? notes.observer.back().predicted_um : options.tolerance_um)) break;
   }
   notes.orders_seconds = orders_watch.seconds();
@@ -333,7 +353,8 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
 Eigen::Index ReduceSummary::order_of_observer() const {
   if (observer.size() != order_error_um.size()) return 0;
   Eigen::Index from = 0;
-  for (std::size_t i = order_error_um.size(); i-- > 0 && order_error_um[i].second <= observer[i].predicted_um;) from = order_error_um[i].first;
+  for (std::size_t i = order_error_um.size(); i-- > 0 && order_error_um[i].second <= observer[i].predicted_um;)
+    from = order_error_um[i].first;
   return from;
 }
 
@@ -341,7 +362,8 @@ std::string ReduceSummary::brief() const {
   std::string text = fmt::format("order {} from {} candidates ({} dependent)", order, candidates, deflated);
   const bool observed = observer.size() == order_error_um.size();
   for (std::size_t i = 0; i < order_error_um.size(); ++i) {
-    text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", order_error_um[i].first, order_error_um[i].second);
+    text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", order_error_um[i].first,
+                        order_error_um[i].second);
     if (observed) text += fmt::format("; an observer's own {:.2f} um", observer[i].predicted_um);
   }
   if (!sensors) return text + "\nno sensors: nothing is known of what an observer would leave";
@@ -350,8 +372,10 @@ std::string ReduceSummary::brief() const {
     text += fmt::format("\nbeyond order {} the observer's noise is larger than the reduction's error", from);
   else
     text += "\nat no order tried is the reduction's error below the observer's noise";
-  return text + fmt::format(" (standard deviation of the TCP that the sensors leave of {:.2f} um: the campaign's states times {:.1f} %, as unsure as machine.toml is of heats and films)",
-                            observer.back().open_um, 100 * prior_share);
+  return text + fmt::format(
+                    " (standard deviation of the TCP that the sensors leave of {:.2f} um: the campaign's states times "
+                    "{:.1f} %, as unsure as machine.toml is of heats and films)",
+                    observer.back().open_um, 100 * prior_share);
 }
 
 }  // namespace thermotwin::reduction

@@ -20,11 +20,11 @@ namespace thermotwin::reduction {
 
 /// What the basis is made of.
 enum class BasisMethod {
-  combined,   ///< Krylov vectors, adjoints, changes of coefficients and snapshots
-  krylov,     ///< the same without snapshots: needs no campaign
-  pod,        ///< snapshots of the campaign alone
-  balanced,   ///< dominant subspaces of both Gramians of the machine at rest
-  modal       ///< slowest modes of the machine at rest
+  combined,  ///< Krylov vectors, adjoints, changes of coefficients and snapshots
+  krylov,    ///< the same without snapshots: needs no campaign
+  pod,       ///< snapshots of the campaign alone
+  balanced,  ///< dominant subspaces of both Gramians of the machine at rest
+  modal      ///< slowest modes of the machine at rest
 };
 inline constexpr const char* basis_methods[] = {"combined", "krylov", "pod", "balanced", "modal"};
 /// @throws UsageError with the known names
@@ -32,7 +32,7 @@ BasisMethod basis_method(const std::string& name);
 
 struct ReduceOptions {
   BasisMethod method = BasisMethod::combined;
-  double tolerance_um = 0.05;      ///< TCP error of the training loads, all poses, translations
+  double tolerance_um = 0.05;  ///< TCP error of the training loads, all poses, translations
   Eigen::Index max_order = 240;
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
   bool order_by_observer = false;  ///< the smallest order tried that errs by less than an observer's noise instead
@@ -44,10 +44,10 @@ struct ReduceSummary {
   Eigen::Index candidates = 0, deflated = 0, order = 0;
   double rows_seconds = 0, basis_seconds = 0, projection_seconds = 0, orders_seconds = 0, parts_seconds = 0;
   std::vector<std::pair<Eigen::Index, double>> order_error_um;  ///< tried orders, training error
-  std::vector<ObserverNoise> observer;   ///< of the same orders; empty: no snapshots, or a machine that keeps all heat
-  bool sensors = true;                   ///< the machine has some
-  double prior_share = 0;                ///< of what the campaign reached, that the observer is unsure of at first
-  Eigen::MatrixXd basis;                 ///< (size x order) of the model
+  std::vector<ObserverNoise> observer;  ///< of the same orders; empty: no snapshots, or a machine that keeps all heat
+  bool sensors = true;                  ///< the machine has some
+  double prior_share = 0;               ///< of what the campaign reached, that the observer is unsure of at first
+  Eigen::MatrixXd basis;                ///< (size x order) of the model
   double seconds() const { return rows_seconds + basis_seconds + projection_seconds + orders_seconds + parts_seconds; }
   /// The order tried from which on the error stays below the observer's noise; 0: none.
   Eigen::Index order_of_observer() const;
@@ -59,7 +59,8 @@ struct ReduceSummary {
 /// @param basis      if given: receives the model's basis and up to twice as many columns more, (size x 3 times the largest order tried), for bound/model.h
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
-                    ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr, Eigen::MatrixXd* basis = nullptr);
+                    ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr,
+                    Eigen::MatrixXd* basis = nullptr);
 
 /// Galerkin projection on columns that are orthonormal in the capacity.
 ReducedSystem project_system(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& basis);

@@ -17,9 +17,9 @@ namespace {
 
 constexpr double ambient_step_K = 5.0;
 constexpr double gradient_step_K_m = 1.0;
-constexpr double unknown_drive_W = 500.0;   ///< a source without laws: only measured power drives it
+constexpr double unknown_drive_W = 500.0;  ///< a source without laws: only measured power drives it
 constexpr double rotation_lever_m = 0.3;
-constexpr double sensor_length_m = 5e-6;    ///< a sensor's 1 K counts as much as 5 um at the TCP
+constexpr double sensor_length_m = 5e-6;  ///< a sensor's 1 K counts as much as 5 um at the TCP
 constexpr Eigen::Index most_output_directions = 30;
 constexpr double least_output_direction = 1e-3;
 
@@ -40,8 +40,8 @@ struct AxisNames {
 AxisNames names_of(const mesh::Axis& axis) {
   const bool linear = axis.kind == mesh::AxisKind::linear;
   const std::string unit = linear ? "mm" : "deg", stem = "axis." + axis.id + ".";
-  return {stem + "position_" + unit, stem + "feed_" + unit + "_min", stem + "low_" + unit,
-          stem + "high_" + unit, linear ? 1e-3 : std::numbers::pi / 180.0};
+  return {stem + "position_" + unit, stem + "feed_" + unit + "_min", stem + "low_" + unit, stem + "high_" + unit,
+          linear ? 1e-3 : std::numbers::pi / 180.0};
 }
 
 void set(const solver::OperatingModel& model, Eigen::VectorXd& row, const std::string& name, double value) {
@@ -77,11 +77,12 @@ void set_states(const solver::OperatingModel& model, Eigen::VectorXd& row, bool 
     if (!film.state.empty()) set(model, row, film.state, value);
   }
   for (const std::string& door : model.machine().doors) set(model, row, "door." + door + ".open", value);
-  for (const mesh::CoolantSpec& coolant : model.machine().coolants) set(model, row, "coolant." + coolant.id + ".on", value);
+  for (const mesh::CoolantSpec& coolant : model.machine().coolants)
+    set(model, row, "coolant." + coolant.id + ".on", value);
 }
 
 Eigen::VectorXd no_inlets(const solver::OperatingModel& model) {
-  return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.machine().coolants.size()));
+  return Eigen::VectorXd::Zero(std::ssize(model.machine().coolants));
 }
 
 OperatingPoint make_point(const solver::OperatingModel& model, std::string name, Eigen::VectorXd row) {
@@ -112,19 +113,19 @@ Eigen::MatrixXd joined(const std::vector<Eigen::MatrixXd>& blocks, Eigen::Index 
 }
 
 Eigen::MatrixXd columns_of(const std::vector<Eigen::VectorXd>& vectors, Eigen::Index rows) {
-  Eigen::MatrixXd block(rows, static_cast<Eigen::Index>(vectors.size()));
-  for (std::size_t i = 0; i < vectors.size(); ++i) block.col(static_cast<Eigen::Index>(i)) = vectors[i];
+  Eigen::MatrixXd block(rows, std::ssize(vectors));
+  for (std::size_t i = 0; i < vectors.size(); ++i) block.col(i) = vectors[i];
   return block;
 }
 
 /// q of one source when its laws give their most, at the axes' travel in the row.
 Eigen::VectorXd hottest(const solver::OperatingModel& model, const solver::Layout& layout, int source,
                         Eigen::VectorXd row) {
-  const mesh::SourceSpec& spec = model.machine().sources[static_cast<std::size_t>(source)];
+  const mesh::SourceSpec& spec = model.machine().sources[source];
   for (const mesh::PowerLaw& law : spec.laws) {
     const auto most = std::max_element(law.power.begin(), law.power.end(),
                                        [](double a, double b) { return std::abs(a) < std::abs(b); });
-    if (most != law.power.end()) set(model, row, law.input, law.at[static_cast<std::size_t>(most - law.power.begin())]);
+    if (most != law.power.end()) set(model, row, law.input, law.at[most - law.power.begin()]);
   }
   for (const mesh::LossLaw& loss : spec.losses)
     solver::LossInput(model.machine(), model.channels(), loss).set_hottest(loss, model.machine(), row);
@@ -132,7 +133,7 @@ Eigen::VectorXd hottest(const solver::OperatingModel& model, const solver::Layou
   Eigen::VectorXd q = model.coefficients(row, no_inlets(model)).q;
   for (std::size_t k = 0; k < layout.inputs.size(); ++k) {
     const bool own = layout.inputs[k].kind == InputKind::source && layout.inputs[k].item == source;
-    if (!own) q(static_cast<Eigen::Index>(k)) = 0.0;
+    if (!own) q(k) = 0.0;
   }
   return q;
 }
@@ -145,7 +146,7 @@ bool moves(const solver::Layout& layout, int source) {
 
 bool has_flow(const solver::ThermalSystem& thermal, const solver::Coefficients& c) {
   for (std::size_t j = 0; j < thermal.layout.terms.size(); ++j) {
-    if (thermal.layout.terms[j].kind == TermKind::coolant_flow && c.p(static_cast<Eigen::Index>(j)) != 0.0) return true;
+    if (thermal.layout.terms[j].kind == TermKind::coolant_flow && c.p(j) != 0.0) return true;
   }
   return false;
 }
@@ -155,7 +156,7 @@ bool has_flow(const solver::ThermalSystem& thermal, const solver::Coefficients& 
 solver::SparseMatrix symmetric_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p) {
   solver::SparseMatrix sum = thermal.conduction;
   for (std::size_t j = 0; j < thermal.terms.size(); ++j) {
-    const double factor = p(static_cast<Eigen::Index>(j));
+    const double factor = p(j);
     if (factor != 0.0 && thermal.layout.terms[j].kind != TermKind::coolant_flow) sum += factor * thermal.terms[j];
   }
   return sum;
@@ -197,7 +198,7 @@ Eigen::MatrixXd effective_inputs(const solver::ThermalSystem& thermal, const sol
   const mesh::Machine& machine = model.machine();
   std::vector<Eigen::VectorXd> q;
   for (std::size_t i = 0; i < machine.sources.size(); ++i) {
-    const int source = static_cast<int>(i);
+    const int source = i;
     std::vector<Travel> travels{{0.5, true}};
     if (moves(thermal.layout, source)) travels = {{0.5, true}, {0.0}, {0.5}, {1.0}};
     for (const Travel travel : travels) {
@@ -209,7 +210,7 @@ Eigen::MatrixXd effective_inputs(const solver::ThermalSystem& thermal, const sol
   const Eigen::VectorXd inlets = no_inlets(model);
   for (std::size_t i = 0; i < machine.ambients.size(); ++i) {
     Eigen::VectorXd row = point.row;
-    const double here_C = model.ambient_K(static_cast<int>(i), row) + machine.reference_C;
+    const double here_C = model.ambient_K(i, row) + machine.reference_C;
     set(model, row, machine.ambients[i].id + ".T_C", here_C + ambient_step_K);
     q.push_back(model.coefficients(row, inlets).q - point.c.q);
     if (!machine.ambients[i].has_gradient) continue;
@@ -235,7 +236,7 @@ Eigen::MatrixXd coefficient_changes(const solver::ThermalSystem& thermal, const 
   std::map<std::pair<TermKind, int>, Eigen::VectorXd> changes;  // all grid nodes of a joint are one
   for (std::size_t j = 0; j < thermal.terms.size(); ++j) {
     const solver::Term& term = thermal.layout.terms[j];
-    const double p = point.c.p(static_cast<Eigen::Index>(j));
+    const double p = point.c.p(j);
     if (p == 0.0) continue;
     Eigen::VectorXd& change = changes[{term.kind, term.item}];
     if (change.size() == 0) change.setZero(thermal.size);
@@ -268,12 +269,14 @@ Eigen::MatrixXd output_directions(const solver::ThermalSystem& thermal, const st
   const lapack::SymmetricPair eigen = lapack::symmetric_eigen(std::move(gram));
   Eigen::Index kept = 0;
   while (kept < std::min(count, most_output_directions) &&
-         eigen.values(count - 1 - kept) > least_output_direction * least_output_direction * eigen.values(count - 1)) ++kept;
+         eigen.values(count - 1 - kept) > least_output_direction * least_output_direction * eigen.values(count - 1))
+    ++kept;
   return lapack::product(stack, eigen.vectors.rightCols(kept));
 }
 
 Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal, const std::vector<solver::OutputRows>& rows) {
-  return joined({output_directions(thermal, rows), sensor_length_m * Eigen::MatrixXd(thermal.sensors.transpose())}, thermal.size);
+  return joined({output_directions(thermal, rows), sensor_length_m * Eigen::MatrixXd(thermal.sensors.transpose())},
+                thermal.size);
 }
 
 CandidateOptions default_candidates() {
@@ -318,7 +321,9 @@ Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::O
       if (adjoint) adjoints.of_point.push_back(solver.solve(outputs, !symmetric));
       if (adjoint && changing.cols() > 0) changes.of_point.push_back(solver.solve(changing));
       if (direct && changing.cols() == 0) {
-        changing = coefficient_changes(thermal, point, responses.of_point.back().rowwise().sum() / std::sqrt(static_cast<double>(std::max<Eigen::Index>(1, inputs.cols()))));
+        changing = coefficient_changes(
+            thermal, point,
+            responses.of_point.back().rowwise().sum() / std::sqrt(std::max<Eigen::Index>(1, inputs.cols())));
       }
       progress.advance();
     }
@@ -327,8 +332,9 @@ Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::O
       group->compress(thermal, energy);
     }
   }
-  Candidates all{joined(responses.kept, thermal.size), joined(adjoints.kept, thermal.size), joined(changes.kept, thermal.size), given};
-  all.responses /= std::sqrt(static_cast<double>(points.size() * options.shifts.size()));
+  Candidates all{joined(responses.kept, thermal.size), joined(adjoints.kept, thermal.size),
+                 joined(changes.kept, thermal.size), given};
+  all.responses /= std::sqrt(points.size() * options.shifts.size());
   return all;
 }
 

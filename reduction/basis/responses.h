@@ -17,8 +17,8 @@ namespace thermotwin::reduction {
 /// A state of operation that stays for a while; the channels' row says what is on.
 struct OperatingPoint {
   std::string name;
-  Eigen::VectorXd row;             ///< (channels)
-  solver::Coefficients c;          ///< its p is what the operator needs
+  Eigen::VectorXd row;     ///< (channels)
+  solver::Coefficients c;  ///< its p is what the operator needs
 };
 
 /// Standing; the axes at five places of their travel, where their joints' matrices differ, with films and
@@ -27,8 +27,8 @@ std::vector<OperatingPoint> operating_points(const solver::OperatingModel& model
 
 /// Full vectors of what acts at the point, in W: each source at the largest power of its laws (one
 /// that moves: spread over the travel and at both ends), each ambient and coolant inlet at 5 K.
-Eigen::MatrixXd effective_inputs(const solver::ThermalSystem& thermal,
-                                 const solver::OperatingModel& model, const OperatingPoint& point);
+Eigen::MatrixXd effective_inputs(const solver::ThermalSystem& thermal, const solver::OperatingModel& model,
+                                 const OperatingPoint& point);
 
 /// p_j K_j T of each film, joint and coolant: what a relative change of its coefficient does.
 Eigen::MatrixXd coefficient_changes(const solver::ThermalSystem& thermal, const OperatingPoint& point,
@@ -36,12 +36,10 @@ Eigen::MatrixXd coefficient_changes(const solver::ThermalSystem& thermal, const 
 
 /// Output functionals as columns (size x m): the TCP rows compressed to their leading directions,
 /// lengths in m (rotations at a lever of 0.3 m, R0T as it is).
-Eigen::MatrixXd output_directions(const solver::ThermalSystem& thermal,
-                                  const std::vector<solver::OutputRows>& rows);
+Eigen::MatrixXd output_directions(const solver::ThermalSystem& thermal, const std::vector<solver::OutputRows>& rows);
 
 /// The same with the sensors: 1 K of a sensor counts as much as 5 um at the TCP. (size x m) in m
-Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal,
-                                    const std::vector<solver::OutputRows>& rows);
+Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal, const std::vector<solver::OutputRows>& rows);
 
 /// 1/s. Steady state: a very long time instead, so that an insulated machine has one.
 inline constexpr double steady_shift = 1.0 / (1000.0 * 86400.0);
@@ -66,7 +64,7 @@ struct Candidates {
   Eigen::MatrixXd adjoints;   ///< to outputs
   Eigen::MatrixXd changes;    ///< to changes of coefficients
   Eigen::Index columns() const { return responses.cols() + adjoints.cols() + changes.cols(); }
-  Eigen::Index made = 0;      ///< columns before they were compressed, point by point
+  Eigen::Index made = 0;  ///< columns before they were compressed, point by point
 };
 Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::OperatingModel& model,
                            const std::vector<solver::OutputRows>& rows, const CandidateOptions& options);

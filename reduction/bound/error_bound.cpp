@@ -2,6 +2,7 @@
 #include "reduction/bound/error_bound.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -23,16 +24,16 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double gamma_ = solver::sdirk_gamma;
-constexpr double share = (1.0 - gamma_) / gamma_;   ///< of the first stage's increment in the second
+constexpr double share = (1.0 - gamma_) / gamma_;  ///< of the first stage's increment in the second
 constexpr double root2 = std::numbers::sqrt2;
 /// Pairing of the adjoint stages (first, second); its determinant is 4.
 constexpr double a11 = 4.0 - 2.0 * root2, a12 = 2.0 - 2.0 * root2, a22 = 4.0;
-constexpr double rounding = 1e-6;                    ///< of a bound, for sums in floating point
+constexpr double rounding = 1e-6;  ///< of a bound, for sums in floating point
 constexpr double um = 1e6;
 
 /// Galerkin's trajectory in U and the norm of its residuals.
 class Primal {
- public:
+public:
   Primal(const BoundModel& bound, double initial_K) : bound_(bound), state_(bound.one_kelvin * initial_K) {}
 
   const VectorXd& state() const { return state_; }
@@ -56,7 +57,7 @@ class Primal {
     state_ = second;
   }
 
- private:
+private:
   const BoundModel& bound_;
   VectorXd state_;
   double square_ = 0.0;
@@ -66,19 +67,24 @@ class Primal {
 
 /// D^2 of an output with the row c at the last step: c^T F c and what its part beside E W adds.
 class Dual {
- public:
+public:
   explicit Dual(const BoundModel& bound)
-      : form_(MatrixXd::Zero(bound.terms.dual(), bound.terms.dual())), marked_(form_), since_mark_(MatrixXd::Identity(form_.rows(), form_.rows())) {}
+      : form_(MatrixXd::Zero(bound.terms.dual(), bound.terms.dual())),
+        marked_(form_),
+        since_mark_(MatrixXd::Identity(form_.rows(), form_.rows())) {}
 
   void prepare(const BoundSum& k, double step) {
     const Index d = form_.rows();
     scale_ = gamma_ * step;
-    const MatrixXd back = (MatrixXd::Identity(d, d) + scale_ * k.conduction().topLeftCorner(d, d).transpose()).inverse();
+    const MatrixXd back =
+        (MatrixXd::Identity(d, d) + scale_ * k.conduction().topLeftCorner(d, d).transpose()).inverse();
     second_ = scale_ * (k.dual_residual() * back);
     first_ = share * (second_ * back);
     moved_ = (1.0 - share) * back + share * (back * back);
     const MatrixXd cross = first_.transpose() * second_;
-    seen_ = (a11 * (first_.transpose() * first_) + a12 * (cross + cross.transpose()) + a22 * (second_.transpose() * second_)) / scale_;
+    seen_ = (a11 * (first_.transpose() * first_) + a12 * (cross + cross.transpose()) +
+             a22 * (second_.transpose() * second_)) /
+            scale_;
     runs_.assign(1, {1, moved_, seen_});
   }
 
@@ -99,7 +105,9 @@ class Dual {
 
   /// Squares of D over the steps since the mark, and over those before it.
   /// @param c  (dual) the row in W   @param rest  (probes) its part beside E W
-  struct Squares { double recent, older; };
+  struct Squares {
+    double recent, older;
+  };
   Squares squares(const VectorXd& c, const VectorXd& rest) const {
     const VectorXd second = second_ * c, before = since_mark_ * c;
     const double beside = a22 * (rest.squaredNorm() + 2.0 * rest.dot(second)) + 2.0 * a12 * rest.dot(first_ * c);
@@ -112,8 +120,11 @@ class Dual {
     since_mark_.setIdentity();
   }
 
- private:
-  struct Run { std::size_t steps; MatrixXd moved, seen; };  // 2^k steps of the same coefficients
+private:
+  struct Run {
+    std::size_t steps;
+    MatrixXd moved, seen;
+  };  // 2^k steps of the same coefficients
   MatrixXd form_, marked_, since_mark_;
   double scale_ = 1.0;
   MatrixXd first_, second_, moved_, seen_;  // residuals of both stages and the step's map of a row
@@ -122,14 +133,15 @@ class Dual {
 
 /// The most that sum X_w P_w over two windows can be where sum X_w^2 <= sum X_w D_w.
 double product(const Dual::Squares& d, double recent, double older) {
-  return 0.5 * (std::sqrt(d.recent * recent) + std::sqrt(d.older * older) + std::sqrt((d.recent + d.older) * (recent + older)));
+  return 0.5 * (std::sqrt(d.recent * recent) + std::sqrt(d.older * older) +
+                std::sqrt((d.recent + d.older) * (recent + older)));
 }
 
 /// K(p) >= K(least) * this, for all terms but flows.
 double above_least(const BoundModel& bound, const VectorXd& p) {
   double smallest = 1.0;
   for (Index j = 0; j < p.size(); ++j) {
-    if (bound.layout.terms[static_cast<std::size_t>(j)].kind == solver::TermKind::coolant_flow || bound.least(j) <= 0.0) continue;
+    if (bound.layout.terms[j].kind == solver::TermKind::coolant_flow || bound.least(j) <= 0.0) continue;
     smallest = std::min(smallest, std::max(0.0, p(j)) / bound.least(j));
   }
   return smallest;
@@ -137,20 +149,24 @@ double above_least(const BoundModel& bound, const VectorXd& p) {
 
 void require_fit(const ReducedModel& model, const BoundModel& bound, const RunRecord& run) {
   if (model.machine.hash != bound.machine_hash || model.full_size != bound.full_size)
-    throw core::InputError("bound of the reduced model", "made for another machine or mesh", "bound.rom.h5 of the same `thermotwin reduce --bound`");
+    throw core::InputError("bound of the reduced model", "made for another machine or mesh",
+                           "bound.rom.h5 of the same `thermotwin reduce --bound`");
   const auto terms = bound.terms.count();
   for (const RunRecord::Step& step : run.steps)
     if (step.c.p.size() != terms || step.c.q.size() != bound.inputs.cols())
-      throw core::InputError("bound of the reduced model", "other terms or inputs than the run's", "a run of the same model");
+      throw core::InputError("bound of the reduced model", "other terms or inputs than the run's",
+                             "a run of the same model");
   if (!run.sdirk)
-    throw core::InputError("bound of the reduced model", "a run without time error (--exact)", "a run that steps as the full model does");
+    throw core::InputError("bound of the reduced model", "a run without time error (--exact)",
+                           "a run that steps as the full model does");
 }
 
 }  // namespace
 
-ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const mesh::Machine& machine, const RunRecord& run) {
+ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const mesh::Machine& machine,
+                       const RunRecord& run) {
   require_fit(model, bound, run);
-  const Index poses = static_cast<Index>(bound.poses.size()), values = value_rows(model, {bound.poses.front()}).rows();
+  const Index poses = std::ssize(bound.poses), values = value_rows(model, {bound.poses.front()}).rows();
   const MatrixXd own_rows = value_rows(model, bound.poses);
   ErrorBound result;
   core::Table& table = result.table;
@@ -159,7 +175,7 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
   for (const std::string& name : mesh::pose_columns(machine)) table.columns.push_back(name);
   const std::vector<std::string> names = solver::tcp_columns();
   table.columns.insert(table.columns.end(), names.begin(), names.begin() + estimated_values);
-  table.values.resize(static_cast<Index>(run.outputs.size()) * poses, static_cast<Index>(table.columns.size()));
+  table.values.resize(std::ssize(run.outputs) * poses, std::ssize(table.columns));
 
   for (const RunRecord::Step& step : run.steps) result.scale = std::min(result.scale, above_least(bound, step.c.p));
   result.scale = result.scale > 0.0 ? 1.0 / result.scale : std::numeric_limits<double>::infinity();
@@ -190,18 +206,18 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
     waiting = 0;
     const VectorXd own = own_rows * output.state;
     for (Index i = 0; i < poses; ++i, ++row) {
-      const MatrixXd& rows = bound.rows[static_cast<std::size_t>(i)];
+      const MatrixXd& rows = bound.rows[i];
       const VectorXd beside = um * (rows * primal.state()) - own.segment(i * values, estimated_values);
       VectorXd remainder = VectorXd::Zero(estimated_values);
       if (done > 0)
         for (Index o = 0; o < estimated_values; ++o) {
-          if (const double both = product(dual.squares(rows.row(o).head(bound.terms.dual()), bound.rest[static_cast<std::size_t>(i)].col(o)),
+          if (const double both = product(dual.squares(rows.row(o).head(bound.terms.dual()), bound.rest[i].col(o)),
                                           primal.square() - before, before);
               both > 0.0)
             remainder(o) = um * result.scale * both;
         }
       const VectorXd total = (1.0 + rounding) * (beside.cwiseAbs() + remainder);
-      table.values.row(row) << output.time, mesh::pose_values(machine, bound.poses[static_cast<std::size_t>(i)]).transpose(), total.transpose();
+      table.values.row(row) << output.time, mesh::pose_values(machine, bound.poses[i]).transpose(), total.transpose();
       result.largest_um = std::max(result.largest_um, total.head(3).norm());
       result.remainder_um = std::max(result.remainder_um, remainder.head(3).norm());
     }
@@ -209,7 +225,8 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
     before = primal.square();
   }
   // Two norms of the trajectory for each output time, and of each output's adjoint.
-  result.failure = std::min(1.0, 2.0 * bound.failure * static_cast<double>(run.outputs.size()) * static_cast<double>(1 + estimated_values * poses));
+  result.failure =
+      std::min(1.0, 2.0 * bound.failure * static_cast<double>(run.outputs.size()) * (1 + estimated_values * poses));
   return result;
 }
 

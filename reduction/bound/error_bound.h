@@ -23,15 +23,16 @@
 namespace thermotwin::reduction {
 
 struct ErrorBound {
-  core::Table table;            ///< time_s, pose, dx_um .. rc_um_per_m: the bound; a row for each time and pose
-  double largest_um = 0;        ///< length of the translations' bounds
-  double remainder_um = 0;      ///< D P's part of it, at its own largest
-  double scale = 1;             ///< D P is multiplied by this where coefficients fall below the norm's
-  double failure = 0;           ///< share of draws of probes for which any number of the table may be too small
+  core::Table table;        ///< time_s, pose, dx_um .. rc_um_per_m: the bound; a row for each time and pose
+  double largest_um = 0;    ///< length of the translations' bounds
+  double remainder_um = 0;  ///< D P's part of it, at its own largest
+  double scale = 1;         ///< D P is multiplied by this where coefficients fall below the norm's
+  double failure = 0;       ///< share of draws of probes for which any number of the table may be too small
 };
 
 /// @param run  of model, as simulate_reduced records it
 /// @throws InputError: another machine, other terms; a run that did not step by SDIRK2
-ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const mesh::Machine& machine, const RunRecord& run);
+ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const mesh::Machine& machine,
+                       const RunRecord& run);
 
 }  // namespace thermotwin::reduction

@@ -2,6 +2,7 @@
 #include "reduction/bound/file.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 
@@ -21,8 +22,8 @@ constexpr char format_name[] = "thermotwin error bound";
 constexpr Index most_columns = 100000;
 
 IntRows column_of(const std::vector<Index>& numbers) {
-  IntRows column(static_cast<Index>(numbers.size()), 1);
-  for (std::size_t i = 0; i < numbers.size(); ++i) column(static_cast<Index>(i), 0) = static_cast<int>(numbers[i]);
+  IntRows column(std::ssize(numbers), 1);
+  for (std::size_t i = 0; i < numbers.size(); ++i) column(i, 0) = numbers[i];
   return column;
 }
 
@@ -63,8 +64,8 @@ void write_bound(const fs::path& path, const BoundModel& bound) {
   writer.matrix("/terms/stored", terms.stored);
   writer.describe("/terms/stored", "state beside W; one row a probe", "sqrt(W K) s");
 
-  MatrixXd poses(static_cast<Index>(bound.poses.size()), bound.poses.front().size());
-  for (Index i = 0; i < poses.rows(); ++i) poses.row(i) = bound.poses[static_cast<std::size_t>(i)].transpose();
+  MatrixXd poses(std::ssize(bound.poses), bound.poses.front().size());
+  for (Index i = 0; i < poses.rows(); ++i) poses.row(i) = bound.poses[i].transpose();
   writer.group("/outputs");
   writer.matrix("/outputs/poses", poses);
   writer.describe("/outputs/poses", "axes of the machine in their order", "m or rad");
@@ -77,41 +78,49 @@ void write_bound(const fs::path& path, const BoundModel& bound) {
 
 BoundModel read_bound(const fs::path& path, const ReducedModel& model) {
   std::error_code error;
-  if (!fs::is_regular_file(path, error)) throw InputError(path.string(), "no such file", "bound.rom.h5 as `thermotwin reduce --bound` writes it");
+  if (!fs::is_regular_file(path, error))
+    throw InputError(path.string(), "no such file", "bound.rom.h5 as `thermotwin reduce --bound` writes it");
   const StoreReader reader(path);
-  if (!reader.has_attribute("format") || !reader.has_attribute("version") || reader.text_attribute("format") != format_name)
+  if (!reader.has_attribute("format") || !reader.has_attribute("version") ||
+      reader.text_attribute("format") != format_name)
     reader.fail("an HDF5 file, but not a bound", "bound.rom.h5 as `thermotwin reduce --bound` writes it");
   if (const std::int64_t version = reader.integer_attribute("version"); version != bound_file_version)
-    reader.fail(fmt::format("version {} of the bound's file", version), fmt::format("version {} (write it anew: thermotwin reduce --bound)", bound_file_version));
+    reader.fail(fmt::format("version {} of the bound's file", version),
+                fmt::format("version {} (write it anew: thermotwin reduce --bound)", bound_file_version));
   BoundModel bound;
   bound.machine_hash = reader.text_attribute("machine_hash");
   bound.full_size = static_cast<Index>(reader.integer_attribute("full_size"));
   if (bound.machine_hash != model.machine.hash || bound.full_size != model.full_size)
-    reader.fail("a bound of another machine or mesh than the model's", "bound.rom.h5 of the `thermotwin reduce --bound` that wrote the model");
-  const auto m = static_cast<Index>(reader.integer_attribute("order")), probes = static_cast<Index>(reader.integer_attribute("probes")),
+    reader.fail("a bound of another machine or mesh than the model's",
+                "bound.rom.h5 of the `thermotwin reduce --bound` that wrote the model");
+  const auto m = static_cast<Index>(reader.integer_attribute("order")),
+             probes = static_cast<Index>(reader.integer_attribute("probes")),
              dual = static_cast<Index>(reader.integer_attribute("dual_order"));
   if (m < 1 || m > most_columns || probes < 1 || dual < 1 || dual > m)
-    reader.fail(fmt::format("order {}, {} of it dual, {} probes", m, dual, probes), "1 <= dual_order <= order, at least one probe");
+    reader.fail(fmt::format("order {}, {} of it dual, {} probes", m, dual, probes),
+                "1 <= dual_order <= order, at least one probe");
   bound.failure = reader.vector("/failure", 1)(0);
-  if (!(bound.failure >= 0.0 && bound.failure < 1.0)) reader.fail(fmt::format("/failure of {}", bound.failure), "0 .. 1");
+  if (!(bound.failure >= 0.0 && bound.failure < 1.0))
+    reader.fail(fmt::format("/failure of {}", bound.failure), "0 .. 1");
 
   bound.layout = model.system.layout;
   const auto count = bound.layout.terms.size();
-  const auto inputs = static_cast<Index>(bound.layout.inputs.size());
+  const auto inputs = std::ssize(bound.layout.inputs);
   bound.inputs = reader.matrix("/system/inputs", m, inputs);
   bound.primal_inputs = reader.matrix("/system/left_by_inputs", probes, inputs);
   bound.one_kelvin = reader.vector("/system/one_kelvin", m);
-  bound.least = reader.vector("/system/least", static_cast<Index>(count));
+  bound.least = reader.vector("/system/least", count);
   BoundTerms& terms = bound.terms;
   terms.base = reader.matrix("/terms/base", m + probes, m);
   const IntRows first = reader.integers("/terms/first", 1);
   terms.first.assign(first.data(), first.data() + first.size());
-  if (terms.first.size() != count + 1 || terms.first.front() != 0 || !std::is_sorted(terms.first.begin(), terms.first.end()))
+  if (terms.first.size() != count + 1 || terms.first.front() != 0 ||
+      !std::is_sorted(terms.first.begin(), terms.first.end()))
     reader.fail("/terms/first", fmt::format("{} columns that rise from 0", count + 1));
   terms.left = reader.matrix("/terms/left", m + probes, terms.first.back());
   terms.right = reader.matrix("/terms/right", m, terms.first.back());
   terms.stored = reader.matrix("/terms/stored", probes, m - dual);
-  const MatrixXd poses = reader.matrix("/outputs/poses", StoreReader::any, static_cast<Index>(model.machine.axes.size()));
+  const MatrixXd poses = reader.matrix("/outputs/poses", StoreReader::any, std::ssize(model.machine.axes));
   if (poses.rows() < 1) reader.fail("/outputs/poses without a row", "at least one pose");
   for (Index i = 0; i < poses.rows(); ++i) bound.poses.push_back(poses.row(i).transpose());
   bound.rows = reader.stack("/outputs/rows", poses.rows(), 6, m);

@@ -2,6 +2,7 @@
 #include "reduction/bound/model.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -35,10 +36,10 @@ constexpr double least_dual_direction = 1e-8;
 
 /// Fields of 1 K in one body, one fluid node, and in parts that nothing holds.
 MatrixXd stored_heat(const solver::FullModel& full, const MatrixXd& parts) {
-  const Index bodies = static_cast<Index>(full.mesh.machine.bodies.size()), fluids = full.thermal.size - full.thermal.nodes;
+  const Index bodies = std::ssize(full.mesh.machine.bodies), fluids = full.thermal.size - full.thermal.nodes;
   MatrixXd fields = MatrixXd::Zero(full.thermal.size, bodies + fluids + parts.cols());
   for (Index b = 0; b < bodies; ++b) {
-    const auto first = full.mesh.first_node[static_cast<std::size_t>(b)], last = full.mesh.first_node[static_cast<std::size_t>(b) + 1];
+    const auto first = full.mesh.first_node[b], last = full.mesh.first_node[b + 1];
     fields.col(b).segment(first, last - first).setOnes();
   }
   fields.block(full.thermal.nodes, bodies, fluids, fluids).setIdentity();
@@ -48,16 +49,19 @@ MatrixXd stored_heat(const solver::FullModel& full, const MatrixXd& parts) {
 
 /// (A(p) + E/T)^-T c at the operating points, with the stages after it where T is that of a step. A response at T
 /// has the energy of T^-1/2 times it.
-MatrixXd output_responses(const solver::ThermalSystem& thermal, const std::vector<OperatingPoint>& points, const MatrixXd& outputs,
-                          const std::vector<double>& steps_s) {
-  struct Shift { double time; int stages; };
+MatrixXd output_responses(const solver::ThermalSystem& thermal, const std::vector<OperatingPoint>& points,
+                          const MatrixXd& outputs, const std::vector<double>& steps_s) {
+  struct Shift {
+    double time;
+    int stages;
+  };
   std::vector<Shift> shifts;
   for (const double time : time_constants_s) shifts.push_back({time, 1});
   for (const double step : steps_s) shifts.push_back({solver::sdirk_gamma * step, first_stages});
   Index blocks = 0;
   for (const Shift& shift : shifts) blocks += shift.stages;
   const Index count = outputs.cols();
-  MatrixXd all(thermal.size, count * blocks * static_cast<Index>(points.size()));
+  MatrixXd all(thermal.size, count * blocks * std::ssize(points));
   core::Progress progress("output responses for the bound", points.size() * shifts.size());
   solver::ThermalDirectSolver solver(thermal);
   VectorXd length = VectorXd::Zero(count);  // of each output's first response, so that metres and radians compare
@@ -67,7 +71,8 @@ MatrixXd output_responses(const solver::ThermalSystem& thermal, const std::vecto
       solver.factorise(point.c.p, 1.0 / shift.time);
       for (int stage = 0; stage < shift.stages; ++stage, at += count) {
         if (stage > 0) {
-          all.middleCols(at, count) = solver.solve(thermal.capacity * all.middleCols(at - count, count), true) / shift.time;
+          all.middleCols(at, count) =
+              solver.solve(thermal.capacity * all.middleCols(at - count, count), true) / shift.time;
           continue;
         }
         MatrixXd response = solver.solve(outputs, true) / std::sqrt(shift.time);
@@ -84,13 +89,17 @@ MatrixXd output_responses(const solver::ThermalSystem& thermal, const std::vecto
 
 /// Leading directions of the columns, compared by the residual that one left out leaves in a short step,
 /// |(M + E/T) x| in the dual norm of M: that is what the bound sees of it.
-MatrixXd leading(const solver::SparseMatrix& m, const solver::SparseMatrix& capacity, const MatrixXd& columns, Index most) {
+MatrixXd leading(const solver::SparseMatrix& m, const solver::SparseMatrix& capacity, const MatrixXd& columns,
+                 Index most) {
   const MatrixXd residual = m * columns + (capacity * columns) / short_time_s;
   const MatrixXd gram = residual.transpose() * solver::SparseFactor(m).solve(residual);
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(0.5 * (gram + gram.transpose()));
   const Index count = gram.rows();
   Index kept = 0;
-  while (kept < std::min(count, most) && eigen.eigenvalues()(count - 1 - kept) > least_dual_direction * least_dual_direction * eigen.eigenvalues()(count - 1)) ++kept;
+  while (kept < std::min(count, most) && eigen.eigenvalues()(count - 1 - kept) > least_dual_direction *
+                                                                                     least_dual_direction *
+                                                                                     eigen.eigenvalues()(count - 1))
+    ++kept;
   return columns * eigen.eigenvectors().rightCols(kept).rowwise().reverse();
 }
 
@@ -100,7 +109,9 @@ MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose) {
   const solver::OutputRows rows = full.elastic.output_rows(pose);
   MatrixXd columns(full.thermal.size, 6);
   for (Index j = 0; j < full.thermal.size; ++j)
-    columns.row(j) = solver::tcp_error(full.mesh.machine, pose, rows.tool.col(j), rows.table_axis.col(j), rows.table_own.col(j)).error;
+    columns.row(j) =
+        solver::tcp_error(full.mesh.machine, pose, rows.tool.col(j), rows.table_axis.col(j), rows.table_own.col(j))
+            .error;
   return columns;
 }
 
@@ -125,9 +136,10 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
                             const std::vector<mesh::Pose>& poses, const BoundOptions& options, MatrixXd* space) {
   const solver::ThermalSystem& thermal = full.thermal;
   require_affine(full.mesh.machine);
-  const auto terms = static_cast<Index>(thermal.terms.size());
+  const auto terms = std::ssize(thermal.terms);
   if (range.low.size() != terms || basis.rows() != thermal.size || poses.empty())
-    throw core::SolverError(fmt::format("bound: {} coefficients of {}, a basis of {} rows, {} poses", range.low.size(), terms, basis.rows(), poses.size()));
+    throw core::SolverError(fmt::format("bound: {} coefficients of {}, a basis of {} rows, {} poses", range.low.size(),
+                                        terms, basis.rows(), poses.size()));
 
   BoundModel model;
   model.machine_hash = full.mesh.machine.hash;
@@ -136,15 +148,17 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   model.least = range.low.cwiseMax(0.0);
   model.poses = poses;
 
-  MatrixXd outputs(thermal.size, 6 * static_cast<Index>(poses.size()));
-  for (std::size_t i = 0; i < poses.size(); ++i) outputs.middleCols(6 * static_cast<Index>(i), 6) = error_rows(full, poses[i]);
+  MatrixXd outputs(thermal.size, 6 * std::ssize(poses));
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    outputs.middleCols(6 * static_cast<Index>(i), 6) = error_rows(full, poses[i]);
   const solver::OperatingModel operating(full.mesh.machine, thermal.layout);
   const std::vector<OperatingPoint> points = operating_points(operating);
   MatrixXd parts;
   const solver::SparseMatrix least = least_conduction(thermal, model.least, parts);
   const MatrixXd heat = stored_heat(full, parts);
-  const MatrixXd responses = leading(least, thermal.capacity, output_responses(thermal, points, outputs, options.steps_s),
-                                     std::min(options.most_dual, options.dual * static_cast<Index>(poses.size())));
+  const MatrixXd responses =
+      leading(least, thermal.capacity, output_responses(thermal, points, outputs, options.steps_s),
+              std::min(options.most_dual, options.dual * std::ssize(poses)));
   MatrixXd directions(thermal.size, 1 + heat.cols() + responses.cols());
   directions << VectorXd::Ones(thermal.size), heat, responses;
   const MatrixXd w = orthonormal(thermal.capacity, directions);
@@ -163,7 +177,8 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const MatrixXd c = outputs.middleCols(6 * static_cast<Index>(i), 6);
     model.rows.push_back(c.transpose() * u);
-    model.rest.push_back(probes.transpose() * c - stored.leftCols(w.cols()) * model.rows.back().leftCols(w.cols()).transpose());
+    model.rest.push_back(probes.transpose() * c -
+                         stored.leftCols(w.cols()) * model.rows.back().leftCols(w.cols()).transpose());
   }
   return model;
 }

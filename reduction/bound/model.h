@@ -23,8 +23,8 @@
 namespace thermotwin::reduction {
 
 struct BoundOptions {
-  Eigen::Index dual = 720;        ///< columns of W for one pose beside the bodies', at most
-  Eigen::Index most_dual = 900;   ///< for all poses together
+  Eigen::Index dual = 720;                   ///< columns of W for one pose beside the bodies', at most
+  Eigen::Index most_dual = 900;              ///< for all poses together
   std::vector<double> steps_s{60.0, 120.0};  ///< lengths of steps that most runs take
   ProbeOptions probes;
 };
@@ -32,16 +32,16 @@ struct BoundOptions {
 struct BoundModel {
   std::string machine_hash;
   Eigen::Index full_size = 0;
-  double failure = 0;                      ///< share of draws for which one norm is seen too small; 0: exact
+  double failure = 0;  ///< share of draws for which one norm is seen too small; 0: exact
   solver::Layout layout;
-  BoundTerms terms;                        ///< on U (order m, its columns E-orthonormal)
-  Eigen::MatrixXd inputs;                  ///< (m x inputs)
-  Eigen::VectorXd one_kelvin;              ///< (m) state of 1 K everywhere
-  Eigen::VectorXd least;                   ///< (terms) coefficients of the norm
-  Eigen::MatrixXd primal_inputs;           ///< (probes x inputs): what inputs leave
+  BoundTerms terms;               ///< on U (order m, its columns E-orthonormal)
+  Eigen::MatrixXd inputs;         ///< (m x inputs)
+  Eigen::VectorXd one_kelvin;     ///< (m) state of 1 K everywhere
+  Eigen::VectorXd least;          ///< (terms) coefficients of the norm
+  Eigen::MatrixXd primal_inputs;  ///< (probes x inputs): what inputs leave
   std::vector<mesh::Pose> poses;
-  std::vector<Eigen::MatrixXd> rows;       ///< of each pose (6 x m), m and rad
-  std::vector<Eigen::MatrixXd> rest;       ///< of each pose (probes x 6): the output's part beside E W
+  std::vector<Eigen::MatrixXd> rows;  ///< of each pose (6 x m), m and rad
+  std::vector<Eigen::MatrixXd> rest;  ///< of each pose (probes x 6): the output's part beside E W
 };
 
 /// @throws InputError: a film radiates by fourth powers, a material has a table over temperature
@@ -52,7 +52,8 @@ void require_affine(const mesh::Machine& machine);
 /// @param space  receives U (size x m), its leading columns are W
 /// @throws InputError as require_affine
 BoundModel make_bound_model(const solver::FullModel& full, const Eigen::MatrixXd& basis, const TrainedRange& range,
-                            const std::vector<mesh::Pose>& poses, const BoundOptions& options = {}, Eigen::MatrixXd* space = nullptr);
+                            const std::vector<mesh::Pose>& poses, const BoundOptions& options = {},
+                            Eigen::MatrixXd* space = nullptr);
 
 /// Rows of the six TCP errors at a pose on the full mesh, (size x 6), m and rad.
 Eigen::MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose);

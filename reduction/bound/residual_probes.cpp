@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <random>
 
@@ -16,26 +17,26 @@ constexpr double held_share = 1e-12;  ///< row sums below this share of the diag
 
 /// Unknowns that entries of M connect: the smallest index of each one's part.
 std::vector<int> connected_parts(const solver::SparseMatrix& m) {
-  std::vector<int> part(static_cast<std::size_t>(m.rows()));
+  std::vector<int> part(m.rows());
   std::iota(part.begin(), part.end(), 0);
   const auto root = [&](int i) {
-    while (part[static_cast<std::size_t>(i)] != i) i = part[static_cast<std::size_t>(i)] = part[static_cast<std::size_t>(part[static_cast<std::size_t>(i)])];
+    while (part[i] != i) i = part[i] = part[part[i]];
     return i;
   };
   for (int column = 0; column < m.outerSize(); ++column)
     for (solver::SparseMatrix::InnerIterator entry(m, column); entry; ++entry) {
       if (entry.value() == 0.0) continue;
-      const int a = root(static_cast<int>(entry.row())), b = root(column);
-      part[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+      const int a = root(entry.row()), b = root(column);
+      part[std::max(a, b)] = std::min(a, b);
     }
-  for (int i = 0; i < static_cast<int>(part.size()); ++i) part[static_cast<std::size_t>(i)] = root(i);
+  for (int i = 0; i < std::ssize(part); ++i) part[i] = root(i);
   return part;
 }
 
 }  // namespace
 
 double certain_share(Eigen::Index count, double failure) {
-  const double wanted = 2.0 * std::log(failure) / static_cast<double>(count);
+  const double wanted = 2.0 * std::log(failure) / count;
   double low = 0.0, high = 1.0;
   for (int i = 0; i < 100; ++i) {
     const double s = 0.5 * (low + high);
@@ -44,21 +45,22 @@ double certain_share(Eigen::Index count, double failure) {
   return low;
 }
 
-solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& least, Eigen::MatrixXd& parts) {
+solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& least,
+                                      Eigen::MatrixXd& parts) {
   solver::SparseMatrix m = symmetric_conduction(thermal, least);
   m = solver::SparseMatrix(0.5 * (m + solver::SparseMatrix(m.transpose())));
   const std::vector<int> part = connected_parts(m);
   const Eigen::VectorXd outflow = m * Eigen::VectorXd::Ones(m.rows()), diagonal = m.diagonal();
   Eigen::VectorXd held = Eigen::VectorXd::Zero(m.rows()), stiffness = held;
   for (Eigen::Index i = 0; i < m.rows(); ++i) {
-    held(part[static_cast<std::size_t>(i)]) += outflow(i);
-    stiffness(part[static_cast<std::size_t>(i)]) += diagonal(i);
+    held(part[i]) += outflow(i);
+    stiffness(part[i]) += diagonal(i);
   }
-  const double typical = diagonal.sum() / static_cast<double>(m.rows());
+  const double typical = diagonal.sum() / m.rows();
   std::vector<int> loose;
   std::vector<Eigen::Triplet<double>> springs;
   for (int i = 0; i < static_cast<int>(m.rows()); ++i) {
-    if (part[static_cast<std::size_t>(i)] != i || held(i) > held_share * stiffness(i)) continue;
+    if (part[i] != i || held(i) > held_share * stiffness(i)) continue;
     loose.push_back(i);
     springs.emplace_back(i, i, typical > 0.0 ? typical : 1.0);
   }
@@ -66,10 +68,10 @@ solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, cons
   ground.setFromTriplets(springs.begin(), springs.end());
   m = solver::SparseMatrix(m + ground);
   m.makeCompressed();
-  parts = Eigen::MatrixXd::Zero(m.rows(), static_cast<Eigen::Index>(loose.size()));
+  parts = Eigen::MatrixXd::Zero(m.rows(), std::ssize(loose));
   for (std::size_t k = 0; k < loose.size(); ++k)
     for (Eigen::Index i = 0; i < m.rows(); ++i)
-      if (part[static_cast<std::size_t>(i)] == loose[k]) parts(i, static_cast<Eigen::Index>(k)) = 1.0;
+      if (part[i] == loose[k]) parts(i, k) = 1.0;
   return m;
 }
 
@@ -80,7 +82,8 @@ Eigen::MatrixXd residual_probes(const solver::SparseMatrix& m, const ProbeOption
   std::normal_distribution<double> normal;
   Eigen::MatrixXd xi(m.rows(), options.count);
   for (double& value : xi.reshaped()) value = normal(random);
-  return factor.half_solve(xi) / std::sqrt(static_cast<double>(options.count) * certain_share(options.count, options.failure));
+  return factor.half_solve(xi) /
+         std::sqrt(static_cast<double>(options.count) * certain_share(options.count, options.failure));
 }
 
 }  // namespace thermotwin::reduction

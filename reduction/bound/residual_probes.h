@@ -17,8 +17,8 @@
 namespace thermotwin::reduction {
 
 struct ProbeOptions {
-  Eigen::Index count = 1000;      ///< 0: W itself, exact, as many columns as unknowns; small models only
-  double failure = 1e-9;         ///< share of draws in which a norm is seen too small
+  Eigen::Index count = 1000;  ///< 0: W itself, exact, as many columns as unknowns; small models only
+  double failure = 1e-9;      ///< share of draws in which a norm is seen too small
   std::uint64_t seed = 20250401;
 };
 
@@ -28,7 +28,8 @@ double certain_share(Eigen::Index count, double failure);
 /// Largest M below K(p)'s symmetric part for all p >= least: K0 + sum least_j K_j without coolant flows. Parts
 /// that no term holds get one spring to nothing: residuals that have no net heat there do not feel it.
 /// @param parts  receives the temperature fields of 1 K in these parts (size x parts)
-solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& least, Eigen::MatrixXd& parts);
+solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& least,
+                                      Eigen::MatrixXd& parts);
 
 /// Columns g, (size x count or size). @param m  symmetric, positive definite
 Eigen::MatrixXd residual_probes(const solver::SparseMatrix& m, const ProbeOptions& options);

@@ -3,6 +3,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <iterator>
 
 #include "core/thread_pool.h"
 
@@ -18,25 +19,25 @@ constexpr double kept_direction = 1e-11;
 
 /// Rows and columns with an entry.
 std::vector<Index> nodes_of(const solver::SparseMatrix& term) {
-  std::vector<bool> touched(static_cast<std::size_t>(term.rows()), false);
+  std::vector<bool> touched(term.rows(), false);
   for (int column = 0; column < term.outerSize(); ++column)
     for (solver::SparseMatrix::InnerIterator entry(term, column); entry; ++entry)
-      if (entry.value() != 0.0) touched[static_cast<std::size_t>(entry.row())] = touched[static_cast<std::size_t>(column)] = true;
+      if (entry.value() != 0.0) touched[entry.row()] = touched[column] = true;
   std::vector<Index> nodes;
   for (std::size_t i = 0; i < touched.size(); ++i)
-    if (touched[i]) nodes.push_back(static_cast<Index>(i));
+    if (touched[i]) nodes.push_back(i);
   return nodes;
 }
 
 /// The term among its own nodes.
 solver::SparseMatrix among(const solver::SparseMatrix& term, const std::vector<Index>& nodes) {
-  std::vector<int> place(static_cast<std::size_t>(term.rows()), -1);
-  for (std::size_t i = 0; i < nodes.size(); ++i) place[static_cast<std::size_t>(nodes[i])] = static_cast<int>(i);
+  std::vector<int> place(term.rows(), -1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) place[nodes[i]] = i;
   std::vector<Eigen::Triplet<double>> entries;
   for (const Index column : nodes)
-    for (solver::SparseMatrix::InnerIterator entry(term, static_cast<int>(column)); entry; ++entry)
-      if (entry.value() != 0.0) entries.emplace_back(place[static_cast<std::size_t>(entry.row())], place[static_cast<std::size_t>(column)], entry.value());
-  solver::SparseMatrix small(static_cast<Index>(nodes.size()), static_cast<Index>(nodes.size()));
+    for (solver::SparseMatrix::InnerIterator entry(term, column); entry; ++entry)
+      if (entry.value() != 0.0) entries.emplace_back(place[entry.row()], place[column], entry.value());
+  solver::SparseMatrix small(std::ssize(nodes), std::ssize(nodes));
   small.setFromTriplets(entries.begin(), entries.end());
   return small;
 }
@@ -46,7 +47,8 @@ struct Factors {
 };
 
 /// U at the nodes is Q R with few rows of R; K U = (K Q) R.
-Factors factors_of(const solver::SparseMatrix& term, const MatrixXd& u, const RowMajorMatrix& probes, const MatrixXd& stored) {
+Factors factors_of(const solver::SparseMatrix& term, const MatrixXd& u, const RowMajorMatrix& probes,
+                   const MatrixXd& stored) {
   const std::vector<Index> nodes = nodes_of(term);
   if (nodes.empty()) return {MatrixXd(u.cols() + probes.cols(), 0), MatrixXd(u.cols(), 0)};
   const MatrixXd here = u(nodes, Eigen::all);
@@ -65,16 +67,18 @@ Factors factors_of(const solver::SparseMatrix& term, const MatrixXd& u, const Ro
 
 }  // namespace
 
-BoundTerms bound_terms(const solver::ThermalSystem& thermal, const MatrixXd& u, Index dual, const RowMajorMatrix& probes, const MatrixXd& stored) {
+BoundTerms bound_terms(const solver::ThermalSystem& thermal, const MatrixXd& u, Index dual,
+                       const RowMajorMatrix& probes, const MatrixXd& stored) {
   const RowMajorMatrix trial = u;
-  const Index m = u.cols(), count = static_cast<Index>(thermal.terms.size());
+  const Index m = u.cols(), count = std::ssize(thermal.terms);
   BoundTerms terms;
   terms.base.resize(m + probes.cols(), m);
   terms.base.topRows(m) = project(thermal.conduction, trial);
   terms.base.bottomRows(probes.cols()) = stored * terms.base.topRows(m) - project(thermal.conduction, probes, trial);
   terms.stored = stored.rightCols(m - dual);
-  std::vector<Factors> factors(static_cast<std::size_t>(count));
-  core::parallel_for(0, factors.size(), [&](std::size_t j) { factors[j] = factors_of(thermal.terms[j], u, probes, stored); });
+  std::vector<Factors> factors(count);
+  core::parallel_for(0, factors.size(),
+                     [&](std::size_t j) { factors[j] = factors_of(thermal.terms[j], u, probes, stored); });
   terms.first.assign(1, 0);
   for (const Factors& f : factors) terms.first.push_back(terms.first.back() + f.right.cols());
   terms.left.resize(m + probes.cols(), terms.first.back());
@@ -92,8 +96,10 @@ BoundSum::BoundSum(const BoundTerms& terms) : terms_(terms), p_(VectorXd::Zero(t
 void BoundSum::set(const VectorXd& p) {
   for (Index j = 0; j < p.size(); ++j) {
     if (p(j) == p_(j)) continue;
-    const Index first = terms_.first[static_cast<std::size_t>(j)], rank = terms_.first[static_cast<std::size_t>(j) + 1] - first;
-    if (rank > 0) sum_.noalias() += ((p(j) - p_(j)) * terms_.left.middleCols(first, rank)) * terms_.right.middleCols(first, rank).transpose();
+    const Index first = terms_.first[j], rank = terms_.first[j + 1] - first;
+    if (rank > 0)
+      sum_.noalias() +=
+          ((p(j) - p_(j)) * terms_.left.middleCols(first, rank)) * terms_.right.middleCols(first, rank).transpose();
     p_(j) = p(j);
   }
 }

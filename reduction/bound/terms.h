@@ -15,26 +15,26 @@ namespace thermotwin::reduction {
 
 /// With probes G, U (m columns) and its leading columns W.
 struct BoundTerms {
-  Eigen::MatrixXd base;              ///< (m + probes) x m, of K0: U^T K0 U above G^T (E U U^T K0 U - K0 U)
+  Eigen::MatrixXd base;  ///< (m + probes) x m, of K0: U^T K0 U above G^T (E U U^T K0 U - K0 U)
   /// left right^T is the same of a term: its columns from first[j] to first[j + 1]. (m + probes) x r and m x r
   Eigen::MatrixXd left, right;
-  std::vector<Eigen::Index> first;   ///< (terms + 1)
-  Eigen::MatrixXd stored;            ///< probes x (m - dual), G^T E of the columns beside W
+  std::vector<Eigen::Index> first;  ///< (terms + 1)
+  Eigen::MatrixXd stored;           ///< probes x (m - dual), G^T E of the columns beside W
 
   Eigen::Index order() const { return base.cols(); }
   Eigen::Index dual() const { return base.cols() - stored.cols(); }
   Eigen::Index probes() const { return base.rows() - base.cols(); }
-  Eigen::Index count() const { return static_cast<Eigen::Index>(first.size()) - 1; }
+  Eigen::Index count() const { return std::ssize(first) - 1; }
 };
 
 /// @param u  (size x m), U^T E U = 1   @param dual  columns of W, which hold every fluid node   @param probes  G (size x probes)
 /// @param stored  G^T E U
-BoundTerms bound_terms(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& u, Eigen::Index dual, const RowMajorMatrix& probes,
-                       const Eigen::MatrixXd& stored);
+BoundTerms bound_terms(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& u, Eigen::Index dual,
+                       const RowMajorMatrix& probes, const Eigen::MatrixXd& stored);
 
 /// K(p) on U and W, and its residuals.
 class BoundSum {
- public:
+public:
   explicit BoundSum(const BoundTerms& terms);
 
   /// Coefficients of all terms from now on.
@@ -47,7 +47,7 @@ class BoundSum {
   /// G^T (E W W^T K(p)^T W - K(p)^T W)
   Eigen::MatrixXd dual_residual() const;
 
- private:
+private:
   const BoundTerms& terms_;
   Eigen::VectorXd p_;
   Eigen::MatrixXd sum_;

@@ -12,7 +12,8 @@ namespace thermotwin::reduction {
 
 using Eigen::Index;
 
-ArnoldiPairs arnoldi(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& apply, Eigen::VectorXd start, Index steps, double accuracy) {
+ArnoldiPairs arnoldi(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& apply, Eigen::VectorXd start,
+                     Index steps, double accuracy) {
   const Index n = start.size();
   steps = std::min(steps, n);
   Eigen::MatrixXd basis(n, steps + 1), h = Eigen::MatrixXd::Zero(steps + 1, steps);
@@ -38,16 +39,18 @@ ArnoldiPairs arnoldi(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)
   const Eigen::EigenSolver<Eigen::MatrixXd> ritz(h.topLeftCorner(size, size));
   std::vector<Index> good;
   for (Index k = 0; k < size; ++k)
-    if (beyond * std::abs(ritz.eigenvectors()(size - 1, k)) <= accuracy * std::abs(ritz.eigenvalues()(k))) good.push_back(k);
-  std::stable_sort(good.begin(), good.end(), [&](Index a, Index b) { return std::abs(ritz.eigenvalues()(a)) > std::abs(ritz.eigenvalues()(b)); });
+    if (beyond * std::abs(ritz.eigenvectors()(size - 1, k)) <= accuracy * std::abs(ritz.eigenvalues()(k)))
+      good.push_back(k);
+  std::stable_sort(good.begin(), good.end(),
+                   [&](Index a, Index b) { return std::abs(ritz.eigenvalues()(a)) > std::abs(ritz.eigenvalues()(b)); });
   ArnoldiPairs pairs{Eigen::VectorXcd(good.size()), Eigen::MatrixXcd(n, good.size())};
   for (std::size_t k = 0; k < good.size(); ++k) {
-    pairs.values(static_cast<Index>(k)) = ritz.eigenvalues()(good[k]);
+    pairs.values(k) = ritz.eigenvalues()(good[k]);
     const Eigen::VectorXcd y = ritz.eigenvectors().col(good[k]);
     Eigen::VectorXcd x(n);
     x.real() = basis.leftCols(size) * y.real();
     x.imag() = basis.leftCols(size) * y.imag();
-    pairs.vectors.col(static_cast<Index>(k)) = x / x.norm();
+    pairs.vectors.col(k) = x / x.norm();
   }
   return pairs;
 }

@@ -22,7 +22,7 @@ constexpr hsize_t largest_extent = 1u << 24;
 
 /// An HDF5 id that closes itself.
 class Handle {
- public:
+public:
   using Close = herr_t (*)(hid_t);
   Handle(hid_t id, Close closer) : id_(id), close_(closer) {}
   Handle(Handle&& other) noexcept : id_(other.id_), close_(other.close_) { other.id_ = -1; }
@@ -41,14 +41,14 @@ class Handle {
     return close_(id) >= 0;
   }
 
- private:
+private:
   hid_t id_;
   Close close_;
 };
 
 /// Our own messages stand in for the stack that the library prints.
 class QuietLibrary {
- public:
+public:
   QuietLibrary() {
     H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -57,7 +57,7 @@ class QuietLibrary {
   QuietLibrary(const QuietLibrary&) = delete;
   QuietLibrary& operator=(const QuietLibrary&) = delete;
 
- private:
+private:
   H5E_auto2_t function_ = nullptr;
   void* data_ = nullptr;
 };
@@ -85,7 +85,9 @@ struct StoreWriter::File {
   std::string name;
   Handle id;
 
-  explicit File(const std::string& name_in_messages) : name(name_in_messages), id(in_memory(), H5Fclose) { check(id.good()); }
+  explicit File(const std::string& name_in_messages) : name(name_in_messages), id(in_memory(), H5Fclose) {
+    check(id.good());
+  }
 
   /// The library does not survive a disk that fills up: it ends in a crash. So it never sees one.
   static hid_t in_memory() {
@@ -112,22 +114,20 @@ struct StoreWriter::File {
   void attribute(const std::string& object, const std::string& key, hid_t stored, hid_t native,
                  const void* value) const {
     const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    const Handle made(H5Acreate_by_name(id, object.c_str(), key.c_str(), stored, space, H5P_DEFAULT,
-                                        H5P_DEFAULT, H5P_DEFAULT),
-                      H5Aclose);
+    const Handle made(
+        H5Acreate_by_name(id, object.c_str(), key.c_str(), stored, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+        H5Aclose);
     check(made.good() && H5Awrite(made, native, value) >= 0);
   }
-  void dataset(const std::string& path, const Extents& extents, hid_t stored, hid_t native,
-               const void* values) const {
-    const Handle space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+  void dataset(const std::string& path, const Extents& extents, hid_t stored, hid_t native, const void* values) const {
+    const Handle space(H5Screate_simple(extents.size(), extents.data(), nullptr), H5Sclose);
     const Handle properties = timeless(H5P_DATASET_CREATE);
     hsize_t count = 1;
     for (const hsize_t n : extents) count *= n;
     if (count > 0) {
       Extents chunk = extents;
       if (chunk.size() == 3) chunk[0] = 1;
-      check(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()) >= 0 &&
-            H5Pset_fletcher32(properties) >= 0);
+      check(H5Pset_chunk(properties, chunk.size(), chunk.data()) >= 0 && H5Pset_fletcher32(properties) >= 0);
     }
     const Handle set(H5Dcreate2(id, path.c_str(), stored, space, H5P_DEFAULT, properties, H5P_DEFAULT), H5Dclose);
     check(space.good() && set.good());
@@ -168,8 +168,8 @@ void StoreWriter::vector(const std::string& path, const Eigen::VectorXd& values)
   file_->dataset(path, {extent(values.size())}, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values.data());
 }
 
-void StoreWriter::stack(const std::string& path, const std::vector<Eigen::MatrixXd>& matrices,
-                        Eigen::Index rows, Eigen::Index columns) {
+void StoreWriter::stack(const std::string& path, const std::vector<Eigen::MatrixXd>& matrices, Eigen::Index rows,
+                        Eigen::Index columns) {
   std::vector<double> values;
   values.reserve(matrices.size() * static_cast<std::size_t>(rows * columns));
   for (const Eigen::MatrixXd& matrix : matrices) {
@@ -201,7 +201,7 @@ std::string StoreWriter::finish() {
   file_->check(H5Fflush(file_->id, H5F_SCOPE_GLOBAL) >= 0);
   const ssize_t size = H5Fget_file_image(file_->id, nullptr, 0);
   file_->check(size > 0);
-  std::string bytes(static_cast<std::size_t>(size), '\0');
+  std::string bytes(size, '\0');
   file_->check(H5Fget_file_image(file_->id, bytes.data(), bytes.size()) == size);
   file_->check(file_->id.close());
   return bytes + trailer(bytes);
@@ -216,23 +216,30 @@ struct StoreReader::File {
   Handle id;
 
   explicit File(const std::filesystem::path& path)
-      : name(path.string()), bytes(checked_bytes(path)), id(opened(bytes), H5Fclose) {
+      : name(path.string()),
+        bytes(checked_bytes(path)),
+        id(opened(bytes), H5Fclose) {
     if (!id.good()) throw InputError(name, "no HDF5 file, or one that was cut off", "a whole HDF5 file");
   }
 
   /// What was checked is what HDF5 reads, which does not survive every damaged file.
   static std::string checked_bytes(const std::filesystem::path& path) {
     std::string bytes = core::read_file(path);
-    if (!bytes.starts_with(signature)) throw InputError(path.string(), "no HDF5 file, or one that was cut off", "a whole HDF5 file");
+    if (!bytes.starts_with(signature))
+      throw InputError(path.string(), "no HDF5 file, or one that was cut off", "a whole HDF5 file");
     const std::size_t length = trailer("").size(), size = bytes.size() - std::min(bytes.size(), length);
     const std::string found = bytes.substr(size);
     bytes.resize(size);
     if (!found.starts_with(trailer_words))
-      throw InputError(path.string(), "no checksum at its end: it was cut off or damaged, or an earlier version of the program wrote it",
-                       "a whole file of this version (write it anew: thermotwin reduce)");
+      throw InputError(
+          path.string(),
+          "no checksum at its end: it was cut off or damaged, or an earlier version of the program wrote it",
+          "a whole file of this version (write it anew: thermotwin reduce)");
     if (found != trailer(bytes))
-      throw InputError(path.string(), "its bytes do not agree with the checksum at its end: it was damaged or changed since it was written",
-                       "the file as it was written (write it anew: thermotwin reduce)");
+      throw InputError(
+          path.string(),
+          "its bytes do not agree with the checksum at its end: it was damaged or changed since it was written",
+          "the file as it was written (write it anew: thermotwin reduce)");
     return bytes;
   }
   static hid_t opened(std::string& bytes) {
@@ -272,12 +279,12 @@ struct StoreReader::File {
     const Handle set = dataset(path);
     const Handle type(H5Dget_type(set), H5Tclose);
     const Handle space(H5Dget_space(set), H5Sclose);
-    if (H5Sget_simple_extent_ndims(space) != static_cast<int>(extents.size()) || H5Tget_class(type) != kind) damaged(path);
+    if (H5Sget_simple_extent_ndims(space) != std::ssize(extents) || H5Tget_class(type) != kind) damaged(path);
     Extents found(extents.size());
     H5Sget_simple_extent_dims(space, found.data(), nullptr);
     hsize_t count = 1;
     for (std::size_t i = 0; i < extents.size(); ++i) {
-      if (extents[i] == any) extents[i] = static_cast<Eigen::Index>(std::min(found[i], largest_extent));
+      if (extents[i] == any) extents[i] = std::min(found[i], largest_extent);
       if (found[i] != extent(extents[i])) {
         throw InputError(name, fmt::format("'{}' with {} entries along dimension {}", path, found[i], i + 1),
                          fmt::format("{} entries", extents[i]));

@@ -16,7 +16,7 @@ namespace thermotwin::reduction {
 using IntRows = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 class StoreWriter {
- public:
+public:
   /// @param name  of the file for messages  @throws SolverError (every member: out of memory)
   explicit StoreWriter(const std::string& name);
   ~StoreWriter();
@@ -38,13 +38,13 @@ class StoreWriter {
   /// The bytes of the file; nothing may be added afterwards.
   std::string finish();
 
- private:
+private:
   struct File;
   std::unique_ptr<File> file_;
 };
 
 class StoreReader {
- public:
+public:
   static constexpr Eigen::Index any = -1;  ///< an extent that the file decides
 
   /// @throws InputError (every member: no HDF5 file, missing or damaged object, other extents, NaN)
@@ -63,7 +63,7 @@ class StoreReader {
   IntRows integers(const std::string& path, Eigen::Index columns) const;
   std::string text(const std::string& path) const;
 
- private:
+private:
   struct File;
   std::unique_ptr<File> file_;
 };

@@ -14,20 +14,22 @@
 
 extern "C" {
 using thermotwin_complex = std::complex<double>;
-void dgees_(const char*, const char*, int (*)(const double*, const double*), const int*, double*, const int*, int*, double*,
-            double*, double*, const int*, double*, const int*, int*, int*);
-void dsygvd_(const int*, const char*, const char*, const int*, double*, const int*, double*, const int*, double*, double*,
-             const int*, int*, const int*, int*);
-void dsyevd_(const char*, const char*, const int*, double*, const int*, double*, double*, const int*, int*, const int*, int*);
+void dgees_(const char*, const char*, int (*)(const double*, const double*), const int*, double*, const int*, int*,
+            double*, double*, double*, const int*, double*, const int*, int*, int*);
+void dsygvd_(const int*, const char*, const char*, const int*, double*, const int*, double*, const int*, double*,
+             double*, const int*, int*, const int*, int*);
+void dsyevd_(const char*, const char*, const int*, double*, const int*, double*, double*, const int*, int*, const int*,
+             int*);
 void dpstrf_(const char*, const int*, double*, const int*, int*, int*, const double*, double*, int*);
-void dgesdd_(const char*, const int*, const int*, double*, const int*, double*, double*, const int*, double*, const int*,
-             double*, const int*, int*, int*);
+void dgesdd_(const char*, const int*, const int*, double*, const int*, double*, double*, const int*, double*,
+             const int*, double*, const int*, int*, int*);
 void dgeqrf_(const int*, const int*, double*, const int*, double*, double*, const int*, int*);
 void dgebal_(const char*, const int*, double*, const int*, int*, int*, double*, int*);
 void dgemm_(const char*, const char*, const int*, const int*, const int*, const double*, const double*, const int*,
             const double*, const int*, const double*, double*, const int*);
-void zgemm_(const char*, const char*, const int*, const int*, const int*, const thermotwin_complex*, const thermotwin_complex*,
-            const int*, const thermotwin_complex*, const int*, const thermotwin_complex*, thermotwin_complex*, const int*);
+void zgemm_(const char*, const char*, const int*, const int*, const int*, const thermotwin_complex*,
+            const thermotwin_complex*, const int*, const thermotwin_complex*, const int*, const thermotwin_complex*,
+            thermotwin_complex*, const int*);
 }
 
 namespace thermotwin::reduction::lapack {
@@ -49,7 +51,7 @@ void set_blas_threads(int count) {
 /// All cores while this lives, for matrices large enough to gain from it on a machine that others use
 /// too: threads of the BLAS wait for each other without sleeping.
 class ManyCores {
- public:
+public:
   explicit ManyCores(Index n) {
     constexpr Index worthwhile = 1500;
     set_blas_threads(n >= worthwhile ? std::max(1, static_cast<int>(std::thread::hardware_concurrency())) : 1);
@@ -60,7 +62,8 @@ class ManyCores {
 };
 
 void require(int info, const char* what, Index n) {
-  if (info != 0) throw SolverError(fmt::format("{} of a dense matrix of {} rows did not converge (LAPACK says {})", what, n, info));
+  if (info != 0)
+    throw SolverError(fmt::format("{} of a dense matrix of {} rows did not converge (LAPACK says {})", what, n, info));
 }
 
 /// 2 x 2 blocks of a real Schur form made triangular by unitary rotations.
@@ -95,10 +98,12 @@ Schur schur(MatrixXd matrix) {
   MatrixXd vectors(n, n);
   std::vector<double> real(matrix.rows()), imaginary(matrix.rows()), work(1);
   int found = 0, info = 0, size = -1;
-  dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n, work.data(), &size, nullptr, &info);
-  size = static_cast<int>(work[0]);
-  work.resize(static_cast<std::size_t>(size));
-  dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n, work.data(), &size, nullptr, &info);
+  dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n,
+         work.data(), &size, nullptr, &info);
+  size = work[0];
+  work.resize(size);
+  dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n,
+         work.data(), &size, nullptr, &info);
   require(info, "the Schur form", n);
   Schur result{matrix.cast<Complex>(), vectors.cast<Complex>()};
   triangularise(result);
@@ -113,12 +118,14 @@ std::optional<SymmetricPair> symmetric_pair(MatrixXd matrix, MatrixXd metric) {
   std::vector<double> work(1);
   std::vector<int> integers(1);
   int info = 0, size = -1, integer_size = -1;
-  dsygvd_(&kind, "V", "L", &n, matrix.data(), &n, metric.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size, &info);
-  size = static_cast<int>(work[0]);
+  dsygvd_(&kind, "V", "L", &n, matrix.data(), &n, metric.data(), &n, result.values.data(), work.data(), &size,
+          integers.data(), &integer_size, &info);
+  size = work[0];
   integer_size = integers[0];
-  work.resize(static_cast<std::size_t>(size));
-  integers.resize(static_cast<std::size_t>(integer_size));
-  dsygvd_(&kind, "V", "L", &n, matrix.data(), &n, metric.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size, &info);
+  work.resize(size);
+  integers.resize(integer_size);
+  dsygvd_(&kind, "V", "L", &n, matrix.data(), &n, metric.data(), &n, result.values.data(), work.data(), &size,
+          integers.data(), &integer_size, &info);
   if (info > n) return std::nullopt;
   require(info, "the symmetric eigenproblem", n);
   result.vectors = std::move(matrix);
@@ -133,12 +140,14 @@ SymmetricPair symmetric_eigen(MatrixXd matrix) {
   std::vector<double> work(1);
   std::vector<int> integers(1);
   int info = 0, size = -1, integer_size = -1;
-  dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size, &info);
-  size = static_cast<int>(work[0]);
+  dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size,
+          &info);
+  size = work[0];
   integer_size = integers[0];
-  work.resize(static_cast<std::size_t>(size));
-  integers.resize(static_cast<std::size_t>(integer_size));
-  dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size, &info);
+  work.resize(size);
+  integers.resize(integer_size);
+  dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size,
+          &info);
   require(info, "the symmetric eigenproblem", n);
   result.vectors = std::move(matrix);
   return result;
@@ -150,14 +159,14 @@ MatrixXd pivoted_cholesky(MatrixXd matrix, double least) {
   const int n = extent(matrix.rows());
   const double stop = least * matrix.diagonal().maxCoeff();
   if (!(stop > 0.0)) return MatrixXd(n, 0);
-  std::vector<int> pivots(static_cast<std::size_t>(n));
+  std::vector<int> pivots(n);
   std::vector<double> work(2 * static_cast<std::size_t>(n));
   int rank = 0, info = 0;
   dpstrf_("L", &n, matrix.data(), &n, pivots.data(), &rank, &stop, work.data(), &info);
   if (info < 0) require(info, "the pivoted Cholesky factorisation", n);
   MatrixXd factor(n, rank);
   for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j < rank; ++j) factor(pivots[static_cast<std::size_t>(i)] - 1, j) = j <= i ? matrix(i, j) : 0.0;
+    for (Index j = 0; j < rank; ++j) factor(pivots[i] - 1, j) = j <= i ? matrix(i, j) : 0.0;
   return factor;
 }
 
@@ -167,12 +176,14 @@ Svd svd(MatrixXd matrix) {
   Svd result{MatrixXd(m, k), MatrixXd(), Eigen::VectorXd(k)};
   MatrixXd right(k, n);
   std::vector<double> work(1);
-  std::vector<int> integers(static_cast<std::size_t>(8 * std::max(k, 1)));
+  std::vector<int> integers(8 * std::max(k, 1));
   int info = 0, size = -1;
-  dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(), &size, integers.data(), &info);
-  size = static_cast<int>(work[0]);
-  work.resize(static_cast<std::size_t>(size));
-  dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(), &size, integers.data(), &info);
+  dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(),
+          &size, integers.data(), &info);
+  size = work[0];
+  work.resize(size);
+  dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(),
+          &size, integers.data(), &info);
   require(info, "the singular value decomposition", m);
   result.right = right.transpose();
   return result;
@@ -181,11 +192,11 @@ Svd svd(MatrixXd matrix) {
 MatrixXd triangle_of_qr(MatrixXd matrix) {
   const int m = extent(matrix.rows()), n = extent(matrix.cols());
   const ManyCores cores(n);
-  std::vector<double> tau(static_cast<std::size_t>(n)), work(1);
+  std::vector<double> tau(n), work(1);
   int info = 0, size = -1;
   dgeqrf_(&m, &n, matrix.data(), &m, tau.data(), work.data(), &size, &info);
-  size = static_cast<int>(work[0]);
-  work.resize(static_cast<std::size_t>(size));
+  size = work[0];
+  work.resize(size);
   dgeqrf_(&m, &n, matrix.data(), &m, tau.data(), work.data(), &size, &info);
   require(info, "the QR factorisation", m);
   return matrix.topRows(n).triangularView<Eigen::Upper>();
@@ -200,7 +211,8 @@ MatrixXd product(const MatrixXd& a, const MatrixXd& b) {
   return c;
 }
 
-void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b, Eigen::Ref<MatrixXd> c) {
+void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b,
+                        Eigen::Ref<MatrixXd> c) {
   const int m = extent(a.cols()), n = extent(b.cols()), k = extent(a.rows());
   const int a_stride = extent(a.outerStride()), b_stride = extent(b.outerStride()), c_stride = extent(c.outerStride());
   const ManyCores cores(k);

@@ -45,7 +45,8 @@ MatrixXd triangle_of_qr(MatrixXd matrix);
 
 MatrixXd product(const MatrixXd& a, const MatrixXd& b);
 /// c := a^T b
-void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b, Eigen::Ref<MatrixXd> c);
+void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b,
+                        Eigen::Ref<MatrixXd> c);
 /// conj(a)^T b
 MatrixXcd adjoint_product(const MatrixXcd& a, const MatrixXcd& b);
 MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b);

@@ -14,16 +14,16 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr std::size_t kept_ladders = 4;    ///< programs alternate between a few states
-constexpr double series_reach = 0.5;       ///< largest norm of h A that the series meets
-constexpr int series_terms = 13;           ///< 0.5^13/14!: below rounding
-constexpr double same_length = 1e-12;      ///< of an interval: rounding of its ends
+constexpr std::size_t kept_ladders = 4;  ///< programs alternate between a few states
+constexpr double series_reach = 0.5;     ///< largest norm of h A that the series meets
+constexpr int series_terms = 13;         ///< 0.5^13/14!: below rounding
+constexpr double same_length = 1e-12;    ///< of an interval: rounding of its ends
 constexpr std::size_t most_rungs = 60;
-constexpr int sum_afresh_after = 256;      ///< added changes of inputs before their heat is summed anew
+constexpr int sum_afresh_after = 256;  ///< added changes of inputs before their heat is summed anew
 
 /// Propagators of one set of coefficients at rung_0, 2 rung_0, 4 rung_0 ...
 class Ladder {
- public:
+public:
   long last_use = 0;
   Eigen::VectorXd p;
 
@@ -69,8 +69,8 @@ class Ladder {
     if (left > nothing) finish(x, heat, left);
   }
 
- private:
-  double rung(std::size_t i) const { return std::ldexp(shortest_, static_cast<int>(i)); }
+private:
+  double rung(std::size_t i) const { return std::ldexp(shortest_, i); }
   bool worth_a_rung(double step) const { return step >= 8.0 * rung(change_.size() - 1); }
 
   void extend() {
@@ -117,16 +117,18 @@ struct ExactStepper::Work {
   long uses = 0;
   bool identity_capacity;
   Eigen::PartialPivLU<Eigen::MatrixXd> capacity;
-  Eigen::VectorXd heat, sum, q, column;      ///< heat = E^-1 sum, sum = inputs q
+  Eigen::VectorXd heat, sum, q, column;  ///< heat = E^-1 sum, sum = inputs q
   int additions = sum_afresh_after;
 
   Work(const ReducedSystem& s, const ExactOptions& o)
-      : system(s), options(o), passing(s, o.passing),
+      : system(s),
+        options(o),
+        passing(s, o.passing),
         identity_capacity(s.capacity == Eigen::MatrixXd::Identity(s.order(), s.order())) {
     if (!identity_capacity) capacity.compute(s.capacity);
     heat = sum = column = Eigen::VectorXd::Zero(s.order());
     q = Eigen::VectorXd::Zero(s.inputs.cols());
-    for (Eigen::VectorXd& p : seen) p.setConstant(static_cast<Eigen::Index>(s.terms.size()), -1.0);
+    for (Eigen::VectorXd& p : seen) p.setConstant(std::ssize(s.terms), -1.0);
   }
 
   /// Only what changed is added, as long as that is little.
@@ -169,7 +171,7 @@ struct ExactStepper::Work {
       if (ladder.last_use < oldest->last_use) oldest = &ladder;
     Eigen::MatrixXd a = system.conduction;
     for (Eigen::Index j = 0; j < p.size(); ++j)
-      if (p(j) != 0.0) a += p(j) * system.terms[static_cast<std::size_t>(j)];
+      if (p(j) != 0.0) a += p(j) * system.terms[j];
     if (!identity_capacity) a = capacity.solve(a);
     oldest->p = p;
     oldest->make(std::move(a), step);
@@ -192,7 +194,8 @@ void ExactStepper::advance(Eigen::VectorXd& state, const solver::Coefficients& c
   Work& work = *work_;
   assert(state.size() == size() && step_s > 0.0);
   Ladder* ladder = work.find(c.p);
-  if (!ladder && (work.options.from_first || work.seen_before(c.p)) && c.p.allFinite()) ladder = &work.make(c.p, step_s);
+  if (!ladder && (work.options.from_first || work.seen_before(c.p)) && c.p.allFinite())
+    ladder = &work.make(c.p, step_s);
   if (!ladder) {
     ++work.statistics.passed;
     work.passing.advance(state, c, step_s);
@@ -203,13 +206,14 @@ void ExactStepper::advance(Eigen::VectorXd& state, const solver::Coefficients& c
   work.set_heat(c.q);
   ladder->advance(state, work.heat, step_s);
   if (!std::isfinite(state.sum()))
-    throw core::SolverError(fmt::format("reduced model: the state is no longer finite after a step of {} s; look for NaN in the inputs", step_s));
+    throw core::SolverError(fmt::format(
+        "reduced model: the state is no longer finite after a step of {} s; look for NaN in the inputs", step_s));
 }
 
 void ExactStepper::advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) {
   assert(static_cast<std::size_t>(state.cols()) == c.size());
   for (std::size_t load = 0; load < c.size(); ++load) {
-    const auto i = static_cast<Eigen::Index>(load);
+    const Eigen::Index i = load;
     work_->column = state.col(i);
     advance(work_->column, c[load], step_s);
     state.col(i) = work_->column;

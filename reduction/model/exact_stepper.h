@@ -19,12 +19,12 @@
 namespace thermotwin::reduction {
 
 struct ExactOptions {
-  bool from_first = false;   ///< a ladder for new coefficients at once: where they seldom change
-  StepperOptions passing;    ///< of the steps between
+  bool from_first = false;  ///< a ladder for new coefficients at once: where they seldom change
+  StepperOptions passing;   ///< of the steps between
 };
 
 class ExactStepper final : public solver::ThermalStepper {
- public:
+public:
   /// @param system  must outlive this object
   explicit ExactStepper(const ReducedSystem& system, const ExactOptions& options = {});
   ~ExactStepper() override;
@@ -38,10 +38,12 @@ class ExactStepper final : public solver::ThermalStepper {
   void advance(Eigen::VectorXd& state, const solver::Coefficients& c, double step_s);
   Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override;
 
-  struct Statistics { long exact = 0, passed = 0, ladders = 0; };
+  struct Statistics {
+    long exact = 0, passed = 0, ladders = 0;
+  };
   const Statistics& statistics() const;
 
- private:
+private:
   struct Work;
   std::unique_ptr<Work> work_;
 };

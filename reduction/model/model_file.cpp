@@ -2,6 +2,7 @@
 #include "reduction/model/model_file.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -22,7 +23,7 @@ constexpr char format_name[] = "thermotwin reduced model";
 
 template <class Item>
 Eigen::Index size_of(const std::vector<Item>& items) {
-  return static_cast<Eigen::Index>(items.size());
+  return std::ssize(items);
 }
 
 std::string axis_units(const mesh::Machine& machine) {
@@ -38,33 +39,35 @@ void write_layout(StoreWriter& writer, const solver::Layout& layout) {
   IntRows grids(size_of(layout.grids), 3), terms(size_of(layout.terms), 3), inputs(size_of(layout.inputs), 5);
   std::vector<double> positions;
   for (Eigen::Index i = 0; i < grids.rows(); ++i) {
-    const solver::JointGrid& grid = layout.grids[static_cast<std::size_t>(i)];
+    const solver::JointGrid& grid = layout.grids[i];
     grids.row(i) << grid.axis, grid.periodic ? 1 : 0, static_cast<int>(grid.positions.size());
     positions.insert(positions.end(), grid.positions.begin(), grid.positions.end());
   }
   for (Eigen::Index i = 0; i < terms.rows(); ++i) {
-    const solver::Term& term = layout.terms[static_cast<std::size_t>(i)];
+    const solver::Term& term = layout.terms[i];
     terms.row(i) << static_cast<int>(term.kind), term.item, term.part;
   }
   for (Eigen::Index i = 0; i < inputs.rows(); ++i) {
-    const solver::Input& input = layout.inputs[static_cast<std::size_t>(i)];
+    const solver::Input& input = layout.inputs[i];
     inputs.row(i) << static_cast<int>(input.kind), input.term, input.item, input.place, input.node;
   }
   writer.group("/layout");
   writer.integers("/layout/grids", grids);
   writer.describe("/layout/grids", "axis periodic nodes", "index, 0 or 1, count; one row a joint");
-  writer.vector("/layout/positions", Eigen::Map<const Eigen::VectorXd>(positions.data(), static_cast<Eigen::Index>(positions.size())));
+  writer.vector("/layout/positions", Eigen::Map<const Eigen::VectorXd>(positions.data(), std::ssize(positions)));
   writer.describe("/layout/positions", "nodes of all grids in their order", "m or rad");
   writer.integers("/layout/terms", terms);
-  writer.describe("/layout/terms", "kind item part", "kind: 0 film, 1 contact, 2 coolant wall, 3 coolant flow, 4 volume exchange, 5 volume given");
+  writer.describe("/layout/terms", "kind item part",
+                  "kind: 0 film, 1 contact, 2 coolant wall, 3 coolant flow, 4 volume exchange, 5 volume given");
   writer.integers("/layout/inputs", inputs);
   writer.describe("/layout/inputs", "kind term item place node",
-                  "kind: 0 film ambient, 1 contact ambient, 2 source, 3 coolant inlet, 4 film gradient, 5 volume ambient, 6 volume given");
+                  "kind: 0 film ambient, 1 contact ambient, 2 source, 3 coolant inlet, 4 film gradient, 5 volume "
+                  "ambient, 6 volume given");
 }
 
 Eigen::MatrixXd pose_rows(const std::vector<mesh::Pose>& poses, Eigen::Index axes) {
-  Eigen::MatrixXd rows(static_cast<Eigen::Index>(poses.size()), axes);
-  for (std::size_t i = 0; i < poses.size(); ++i) rows.row(static_cast<Eigen::Index>(i)) = poses[i].transpose();
+  Eigen::MatrixXd rows(std::ssize(poses), axes);
+  for (std::size_t i = 0; i < poses.size(); ++i) rows.row(i) = poses[i].transpose();
   return rows;
 }
 
@@ -107,11 +110,11 @@ void write_all(StoreWriter& writer, const ReducedModel& model) {
   writer.stack("/outputs/table_own", outputs.table_own, 7, r);
   writer.describe("/outputs/table_own", "(pose, dx dy dz ra rb rc R0T, state)", "m, rad");
 
-  Eigen::MatrixXd errors(static_cast<Eigen::Index>(model.errors.size()), 5);
+  Eigen::MatrixXd errors(std::ssize(model.errors), 5);
   std::string loads;
   for (std::size_t i = 0; i < model.errors.size(); ++i) {
     const ReductionErrors& error = model.errors[i];
-    errors.row(static_cast<Eigen::Index>(i)) << error.peak_um, error.max_um, error.rms_um, error.estimate_max_um, error.effectivity;
+    errors.row(i) << error.peak_um, error.max_um, error.rms_um, error.estimate_max_um, error.effectivity;
     loads += error.load + "\n";
   }
   writer.group("/errors");
@@ -132,7 +135,7 @@ void write_all(StoreWriter& writer, const ReducedModel& model) {
 solver::Layout read_layout(const StoreReader& reader, const mesh::Machine& machine) {
   const IntRows grids = reader.integers("/layout/grids", 3);
   const Eigen::VectorXd positions = reader.vector("/layout/positions", StoreReader::any);
-  if (grids.rows() != static_cast<Eigen::Index>(machine.joints.size())) {
+  if (grids.rows() != std::ssize(machine.joints)) {
     reader.fail(fmt::format("/layout/grids with {} rows", grids.rows()),
                 fmt::format("one per joint of its machine.toml: {}", machine.joints.size()));
   }
@@ -140,7 +143,7 @@ solver::Layout read_layout(const StoreReader& reader, const mesh::Machine& machi
   Eigen::Index next = 0;
   for (Eigen::Index i = 0; i < grids.rows(); ++i) {
     const int axis = grids(i, 0), nodes = grids(i, 2);
-    if (axis < -1 || axis >= static_cast<int>(machine.axes.size()) || nodes < 1 || next + nodes > positions.size()) {
+    if (axis < -1 || axis >= std::ssize(machine.axes) || nodes < 1 || next + nodes > positions.size()) {
       reader.fail(fmt::format("/layout/grids row {} with axis {} and {} nodes", i, axis, nodes),
                   "an axis of the machine and nodes that /layout/positions holds");
     }
@@ -151,16 +154,15 @@ solver::Layout read_layout(const StoreReader& reader, const mesh::Machine& machi
   }
   solver::Layout layout = solver::make_layout(machine, std::move(list));
   const IntRows terms = reader.integers("/layout/terms", 3), inputs = reader.integers("/layout/inputs", 5);
-  bool same = terms.rows() == static_cast<Eigen::Index>(layout.terms.size()) &&
-              inputs.rows() == static_cast<Eigen::Index>(layout.inputs.size());
+  bool same = terms.rows() == std::ssize(layout.terms) && inputs.rows() == std::ssize(layout.inputs);
   for (Eigen::Index i = 0; same && i < terms.rows(); ++i) {
-    const solver::Term& term = layout.terms[static_cast<std::size_t>(i)];
+    const solver::Term& term = layout.terms[i];
     same = terms(i, 0) == static_cast<int>(term.kind) && terms(i, 1) == term.item && terms(i, 2) == term.part;
   }
   for (Eigen::Index i = 0; same && i < inputs.rows(); ++i) {
-    const solver::Input& input = layout.inputs[static_cast<std::size_t>(i)];
-    same = inputs(i, 0) == static_cast<int>(input.kind) && inputs(i, 1) == input.term &&
-           inputs(i, 2) == input.item && inputs(i, 3) == input.place && inputs(i, 4) == input.node;
+    const solver::Input& input = layout.inputs[i];
+    same = inputs(i, 0) == static_cast<int>(input.kind) && inputs(i, 1) == input.term && inputs(i, 2) == input.item &&
+           inputs(i, 3) == input.place && inputs(i, 4) == input.node;
   }
   if (!same) {
     reader.fail("/layout/terms or /layout/inputs other than its machine.toml gives",
@@ -196,7 +198,7 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   model.full_size = static_cast<Eigen::Index>(reader.integer_attribute("full_size"));
   const std::int64_t order = reader.integer_attribute("order");
   if (order < 1 || order > 10000) reader.fail(fmt::format("order {}", order), "1 .. 10000");
-  const auto r = static_cast<Eigen::Index>(order);
+  const Eigen::Index r = order;
 
   ReducedSystem& system = model.system;
   system.layout = read_layout(reader, model.machine);
@@ -204,7 +206,8 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   system.conduction = reader.matrix("/system/conduction", r, r);
   system.terms = reader.stack("/system/terms", size_of(system.layout.terms), r, r);
   system.inputs = reader.matrix("/system/inputs", r, size_of(system.layout.inputs));
-  system.sensors = reader.matrix("/system/sensors", size_of(model.machine.sensors) + size_of(system.layout.observed), r);
+  system.sensors =
+      reader.matrix("/system/sensors", size_of(model.machine.sensors) + size_of(system.layout.observed), r);
   system.one_kelvin = reader.vector("/system/one_kelvin", r);
 
   ReducedOutputs& outputs = model.outputs;
@@ -212,10 +215,12 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   outputs.tool_poses = read_poses(reader, "/outputs/tool_poses", axes);
   outputs.table_poses = read_poses(reader, "/outputs/table_poses", axes);
   const OutputGrid grid(model.machine);
-  const auto tables = static_cast<Eigen::Index>(grid.table_count());
+  const Eigen::Index tables = grid.table_count();
   if (!OutputGrid::can_store(model.machine, outputs.tool_poses.size()) || size_of(outputs.table_poses) != tables) {
     reader.fail(fmt::format("{} tool poses and {} table poses", outputs.tool_poses.size(), outputs.table_poses.size()),
-                fmt::format("{} (or {} without lines) and {}, as its workspace says (an earlier build had others: write it anew, thermotwin reduce)", grid.tool_count(), grid.grid_count(), tables));
+                fmt::format("{} (or {} without lines) and {}, as its workspace says (an earlier build had others: "
+                            "write it anew, thermotwin reduce)",
+                            grid.tool_count(), grid.grid_count(), tables));
   }
   outputs.tool = reader.stack("/outputs/tool", size_of(outputs.tool_poses), 6, r);
   outputs.table_axis = reader.stack("/outputs/table_axis", tables, 6, r);
@@ -227,12 +232,14 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   for (Eigen::Index i = 0; i < errors.rows(); ++i) {
     const std::size_t end = loads.find('\n', from);
     if (end == std::string::npos) reader.fail("/errors/loads with too few names", fmt::format("{}", errors.rows()));
-    model.errors.push_back({loads.substr(from, end - from), errors(i, 0), errors(i, 1), errors(i, 2), errors(i, 3), errors(i, 4)});
+    model.errors.push_back(
+        {loads.substr(from, end - from), errors(i, 0), errors(i, 1), errors(i, 2), errors(i, 3), errors(i, 4)});
     from = end + 1;
   }
   const Eigen::MatrixXd trained = reader.matrix("/trained/coefficients", StoreReader::any, 2);
   if (trained.rows() != 0 && trained.rows() != size_of(system.layout.terms))
-    reader.fail(fmt::format("/trained/coefficients with {} rows", trained.rows()), fmt::format("none or one a term: {}", system.layout.terms.size()));
+    reader.fail(fmt::format("/trained/coefficients with {} rows", trained.rows()),
+                fmt::format("none or one a term: {}", system.layout.terms.size()));
   model.trained = {trained.col(0), trained.col(1)};
   model.parts = read_parts(reader, model);
   model.patches = read_patches(reader, model);

@@ -2,6 +2,7 @@
 #include "reduction/model/output_grid.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cassert>
@@ -26,7 +27,7 @@ std::vector<double> with_more(const std::vector<double>& positions, std::size_t 
   std::vector<double> fine;
   for (std::size_t cell = 0; cell + 1 < positions.size(); ++cell)
     for (std::size_t i = 0; i <= more; ++i)
-      fine.push_back(std::lerp(positions[cell], positions[cell + 1], static_cast<double>(i) / static_cast<double>(more + 1)));
+      fine.push_back(std::lerp(positions[cell], positions[cell + 1], static_cast<double>(i) / (more + 1)));
   fine.push_back(positions.back());
   return fine;
 }
@@ -36,7 +37,8 @@ std::vector<double> with_angles(const std::vector<double>& angles) {
   std::vector<double> fine{angles.front()};
   for (std::size_t cell = 0; cell + 1 < angles.size(); ++cell) {
     const auto parts = static_cast<std::size_t>(std::ceil((angles[cell + 1] - angles[cell]) / widest_angle - 1e-9));
-    const std::vector<double> inside = with_more({angles[cell], angles[cell + 1]}, std::clamp<std::size_t>(parts, 1, most_angles_more + 1) - 1);
+    const std::vector<double> inside =
+        with_more({angles[cell], angles[cell + 1]}, std::clamp<std::size_t>(parts, 1, most_angles_more + 1) - 1);
     fine.insert(fine.end(), inside.begin() + 1, inside.end());
   }
   return fine;
@@ -44,7 +46,7 @@ std::vector<double> with_angles(const std::vector<double>& angles) {
 
 Eigen::VectorXd linear_weights(const std::vector<double>& positions, double x) {
   const std::size_t n = positions.size();
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(n);
   const double inside = std::clamp(x, positions.front(), positions.back());
   std::size_t cell = 0;
   while (cell + 2 < n && inside > positions[cell + 1]) ++cell;
@@ -53,8 +55,8 @@ Eigen::VectorXd linear_weights(const std::vector<double>& positions, double x) {
     return weights;
   }
   const double share = (inside - positions[cell]) / (positions[cell + 1] - positions[cell]);
-  weights(static_cast<Eigen::Index>(cell)) = 1.0 - share;
-  weights(static_cast<Eigen::Index>(cell + 1)) = share;
+  weights(cell) = 1.0 - share;
+  weights(cell + 1) = share;
   return weights;
 }
 
@@ -84,7 +86,8 @@ Cubic cubic_weights(const std::vector<double>& positions, double x) {
   for (std::size_t i = 0; i < 4; ++i) {
     double product = 1.0;
     for (std::size_t j = 0; j < 4; ++j)
-      if (j != i) product *= (t - positions[cubic.first + j]) / (positions[cubic.first + i] - positions[cubic.first + j]);
+      if (j != i)
+        product *= (t - positions[cubic.first + j]) / (positions[cubic.first + i] - positions[cubic.first + j]);
     cubic.weights[i] = product;
   }
   return cubic;
@@ -97,7 +100,7 @@ Eigen::Vector3d turning_weights(const std::array<double, 3>& at, double x) {
   Eigen::Vector3d weights;
   for (std::size_t i = 0; i < 3; ++i) {
     const double a = at[(i + 1) % 3], b = at[(i + 2) % 3];
-    weights(static_cast<Eigen::Index>(i)) = half(x - a) * half(x - b) / (half(at[i] - a) * half(at[i] - b));
+    weights(i) = half(x - a) * half(x - b) / (half(at[i] - a) * half(at[i] - b));
   }
   return weights;
 }
@@ -113,7 +116,7 @@ Eigen::VectorXd swivel_weights(const std::vector<double>& positions, double x, b
     x -= turn * std::floor((x - positions.front()) / turn);
     closed.push_back(positions.front() + turn);
   }
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(n));
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(n);
   if (n == 2) {
     const Eigen::VectorXd straight = linear_weights(closed, x);
     for (Eigen::Index i = 0; i < straight.size(); ++i) weights(i % 2) += straight(i);
@@ -125,7 +128,7 @@ Eigen::VectorXd swivel_weights(const std::vector<double>& positions, double x, b
   const std::size_t third = cell > 0 ? cell - 1 : endless ? n - 1 : 2;
   const std::array<std::size_t, 3> at{cell % n, (cell + 1) % n, third};
   const Eigen::Vector3d shares = turning_weights({positions[at[0]], positions[at[1]], positions[at[2]]}, t);
-  for (std::size_t i = 0; i < 3; ++i) weights(static_cast<Eigen::Index>(at[i])) = shares(static_cast<Eigen::Index>(i));
+  for (std::size_t i = 0; i < 3; ++i) weights(at[i]) = shares(i);
   return weights;
 }
 
@@ -135,7 +138,7 @@ auto combine(const std::vector<Eigen::MatrixXd>& rows, const Eigen::VectorXd& we
   Eigen::Matrix<double, components, States::ColsAtCompileTime> sum =
       Eigen::Matrix<double, components, States::ColsAtCompileTime>::Zero(components, state.cols());
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double weight = weights(static_cast<Eigen::Index>(i));
+    const double weight = weights(i);
     if (weight != 0.0) sum.noalias() += weight * (rows[i] * state);
   }
   return sum;
@@ -147,7 +150,7 @@ std::vector<OutputGrid::GridAxis> OutputGrid::tool_grid(const mesh::Machine& mac
   std::vector<GridAxis> grid;
   for (std::size_t i = 0; i < machine.workspace.axes.size(); ++i) {
     const int axis = machine.axis_index(machine.workspace.axes[i]);
-    const mesh::Axis& moves = machine.axes[static_cast<std::size_t>(axis)];
+    const mesh::Axis& moves = machine.axes[axis];
     grid.push_back({axis, machine.workspace.positions[i], moves.kind == mesh::AxisKind::linear, moves.endless});
   }
   return grid;
@@ -159,13 +162,13 @@ std::vector<OutputGrid::GridAxis> OutputGrid::table_grid(const mesh::Machine& ma
   std::vector<std::string> moving;
   int body = machine.body_index(machine.tcp.table_body);
   if (body >= 0) {
-    const mesh::BodySpec& table = machine.bodies[static_cast<std::size_t>(body)];
+    const mesh::BodySpec& table = machine.bodies[body];
     const int own = table.axis.empty() ? -1 : machine.axis_index(table.axis);
-    const bool turns = own >= 0 && machine.axes[static_cast<std::size_t>(own)].kind == mesh::AxisKind::rotary;
+    const bool turns = own >= 0 && machine.axes[own].kind == mesh::AxisKind::rotary;
     if (turns) body = machine.body_index(table.parent);
   }
-  for (; body >= 0; body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent)) {
-    const std::string& axis = machine.bodies[static_cast<std::size_t>(body)].axis;
+  for (; body >= 0; body = machine.body_index(machine.bodies[body].parent)) {
+    const std::string& axis = machine.bodies[body].axis;
     if (!axis.empty()) moving.push_back(axis);
   }
   std::vector<GridAxis> grid;
@@ -173,7 +176,7 @@ std::vector<OutputGrid::GridAxis> OutputGrid::table_grid(const mesh::Machine& ma
     for (std::size_t i = 0; i < axes.size(); ++i) {
       if (std::find(moving.begin(), moving.end(), axes[i]) == moving.end()) continue;
       const int axis = machine.axis_index(axes[i]);
-      const mesh::Axis& moves = machine.axes[static_cast<std::size_t>(axis)];
+      const mesh::Axis& moves = machine.axes[axis];
       grid.push_back({axis, positions[i], moves.kind == mesh::AxisKind::linear, moves.endless});
     }
   };
@@ -183,7 +186,8 @@ std::vector<OutputGrid::GridAxis> OutputGrid::table_grid(const mesh::Machine& ma
 }
 
 bool OutputGrid::with_middle(const std::vector<GridAxis>& grid) {
-  return grid.size() > 1 && std::all_of(grid.begin(), grid.end(), [](const GridAxis& on) { return on.linear && on.positions.size() == 3; });
+  return grid.size() > 1 && std::all_of(grid.begin(), grid.end(),
+                                        [](const GridAxis& on) { return on.linear && on.positions.size() == 3; });
 }
 
 std::vector<OutputGrid::Line> OutputGrid::lines_of(const std::vector<GridAxis>& grid) {
@@ -195,7 +199,7 @@ std::vector<OutputGrid::Line> OutputGrid::lines_of(const std::vector<GridAxis>& 
       for (std::size_t i = 0; i < 3; ++i) {
         line.at[d] = i;
         for (std::size_t k = 0; k < grid.size(); ++k)
-          line.on_grid[i] = line.on_grid[i] * static_cast<Eigen::Index>(grid[k].positions.size()) + static_cast<Eigen::Index>(line.at[k]);
+          line.on_grid[i] = line.on_grid[i] * std::ssize(grid[k].positions) + static_cast<Eigen::Index>(line.at[k]);
       }
       lines.push_back(std::move(line));
     };
@@ -216,9 +220,11 @@ std::vector<OutputGrid::Line> OutputGrid::lines_of(const std::vector<GridAxis>& 
 
 OutputGrid::OutputGrid(const mesh::Machine& machine) : OutputGrid(machine, Lines::all) {}
 
-OutputGrid::OutputGrid(const mesh::Machine& machine, std::size_t stored) : OutputGrid(machine, stored > mesh::workspace_poses(machine).size() ? Lines::all : Lines::none) {
+OutputGrid::OutputGrid(const mesh::Machine& machine, std::size_t stored)
+    : OutputGrid(machine, stored > mesh::workspace_poses(machine).size() ? Lines::all : Lines::none) {
   if (stored != tool_count_)
-    throw core::SolverError(fmt::format("{} tool poses; the workspace has {}, or {} with its lines", stored, grid_count_, OutputGrid(machine).tool_count_));
+    throw core::SolverError(fmt::format("{} tool poses; the workspace has {}, or {} with its lines", stored,
+                                        grid_count_, OutputGrid(machine).tool_count_));
 }
 
 bool OutputGrid::can_store(const mesh::Machine& machine, std::size_t tool_poses) {
@@ -227,7 +233,10 @@ bool OutputGrid::can_store(const mesh::Machine& machine, std::size_t tool_poses)
 }
 
 OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
-    : tool_(tool_grid(machine)), table_(table_grid(machine)), has_middle_(with_middle(tool_)), tool_poses_(mesh::workspace_poses(machine)) {
+    : tool_(tool_grid(machine)),
+      table_(table_grid(machine)),
+      has_middle_(with_middle(tool_)),
+      tool_poses_(mesh::workspace_poses(machine)) {
   grid_count_ = tool_poses_.size();
   if (lines == Lines::all) lines_ = lines_of(tool_);
   fine_.resize(tool_.size());
@@ -236,7 +245,7 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
     if (fine.empty()) fine = with_more(tool_[line.axis].positions, poses_more);
     for (std::size_t i = 1; i + 1 < fine.size(); ++i) {
       if (i == middle) continue;
-      tool_poses_.push_back(tool_poses_[static_cast<std::size_t>(line.on_grid[1])]);
+      tool_poses_.push_back(tool_poses_[line.on_grid[1]]);
       tool_poses_.back()(tool_[line.axis].axis) = fine[i];
     }
   }
@@ -248,7 +257,8 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
     stored_table_.push_back(axis);
     stored_table_.back().positions = axis.linear || axis.endless ? axis.positions : with_angles(axis.positions);
     const std::vector<double>& stored = stored_table_.back().positions;
-    for (const double position : axis.positions) own.push_back(static_cast<std::size_t>(std::find(stored.begin(), stored.end(), position) - stored.begin()));
+    for (const double position : axis.positions)
+      own.push_back(std::find(stored.begin(), stored.end(), position) - stored.begin());
     std::vector<mesh::Pose> next;
     for (const mesh::Pose& pose : table_poses_)
       for (const double position : stored) {
@@ -270,29 +280,31 @@ void OutputGrid::weights_on(const std::vector<GridAxis>& grid, const mesh::Pose&
   Eigen::Index count = 1;
   for (const GridAxis& on : grid) {
     const double x = pose(on.axis);
-    const Eigen::VectorXd own = on.linear ? smooth_weights(on.positions, x) : swivel_weights(on.positions, x, on.endless);
+    const Eigen::VectorXd own =
+        on.linear ? smooth_weights(on.positions, x) : swivel_weights(on.positions, x, on.endless);
     for (Eigen::Index i = count - 1; i >= 0; --i) weights.segment(i * own.size(), own.size()) = weights[i] * own;
     count *= own.size();
   }
 }
 
 void OutputGrid::grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
-  weights.resize(static_cast<Eigen::Index>(grid_count_));
+  weights.resize(grid_count_);
   weights_on(tool_, pose, weights);
 }
 
 void OutputGrid::table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
-  weights.resize(static_cast<Eigen::Index>(table_count_));
+  weights.resize(table_count_);
   weights_on(stored_table_, pose, weights);
 }
 
 void OutputGrid::table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
-  weights.resize(static_cast<Eigen::Index>(table_grid_.size()));
+  weights.resize(std::ssize(table_grid_));
   weights_on(table_, pose, weights);
 }
 
 /// Between the outer lines straight; the middle one takes what its quadratics do, where there is one.
-double OutputGrid::line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const {
+double OutputGrid::line_share(const Line& line, const mesh::Pose& pose,
+                              const std::vector<Eigen::VectorXd>& smooth) const {
   double straight = 1.0, in_middle = 1.0, bubble = 1.0;
   bool is_middle = tool_.size() > 1;
   for (std::size_t k = 0; k < tool_.size(); ++k) {
@@ -312,22 +324,24 @@ double OutputGrid::line_share(const Line& line, const mesh::Pose& pose, const st
 }
 
 void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const {
-  weights.setZero(static_cast<Eigen::Index>(tool_count_));
+  weights.setZero(tool_count_);
   weights_on(tool_, pose, weights);
-  auto next = static_cast<Eigen::Index>(grid_count_);
+  Eigen::Index next = grid_count_;
   std::vector<Eigen::VectorXd> smooth;
-  for (const GridAxis& on : tool_) smooth.push_back(on.linear ? smooth_weights(on.positions, pose(on.axis)) : Eigen::VectorXd());
+  for (const GridAxis& on : tool_)
+    smooth.push_back(on.linear ? smooth_weights(on.positions, pose(on.axis)) : Eigen::VectorXd());
   Cubic fine;
   for (std::size_t l = 0; l < lines_.size(); ++l) {
     const Line& line = lines_[l];
     if (l == 0 || lines_[l - 1].axis != line.axis) fine = cubic_weights(fine_[line.axis], pose(tool_[line.axis].axis));
     const double share = line_share(line, pose, smooth);
     const Eigen::VectorXd& coarse = smooth[line.axis];
-    for (std::size_t i = 0; i < 3; ++i) weights(line.on_grid[i]) -= share * coarse(static_cast<Eigen::Index>(i));
+    for (std::size_t i = 0; i < 3; ++i) weights(line.on_grid[i]) -= share * coarse(i);
     for (std::size_t i = 0; i < 4; ++i) {
       const std::size_t at = fine.first + i;
       const bool on_grid = at % middle == 0;
-      weights(on_grid ? line.on_grid[at / middle] : next + static_cast<Eigen::Index>(at < middle ? at - 1 : at - 2)) += share * fine.weights[i];
+      weights(on_grid ? line.on_grid[at / middle] : next + static_cast<Eigen::Index>(at < middle ? at - 1 : at - 2)) +=
+          share * fine.weights[i];
     }
     next += static_cast<Eigen::Index>(2 * poses_more);
   }
@@ -351,8 +365,8 @@ solver::TcpError ReducedModel::tcp(const Eigen::VectorXd& state, const mesh::Pos
   Eigen::VectorXd tool_shares, table_shares;
   grid.tool_weights(pose, tool_shares);
   grid.table_weights(pose, table_shares);
-  assert(tool_shares.size() == static_cast<Eigen::Index>(outputs.tool.size()));
-  assert(table_shares.size() == static_cast<Eigen::Index>(outputs.table_axis.size()));
+  assert(tool_shares.size() == std::ssize(outputs.tool));
+  assert(table_shares.size() == std::ssize(outputs.table_axis));
   return solver::tcp_error(machine, pose, combine<6>(outputs.tool, tool_shares, state),
                            combine<6>(outputs.table_axis, table_shares, state),
                            combine<7>(outputs.table_own, table_shares, state));
@@ -365,10 +379,10 @@ Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& ou
   grid.tool_weights(pose, tool);
   grid.table_weights(pose, table);
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(19, r);
-  for (std::size_t i = 0; i < outputs.tool.size(); ++i) rows.topRows<6>() += tool(static_cast<Eigen::Index>(i)) * outputs.tool[i];
+  for (std::size_t i = 0; i < outputs.tool.size(); ++i) rows.topRows<6>() += tool(i) * outputs.tool[i];
   for (std::size_t i = 0; i < outputs.table_axis.size(); ++i) {
-    rows.middleRows<6>(6) += table(static_cast<Eigen::Index>(i)) * outputs.table_axis[i];
-    rows.bottomRows<7>() += table(static_cast<Eigen::Index>(i)) * outputs.table_own[i];
+    rows.middleRows<6>(6) += table(i) * outputs.table_axis[i];
+    rows.bottomRows<7>() += table(i) * outputs.table_own[i];
   }
   return rows;
 }
@@ -386,8 +400,9 @@ Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Po
     const auto axis = combine<6>(model.outputs.table_axis, table_shares, identity);
     const auto own = combine<7>(model.outputs.table_own, table_shares, identity);
     for (Eigen::Index k = 0; k < r; ++k) {
-      const Eigen::VectorXd values = solver::tcp_values(solver::tcp_error(model.machine, poses[i], tool.col(k), axis.col(k), own.col(k)));
-      if (rows.size() == 0) rows.resize(values.size() * static_cast<Eigen::Index>(poses.size()), r);
+      const Eigen::VectorXd values =
+          solver::tcp_values(solver::tcp_error(model.machine, poses[i], tool.col(k), axis.col(k), own.col(k)));
+      if (rows.size() == 0) rows.resize(values.size() * std::ssize(poses), r);
       rows.col(k).segment(static_cast<Eigen::Index>(i) * values.size(), values.size()) = values;
     }
   }

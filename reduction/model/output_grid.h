@@ -20,7 +20,7 @@
 namespace thermotwin::reduction {
 
 class OutputGrid {
- public:
+public:
   /// With lines.
   explicit OutputGrid(const mesh::Machine& machine);
   /// @param stored  tool poses that a model has: those of the grid alone, or with the lines'
@@ -48,7 +48,7 @@ class OutputGrid {
   const std::vector<std::size_t>& table_grid_places() const { return table_grid_; }
   void table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
 
- private:
+private:
   struct GridAxis {
     int axis = -1;  ///< index into Machine::axes
     std::vector<double> positions;
@@ -71,7 +71,8 @@ class OutputGrid {
   OutputGrid(const mesh::Machine& machine, Lines lines);
   double line_share(const Line& line, const mesh::Pose& pose, const std::vector<Eigen::VectorXd>& smooth) const;
 
-  std::vector<GridAxis> tool_, table_, stored_table_;  ///< table_ with the workspace's own angles, and with all that are stored
+  std::vector<GridAxis> tool_, table_,
+      stored_table_;  ///< table_ with the workspace's own angles, and with all that are stored
   std::vector<Line> lines_;
   std::vector<std::vector<double>> fine_;  ///< (axes of the grid) all positions of a line along it
   bool has_middle_ = false;

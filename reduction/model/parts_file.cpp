@@ -13,7 +13,7 @@ using Eigen::MatrixXd;
 
 MatrixXd above_each_other(const std::vector<MatrixXd>& blocks) {
   const Index rows = blocks.front().rows();
-  MatrixXd all(rows * static_cast<Index>(blocks.size()), blocks.front().cols());
+  MatrixXd all(rows * std::ssize(blocks), blocks.front().cols());
   for (std::size_t i = 0; i < blocks.size(); ++i) all.middleRows(rows * static_cast<Index>(i), rows) = blocks[i];
   return all;
 }
@@ -33,7 +33,8 @@ auto lists_of(Any& parts) {
 }  // namespace
 
 void write_parts(StoreWriter& writer, const Parts& parts, const ReducedModel& model) {
-  const Index r = model.system.order(), tools = static_cast<Index>(model.outputs.tool.size()), tables = static_cast<Index>(model.outputs.table_axis.size());
+  const Index r = model.system.order(), tools = std::ssize(model.outputs.tool),
+              tables = std::ssize(model.outputs.table_axis);
   std::vector<MatrixXd> tool, table_axis, table_own;
   std::vector<std::pair<int, int>> named;
   const auto lists = lists_of(parts);
@@ -41,39 +42,44 @@ void write_parts(StoreWriter& writer, const Parts& parts, const ReducedModel& mo
     for (std::size_t i = 0; i < lists[kind]->size(); ++i) {
       const ReducedOutputs& outputs = (*lists[kind])[i];
       if (outputs.tool.empty()) continue;
-      named.emplace_back(static_cast<int>(kind), static_cast<int>(i));
+      named.emplace_back(static_cast<int>(kind), i);
       tool.push_back(above_each_other(outputs.tool));
       table_axis.push_back(above_each_other(outputs.table_axis));
       table_own.push_back(above_each_other(outputs.table_own));
     }
-  IntRows items(static_cast<Index>(named.size()), 2);
-  for (Index i = 0; i < items.rows(); ++i) items.row(i) << named[static_cast<std::size_t>(i)].first, named[static_cast<std::size_t>(i)].second;
+  IntRows items(std::ssize(named), 2);
+  for (Index i = 0; i < items.rows(); ++i) items.row(i) << named[i].first, named[i].second;
   writer.group("/parts");
   writer.stack("/parts/capacity", parts.capacity, r, r);
   writer.describe("/parts/capacity", "(body, state, state)", "J/K");
   writer.vector("/parts/stiffness_exponent", parts.stiffness_exponent);
   writer.describe("/parts/stiffness_exponent", "joint", "1");
   writer.integers("/parts/items", items);
-  writer.describe("/parts/items", "kind item", "kind: 0 expansion of a body, 1 of a scale, 2 of a screw, 3 stiffness of a joint; index");
+  writer.describe("/parts/items", "kind item",
+                  "kind: 0 expansion of a body, 1 of a scale, 2 of a screw, 3 stiffness of a joint; index");
   writer.stack("/parts/tool", tool, 6 * tools, r);
-  writer.describe("/parts/tool", "(part, rows of /outputs/tool pose after pose, state)", "m, rad; of kind 3 the derivative by ln k");
+  writer.describe("/parts/tool", "(part, rows of /outputs/tool pose after pose, state)",
+                  "m, rad; of kind 3 the derivative by ln k");
   writer.stack("/parts/table_axis", table_axis, 6 * tables, r);
-  writer.describe("/parts/table_axis", "(part, rows of /outputs/table_axis pose after pose, state)", "m, rad; of kind 3 the derivative by ln k");
+  writer.describe("/parts/table_axis", "(part, rows of /outputs/table_axis pose after pose, state)",
+                  "m, rad; of kind 3 the derivative by ln k");
   writer.stack("/parts/table_own", table_own, 7 * tables, r);
-  writer.describe("/parts/table_own", "(part, rows of /outputs/table_own pose after pose, state)", "m, rad; of kind 3 the derivative by ln k");
+  writer.describe("/parts/table_own", "(part, rows of /outputs/table_own pose after pose, state)",
+                  "m, rad; of kind 3 the derivative by ln k");
 }
 
 std::optional<Parts> read_parts(const StoreReader& reader, const ReducedModel& model) {
   if (!reader.has("/parts")) return std::nullopt;
   const mesh::Machine& machine = model.machine;
-  const Index r = model.system.order(), tools = static_cast<Index>(model.outputs.tool.size()), tables = static_cast<Index>(model.outputs.table_axis.size());
+  const Index r = model.system.order(), tools = std::ssize(model.outputs.tool),
+              tables = std::ssize(model.outputs.table_axis);
   Parts parts;
-  parts.capacity = reader.stack("/parts/capacity", static_cast<Index>(machine.bodies.size()), r, r);
+  parts.capacity = reader.stack("/parts/capacity", std::ssize(machine.bodies), r, r);
   parts.bodies.resize(machine.bodies.size());
   parts.scales.resize(machine.scales.size());
   parts.screws.resize(machine.screws.size());
   parts.stiffness.resize(machine.joints.size());
-  parts.stiffness_exponent = reader.vector("/parts/stiffness_exponent", static_cast<Index>(machine.joints.size()));
+  parts.stiffness_exponent = reader.vector("/parts/stiffness_exponent", std::ssize(machine.joints));
   const IntRows items = reader.integers("/parts/items", 2);
   const std::vector<MatrixXd> tool = reader.stack("/parts/tool", items.rows(), 6 * tools, r),
                               table_axis = reader.stack("/parts/table_axis", items.rows(), 6 * tables, r),
@@ -81,22 +87,25 @@ std::optional<Parts> read_parts(const StoreReader& reader, const ReducedModel& m
   const auto lists = lists_of(parts);
   for (Index i = 0; i < items.rows(); ++i) {
     const int kind = items(i, 0), item = items(i, 1);
-    if (kind < 0 || kind >= static_cast<int>(lists.size()) || item < 0 || item >= static_cast<int>(lists[static_cast<std::size_t>(kind)]->size()))
-      reader.fail(fmt::format("/parts/items row {} with kind {} and item {}", i, kind, item), "kinds 0 to 3 and items that its machine.toml has");
-    const auto at = static_cast<std::size_t>(i);
-    (*lists[static_cast<std::size_t>(kind)])[static_cast<std::size_t>(item)] = {{}, taken_apart(tool[at], 6), {}, taken_apart(table_axis[at], 6), taken_apart(table_own[at], 7)};
+    if (kind < 0 || kind >= std::ssize(lists) || item < 0 || item >= std::ssize(*lists[kind]))
+      reader.fail(fmt::format("/parts/items row {} with kind {} and item {}", i, kind, item),
+                  "kinds 0 to 3 and items that its machine.toml has");
+    const std::size_t at = i;
+    (*lists[kind])[item] = {
+        {}, taken_apart(tool[at], 6), {}, taken_apart(table_axis[at], 6), taken_apart(table_own[at], 7)};
   }
   return parts;
 }
 
 void write_patches(StoreWriter& writer, const Patches& patches, const mesh::Machine& machine) {
-  const auto count = static_cast<Index>(patches.items.size());
+  const auto count = std::ssize(patches.items);
   IntRows names(count, 2);
   MatrixXd geometry(count, 10);
   for (Index k = 0; k < count; ++k) {
-    const Patch& patch = patches.items[static_cast<std::size_t>(k)];
+    const Patch& patch = patches.items[k];
     const mesh::Rule& rule = patch.surface.any_of.front();
-    names.row(k) << machine.body_index(patch.surface.body), std::stoi(patch.surface.id.substr(patch.surface.id.rfind('_') + 1));
+    names.row(k) << machine.body_index(patch.surface.body),
+        std::stoi(patch.surface.id.substr(patch.surface.id.rfind('_') + 1));
     geometry.row(k) << patch.centre.transpose(), rule.box_min->transpose(), rule.box_max->transpose(), patch.area;
   }
   writer.group("/patches");
@@ -115,11 +124,13 @@ Patches read_patches(const StoreReader& reader, const ReducedModel& model) {
   const MatrixXd geometry = reader.matrix("/patches/geometry", names.rows(), 10);
   patches.inputs = reader.matrix("/patches/inputs", model.system.order(), names.rows());
   for (Index k = 0; k < names.rows(); ++k) {
-    if (names(k, 0) < 0 || names(k, 0) >= static_cast<int>(model.machine.bodies.size()) || names(k, 1) < 0)
-      reader.fail(fmt::format("/patches/names row {} with body {} and number {}", k, names(k, 0), names(k, 1)), "bodies that its machine.toml has");
+    if (names(k, 0) < 0 || names(k, 0) >= std::ssize(model.machine.bodies) || names(k, 1) < 0)
+      reader.fail(fmt::format("/patches/names row {} with body {} and number {}", k, names(k, 0), names(k, 1)),
+                  "bodies that its machine.toml has");
     const Eigen::Matrix<double, 10, 1> g = geometry.row(k).transpose();
-    patches.items.push_back({patch_surface(model.machine.bodies[static_cast<std::size_t>(names(k, 0))].id, names(k, 1), g.segment<3>(3), g.segment<3>(6)),
-                             g.head<3>(), g[9]});
+    patches.items.push_back(
+        {patch_surface(model.machine.bodies[names(k, 0)].id, names(k, 1), g.segment<3>(3), g.segment<3>(6)),
+         g.head<3>(), g[9]});
   }
   return patches;
 }

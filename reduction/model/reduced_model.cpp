@@ -15,9 +15,9 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr int max_refinements = 5;     ///< a fresh factor costs about as much as ten of these
-constexpr int kept_factors = 4;        ///< programs alternate between a few states
-constexpr int exact_sum_after = 256;   ///< added differences before the operator is summed afresh
+constexpr int max_refinements = 5;    ///< a fresh factor costs about as much as ten of these
+constexpr int kept_factors = 4;       ///< programs alternate between a few states
+constexpr int exact_sum_after = 256;  ///< added differences before the operator is summed afresh
 
 /// Factor of E + gamma h A for one set of coefficients and one step size.
 struct Factor {
@@ -40,7 +40,7 @@ bool is_identity(const Eigen::MatrixXd& matrix) {
 /// Lower triangles of symmetric matrices, column by column without gaps: their weighted sum is bound
 /// by memory, and this is half of it.
 class PackedTriangles {
- public:
+public:
   PackedTriangles(const std::vector<Eigen::MatrixXd>& matrices, const std::vector<bool>& symmetric) {
     for (std::size_t j = 0; j < matrices.size(); ++j) {
       if (symmetric[j]) packed_.push_back(pack(matrices[j]));
@@ -65,9 +65,7 @@ class PackedTriangles {
 
   /// sum += factors[k] * triangle of matrix terms[k], four at a time.
   void add(const std::vector<std::pair<std::size_t, double>>& terms, Eigen::VectorXd& sum) const {
-    const auto of = [&](std::size_t k) -> const Eigen::VectorXd& {
-      return packed_[static_cast<std::size_t>(place_[terms[k].first])];
-    };
+    const auto of = [&](std::size_t k) -> const Eigen::VectorXd& { return packed_[place_[terms[k].first]]; };
     std::size_t k = 0;
     for (; k + 4 <= terms.size(); k += 4)
       sum += terms[k].second * of(k) + terms[k + 1].second * of(k + 1) + terms[k + 2].second * of(k + 2) +
@@ -75,7 +73,7 @@ class PackedTriangles {
     for (; k < terms.size(); ++k) sum += terms[k].second * of(k);
   }
 
- private:
+private:
   std::vector<Eigen::VectorXd> packed_;
   std::vector<int> place_;
 };
@@ -100,8 +98,8 @@ struct ReducedStepper::Work {
   StepperOptions options;
   bool identity_capacity;
 
-  Eigen::VectorXd p, q, heat;    ///< of the last step; heat = inputs * q
-  Eigen::MatrixXd conduction;    ///< K0 + sum p K at conduction_p, brought to p where it is needed
+  Eigen::VectorXd p, q, heat;  ///< of the last step; heat = inputs * q
+  Eigen::MatrixXd conduction;  ///< K0 + sum p K at conduction_p, brought to p where it is needed
   Eigen::VectorXd conduction_p;
   PackedTriangles triangles;
   Eigen::VectorXd constant_triangle, triangle;  ///< of K0 and of the sum's symmetric part
@@ -132,8 +130,8 @@ struct ReducedStepper::Work {
     conduction.resize(r, r);
     shifted.resize(r, r);
     for (Eigen::VectorXd* v : {&heat, &start, &stage, &right_hand_side, &residual, &column}) v->setZero(r);
-    for (int i = 0; i < max_refinements; ++i) direction[static_cast<std::size_t>(i)] = image[static_cast<std::size_t>(i)] = heat;
-    p = conduction_p = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(s.terms.size()));
+    for (int i = 0; i < max_refinements; ++i) direction[i] = image[i] = heat;
+    p = conduction_p = Eigen::VectorXd::Zero(std::ssize(s.terms));
     q.setZero(s.inputs.cols());
     for (Factor& factor : factors) {
       factor.lu = Eigen::PartialPivLU<Eigen::MatrixXd>(r);
@@ -156,7 +154,7 @@ struct ReducedStepper::Work {
     changes.clear();
     for (Eigen::Index j = 0; j < terms; ++j) {
       const double amount = afresh ? p(j) : p(j) - conduction_p(j);
-      const auto term = static_cast<std::size_t>(j);
+      const std::size_t term = j;
       if (amount == 0.0) continue;
       if (triangles.holds(term)) {
         changes.emplace_back(term, amount);
@@ -308,14 +306,12 @@ ReducedStepper::ReducedStepper(ReducedStepper&&) noexcept = default;
 Eigen::Index ReducedStepper::size() const { return work_->system.order(); }
 const solver::Layout& ReducedStepper::layout() const { return work_->system.layout; }
 
-Eigen::VectorXd ReducedStepper::uniform(double temperature_K) const {
-  return work_->system.one_kelvin * temperature_K;
-}
+Eigen::VectorXd ReducedStepper::uniform(double temperature_K) const { return work_->system.one_kelvin * temperature_K; }
 
 void ReducedStepper::advance(Eigen::VectorXd& state, const solver::Coefficients& c, double step_s) {
   Work& work = *work_;
   assert(state.size() == size() && step_s > 0.0);
-  assert(c.p.size() == static_cast<Eigen::Index>(work.system.terms.size()));
+  assert(c.p.size() == std::ssize(work.system.terms));
   assert(c.q.size() == work.system.inputs.cols());
   work.p = c.p;
   work.set_heat(c.q);
@@ -338,25 +334,21 @@ void ReducedStepper::advance(Eigen::VectorXd& state, const solver::Coefficients&
   if (!std::isfinite(state.sum())) {
     work.forget();  // a NaN in the coefficients would stay in everything that is kept
     throw core::SolverError(fmt::format(
-        "reduced model: the state is no longer finite after a step of {} s; look for NaN in the inputs",
-        step_s));
+        "reduced model: the state is no longer finite after a step of {} s; look for NaN in the inputs", step_s));
   }
 }
 
-void ReducedStepper::advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c,
-                             double step_s) {
+void ReducedStepper::advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) {
   assert(static_cast<std::size_t>(state.cols()) == c.size());
   for (std::size_t load = 0; load < c.size(); ++load) {
-    const auto i = static_cast<Eigen::Index>(load);
+    const Eigen::Index i = load;
     work_->column = state.col(i);
     advance(work_->column, c[load], step_s);
     state.col(i) = work_->column;
   }
 }
 
-Eigen::MatrixXd ReducedStepper::sensors(const Eigen::MatrixXd& state) const {
-  return work_->system.sensors * state;
-}
+Eigen::MatrixXd ReducedStepper::sensors(const Eigen::MatrixXd& state) const { return work_->system.sensors * state; }
 
 const Eigen::MatrixXd& ReducedStepper::operator_matrix() const {
   work_->sum_conduction();

@@ -25,11 +25,11 @@ namespace thermotwin::reduction {
 
 struct ReducedSystem {
   solver::Layout layout;
-  Eigen::MatrixXd capacity, conduction;   ///< (r x r)
-  std::vector<Eigen::MatrixXd> terms;     ///< (r x r) each
-  Eigen::MatrixXd inputs;                 ///< (r x inputs)
-  Eigen::MatrixXd sensors;                ///< (sensors + layout.observed x r)
-  Eigen::VectorXd one_kelvin;             ///< (r) state of uniform 1 K above the reference
+  Eigen::MatrixXd capacity, conduction;  ///< (r x r)
+  std::vector<Eigen::MatrixXd> terms;    ///< (r x r) each
+  Eigen::MatrixXd inputs;                ///< (r x inputs)
+  Eigen::MatrixXd sensors;               ///< (sensors + layout.observed x r)
+  Eigen::VectorXd one_kelvin;            ///< (r) state of uniform 1 K above the reference
   Eigen::Index order() const { return conduction.rows(); }
 };
 
@@ -38,9 +38,9 @@ struct ReducedSystem {
 /// linear axes that carry the table (quadratic), each in the frames of solver::OutputRows.
 /// What the other axes do to the table side by way of the bed (0.1 um) is taken over by the tool's.
 struct ReducedOutputs {
-  std::vector<mesh::Pose> tool_poses;     ///< the workspace grid, first axis slowest, and what output_grid.h adds to it
-  std::vector<Eigen::MatrixXd> tool;      ///< (6 x r) each
-  std::vector<mesh::Pose> table_poses;    ///< grid of the table side, table axis at 0
+  std::vector<mesh::Pose> tool_poses;   ///< the workspace grid, first axis slowest, and what output_grid.h adds to it
+  std::vector<Eigen::MatrixXd> tool;    ///< (6 x r) each
+  std::vector<mesh::Pose> table_poses;  ///< grid of the table side, table axis at 0
   std::vector<Eigen::MatrixXd> table_axis, table_own;  ///< (6 x r), (7 x r) each
 };
 
@@ -65,35 +65,36 @@ struct Parts {
 
 /// A piece of a body's skin that may turn out to be warmed by something unknown (patches.h).
 struct Patch {
-  mesh::SurfaceSpec surface;              ///< of no machine.toml yet: "<body>.patch_<k>", a box as rule
+  mesh::SurfaceSpec surface;                         ///< of no machine.toml yet: "<body>.patch_<k>", a box as rule
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
-  double area = 0;                        ///< m^2
+  double area = 0;                                   ///< m^2
 };
-mesh::SurfaceSpec patch_surface(const std::string& body, int index, const Eigen::Vector3d& box_min, const Eigen::Vector3d& box_max);
+mesh::SurfaceSpec patch_surface(const std::string& body, int index, const Eigen::Vector3d& box_min,
+                                const Eigen::Vector3d& box_max);
 
 struct Patches {
   std::vector<Patch> items;
-  Eigen::MatrixXd inputs;                 ///< (r x patches) of 1 W, spread evenly
+  Eigen::MatrixXd inputs;  ///< (r x patches) of 1 W, spread evenly
 };
 
 struct ReductionErrors {
-  std::string load;                       ///< held-out load
-  double peak_um = 0;                     ///< largest |TCP error| of the full model, translations
-  double max_um = 0, rms_um = 0;          ///< reduced minus full, translations, all poses
-  double estimate_max_um = 0;             ///< largest estimate of that (error_estimate.h); 0: none made
-  double effectivity = 0;                 ///< median of estimated over true
+  std::string load;               ///< held-out load
+  double peak_um = 0;             ///< largest |TCP error| of the full model, translations
+  double max_um = 0, rms_um = 0;  ///< reduced minus full, translations, all poses
+  double estimate_max_um = 0;     ///< largest estimate of that (error_estimate.h); 0: none made
+  double effectivity = 0;         ///< median of estimated over true
 };
 
 struct ReducedModel {
-  mesh::Machine machine;                  ///< parsed from the text that the file keeps
-  std::string size;                       ///< mesh it comes from, with number of nodes
+  mesh::Machine machine;  ///< parsed from the text that the file keeps
+  std::string size;       ///< mesh it comes from, with number of nodes
   Eigen::Index full_size = 0;
   ReducedSystem system;
   ReducedOutputs outputs;
   std::vector<ReductionErrors> errors;
   TrainedRange trained;
-  std::optional<Parts> parts;             ///< if they were made (basis/parameter_parts.h)
-  Patches patches;                        ///< empty: none were made
+  std::optional<Parts> parts;  ///< if they were made (basis/parameter_parts.h)
+  Patches patches;             ///< empty: none were made
 
   /// TCP error at any pose of the workspace. @param state (r)
   solver::TcpError tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const;
@@ -113,7 +114,7 @@ struct StepperOptions {
 /// Time scheme as the full model (SDIRK2). The system must outlive the stepper. The dense factor of one step size and coefficient set is
 /// kept; small changes are met by refinement with it, larger ones by a new factor.
 class ReducedStepper final : public solver::ThermalStepper {
- public:
+public:
   explicit ReducedStepper(const ReducedSystem& system, const StepperOptions& options = {});
   ~ReducedStepper() override;
   ReducedStepper(ReducedStepper&&) noexcept;
@@ -121,8 +122,7 @@ class ReducedStepper final : public solver::ThermalStepper {
   Eigen::Index size() const override;
   const solver::Layout& layout() const override;
   Eigen::VectorXd uniform(double temperature_K) const override;
-  void advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c,
-               double step_s) override;
+  void advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) override;
   /// One state, no allocation after the first call.
   void advance(Eigen::VectorXd& state, const solver::Coefficients& c, double step_s);
   Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override;
@@ -130,7 +130,7 @@ class ReducedStepper final : public solver::ThermalStepper {
   const Eigen::MatrixXd& operator_matrix() const;
   long factorisations() const;
 
- private:
+private:
   struct Work;
   std::unique_ptr<Work> work_;
 };

@@ -2,6 +2,7 @@
 #include "reduction/model/reduced_simulation.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -35,7 +36,7 @@ struct Rows {
 
   Rows(std::string source, std::vector<std::string> columns, std::size_t rows)
       : table{std::move(source), std::move(columns), {}} {
-    table.values.resize(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(table.columns.size()));
+    table.values.resize(rows, std::ssize(table.columns));
   }
   Eigen::MatrixXd::RowXpr next() { return table.values.row(filled++); }
 };
@@ -76,7 +77,9 @@ core::Table input_table(const solver::LoadProgram& load, const solver::Channels&
 /// A machine.toml that was changed may have other coefficients, but no other terms.
 void require_same_terms(const ReducedModel& model, const mesh::Machine& machine) {
   const solver::Layout& own = model.system.layout;
-  const auto same_term = [](const solver::Term& a, const solver::Term& b) { return a.kind == b.kind && a.item == b.item && a.part == b.part; };
+  const auto same_term = [](const solver::Term& a, const solver::Term& b) {
+    return a.kind == b.kind && a.item == b.item && a.part == b.part;
+  };
   const auto same_input = [](const solver::Input& a, const solver::Input& b) {
     return a.kind == b.kind && a.term == b.term && a.item == b.item && a.place == b.place && a.node == b.node;
   };
@@ -89,13 +92,14 @@ void require_same_terms(const ReducedModel& model, const mesh::Machine& machine)
            own.observed.size() == other.observed.size();
   }
   if (!same)
-    throw core::InputError(machine.path.string(), "other films, joints, sources, coolants, volumes, axes or sensors than the reduced model's",
+    throw core::InputError(machine.path.string(),
+                           "other films, joints, sources, coolants, volumes, axes or sensors than the reduced model's",
                            "a machine with the model's own items (write the model anew: thermotwin reduce)");
 }
 
 /// Passes steps on and keeps the range of their coefficients.
 class Watched final : public solver::ThermalStepper {
- public:
+public:
   Watched(solver::ThermalStepper& stepper, TrainedRange& range) : stepper_(stepper), range_(range) {}
   Eigen::Index size() const override { return stepper_.size(); }
   const solver::Layout& layout() const override { return stepper_.layout(); }
@@ -106,7 +110,7 @@ class Watched final : public solver::ThermalStepper {
     stepper_.advance(state, c, step_s);
   }
 
- private:
+private:
   solver::ThermalStepper& stepper_;
   TrainedRange& range_;
 };
@@ -114,16 +118,17 @@ class Watched final : public solver::ThermalStepper {
 }  // namespace
 
 solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machine& machine,
-                                    const solver::LoadProgram& load,
-                                    const std::vector<mesh::Pose>& poses, const ReducedRun& how) {
+                                    const solver::LoadProgram& load, const std::vector<mesh::Pose>& poses,
+                                    const ReducedRun& how) {
   require_same_terms(model, machine);
-  const auto moves_on = how.exact ? std::unique_ptr<solver::ThermalStepper>(std::make_unique<ExactStepper>(model.system))
-                                  : std::make_unique<ReducedStepper>(model.system);
+  const auto moves_on = how.exact
+                            ? std::unique_ptr<solver::ThermalStepper>(std::make_unique<ExactStepper>(model.system))
+                            : std::make_unique<ReducedStepper>(model.system);
   TrainedRange range;
   Watched stepper(*moves_on, range);
   const solver::OperatingModel operating(machine, model.system.layout);
   const std::size_t times = load.output_times().size();
-  const auto axes = static_cast<Eigen::Index>(machine.axes.size());
+  const auto axes = std::ssize(machine.axes);
   Rows tcp(load.name(), tcp_table_columns(machine), times * poses.size());
   Rows sensors(load.name(), sensor_table_columns(machine), times);
   solver::SimulationOptions options;
@@ -132,12 +137,14 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
   const Eigen::MatrixXd rows = value_rows(model, poses);
   std::vector<Eigen::VectorXd> places;
   for (const mesh::Pose& pose : poses) places.push_back(mesh::pose_values(machine, pose));
-  const Eigen::Index values_of_pose = poses.empty() ? 0 : rows.rows() / static_cast<Eigen::Index>(poses.size());
+  const Eigen::Index values_of_pose = poses.empty() ? 0 : rows.rows() / std::ssize(poses);
   Eigen::VectorXd values;
   RunRecord* record = how.record;
   if (record) {
     *record = {load.initial_C() - machine.reference_C, !how.exact, {}, {}};
-    options.on_step = [record](const std::vector<solver::Coefficients>& c, double step_s) { record->steps.push_back({c.front(), step_s}); };
+    options.on_step = [record](const std::vector<solver::Coefficients>& c, double step_s) {
+      record->steps.push_back({c.front(), step_s});
+    };
   }
   solver::simulate(stepper, operating, {&load}, options, [&](const solver::OutputState& at) {
     sensors.next() << at.time, (at.sensors_K.array() + machine.reference_C).matrix().transpose();
@@ -147,7 +154,8 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
       auto row = tcp.next();
       row(0) = at.time;
       row.segment(1, axes) = places[i].transpose();
-      row.tail(values_of_pose) = values.segment(static_cast<Eigen::Index>(i) * values_of_pose, values_of_pose).transpose();
+      row.tail(values_of_pose) =
+          values.segment(static_cast<Eigen::Index>(i) * values_of_pose, values_of_pose).transpose();
     }
   });
   if (how.seen && range.low.size() > 0) {
@@ -155,21 +163,29 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
     how.seen->include(range.high);
   }
   if (const std::string beyond = how.tell ? outside_trained(model, range) : ""; !beyond.empty())
-    core::warn(fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
-  return {load.name(), std::move(tcp.table), std::move(sensors.table), input_table(load, operating.channels(), how.refine), {}, {}, {}, {}};
+    core::warn(
+        fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
+  return {load.name(),
+          std::move(tcp.table),
+          std::move(sensors.table),
+          input_table(load, operating.channels(), how.refine),
+          {},
+          {},
+          {},
+          {}};
 }
 
 std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table& tcp) {
   const std::vector<std::string> names = mesh::pose_columns(machine);
-  const Eigen::VectorXd units = mesh::pose_values(machine, Eigen::VectorXd::Ones(static_cast<Eigen::Index>(names.size())));
+  const Eigen::VectorXd units = mesh::pose_values(machine, Eigen::VectorXd::Ones(std::ssize(names)));
   const Eigen::VectorXd time = tcp.column("time_s");
   Eigen::Index count = 0;
   while (count < time.size() && time(count) == time(0)) ++count;
-  std::vector<mesh::Pose> poses(static_cast<std::size_t>(count), mesh::Pose(units.size()));
+  std::vector<mesh::Pose> poses(count, mesh::Pose(units.size()));
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto axis = static_cast<Eigen::Index>(i);
+    const Eigen::Index axis = i;
     const Eigen::VectorXd values = tcp.column(names[i]);
-    for (Eigen::Index row = 0; row < count; ++row) poses[static_cast<std::size_t>(row)](axis) = values(row) / units(axis);
+    for (Eigen::Index row = 0; row < count; ++row) poses[row](axis) = values(row) / units(axis);
   }
   return poses;
 }
@@ -190,7 +206,7 @@ ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult
   errors.load = full.load;
   errors.peak_um = truth.rowwise().norm().maxCoeff();
   errors.max_um = off.maxCoeff();
-  errors.rms_um = std::sqrt(off.squaredNorm() / static_cast<double>(off.size()));
+  errors.rms_um = std::sqrt(off.squaredNorm() / off.size());
   return errors;
 }
 

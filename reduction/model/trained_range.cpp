@@ -12,11 +12,11 @@
 namespace thermotwin::reduction {
 namespace {
 
-constexpr double beyond_share = 0.1;    ///< of a range's width
-constexpr double least_width = 0.1;     ///< of the largest value: what stood all the time
+constexpr double beyond_share = 0.1;  ///< of a range's width
+constexpr double least_width = 0.1;   ///< of the largest value: what stood all the time
 
 const std::string& item_id(const mesh::Machine& machine, const solver::Term& term) {
-  const auto item = static_cast<std::size_t>(term.item);
+  const std::size_t item = term.item;
   switch (term.kind) {
     case solver::TermKind::film: return machine.films[item].id;
     case solver::TermKind::contact: return machine.joints[item].id;
@@ -41,14 +41,14 @@ TrainedRange any_place(const solver::Layout& layout, TrainedRange range) {
   for (std::size_t j = 0; j < layout.terms.size(); ++j) {
     const solver::Term& term = layout.terms[j];
     if (term.kind != solver::TermKind::contact || term.part == 0) continue;
-    const auto here = static_cast<Eigen::Index>(j), first = here - term.part;
+    const Eigen::Index here = j, first = here - term.part;
     range.low(first) = std::min(range.low(first), range.low(here));
     range.high(first) = std::max(range.high(first), range.high(here));
   }
   for (std::size_t j = 0; j < layout.terms.size(); ++j) {
     const solver::Term& term = layout.terms[j];
     if (term.kind != solver::TermKind::contact) continue;
-    const auto here = static_cast<Eigen::Index>(j), first = here - term.part;
+    const Eigen::Index here = j, first = here - term.part;
     range.low(here) = range.low(first);
     range.high(here) = range.high(first);
   }
@@ -74,9 +74,9 @@ std::string outside_trained(const ReducedModel& model, const TrainedRange& seen)
     const double below = (low - seen.low(j)) / width, above = (seen.high(j) - high) / width;
     if (!(std::max(below, above) > worst)) continue;
     worst = std::max(below, above);
-    const solver::Term& term = model.system.layout.terms[static_cast<std::size_t>(j)];
-    text = fmt::format("{} '{}' at {:.4g}, trained from {:.4g} to {:.4g}", kind_name(term.kind), item_id(model.machine, term),
-                       below > above ? seen.low(j) : seen.high(j), low, high);
+    const solver::Term& term = model.system.layout.terms[j];
+    text = fmt::format("{} '{}' at {:.4g}, trained from {:.4g} to {:.4g}", kind_name(term.kind),
+                       item_id(model.machine, term), below > above ? seen.low(j) : seen.high(j), low, high);
   }
   return text;
 }

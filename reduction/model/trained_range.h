@@ -9,7 +9,7 @@ namespace thermotwin::reduction {
 
 /// Coefficients that the basis has seen: operating points and training loads; empty: unknown.
 struct TrainedRange {
-  Eigen::VectorXd low, high;              ///< (terms) p
+  Eigen::VectorXd low, high;  ///< (terms) p
   void include(const Eigen::VectorXd& p);
 };
 

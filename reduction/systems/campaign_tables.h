@@ -31,7 +31,7 @@ CampaignTables read_campaign_tables(const std::filesystem::path& folder, const s
 ///   ambient, <state> x (<ambient>.T_K - air.T_K); <ambient>.gradient_K_m.
 /// What p(t) does to the equation beside that (films that speeds change, coolants that stop) is no input.
 class CampaignInputs {
- public:
+public:
   explicit CampaignInputs(const mesh::Machine& machine);
 
   const std::vector<std::string>& names() const { return names_; }
@@ -42,8 +42,10 @@ class CampaignInputs {
   /// Uniform temperature at the start, K above the reference: the median of the sensors' first readings.
   double initial_K(const CampaignTables& tables) const;
 
- private:
-  struct Switched { int state, ambient; };
+private:
+  struct Switched {
+    int state, ambient;
+  };
   mesh::Machine machine_;
   solver::Layout layout_;
   solver::OperatingModel operating_;

@@ -35,7 +35,9 @@ void substitute_back(const MatrixXcd& triangular, Complex shift, Block&& x) {
 }
 
 /// J M^H J with J the exchange of first and last: upper triangular again.
-MatrixXcd flipped_adjoint(const MatrixXcd& triangular) { return triangular.adjoint().colwise().reverse().rowwise().reverse(); }
+MatrixXcd flipped_adjoint(const MatrixXcd& triangular) {
+  return triangular.adjoint().colwise().reverse().rowwise().reverse();
+}
 
 void require_stable(const VectorXcd& poles, double size, const std::string& place) {
   Index worst = 0;
@@ -52,7 +54,7 @@ Band band_of(const VectorXcd& poles) {
 
 /// Solutions with E, its rows and columns scaled by powers of 2 before.
 class RegularE {
- public:
+public:
   RegularE(const StateSpace& system, const std::string& place) : identity_(system.identity) {
     if (identity_) return;
     MatrixXd e(system.E);
@@ -63,19 +65,22 @@ class RegularE {
     e = e * columns_.asDiagonal();
     lu_.compute(e);
     const VectorXd pivots = lu_.matrixLU().diagonal().cwiseAbs();
-    const double smallest = pivots.minCoeff() / pivots.maxCoeff(), rcond = smallest > 0.0 ? std::min(smallest, lu_.rcond()) : 0.0;
+    const double smallest = pivots.minCoeff() / pivots.maxCoeff(),
+                 rcond = smallest > 0.0 ? std::min(smallest, lu_.rcond()) : 0.0;
     constexpr double singular = 1e-15, doubtful = 1e-10;
     if (!(rcond > singular)) refuse_singular(place, system.E, rcond);
     if (rcond < doubtful) core::warn(place + "/E.mtx is close to singular: digits are lost");
   }
-  MatrixXd solve(const MatrixXd& b) const { return identity_ ? b : MatrixXd(columns_.asDiagonal() * lu_.solve(rows_.asDiagonal() * b)); }
+  MatrixXd solve(const MatrixXd& b) const {
+    return identity_ ? b : MatrixXd(columns_.asDiagonal() * lu_.solve(rows_.asDiagonal() * b));
+  }
   MatrixXd solve_transposed(const MatrixXd& b) const {
     if (identity_) return b;
     const MatrixXd x = lu_.transpose().solve(columns_.asDiagonal() * b);
     return rows_.asDiagonal() * x;
   }
 
- private:
+private:
   bool identity_;
   VectorXd rows_, columns_;
   Eigen::PartialPivLU<MatrixXd> lu_;
@@ -89,7 +94,7 @@ MatrixXcd in_parts(const MatrixXcd& b, const Solve& solve) {
 }
 
 class GeneralDense final : public SystemSolver {
- public:
+public:
   GeneralDense(const StateSpace& system, const std::string& place) : e_(system, place) {
     MatrixXd a = e_.solve(MatrixXd(system.A));
     scale_ = lapack::balance(a);
@@ -124,7 +129,8 @@ class GeneralDense final : public SystemSolver {
   GramianFactors gramians() const override {
     MatrixXd factors[2];
     core::parallel_for(0, 2, [&](std::size_t side) {
-      MatrixXcd factor = side == 0 ? lyapunov_factor(s_, b_) : lyapunov_factor(flipped_, c_.adjoint().colwise().reverse());
+      MatrixXcd factor =
+          side == 0 ? lyapunov_factor(s_, b_) : lyapunov_factor(flipped_, c_.adjoint().colwise().reverse());
       const Index n = s_.rows();
       // In the balanced coordinates; the Gramian is real, so real and imaginary part side by side do.
       if (side == 1) factor = factor.colwise().reverse().eval();
@@ -144,8 +150,8 @@ class GeneralDense final : public SystemSolver {
   Modes dominant_modes(Index count) const override {
     const Index n = s_.rows();
     VectorXd dominance(n);
-    core::parallel_for(0, static_cast<std::size_t>(n), [&](std::size_t i) {
-      const auto k = static_cast<Index>(i);
+    core::parallel_for(0, n, [&](std::size_t i) {
+      const Index k = i;
       VectorXcd right = right_vector(s_, k), left = left_vector(k);
       left /= std::conj(left.dot(right));
       dominance(k) = (c_ * right).norm() * (left.adjoint() * b_).norm() / std::abs(s_(k, k).real());
@@ -153,7 +159,7 @@ class GeneralDense final : public SystemSolver {
     const std::vector<Index> chosen = by_dominance(s_.diagonal(), dominance, count);
     Modes modes{VectorXcd(chosen.size()), MatrixXcd(n, chosen.size()), MatrixXcd(n, chosen.size())};
     for (std::size_t i = 0; i < chosen.size(); ++i) {
-      const auto k = static_cast<Index>(i);
+      const Index k = i;
       const VectorXcd right = right_vector(s_, chosen[i]);
       VectorXcd left = left_vector(chosen[i]);
       left /= std::conj(left.dot(right));
@@ -165,7 +171,7 @@ class GeneralDense final : public SystemSolver {
     return modes;
   }
 
- private:
+private:
   MatrixXcd inverse_times(Complex s, MatrixXcd x) const {
     substitute_back(s_, -s, x);
     return -x;
@@ -192,7 +198,7 @@ class GeneralDense final : public SystemSolver {
 };
 
 class SymmetricDense final : public SystemSolver {
- public:
+public:
   SymmetricDense(const StateSpace& system, const std::string& place) {
     // E x = -A x / |value|: the slow modes, which matter, come to full digits.
     auto pair = lapack::symmetric_pair(MatrixXd(system.E), -MatrixXd(system.A));
@@ -215,12 +221,16 @@ class SymmetricDense final : public SystemSolver {
   Band band() const override { return band_of(values_.cast<Complex>()); }
   std::vector<double> peaks() const override { return {}; }
 
-  TwoSided solve(Complex s, const MatrixXcd& r, const MatrixXcd& l) const override { return {solve_one(s, r), solve_one(s, l)}; }
+  TwoSided solve(Complex s, const MatrixXcd& r, const MatrixXcd& l) const override {
+    return {solve_one(s, r), solve_one(s, l)};
+  }
   MatrixXcd response(Complex s) const override { return c_ * (inverse(s).asDiagonal() * b_.cast<Complex>()); }
 
   GramianFactors gramians() const override {
     MatrixXd factors[2];
-    core::parallel_for(0, 2, [&](std::size_t side) { factors[side] = lyapunov_factor(values_, side == 0 ? b_ : MatrixXd(c_.transpose())); });
+    core::parallel_for(0, 2, [&](std::size_t side) {
+      factors[side] = lyapunov_factor(values_, side == 0 ? b_ : MatrixXd(c_.transpose()));
+    });
     GramianFactors result;
     result.core = lapack::product(MatrixXd(factors[1].transpose()), factors[0]);
     result.controllability = lapack::product(vectors_, factors[0]);
@@ -229,19 +239,22 @@ class SymmetricDense final : public SystemSolver {
   }
 
   Modes dominant_modes(Index count) const override {
-    const VectorXd dominance = c_.colwise().norm().transpose().array() * b_.rowwise().norm().array() / values_.array().abs();
+    const VectorXd dominance =
+        c_.colwise().norm().transpose().array() * b_.rowwise().norm().array() / values_.array().abs();
     const std::vector<Index> chosen = by_dominance(values_.cast<Complex>(), dominance, count);
     Modes modes{VectorXcd(chosen.size()), MatrixXcd(vectors_.rows(), chosen.size()), {}};
     for (std::size_t i = 0; i < chosen.size(); ++i) {
-      modes.values(static_cast<Index>(i)) = values_(chosen[i]);
-      modes.right.col(static_cast<Index>(i)) = vectors_.col(chosen[i]).cast<Complex>();
+      modes.values(i) = values_(chosen[i]);
+      modes.right.col(i) = vectors_.col(chosen[i]).cast<Complex>();
     }
     modes.left = modes.right;
     return modes;
   }
 
- private:
-  MatrixXcd solve_one(Complex s, const MatrixXcd& b) const { return vectors_ * (inverse(s).asDiagonal() * (vectors_.transpose() * b)); }
+private:
+  MatrixXcd solve_one(Complex s, const MatrixXcd& b) const {
+    return vectors_ * (inverse(s).asDiagonal() * (vectors_.transpose() * b));
+  }
   VectorXcd inverse(Complex s) const { return (s - values_.cast<Complex>().array()).inverse().matrix(); }
 
   VectorXd values_;
@@ -297,7 +310,8 @@ MatrixXd lyapunov_factor(const VectorXd& diagonal, MatrixXd input) {
 }
 
 std::unique_ptr<SystemSolver> make_dense_solver(const StateSpace& system, const std::string& place) {
-  if (system.symmetric && (system.identity || positive_definite(system.E))) return std::make_unique<SymmetricDense>(system, place);
+  if (system.symmetric && (system.identity || positive_definite(system.E)))
+    return std::make_unique<SymmetricDense>(system, place);
   return std::make_unique<GeneralDense>(system, place);
 }
 

@@ -34,7 +34,8 @@ void add(std::vector<double>& grid, const std::vector<double>& more) {
 std::vector<std::size_t> highest(const std::vector<double>& values, std::size_t most) {
   std::vector<std::size_t> maxima;
   for (std::size_t k = 0; k < values.size(); ++k)
-    if ((k == 0 || values[k] >= values[k - 1]) && (k + 1 == values.size() || values[k] >= values[k + 1])) maxima.push_back(k);
+    if ((k == 0 || values[k] >= values[k - 1]) && (k + 1 == values.size() || values[k] >= values[k + 1]))
+      maxima.push_back(k);
   std::stable_sort(maxima.begin(), maxima.end(), [&](std::size_t a, std::size_t b) { return values[a] > values[b]; });
   if (maxima.size() > most) maxima.resize(most);
   return maxima;
@@ -62,7 +63,8 @@ Peak search(const std::function<double(double)>& value, double low, double high)
 }
 
 /// Largest value on a grid and, by search, between its points.
-Peak largest_on(const std::vector<double>& grid, const std::function<double(double)>& value, std::vector<double>* where = nullptr) {
+Peak largest_on(const std::vector<double>& grid, const std::function<double(double)>& value,
+                std::vector<double>* where = nullptr) {
   std::vector<double> values(grid.size());
   core::parallel_for(0, grid.size(), [&](std::size_t k) { values[k] = value(grid[k]); });
   constexpr std::size_t searched = 6;
@@ -92,7 +94,8 @@ double largest_singular_value(const MatrixXcd& matrix) {
   const MatrixXcd scaled = matrix / size;
   const bool wide = matrix.cols() > matrix.rows();
   const MatrixXcd gram = wide ? MatrixXcd(scaled * scaled.adjoint()) : MatrixXcd(scaled.adjoint() * scaled);
-  return size * std::sqrt(Eigen::SelfAdjointEigenSolver<MatrixXcd>(gram, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+  return size *
+         std::sqrt(Eigen::SelfAdjointEigenSolver<MatrixXcd>(gram, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
 }
 
 ReducedResponse::ReducedResponse(const ReducedLinearSystem& system) {
@@ -111,7 +114,8 @@ MatrixXcd ReducedResponse::operator()(double frequency) const {
   return c_ * x;
 }
 
-FrequencySweep::FrequencySweep(const SystemSolver& solver, const std::optional<ReducedLinearSystem>& stand_in) : solver_(solver) {
+FrequencySweep::FrequencySweep(const SystemSolver& solver, const std::optional<ReducedLinearSystem>& stand_in)
+    : solver_(solver) {
   if (stand_in) stand_in_.emplace(*stand_in);
   grid_ = log_spaced(solver.band(), solver.dense() ? 20 : 2);
   add(grid_, solver.peaks());
@@ -136,7 +140,8 @@ Peak FrequencySweep::largest(std::vector<double> grid, const Difference& differe
     std::vector<double> fine = log_spaced(solver_.band(), 40);
     add(fine, grid);
     std::vector<double> places;
-    largest_on(fine, [&](double w) { return largest_singular_value(difference(w, (*stand_in_)(w))); }, &places);
+    largest_on(
+        fine, [&](double w) { return largest_singular_value(difference(w, (*stand_in_)(w))); }, &places);
     add(grid, places);
     ask(grid);
     Peak best;
@@ -147,7 +152,8 @@ Peak FrequencySweep::largest(std::vector<double> grid, const Difference& differe
   ask(grid);
   return largest_on(grid, [&](double w) {
     const auto found = known_.find(w);
-    return largest_singular_value(difference(w, found != known_.end() ? found->second : solver_.response(Complex(0, w))));
+    return largest_singular_value(
+        difference(w, found != known_.end() ? found->second : solver_.response(Complex(0, w))));
   });
 }
 

@@ -16,24 +16,24 @@
 namespace thermotwin::reduction {
 
 struct Peak {
-  double value = 0;              ///< largest singular value
-  double frequency = 0;          ///< rad/s
+  double value = 0;      ///< largest singular value
+  double frequency = 0;  ///< rad/s
 };
 
 /// C (i w - A)^-1 B of a reduced system with E = 1, without D.
 class ReducedResponse {
- public:
+public:
   explicit ReducedResponse(const ReducedLinearSystem& system);
   Eigen::MatrixXcd operator()(double frequency) const;
   Eigen::VectorXcd poles() const { return triangular_.diagonal(); }
   bool stable() const { return (poles().real().array() < 0.0).all(); }
 
- private:
+private:
   Eigen::MatrixXcd triangular_, b_, c_;
 };
 
 class FrequencySweep {
- public:
+public:
   /// @param solver    must outlive this
   /// @param stand_in  a reduced model of high order for a sparse system, nothing for a dense one
   FrequencySweep(const SystemSolver& solver, const std::optional<ReducedLinearSystem>& stand_in);
@@ -45,7 +45,7 @@ class FrequencySweep {
   /// Frequencies at which the system itself was asked so far.
   std::size_t samples() const { return known_.size(); }
 
- private:
+private:
   template <class Difference>
   Peak largest(std::vector<double> grid, const Difference& difference);
   void ask(const std::vector<double>& frequencies);

@@ -28,14 +28,19 @@ constexpr Index tried_orders[] = {5, 10, 15, 20, 30, 40, 60, 80, 120, 160};
 /// The first row of a load is the even machine, which is known exactly: it weighs as so many others.
 constexpr double first_row_weight = 1e4;
 constexpr double sensor_um_per_K = 5.0, rotation_lever_m = 0.3;  ///< as in basis/responses.cpp
-constexpr double still = 1e-9;              ///< of an input's largest value: it did not move
-constexpr double enough_better = 1.02;      ///< a larger order has to gain more than this
+constexpr double still = 1e-9;                                   ///< of an input's largest value: it did not move
+constexpr double enough_better = 1.02;                           ///< a larger order has to gain more than this
 constexpr Index values_of_pose = 6;
 
 }  // namespace
 
 Samples make_samples(const CampaignInputs& inputs, const CampaignTables& tables, double reference_C) {
-  return {tables.load, tables.inputs.column("time_s"), inputs.of(tables), campaign_outputs(tables, reference_C), campaign_poses(tables), inputs.initial_K(tables)};
+  return {tables.load,
+          tables.inputs.column("time_s"),
+          inputs.of(tables),
+          campaign_outputs(tables, reference_C),
+          campaign_poses(tables),
+          inputs.initial_K(tables)};
 }
 
 /// Sums of the normal equations over loads; each load counts the same, however long.
@@ -46,12 +51,13 @@ struct Identification::Fit {
   Fit(Index states, Index outputs) : gram(MatrixXd::Zero(states, states)), moments(MatrixXd::Zero(states, outputs)) {}
   void add(const MatrixXd& states, const MatrixXd& outputs, Index rows) {
     if (rows == 0) return;
-    VectorXd weight = VectorXd::Constant(rows, 1.0 / static_cast<double>(rows));
+    VectorXd weight = VectorXd::Constant(rows, 1.0 / rows);
     weight(0) *= first_row_weight;
     const MatrixXd weighted = weight.asDiagonal() * states.topRows(rows);
     gram.noalias() += weighted.transpose() * states.topRows(rows);
     moments.noalias() += weighted.transpose() * outputs.topRows(rows);
-    const VectorXd plain = states.bottomRows(states.rows() - 1).topRows(rows - 1).colwise().squaredNorm().transpose() / static_cast<double>(rows);
+    const VectorXd plain = states.bottomRows(states.rows() - 1).topRows(rows - 1).colwise().squaredNorm().transpose() /
+                           static_cast<double>(rows);
     diagonal = diagonal.size() == 0 ? plain : VectorXd(diagonal + plain);
   }
   /// (outputs x states)
@@ -60,25 +66,32 @@ struct Identification::Fit {
     const double least = 1e-12 * diagonal.maxCoeff();
     a.diagonal() += ridge * diagonal.cwiseMax(least);
     const Eigen::LDLT<MatrixXd> factor(a);
-    if (factor.info() != Eigen::Success) throw core::SolverError("identification: the normal equations cannot be solved");
+    if (factor.info() != Eigen::Success)
+      throw core::SolverError("identification: the normal equations cannot be solved");
     return factor.solve(moments).transpose();
   }
 };
 
-Identification::Identification(const std::vector<Samples>& training, const std::vector<bool>& even, const IdentifyOptions& options) : even_(even) {
+Identification::Identification(const std::vector<Samples>& training, const std::vector<bool>& even,
+                               const IdentifyOptions& options)
+    : even_(even) {
   if (training.empty()) throw core::InputError("identification", "no load", "the tables of at least one");
   const Index inputs = training.front().inputs.cols(), outputs = training.front().outputs.cols();
-  if (static_cast<Index>(even.size()) != inputs || options.lags < 1) throw core::InputError("identification", fmt::format("{} inputs, {} lags", even.size(), options.lags), fmt::format("{} inputs, one lag or more", inputs));
+  if (std::ssize(even) != inputs || options.lags < 1)
+    throw core::InputError("identification", fmt::format("{} inputs, {} lags", even.size(), options.lags),
+                           fmt::format("{} inputs, one lag or more", inputs));
   low_ = VectorXd::Constant(inputs, std::numeric_limits<double>::infinity());
   high_ = -low_;
   double shortest = low_(0), longest = 0.0;
   for (const Samples& load : training) {
-    if (load.inputs.cols() != inputs || load.outputs.cols() != outputs || load.poses != training.front().poses || load.inputs.rows() != load.outputs.rows() || load.time.size() != load.inputs.rows())
-      throw core::InputError("identification, load '" + load.load + "'", fmt::format("{} outputs", load.outputs.cols()), fmt::format("{}, as the first load has: one campaign, the same poses", outputs));
+    if (load.inputs.cols() != inputs || load.outputs.cols() != outputs || load.poses != training.front().poses ||
+        load.inputs.rows() != load.outputs.rows() || load.time.size() != load.inputs.rows())
+      throw core::InputError("identification, load '" + load.load + "'", fmt::format("{} outputs", load.outputs.cols()),
+                             fmt::format("{}, as the first load has: one campaign, the same poses", outputs));
     low_ = low_.cwiseMin(load.inputs.colwise().minCoeff().transpose());
     high_ = high_.cwiseMax(load.inputs.colwise().maxCoeff().transpose());
     for (Index k = 0; k < inputs; ++k)
-      if (even[static_cast<std::size_t>(k)]) low_(k) = std::min(low_(k), load.initial_K), high_(k) = std::max(high_(k), load.initial_K);
+      if (even[k]) low_(k) = std::min(low_(k), load.initial_K), high_(k) = std::max(high_(k), load.initial_K);
     longest = std::max(longest, load.time(load.time.size() - 1) - load.time(0));
     for (Index i = 1; i < load.time.size(); ++i) shortest = std::min(shortest, load.time(i) - load.time(i - 1));
   }
@@ -89,14 +102,18 @@ Identification::Identification(const std::vector<Samples>& training, const std::
     any = any || moves;
     if (scale_(k) > 0.0) active_.push_back(k);
     // Heat that always flows begins with the load; a temperature that is always the start's has shown no effect of its own.
-    if (!moves && (even[static_cast<std::size_t>(k)] || scale_(k) == 0.0)) never_moved_.push_back(k);
+    if (!moves && (even[k] || scale_(k) == 0.0)) never_moved_.push_back(k);
   }
-  if (!any) throw core::InputError("identification", "no input that moves", "loads that heat the machine or change its surroundings");
+  if (!any)
+    throw core::InputError("identification", "no input that moves",
+                           "loads that heat the machine or change its surroundings");
 
   constants_.resize(options.lags);
   for (int i = 0; i < options.lags; ++i)
-    constants_(i) = options.lags == 1 ? longest / 4 : 0.5 * shortest * std::pow(longest / shortest, static_cast<double>(i) / (options.lags - 1));
-  const Index states = static_cast<Index>(active_.size()) * options.lags;
+    constants_(i) = options.lags == 1
+                        ? longest / 4
+                        : 0.5 * shortest * std::pow(longest / shortest, static_cast<double>(i) / (options.lags - 1));
+  const Index states = std::ssize(active_) * options.lags;
   poses_ = training.front().poses;
   weight_ = VectorXd::Constant(outputs, sensor_um_per_K);
   for (Index i = 0; i < poses_ * values_of_pose; ++i) weight_(i) = i % values_of_pose < 3 ? 1.0 : rotation_lever_m;
@@ -144,7 +161,8 @@ Identification::Identification(const std::vector<Samples>& training, const std::
     double squares = 0.0;
     for (std::size_t l = 0; l < training.size(); ++l) {
       const Index rows = training[l].time.size() - seen[l];
-      if (rows > 0) squares += (all[l].bottomRows(rows) * tried.transpose() - weighted[l].bottomRows(rows)).squaredNorm() / static_cast<double>(rows);
+      if (rows > 0)
+        squares += (all[l].bottomRows(rows) * tried.transpose() - weighted[l].bottomRows(rows)).squaredNorm() / rows;
     }
     if (squares < best) best = squares, ridge_ = ridge, c = tried;
   }
@@ -160,24 +178,28 @@ Identification::Identification(const std::vector<Samples>& training, const std::
     least = std::min(least, order_error_um_.back().second);
   }
   if (order_ == 0)
-    order_ = std::find_if(order_error_um_.begin(), order_error_um_.end(), [&](const auto& tried) { return tried.second <= enough_better * least; })->first;
+    order_ = std::find_if(order_error_um_.begin(), order_error_um_.end(), [&](const auto& tried) {
+               return tried.second <= enough_better * least;
+             })->first;
   balance(whole.solve(ridge_));
   order_ = std::min(order_, usable_);
 }
 
 /// x of each lag behind each input at the load's times, inputs in units of their largest.
 MatrixXd Identification::lag_states(const Samples& load) const {
-  const Index lags = constants_.size(), states = static_cast<Index>(active_.size()) * lags;
+  const Index lags = constants_.size(), states = std::ssize(active_) * lags;
   MatrixXd all(load.time.size(), states);
-  VectorXd x(states), u(static_cast<Index>(active_.size()));
+  VectorXd x(states), u(std::ssize(active_));
   for (std::size_t k = 0; k < active_.size(); ++k)
-    x.segment(static_cast<Index>(k) * lags, lags).setConstant(even_[static_cast<std::size_t>(active_[k])] ? load.initial_K / scale_(active_[k]) : 0.0);
+    x.segment(static_cast<Index>(k) * lags, lags)
+        .setConstant(even_[active_[k]] ? load.initial_K / scale_(active_[k]) : 0.0);
   all.row(0) = x.transpose();
   for (Index i = 1; i < load.time.size(); ++i) {
     const VectorXd decay = (-(load.time(i) - load.time(i - 1)) * constants_.cwiseInverse()).array().exp();
     for (std::size_t k = 0; k < active_.size(); ++k) {
       auto of_input = x.segment(static_cast<Index>(k) * lags, lags);
-      of_input = decay.cwiseProduct(of_input) + (VectorXd::Ones(lags) - decay) * (load.inputs(i, active_[k]) / scale_(active_[k]));
+      of_input = decay.cwiseProduct(of_input) +
+                 (VectorXd::Ones(lags) - decay) * (load.inputs(i, active_[k]) / scale_(active_[k]));
     }
     all.row(i) = x.transpose();
   }
@@ -194,7 +216,7 @@ void Identification::balance(const MatrixXd& c) {
   base.E.setIdentity();
   base.A.resize(states, states);
   base.A.setIdentity();
-  base.B = MatrixXd::Zero(states, static_cast<Index>(active_.size()));
+  base.B = MatrixXd::Zero(states, std::ssize(active_));
   for (Index s = 0; s < states; ++s) {
     base.A.coeffRef(s, s) = -1.0 / constants_(s % lags);
     base.B(s, s / lags) = 1.0 / constants_(s % lags);
@@ -205,7 +227,9 @@ void Identification::balance(const MatrixXd& c) {
   const auto solver = make_system_solver(base, "identified lags");
   const GramianFactors gramians = solver->gramians();
   const lapack::Svd core = lapack::svd(gramians.core);
-  if (!(core.values(0) > 0.0)) throw core::InputError("identification", "no input that reaches an output", "tables of a campaign in which something happens");
+  if (!(core.values(0) > 0.0))
+    throw core::InputError("identification", "no input that reaches an output",
+                           "tables of a campaign in which something happens");
   constexpr double rounding = 1e-10;
   usable_ = (core.values.array() > rounding * core.values(0)).count();
   const VectorXd scale = core.values.head(usable_).cwiseSqrt().cwiseInverse();
@@ -219,7 +243,7 @@ ReducedLinearSystem Identification::model(Index order) const {
   model.E.setIdentity();
   const MatrixXd b = model.B;
   model.B = MatrixXd::Zero(r, scale_.size());
-  for (std::size_t k = 0; k < active_.size(); ++k) model.B.col(active_[k]) = b.col(static_cast<Index>(k)) / scale_(active_[k]);
+  for (std::size_t k = 0; k < active_.size(); ++k) model.B.col(active_[k]) = b.col(k) / scale_(active_[k]);
   model.C = weight_.cwiseInverse().asDiagonal() * model.C;
   model.D = MatrixXd::Zero(model.C.rows(), model.B.cols());
   return model;
@@ -229,7 +253,7 @@ MatrixXd Identification::predict(const ReducedLinearSystem& model, const Samples
   const Index r = model.order(), times = load.time.size();
   VectorXd before = VectorXd::Zero(model.B.cols());
   for (Index k = 0; k < before.size(); ++k)
-    if (even_[static_cast<std::size_t>(k)]) before(k) = load.initial_K;
+    if (even_[k]) before(k) = load.initial_K;
   VectorXd x = -model.A.partialPivLu().solve(model.B * before);
   std::map<double, std::pair<MatrixXd, MatrixXd>> steps;  // of x, of B u
   MatrixXd outputs(times, model.C.rows());
@@ -242,7 +266,8 @@ MatrixXd Identification::predict(const ReducedLinearSystem& model, const Samples
       both.topLeftCorner(r, r) = length * model.A;
       both.topRightCorner(r, r) = length * MatrixXd::Identity(r, r);
       const MatrixXd moved = both.exp();
-      step = steps.emplace(length, std::pair{MatrixXd(moved.topLeftCorner(r, r)), MatrixXd(moved.topRightCorner(r, r))}).first;
+      step = steps.emplace(length, std::pair{MatrixXd(moved.topLeftCorner(r, r)), MatrixXd(moved.topRightCorner(r, r))})
+                 .first;
     }
     x = (step->second.first * x + step->second.second * (model.B * load.inputs.row(i).transpose())).eval();
     outputs.row(i) = (model.C * x).transpose();
@@ -250,7 +275,8 @@ MatrixXd Identification::predict(const ReducedLinearSystem& model, const Samples
   return outputs;
 }
 
-solver::LoadResult Identification::predicted(const ReducedLinearSystem& model, const Samples& load, const CampaignTables& tables) const {
+solver::LoadResult Identification::predicted(const ReducedLinearSystem& model, const Samples& load,
+                                             const CampaignTables& tables) const {
   const MatrixXd outputs = predict(model, load);
   const Index poses = campaign_poses(tables);
   solver::LoadResult result;
@@ -263,7 +289,8 @@ solver::LoadResult Identification::predicted(const ReducedLinearSystem& model, c
   return result;
 }
 
-double Identification::rms_um(const ReducedLinearSystem& model, const std::vector<Samples>& loads, const std::vector<Index>& from) const {
+double Identification::rms_um(const ReducedLinearSystem& model, const std::vector<Samples>& loads,
+                              const std::vector<Index>& from) const {
   double squares = 0.0, count = 0.0;
   for (std::size_t l = 0; l < loads.size(); ++l) {
     const Index rows = loads[l].time.size() - from[l];
@@ -281,7 +308,8 @@ std::vector<Index> Identification::beyond(const Samples& load) const {
   std::vector<Index> found;
   for (Index k = 0; k < scale_.size(); ++k) {
     const double room = 0.1 * (high_(k) - low_(k)) + still * (1.0 + scale_(k));
-    if (load.inputs.col(k).maxCoeff() > high_(k) + room || load.inputs.col(k).minCoeff() < low_(k) - room) found.push_back(k);
+    if (load.inputs.col(k).maxCoeff() > high_(k) + room || load.inputs.col(k).minCoeff() < low_(k) - room)
+      found.push_back(k);
   }
   return found;
 }

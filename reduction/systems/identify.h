@@ -22,22 +22,22 @@
 namespace thermotwin::reduction {
 
 struct IdentifyOptions {
-  Eigen::Index order = 0;          ///< 0: chosen on the held-out load
-  int lags = 6;                    ///< time constants of each input
+  Eigen::Index order = 0;  ///< 0: chosen on the held-out load
+  int lags = 6;            ///< time constants of each input
 };
 
 /// One load as samples of the system.
 struct Samples {
   std::string load;
-  Eigen::VectorXd time;            ///< s
-  Eigen::MatrixXd inputs, outputs; ///< (times x inputs): means over the interval before; (times x outputs)
-  Eigen::Index poses = 0;          ///< six outputs each, the first ones
-  double initial_K = 0;            ///< uniform at the start
+  Eigen::VectorXd time;             ///< s
+  Eigen::MatrixXd inputs, outputs;  ///< (times x inputs): means over the interval before; (times x outputs)
+  Eigen::Index poses = 0;           ///< six outputs each, the first ones
+  double initial_K = 0;             ///< uniform at the start
 };
 Samples make_samples(const CampaignInputs& inputs, const CampaignTables& tables, double reference_C);
 
 class Identification {
- public:
+public:
   /// @param even  inputs that are the machine's own temperature where all is even, see CampaignInputs
   /// @throws InputError: no load, loads that disagree in their outputs, no input that moves
   Identification(const std::vector<Samples>& training, const std::vector<bool>& even, const IdentifyOptions& options);
@@ -49,10 +49,11 @@ class Identification {
   /// y at the load's times; before time 0 all even inputs stood at initial_K, the others at 0.
   Eigen::MatrixXd predict(const ReducedLinearSystem& model, const Samples& load) const;
   /// The same in what the campaign's errors are measured by.
-  solver::LoadResult predicted(const ReducedLinearSystem& model, const Samples& load, const CampaignTables& tables) const;
+  solver::LoadResult predicted(const ReducedLinearSystem& model, const Samples& load,
+                               const CampaignTables& tables) const;
 
   Eigen::Index largest_order() const { return usable_; }
-  Eigen::Index order() const { return order_; }         ///< chosen, or as asked for
+  Eigen::Index order() const { return order_; }  ///< chosen, or as asked for
   double ridge() const { return ridge_; }
   /// What was kept out while ridge and order were chosen: a load, or the last quarter of all.
   const std::string& kept_out() const { return kept_out_; }
@@ -63,17 +64,18 @@ class Identification {
   /// Of these, and of those that leave the range of training by more than a tenth of it, the ones that the load has.
   std::vector<Eigen::Index> beyond(const Samples& load) const;
 
- private:
+private:
   struct Fit;
   Eigen::MatrixXd lag_states(const Samples& load) const;
   void balance(const Eigen::MatrixXd& weighted_c);
-  double rms_um(const ReducedLinearSystem& model, const std::vector<Samples>& loads, const std::vector<Eigen::Index>& from) const;
+  double rms_um(const ReducedLinearSystem& model, const std::vector<Samples>& loads,
+                const std::vector<Eigen::Index>& from) const;
 
   std::vector<bool> even_;
   std::vector<Eigen::Index> active_, never_moved_;
   Eigen::VectorXd low_, high_, scale_, weight_, constants_;  ///< weight_: of outputs
   LinearSystem lags_;
-  Eigen::MatrixXd left_, right_;                 ///< balancing bases, all usable columns
+  Eigen::MatrixXd left_, right_;  ///< balancing bases, all usable columns
   Eigen::Index usable_ = 0, order_ = 0, poses_ = 0;
   double ridge_ = 0;
   std::string kept_out_;

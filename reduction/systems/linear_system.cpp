@@ -2,6 +2,7 @@
 #include "reduction/systems/linear_system.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -97,7 +98,7 @@ void read_names(const fs::path& file, LinearSystem& system) {
                        "a NAME of the files A_film_NAME.mtx beside it" +
                            (known.empty() ? std::string() : " (nearest: " + core::nearest(name, known) + ")"));
     require_new(table, told, name);
-    system.films[static_cast<std::size_t>(film - known.begin())].value = table.number("value");
+    system.films[film - known.begin()].value = table.number("value");
     table.text_or("unit", "");
     table.finish();
   }
@@ -111,7 +112,7 @@ void read_names(const fs::path& file, LinearSystem& system) {
       if (table.has("value")) table.number("value");
       table.finish();
     }
-    if (!all.empty() && static_cast<Index>(all.size()) != count)
+    if (!all.empty() && std::ssize(all) != count)
       throw InputError(file.string(), fmt::format("{} [[{}]] tables", all.size(), key),
                        fmt::format("none, or one for each of the {} of the matrices", count));
   };
@@ -135,10 +136,14 @@ StateSpace LinearSystem::at(const std::vector<double>& values) const {
 
 LinearSystem read_linear_system(const fs::path& folder) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) throw InputError(folder.string(), "no such folder", "a folder with A.mtx, B.mtx, C.mtx and, if it is not the identity, E.mtx");
+  if (!fs::is_directory(folder, error))
+    throw InputError(folder.string(), "no such folder",
+                     "a folder with A.mtx, B.mtx, C.mtx and, if it is not the identity, E.mtx");
   const auto file = [&](const char* name) { return folder / (std::string(name) + ".mtx"); };
   const auto read = [&](const char* name) {
-    if (!fs::exists(file(name), error)) throw InputError(file(name).string(), "no such file", "A.mtx, B.mtx and C.mtx; E.mtx, D.mtx and A_film_NAME.mtx where there are any");
+    if (!fs::exists(file(name), error))
+      throw InputError(file(name).string(), "no such file",
+                       "A.mtx, B.mtx and C.mtx; E.mtx, D.mtx and A_film_NAME.mtx where there are any");
     return core::read_matrix_market(file(name));
   };
   LinearSystem system;
@@ -153,8 +158,12 @@ LinearSystem read_linear_system(const fs::path& folder) {
   require_shape(file("E"), base.E, n, n, "as A.mtx");
 
   const Sparse b = read("B"), c = read("C");
-  if (b.rows() != n) require_shape(file("B"), b, n, b.cols(), b.cols() == n ? "the transpose of what it is: a column an input" : "a row for each state of A.mtx");
-  if (c.cols() != n) require_shape(file("C"), c, c.rows(), n, c.rows() == n ? "the transpose of what it is: a row an output" : "a column for each state of A.mtx");
+  if (b.rows() != n)
+    require_shape(file("B"), b, n, b.cols(),
+                  b.cols() == n ? "the transpose of what it is: a column an input" : "a row for each state of A.mtx");
+  if (c.cols() != n)
+    require_shape(file("C"), c, c.rows(), n,
+                  c.rows() == n ? "the transpose of what it is: a row an output" : "a column for each state of A.mtx");
   require_entries(file("B"), b, "one or more entries: nothing drives the system");
   require_entries(file("C"), c, "one or more entries: nothing is seen of the system");
   base.B = Eigen::MatrixXd(b);
@@ -162,7 +171,8 @@ LinearSystem read_linear_system(const fs::path& folder) {
   base.D = Eigen::MatrixXd::Zero(base.outputs(), base.inputs());
   if (fs::exists(file("D"), error)) {
     const Sparse d = read("D");
-    require_shape(file("D"), d, base.outputs(), base.inputs(), "a row for each row of C.mtx, a column for each column of B.mtx");
+    require_shape(file("D"), d, base.outputs(), base.inputs(),
+                  "a row for each row of C.mtx, a column for each column of B.mtx");
     base.D = Eigen::MatrixXd(d);
     system.has_feedthrough = true;
   }

@@ -17,10 +17,10 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 /// One system with numbers for all parameters.
 struct StateSpace {
-  Sparse E, A;                   ///< (n x n)
-  Eigen::MatrixXd B, C, D;       ///< (n x inputs), (outputs x n), (outputs x inputs)
-  bool identity = false;         ///< E is the identity
-  bool symmetric = false;        ///< E and A are, to rounding, and exactly so here
+  Sparse E, A;              ///< (n x n)
+  Eigen::MatrixXd B, C, D;  ///< (n x inputs), (outputs x n), (outputs x inputs)
+  bool identity = false;    ///< E is the identity
+  bool symmetric = false;   ///< E and A are, to rounding, and exactly so here
 
   Eigen::Index size() const { return A.rows(); }
   Eigen::Index inputs() const { return B.cols(); }
@@ -28,18 +28,18 @@ struct StateSpace {
 };
 
 struct ParameterMatrix {
-  std::string name;              ///< NAME of A_film_NAME.mtx
+  std::string name;  ///< NAME of A_film_NAME.mtx
   Sparse matrix;
-  double value = 1.0;            ///< of its parameter where nobody says another
+  double value = 1.0;  ///< of its parameter where nobody says another
 };
 
 struct LinearSystem {
   std::filesystem::path folder;
-  StateSpace base;               ///< without the films
-  std::vector<ParameterMatrix> films;  ///< by name
-  bool has_feedthrough = false;  ///< D.mtx is there
+  StateSpace base;                                     ///< without the films
+  std::vector<ParameterMatrix> films;                  ///< by name
+  bool has_feedthrough = false;                        ///< D.mtx is there
   std::vector<std::string> input_names, output_names;  ///< empty: none were given
-  std::string names_text;        ///< names.toml as it is; empty: there is none
+  std::string names_text;                              ///< names.toml as it is; empty: there is none
 
   /// @param values  one per film
   StateSpace at(const std::vector<double>& values) const;

@@ -29,9 +29,9 @@ double norm_of_gram(const MatrixXd& w) {
 
 /// One of the two equations.
 struct Side {
-  MatrixXd rest;                   ///< W
-  std::vector<MatrixXd> blocks;    ///< of Z
-  std::vector<MatrixXd> newest;    ///< V, for the next shifts
+  MatrixXd rest;                 ///< W
+  std::vector<MatrixXd> blocks;  ///< of Z
+  std::vector<MatrixXd> newest;  ///< V, for the next shifts
   double start = 0, residual = 1;
 
   explicit Side(MatrixXd right) : rest(std::move(right)), start(norm_of_gram(rest)) {}
@@ -51,7 +51,9 @@ struct Side {
 
 /// V = (A + p E)^-1 W, the columns that it adds to Z, the new W.
 void advance(Side& side, const ShiftFactor& factor, const Sparse& e, Complex p, bool transposed) {
-  const auto times_e = [&](const MatrixXd& v) -> MatrixXd { return transposed ? MatrixXd(e.transpose() * v) : MatrixXd(e * v); };
+  const auto times_e = [&](const MatrixXd& v) -> MatrixXd {
+    return transposed ? MatrixXd(e.transpose() * v) : MatrixXd(e * v);
+  };
   if (p.imag() == 0.0) {
     MatrixXd v = -factor.solve_real(side.rest, transposed);
     side.rest -= 2.0 * p.real() * times_e(v);
@@ -132,7 +134,7 @@ std::vector<Complex> choose(const std::vector<Complex>& candidates, std::size_t 
   while (chosen.size() < std::min(most, candidates.size())) {
     const auto worst = std::max_element(left.begin(), left.end());
     if (*worst == 0.0) break;
-    use(candidates[static_cast<std::size_t>(worst - left.begin())]);
+    use(candidates[worst - left.begin()]);
   }
   return chosen;
 }
@@ -179,19 +181,25 @@ AdiFactors low_rank_gramians(const StateSpace& system, const Factorise& factoris
   }
 
   AdiFactors result;
-  core::Progress progress("low-rank Gramians, digits of the residual", static_cast<std::size_t>(std::ceil(-std::log10(options.residual))));
+  core::Progress progress("low-rank Gramians, digits of the residual",
+                          static_cast<std::size_t>(std::ceil(-std::log10(options.residual))));
   int digits = 0;
   std::vector<Complex> shifts;
   std::size_t next = 0;
   while (result.residual = std::max(sides[0].residual, sides[1].residual), result.residual > options.residual) {
     if (result.steps >= options.most_steps || !std::isfinite(result.residual))
-      throw core::SolverError(fmt::format("the low-rank Gramians reach a residual of {:.2g} after {} steps, {:.0e} was asked for: the system is close to "
-                                          "unstable, or its Gramians have no low rank", result.residual, result.steps, options.residual));
+      throw core::SolverError(
+          fmt::format("the low-rank Gramians reach a residual of {:.2g} after {} steps, {:.0e} was asked for: the "
+                      "system is close to "
+                      "unstable, or its Gramians have no low rank",
+                      result.residual, result.steps, options.residual));
     core::check_interrupt();
     if (next == shifts.size()) {
       std::vector<Complex> candidates = ritz_values(system, newest_columns(sides, widest_projection, engine));
       if (!candidates.empty() || shifts.empty()) shifts = choose(candidates, shifts_at_once);
-      if (shifts.empty()) throw core::SolverError("low-rank Gramians: no shift in the left half plane was found; the system is far from normal");
+      if (shifts.empty())
+        throw core::SolverError(
+            "low-rank Gramians: no shift in the left half plane was found; the system is far from normal");
       next = 0;
     }
     const Complex p = shifts[next++];
@@ -201,7 +209,8 @@ AdiFactors low_rank_gramians(const StateSpace& system, const Factorise& factoris
     ++result.steps;
     result.smallest_shift = result.steps == 1 ? std::abs(p) : std::min(result.smallest_shift, std::abs(p));
     result.largest_shift = std::max(result.largest_shift, std::abs(p));
-    for (const double now = -std::log10(std::max(sides[0].residual, sides[1].residual)); digits + 1 <= now; ++digits) progress.advance();
+    for (const double now = -std::log10(std::max(sides[0].residual, sides[1].residual)); digits + 1 <= now; ++digits)
+      progress.advance();
   }
   result.controllability = sides[0].factor();
   result.observability = sides[1].factor();

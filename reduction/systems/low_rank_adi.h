@@ -17,7 +17,7 @@ namespace thermotwin::reduction {
 
 /// Factors of s E - A.
 class ShiftFactor {
- public:
+public:
   virtual ~ShiftFactor() = default;
   virtual Eigen::MatrixXcd solve(const Eigen::MatrixXcd& right_hand_sides, bool transposed) const = 0;
   /// For a real s.
@@ -26,16 +26,16 @@ class ShiftFactor {
 using Factorise = std::function<std::unique_ptr<ShiftFactor>(std::complex<double> s)>;
 
 struct AdiOptions {
-  double residual = 1e-16;       ///< |W^T W| / |B^T B| to reach, of both equations
+  double residual = 1e-16;  ///< |W^T W| / |B^T B| to reach, of both equations
   int most_steps = 400;
 };
 
 struct AdiFactors {
   Eigen::MatrixXd controllability, observability;            ///< Zb, Zc
   Eigen::MatrixXd controllability_rest, observability_rest;  ///< W of each equation
-  double residual = 0;           ///< the larger relative one
+  double residual = 0;                                       ///< the larger relative one
   int steps = 0;
-  double smallest_shift = 0, largest_shift = 0;              ///< moduli
+  double smallest_shift = 0, largest_shift = 0;  ///< moduli
 };
 
 /// @throws SolverError where the residuals do not fall

@@ -23,7 +23,7 @@ using Eigen::VectorXcd;
 /// Shifts, closed under conjugation, with a direction of the inputs and of the outputs each.
 struct Points {
   VectorXcd shifts;
-  MatrixXcd inputs, outputs;     ///< columns
+  MatrixXcd inputs, outputs;  ///< columns
 };
 
 struct Small {
@@ -38,8 +38,8 @@ MatrixXd real_span(const Points& points, const MatrixXcd& columns) {
     parts.push_back(columns.col(k).real());
     if (points.shifts(k).imag() > 0.0) parts.push_back(columns.col(k).imag());
   }
-  MatrixXd span(columns.rows(), static_cast<Index>(parts.size()));
-  for (std::size_t k = 0; k < parts.size(); ++k) span.col(static_cast<Index>(k)) = parts[k].normalized();
+  MatrixXd span(columns.rows(), std::ssize(parts));
+  for (std::size_t k = 0; k < parts.size(); ++k) span.col(k) = parts[k].normalized();
   return span;
 }
 
@@ -50,16 +50,19 @@ MatrixXd orthonormal(const MatrixXd& columns) {
   return qr.householderQ() * MatrixXd::Identity(columns.rows(), qr.rank());
 }
 
-struct Spans { MatrixXd right, left; };
+struct Spans {
+  MatrixXd right, left;
+};
 
 Spans spans_at(const Points& points, const StateSpace& system, const SystemSolver& solver) {
   const Index n = system.size(), count = points.shifts.size();
   MatrixXcd right = MatrixXcd::Zero(n, count), left = MatrixXcd::Zero(n, count);
-  core::parallel_for(0, static_cast<std::size_t>(count), [&](std::size_t i) {
+  core::parallel_for(0, count, [&](std::size_t i) {
     core::check_interrupt();
-    const auto k = static_cast<Index>(i);
+    const Index k = i;
     if (points.shifts(k).imag() < 0.0) return;
-    const auto both = solver.solve(points.shifts(k), system.B * points.inputs.col(k), system.C.transpose() * points.outputs.col(k));
+    const auto both =
+        solver.solve(points.shifts(k), system.B * points.inputs.col(k), system.C.transpose() * points.outputs.col(k));
     right.col(k) = both.right;
     left.col(k) = both.left;
   });
@@ -69,8 +72,8 @@ Spans spans_at(const Points& points, const StateSpace& system, const SystemSolve
 Spans spans_at(const Points& points, const Small& system) {
   const Index n = system.A.rows(), count = points.shifts.size();
   MatrixXcd right = MatrixXcd::Zero(n, count), left = MatrixXcd::Zero(n, count);
-  core::parallel_for(0, static_cast<std::size_t>(count), [&](std::size_t i) {
-    const auto k = static_cast<Index>(i);
+  core::parallel_for(0, count, [&](std::size_t i) {
+    const Index k = i;
     if (points.shifts(k).imag() < 0.0) return;
     MatrixXcd matrix = -system.A.cast<Complex>();
     matrix.diagonal().array() += points.shifts(k);
@@ -93,7 +96,8 @@ void make_orthonormal(Spans& spans) {
 template <class E, class A>
 Small projected(const Spans& spans, const E& e, const A& a, const MatrixXd& b, const MatrixXd& c) {
   const Eigen::PartialPivLU<MatrixXd> metric(spans.left.transpose() * (e * spans.right));
-  return {metric.solve(spans.left.transpose() * (a * spans.right)), metric.solve(spans.left.transpose() * b), c * spans.right};
+  return {metric.solve(spans.left.transpose() * (a * spans.right)), metric.solve(spans.left.transpose() * b),
+          c * spans.right};
 }
 
 /// Mirrored poles and residues' directions of a small system.
@@ -103,7 +107,8 @@ Points points_of(const Small& system) {
   points.inputs = poles.eigenvectors().partialPivLu().solve(system.B.cast<Complex>()).transpose();
   points.outputs = system.C * poles.eigenvectors();
   // A pole on the wrong side is mirrored too: the next model is drawn to the stable side.
-  points.shifts = poles.eigenvalues().unaryExpr([](Complex pole) { return Complex(std::max(std::abs(pole.real()), 1e-10 * std::abs(pole)), -pole.imag()); });
+  points.shifts = poles.eigenvalues().unaryExpr(
+      [](Complex pole) { return Complex(std::max(std::abs(pole.real()), 1e-10 * std::abs(pole)), -pole.imag()); });
   for (Index k = 0; k < points.shifts.size(); ++k) {
     const auto unit = [](auto&& column) {
       if (const double length = column.norm(); length > 0.0) column /= length;
@@ -118,7 +123,8 @@ Points points_of(const Small& system) {
 Points starting_points(const StateSpace& system, Band band, Index count) {
   Points points{VectorXcd(count), MatrixXcd::Zero(system.inputs(), count), MatrixXcd::Zero(system.outputs(), count)};
   for (Index k = 0; k < count; ++k) {
-    points.shifts(k) = band.low * std::pow(band.high / band.low, count > 1 ? static_cast<double>(k) / static_cast<double>(count - 1) : 0.0);
+    points.shifts(k) =
+        band.low * std::pow(band.high / band.low, count > 1 ? static_cast<double>(k) / (count - 1) : 0.0);
     points.inputs(k % system.inputs(), k) = 1.0;
     points.outputs(k % system.outputs(), k) = 1.0;
   }
@@ -127,12 +133,12 @@ Points starting_points(const StateSpace& system, Band band, Index count) {
 
 /// The least damped of known frequencies, where shifts on the real axis see little.
 void add_peaks(Points& points, const std::vector<double>& peaks, Index count) {
-  const Index pairs = std::min<Index>(static_cast<Index>(peaks.size()), count), before = points.shifts.size();
+  const Index pairs = std::min<Index>(std::ssize(peaks), count), before = points.shifts.size();
   points.shifts.conservativeResize(before + pairs);
   points.inputs.conservativeResize(Eigen::NoChange, before + pairs);
   points.outputs.conservativeResize(Eigen::NoChange, before + pairs);
   for (Index k = 0; k < pairs; ++k) {
-    const double w = peaks[static_cast<std::size_t>(k * static_cast<Index>(peaks.size()) / pairs)];
+    const double w = peaks[static_cast<std::size_t>(k * std::ssize(peaks) / pairs)];
     points.shifts(before + k) = Complex(0.05 * w, w);
     points.inputs.col(before + k).setZero();
     points.outputs.col(before + k).setZero();
@@ -159,7 +165,8 @@ Points settled(const Small& system, Points points) {
   for (int k = 0; k < most; ++k) {
     Spans spans = spans_at(points, system);
     make_orthonormal(spans);
-    Points next = points_of(projected(spans, MatrixXd::Identity(system.A.rows(), system.A.rows()), system.A, system.B, system.C));
+    Points next =
+        points_of(projected(spans, MatrixXd::Identity(system.A.rows(), system.A.rows()), system.A, system.B, system.C));
     const double moved = change(next.shifts, points.shifts);
     points = std::move(next);
     if (moved < stays) break;
@@ -196,8 +203,10 @@ KrylovBases rational_krylov(const StateSpace& system, const SystemSolver& solver
     if (round == 0) {
       points = points_of(small);
       const Eigen::EigenSolver<MatrixXd> poles(small.A);
-      const MatrixXcd b = poles.eigenvectors().partialPivLu().solve(small.B.cast<Complex>()), c = small.C * poles.eigenvectors();
-      const Eigen::VectorXd dominance = c.colwise().norm().transpose().array() * b.rowwise().norm().array() / points.shifts.real().array();
+      const MatrixXcd b = poles.eigenvectors().partialPivLu().solve(small.B.cast<Complex>()),
+                      c = small.C * poles.eigenvectors();
+      const Eigen::VectorXd dominance =
+          c.colwise().norm().transpose().array() * b.rowwise().norm().array() / points.shifts.real().array();
       std::vector<Index> chosen = by_dominance(points.shifts, dominance, order);
       points = {points.shifts(chosen), points.inputs(Eigen::all, chosen), points.outputs(Eigen::all, chosen)};
     }

@@ -11,8 +11,8 @@
 namespace thermotwin::reduction {
 
 struct KrylovBases {
-  Eigen::MatrixXd right, left;   ///< (n x order), orthonormal columns
-  bool converged = false;        ///< the shifts stay
+  Eigen::MatrixXd right, left;  ///< (n x order), orthonormal columns
+  bool converged = false;       ///< the shifts stay
 };
 
 KrylovBases rational_krylov(const StateSpace& system, const SystemSolver& solver, Eigen::Index order);

@@ -23,7 +23,7 @@ struct Pencil {
   std::vector<int> outer, inner;
   std::vector<double> e, a;
 
-  Pencil(const Sparse& e_in, const Sparse& a_in) : n(static_cast<int>(a_in.rows())) {
+  Pencil(const Sparse& e_in, const Sparse& a_in) : n(a_in.rows()) {
     // Sums keep entries that cancel: both have the union's pattern.
     const Sparse with_e = 1.0 * e_in + 0.0 * a_in, with_a = 0.0 * e_in + 1.0 * a_in;
     outer.assign(with_e.outerIndexPtr(), with_e.outerIndexPtr() + n + 1);
@@ -49,8 +49,9 @@ struct Settings {
 };
 
 [[noreturn]] void fail(int status, int n, const char* what) {
-  throw SolverError(fmt::format("sparse LU: {} of {} unknowns failed: {}", what, n,
-                                status == UMFPACK_ERROR_out_of_memory ? "out of memory" : fmt::format("UMFPACK status {}", status)));
+  throw SolverError(
+      fmt::format("sparse LU: {} of {} unknowns failed: {}", what, n,
+                  status == UMFPACK_ERROR_out_of_memory ? "out of memory" : fmt::format("UMFPACK status {}", status)));
 }
 
 const double* parts(const std::vector<Complex>& values) { return reinterpret_cast<const double*>(values.data()); }
@@ -67,10 +68,11 @@ struct PencilLu::Impl {
     const double size = core_ratio();
     const std::vector<double> values = pencil.values(size);
     const std::vector<Complex> complex_values = pencil.values(Complex(0, size));
-    int status = umfpack_di_symbolic(pencil.n, pencil.n, pencil.outer.data(), pencil.inner.data(), values.data(), &real_analysis, real.control, nullptr);
+    int status = umfpack_di_symbolic(pencil.n, pencil.n, pencil.outer.data(), pencil.inner.data(), values.data(),
+                                     &real_analysis, real.control, nullptr);
     if (status < 0) fail(status, pencil.n, "the analysis");
-    status = umfpack_zi_symbolic(pencil.n, pencil.n, pencil.outer.data(), pencil.inner.data(), parts(complex_values), nullptr, &complex_analysis,
-                                 complex_numbers.control, nullptr);
+    status = umfpack_zi_symbolic(pencil.n, pencil.n, pencil.outer.data(), pencil.inner.data(), parts(complex_values),
+                                 nullptr, &complex_analysis, complex_numbers.control, nullptr);
     if (status < 0) fail(status, pencil.n, "the analysis");
   }
   ~Impl() {
@@ -104,7 +106,9 @@ struct PencilLu::Factor::Impl {
   }
 };
 
-PencilLu::PencilLu(const Sparse& e, const Sparse& a) : impl_(std::make_unique<Impl>(e, a)) { lapack::use_one_blas_thread(); }
+PencilLu::PencilLu(const Sparse& e, const Sparse& a) : impl_(std::make_unique<Impl>(e, a)) {
+  lapack::use_one_blas_thread();
+}
 PencilLu::~PencilLu() = default;
 
 PencilLu::Factor::Factor(Complex s) : impl_(std::make_unique<Impl>()) { impl_->s = s; }
@@ -122,12 +126,13 @@ PencilLu::Factor PencilLu::factorise(Complex s) const {
   if (s.imag() == 0.0) {
     const Settings settings(false);
     to.real_values = pencil.values(s.real());
-    status = umfpack_di_numeric(pencil.outer.data(), pencil.inner.data(), to.real_values.data(), impl_->real_analysis, &to.real, settings.control, info);
+    status = umfpack_di_numeric(pencil.outer.data(), pencil.inner.data(), to.real_values.data(), impl_->real_analysis,
+                                &to.real, settings.control, info);
   } else {
     const Settings settings(true);
     to.complex_values = pencil.values(s);
-    status = umfpack_zi_numeric(pencil.outer.data(), pencil.inner.data(), parts(to.complex_values), nullptr, impl_->complex_analysis, &to.complex_numbers,
-                                settings.control, info);
+    status = umfpack_zi_numeric(pencil.outer.data(), pencil.inner.data(), parts(to.complex_values), nullptr,
+                                impl_->complex_analysis, &to.complex_numbers, settings.control, info);
   }
   if (status < 0) fail(status, pencil.n, "the factorisation");
   to.rcond = status == UMFPACK_WARNING_singular_matrix ? 0.0 : info[UMFPACK_RCOND];
@@ -137,11 +142,12 @@ PencilLu::Factor PencilLu::factorise(Complex s) const {
 Eigen::MatrixXd PencilLu::Factor::solve(const Eigen::MatrixXd& b, bool transposed) const {
   const Pencil& pencil = *impl_->pencil;
   Eigen::MatrixXd x(b.rows(), b.cols());
-  core::parallel_for(0, static_cast<std::size_t>(b.cols()), [&](std::size_t column) {
-    const auto j = static_cast<Eigen::Index>(column);
+  core::parallel_for(0, b.cols(), [&](std::size_t column) {
+    const Eigen::Index j = column;
     const Settings settings(false);
-    const int status = umfpack_di_solve(transposed ? UMFPACK_Aat : UMFPACK_A, pencil.outer.data(), pencil.inner.data(), impl_->real_values.data(),
-                                        x.col(j).data(), b.col(j).data(), impl_->real, settings.control, nullptr);
+    const int status = umfpack_di_solve(transposed ? UMFPACK_Aat : UMFPACK_A, pencil.outer.data(), pencil.inner.data(),
+                                        impl_->real_values.data(), x.col(j).data(), b.col(j).data(), impl_->real,
+                                        settings.control, nullptr);
     if (status < 0) fail(status, pencil.n, "a solve");
   });
   return x;
@@ -156,12 +162,13 @@ Eigen::MatrixXcd PencilLu::Factor::solve(const Eigen::MatrixXcd& b, bool transpo
   }
   const Pencil& pencil = *impl_->pencil;
   Eigen::MatrixXcd x(b.rows(), b.cols());
-  core::parallel_for(0, static_cast<std::size_t>(b.cols()), [&](std::size_t column) {
-    const auto j = static_cast<Eigen::Index>(column);
+  core::parallel_for(0, b.cols(), [&](std::size_t column) {
+    const Eigen::Index j = column;
     const Settings settings(true);
-    const int status = umfpack_zi_solve(transposed ? UMFPACK_Aat : UMFPACK_A, pencil.outer.data(), pencil.inner.data(), parts(impl_->complex_values), nullptr,
-                                        reinterpret_cast<double*>(x.col(j).data()), nullptr, reinterpret_cast<const double*>(b.col(j).data()), nullptr,
-                                        impl_->complex_numbers, settings.control, nullptr);
+    const int status = umfpack_zi_solve(
+        transposed ? UMFPACK_Aat : UMFPACK_A, pencil.outer.data(), pencil.inner.data(), parts(impl_->complex_values),
+        nullptr, reinterpret_cast<double*>(x.col(j).data()), nullptr, reinterpret_cast<const double*>(b.col(j).data()),
+        nullptr, impl_->complex_numbers, settings.control, nullptr);
     if (status < 0) fail(status, pencil.n, "a solve");
   });
   return x;

@@ -12,12 +12,12 @@
 namespace thermotwin::reduction {
 
 class PencilLu {
- public:
+public:
   PencilLu(const Sparse& e, const Sparse& a);
   ~PencilLu();
 
   class Factor {
-   public:
+  public:
     explicit Factor(std::complex<double> s);
     ~Factor();
     Factor(Factor&&) noexcept;
@@ -30,7 +30,7 @@ class PencilLu {
     /// Rough reciprocal condition (smallest over largest pivot, rows scaled); 0 is singular.
     double rcond() const;
 
-   private:
+  private:
     friend class PencilLu;
     struct Impl;
     std::unique_ptr<Impl> impl_;
@@ -40,7 +40,7 @@ class PencilLu {
   /// A singular matrix gives rcond() 0 and must not be solved with. @throws SolverError (memory)
   Factor factorise(std::complex<double> s) const;
 
- private:
+private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -54,17 +54,17 @@ bool is_singular(const Sparse& a, const Solve& solve) {
 }
 
 class LuFactor final : public ShiftFactor {
- public:
+public:
   explicit LuFactor(PencilLu::Factor factor) : factor_(std::move(factor)) {}
   MatrixXcd solve(const MatrixXcd& b, bool transposed) const override { return factor_.solve(b, transposed); }
   MatrixXd solve_real(const MatrixXd& b, bool transposed) const override { return factor_.solve(b, transposed); }
 
- private:
+private:
   PencilLu::Factor factor_;
 };
 
 class CholeskyFactor final : public ShiftFactor {
- public:
+public:
   explicit CholeskyFactor(SparseFactor factor) : factor_(std::move(factor)) {}
   MatrixXcd solve(const MatrixXcd& b, bool) const override {
     const MatrixXd real = factor_.solve(b.real()), imaginary = factor_.solve(b.imag());
@@ -72,21 +72,25 @@ class CholeskyFactor final : public ShiftFactor {
   }
   MatrixXd solve_real(const MatrixXd& b, bool) const override { return factor_.solve(b); }
 
- private:
+private:
   SparseFactor factor_;
 };
 
 class SparseSystem final : public SystemSolver {
- public:
+public:
   SparseSystem(const StateSpace& system, const std::string& place, const SolverOptions& options)
-      : system_(system), options_(options), lu_(system.E, system.A) {
+      : system_(system),
+        options_(options),
+        lu_(system.E, system.A) {
     e_factor_ = symmetric_e() ? definite_factor(system.E) : nullptr;
     if (!e_factor_) require_regular_e(place);
     Sparse dissipation = -0.5 * (system.A + Sparse(system.A.transpose()));
     dissipation.makeCompressed();
     if (e_factor_) dissipation_factor_ = definite_factor(dissipation);
     // A factor of a singular matrix exists too, by rounding.
-    if (dissipation_factor_ && is_singular(dissipation, [&](const VectorXd& x) -> VectorXd { return dissipation_factor_->solve(x); })) dissipation_factor_ = nullptr;
+    if (dissipation_factor_ &&
+        is_singular(dissipation, [&](const VectorXd& x) -> VectorXd { return dissipation_factor_->solve(x); }))
+      dissipation_factor_ = nullptr;
     definite_ = system.symmetric && e_factor_ && dissipation_factor_;
     if (definite_) {
       pattern_ = 1.0 * system.E - 1.0 * system.A;
@@ -108,14 +112,16 @@ class SparseSystem final : public SystemSolver {
 
   MatrixXcd response(Complex s) const override {
     const auto factor = factorise(s);
-    if (system_.outputs() < system_.inputs()) return factor->solve(system_.C.transpose().cast<Complex>(), true).transpose() * system_.B;
+    if (system_.outputs() < system_.inputs())
+      return factor->solve(system_.C.transpose().cast<Complex>(), true).transpose() * system_.B;
     return system_.C * factor->solve(system_.B.cast<Complex>(), false);
   }
 
   GramianFactors gramians() const override {
     AdiOptions options;
     options.residual = options_.residual;
-    AdiFactors adi = low_rank_gramians(system_, [this](Complex s) { return factorise(s); }, options);
+    AdiFactors adi = low_rank_gramians(
+        system_, [this](Complex s) { return factorise(s); }, options);
     band_ = {adi.smallest_shift, adi.largest_shift};
     GramianFactors result;
     result.complete = false;
@@ -136,19 +142,23 @@ class SparseSystem final : public SystemSolver {
     // A x = value E x: (0 E - A)^-1 E x = -x / value.
     const auto pairs = [&](bool transposed) {
       const Sparse& e = system_.E;
-      return arnoldi([&](const VectorXd& x) -> VectorXd { return at_rest->solve_real(transposed ? VectorXd(e.transpose() * x) : VectorXd(e * x), transposed); },
-                     start, steps, accuracy);
+      return arnoldi(
+          [&](const VectorXd& x) -> VectorXd {
+            return at_rest->solve_real(transposed ? VectorXd(e.transpose() * x) : VectorXd(e * x), transposed);
+          },
+          start, steps, accuracy);
     };
     const ArnoldiPairs right = pairs(false), left = definite_ ? right : pairs(true);
     Modes found = matched(right, left);
     VectorXd dominance(found.values.size());
     for (Index k = 0; k < dominance.size(); ++k)
-      dominance(k) = (system_.C * found.right.col(k)).norm() * (found.left.col(k).transpose() * system_.B).norm() / std::abs(found.values(k).real());
+      dominance(k) = (system_.C * found.right.col(k)).norm() * (found.left.col(k).transpose() * system_.B).norm() /
+                     std::abs(found.values(k).real());
     const std::vector<Index> chosen = by_dominance(found.values, dominance, count);
     return {found.values(chosen), found.right(Eigen::all, chosen), found.left(Eigen::all, chosen)};
   }
 
- private:
+private:
   bool symmetric_e() const {
     if (system_.symmetric || system_.identity) return true;
     const Sparse difference = system_.E - Sparse(system_.E.transpose());
@@ -173,16 +183,21 @@ class SparseSystem final : public SystemSolver {
   void look_for_unstable(const std::string& place) const {
     const double size = scale();
     const auto rest = lu_.factorise(0.0);
-    if (!(rest.rcond() > singular) || is_singular(system_.A, [&](const VectorXd& x) -> VectorXd { return rest.solve(MatrixXd(x), false); }))
+    if (!(rest.rcond() > singular) ||
+        is_singular(system_.A, [&](const VectorXd& x) -> VectorXd { return rest.solve(MatrixXd(x), false); }))
       refuse_unstable(place, 0.0, true);
     constexpr Index steps = 60;
     constexpr double accuracy = 1e-6;
-    const double slowest = 1.0 / std::abs(arnoldi([&](const VectorXd& x) -> VectorXd { return rest.solve(MatrixXd(system_.E * x), false); },
-                                                  random_vector(system_.size()), steps, 1.0).values(0));
+    const double slowest =
+        1.0 /
+        std::abs(arnoldi([&](const VectorXd& x) -> VectorXd { return rest.solve(MatrixXd(system_.E * x), false); },
+                         random_vector(system_.size()), steps, 1.0)
+                     .values(0));
     for (const double shift : {0.0, slowest, std::sqrt(slowest * size), size}) {
       const auto factor = lu_.factorise(shift);
-      const ArnoldiPairs pairs = arnoldi([&](const VectorXd& x) -> VectorXd { return factor.solve(MatrixXd(system_.E * x), false); },
-                                         random_vector(system_.size()), steps, accuracy);
+      const ArnoldiPairs pairs =
+          arnoldi([&](const VectorXd& x) -> VectorXd { return factor.solve(MatrixXd(system_.E * x), false); },
+                  random_vector(system_.size()), steps, accuracy);
       for (const Complex& value : pairs.values) {
         const Complex pole = shift - 1.0 / value;
         if (pole.real() >= 0.0) refuse_unstable(place, pole, false);
@@ -199,8 +214,9 @@ class SparseSystem final : public SystemSolver {
   /// rests' Gramians are at most |W|^2 / (2 decay), in the norm of E^-1.
   std::optional<double> unknown_sum(const AdiFactors& adi) const {
     if (!dissipation_factor_) return std::nullopt;
-    const ArnoldiPairs slow = arnoldi([&](const VectorXd& x) -> VectorXd { return dissipation_factor_->solve(MatrixXd(system_.E * x)); },
-                                      random_vector(system_.size()), 60, 1.0);
+    const ArnoldiPairs slow =
+        arnoldi([&](const VectorXd& x) -> VectorXd { return dissipation_factor_->solve(MatrixXd(system_.E * x)); },
+                random_vector(system_.size()), 60, 1.0);
     const double decay = 1.0 / std::abs(slow.values(0));
     const auto trace = [&](const MatrixXd& z) { return z.cwiseProduct(system_.E * z).sum(); };
     const auto rest = [&](const MatrixXd& w) { return w.cwiseProduct(e_factor_->solve(w)).sum() / (2.0 * decay); };
@@ -212,19 +228,20 @@ class SparseSystem final : public SystemSolver {
   /// Right and left vectors of the same values.
   Modes matched(const ArnoldiPairs& right, const ArnoldiPairs& left) const {
     std::vector<std::pair<Index, Index>> pairs;
-    std::vector<bool> used(static_cast<std::size_t>(left.values.size()), false);
+    std::vector<bool> used(left.values.size(), false);
     constexpr double same = 1e-6;
     for (Index i = 0; i < right.values.size(); ++i)
       for (Index j = 0; j < left.values.size(); ++j) {
-        if (used[static_cast<std::size_t>(j)] || std::abs(right.values(i) - left.values(j)) > same * std::abs(right.values(i))) continue;
-        used[static_cast<std::size_t>(j)] = true;
+        if (used[j] || std::abs(right.values(i) - left.values(j)) > same * std::abs(right.values(i))) continue;
+        used[j] = true;
         pairs.emplace_back(i, j);
         break;
       }
-    Modes modes{Eigen::VectorXcd(pairs.size()), MatrixXcd(system_.size(), pairs.size()), MatrixXcd(system_.size(), pairs.size())};
+    Modes modes{Eigen::VectorXcd(pairs.size()), MatrixXcd(system_.size(), pairs.size()),
+                MatrixXcd(system_.size(), pairs.size())};
     for (std::size_t k = 0; k < pairs.size(); ++k) {
       const auto [i, j] = pairs[k];
-      const auto to = static_cast<Index>(k);
+      const Index to = k;
       modes.values(to) = -1.0 / right.values(i);
       modes.right.col(to) = right.vectors.col(i);
       const Complex overlap = left.vectors.col(j).transpose() * (system_.E * right.vectors.col(i));
@@ -247,7 +264,8 @@ class SparseSystem final : public SystemSolver {
 
 bool is_definite(const Sparse& matrix) { return definite_factor(matrix) != nullptr; }
 
-std::unique_ptr<SystemSolver> make_sparse_solver(const StateSpace& system, const std::string& place, const SolverOptions& options) {
+std::unique_ptr<SystemSolver> make_sparse_solver(const StateSpace& system, const std::string& place,
+                                                 const SolverOptions& options) {
   return std::make_unique<SparseSystem>(system, place, options);
 }
 

@@ -11,7 +11,8 @@ namespace thermotwin::reduction {
 
 /// @throws InputError as make_system_solver; an unstable eigenvalue that is not found shows as a
 ///         low-rank iteration that does not converge (SolverError)
-std::unique_ptr<SystemSolver> make_sparse_solver(const StateSpace& system, const std::string& place, const SolverOptions& options);
+std::unique_ptr<SystemSolver> make_sparse_solver(const StateSpace& system, const std::string& place,
+                                                 const SolverOptions& options);
 
 /// Whether a symmetric matrix is positive definite, well away from singular.
 bool is_definite(const Sparse& matrix);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -31,9 +32,10 @@ std::string lines_of(const std::vector<std::string>& names) {
   return text;
 }
 
-std::string bytes_of(const fs::path& path, const LinearSystem& system, const SystemReduction& reduction, const SystemNames* names) {
+std::string bytes_of(const fs::path& path, const LinearSystem& system, const SystemReduction& reduction,
+                     const SystemNames* names) {
   const ReducedLinearSystem& model = reduction.model;
-  const Index r = model.order(), films = static_cast<Index>(system.films.size()), points = static_cast<Index>(reduction.points.size());
+  const Index r = model.order(), films = std::ssize(system.films), points = std::ssize(reduction.points);
   StoreWriter writer(path.string());
   writer.text_attribute("/", "format", format_name);
   writer.integer_attribute("/", "version", version);
@@ -60,9 +62,10 @@ std::string bytes_of(const fs::path& path, const LinearSystem& system, const Sys
 
   MatrixXd values(points, films), measures(points, 5);
   for (Index k = 0; k < points; ++k) {
-    const PointResult& point = reduction.points[static_cast<std::size_t>(k)];
-    for (Index j = 0; j < films; ++j) values(k, j) = point.films[static_cast<std::size_t>(j)];
-    measures.row(k) << static_cast<double>(point.order), reduction.joined ? -1.0 : point.bound, point.norm.value, point.error.value, point.error.frequency;
+    const PointResult& point = reduction.points[k];
+    for (Index j = 0; j < films; ++j) values(k, j) = point.films[j];
+    measures.row(k) << static_cast<double>(point.order), reduction.joined ? -1.0 : point.bound, point.norm.value,
+        point.error.value, point.error.frequency;
   }
   writer.group("/points");
   writer.matrix("/points/films", values);
@@ -72,7 +75,7 @@ std::string bytes_of(const fs::path& path, const LinearSystem& system, const Sys
                   "count, gain, gain, gain, rad/s; bound -1 where there is none");
   for (Index k = 0; k < points; ++k) {
     const std::string name = fmt::format("/points/hankel_{}", k);
-    writer.vector(name, reduction.points[static_cast<std::size_t>(k)].hankel);
+    writer.vector(name, reduction.points[k].hankel);
     writer.describe(name, "Hankel singular values, falling", "gain");
   }
   return writer.finish();
@@ -94,14 +97,21 @@ void remove_leftovers(const fs::path& folder, const std::vector<fs::path>& files
 
 void check_system_folder(const fs::path& folder, const LinearSystem& system) {
   std::error_code error;
-  if (fs::equivalent(folder, system.folder, error)) throw core::InputError("--out " + folder.string(), "the folder of the matrices that are to be reduced", "another folder");
+  if (fs::equivalent(folder, system.folder, error))
+    throw core::InputError("--out " + folder.string(), "the folder of the matrices that are to be reduced",
+                           "another folder");
   fs::path there = fs::absolute(folder);
-  while (!fs::exists(there, error) && there.has_parent_path() && there != there.parent_path()) there = there.parent_path();
-  if (!fs::is_directory(there, error)) throw core::InputError("--out " + folder.string(), there.string() + " is no folder", "a folder, or a place for a new one");
-  if (::access(there.c_str(), W_OK | X_OK) != 0) throw core::InputError("--out " + folder.string(), "no permission", "a folder that may be written");
+  while (!fs::exists(there, error) && there.has_parent_path() && there != there.parent_path())
+    there = there.parent_path();
+  if (!fs::is_directory(there, error))
+    throw core::InputError("--out " + folder.string(), there.string() + " is no folder",
+                           "a folder, or a place for a new one");
+  if (::access(there.c_str(), W_OK | X_OK) != 0)
+    throw core::InputError("--out " + folder.string(), "no permission", "a folder that may be written");
 }
 
-void write_system(const fs::path& folder, const LinearSystem& system, const SystemReduction& reduction, const SystemNames* names) {
+void write_system(const fs::path& folder, const LinearSystem& system, const SystemReduction& reduction,
+                  const SystemNames* names) {
   const ReducedLinearSystem& model = reduction.model;
   std::error_code error;
   const bool is_new = !fs::exists(folder, error);
@@ -110,7 +120,9 @@ void write_system(const fs::path& folder, const LinearSystem& system, const Syst
       std::vector<fs::path> files;
       const auto add = [&](const std::string& name, const MatrixXd& matrix) {
         files.emplace_back(name + ".mtx");
-        core::write_file(staged / files.back(), core::format_matrix_market(matrix, fmt::format("{} of order {} for {} states", name, model.order(), system.base.size())));
+        core::write_file(staged / files.back(),
+                         core::format_matrix_market(matrix, fmt::format("{} of order {} for {} states", name,
+                                                                        model.order(), system.base.size())));
       };
       add("E", model.E);
       add("A", model.A);
@@ -135,16 +147,19 @@ void write_system(const fs::path& folder, const LinearSystem& system, const Syst
 
 ReducedLinearSystem read_system(const fs::path& path, std::vector<std::string>* films) {
   std::error_code error;
-  if (!fs::is_regular_file(path, error)) throw core::InputError(path.string(), "no such file", "a system.rom.h5 that `thermotwin reduce --matrices` wrote");
+  if (!fs::is_regular_file(path, error))
+    throw core::InputError(path.string(), "no such file", "a system.rom.h5 that `thermotwin reduce --matrices` wrote");
   const StoreReader reader(path);
-  if (!reader.has_attribute("format") || !reader.has_attribute("version") || reader.text_attribute("format") != format_name)
+  if (!reader.has_attribute("format") || !reader.has_attribute("version") ||
+      reader.text_attribute("format") != format_name)
     reader.fail("an HDF5 file, but not a reduced system", "a system.rom.h5 that `thermotwin reduce --matrices` wrote");
   if (reader.integer_attribute("version") != version)
-    reader.fail(fmt::format("version {} of the file", reader.integer_attribute("version")), fmt::format("version {} (write it anew: thermotwin reduce --matrices)", version));
+    reader.fail(fmt::format("version {} of the file", reader.integer_attribute("version")),
+                fmt::format("version {} (write it anew: thermotwin reduce --matrices)", version));
   const std::int64_t order = reader.integer_attribute("order");
   constexpr std::int64_t largest = 100000;
   if (order < 1 || order > largest) reader.fail(fmt::format("order {}", order), fmt::format("1 to {}", largest));
-  const auto r = static_cast<Index>(order);
+  const Index r = order;
   ReducedLinearSystem model;
   model.E = reader.matrix("/system/E", r, r);
   model.A = reader.matrix("/system/A", r, r);
@@ -155,7 +170,8 @@ ReducedLinearSystem read_system(const fs::path& path, std::vector<std::string>* 
   model.films = reader.stack("/system/films", std::count(names.begin(), names.end(), '\n'), r, r);
   if (films) {
     films->clear();
-    for (std::size_t from = 0, end; (end = names.find('\n', from)) != std::string::npos; from = end + 1) films->push_back(names.substr(from, end - from));
+    for (std::size_t from = 0, end; (end = names.find('\n', from)) != std::string::npos; from = end + 1)
+      films->push_back(names.substr(from, end - from));
   }
   return model;
 }

@@ -19,7 +19,7 @@ void check_system_folder(const std::filesystem::path& folder, const LinearSystem
 /// Of a system whose inputs and outputs have names; kept as /system/input_names and output_names, one a line.
 struct SystemNames {
   std::vector<std::string> inputs, outputs;
-  std::string method;            ///< attribute of the file, in place of the reduction's
+  std::string method;  ///< attribute of the file, in place of the reduction's
 };
 
 /// @throws InputError (disk full, no permission); earlier files are then as they were

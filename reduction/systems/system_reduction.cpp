@@ -76,7 +76,10 @@ Bases bases_of(const Point& point, Method method, Index order) {
 ReducedLinearSystem normalised(ReducedLinearSystem model) {
   const Eigen::PartialPivLU<MatrixXd> e(model.E);
   constexpr double singular = 1e-14;
-  if (!(e.rcond() > singular)) throw core::SolverError(fmt::format("the bases of order {} lose the states that they should keep; another order or --method balanced helps", model.order()));
+  if (!(e.rcond() > singular))
+    throw core::SolverError(fmt::format(
+        "the bases of order {} lose the states that they should keep; another order or --method balanced helps",
+        model.order()));
   model.A = e.solve(model.A);
   model.B = e.solve(model.B);
   for (MatrixXd& film : model.films) film = e.solve(film);
@@ -114,14 +117,16 @@ MatrixXd all_columns(const std::vector<Bases>& bases, bool right, bool left) {
 }
 
 bool stable_at_all(const ReducedLinearSystem& model, const std::vector<Point>& points) {
-  return std::all_of(points.begin(), points.end(), [&](const Point& point) { return ReducedResponse(model.at(point.result.films)).stable(); });
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Point& point) { return ReducedResponse(model.at(point.result.films)).stable(); });
 }
 
 /// One model from the bases of several points. Dissipative systems: one-sided in the inner product of E,
 /// which any projection leaves dissipative. Others: one-sided in the sum of the points' observability
 /// Gramians (each point's own makes the model stable there), then both sides apart; the first that is
 /// stable at all points.
-ReducedLinearSystem joined_model(const LinearSystem& system, const std::vector<Point>& points, const std::vector<Bases>& bases) {
+ReducedLinearSystem joined_model(const LinearSystem& system, const std::vector<Point>& points,
+                                 const std::vector<Bases>& bases) {
   const Sparse& e = system.base.E;
   if (std::all_of(points.begin(), points.end(), [](const Point& point) { return dissipative(*point.system); })) {
     MatrixXd v = all_columns(bases, true, true);
@@ -131,7 +136,8 @@ ReducedLinearSystem joined_model(const LinearSystem& system, const std::vector<P
   }
   const MatrixXd right = all_columns(bases, true, false), e_right = e * right;
   MatrixXd weighted = MatrixXd::Zero(right.rows(), right.cols());
-  for (const Point& point : points) weighted += point.gramians.observability * (point.gramians.observability.transpose() * e_right);
+  for (const Point& point : points)
+    weighted += point.gramians.observability * (point.gramians.observability.transpose() * e_right);
   const MatrixXd left = all_columns(bases, false, true);
   const Index width = std::min(left.cols(), right.cols());
   weighted = joined(MatrixXd(right.rows(), 0), weighted);
@@ -146,7 +152,8 @@ Point open_point(const LinearSystem& system, const std::vector<double>& films, c
   Point point;
   point.system = std::make_unique<const StateSpace>(system.at(films));
   std::string place = system.folder.string();
-  for (std::size_t j = 0; j < films.size(); ++j) place += fmt::format("{}{}={:.6g}", j == 0 ? " at " : ", ", system.films[j].name, films[j]);
+  for (std::size_t j = 0; j < films.size(); ++j)
+    place += fmt::format("{}{}={:.6g}", j == 0 ? " at " : ", ", system.films[j].name, films[j]);
   point.solver = make_system_solver(*point.system, place, options.solver);
   point.gramians = point.solver->gramians();
   point.core = lapack::svd(point.gramians.core);
@@ -159,7 +166,9 @@ Point open_point(const LinearSystem& system, const std::vector<double>& films, c
   result.gramian_residual = point.gramians.residual;
   result.proved_stable = point.solver->proved_stable();
   result.dense = point.solver->dense();
-  if (!(result.hankel(0) > 0.0)) throw core::InputError(system.folder.string(), "no input reaches an output: all Hankel singular values are 0", "B and C that see the same states");
+  if (!(result.hankel(0) > 0.0))
+    throw core::InputError(system.folder.string(), "no input reaches an output: all Hankel singular values are 0",
+                           "B and C that see the same states");
   return point;
 }
 
@@ -203,7 +212,9 @@ std::vector<Comparison> compare(const LinearSystem& system, const Point& point, 
 
 }  // namespace
 
-const char* word(Method method) { return method == Method::balanced ? "balanced" : method == Method::modal ? "modal" : "krylov"; }
+const char* word(Method method) {
+  return method == Method::balanced ? "balanced" : method == Method::modal ? "modal" : "krylov";
+}
 
 Method method_of(const std::string& word_in) {
   for (const Method method : {Method::balanced, Method::modal, Method::krylov})
@@ -231,10 +242,15 @@ bool SystemReduction::stable() const {
 }
 
 void SystemReductionOptions::validate(const LinearSystem& system) const {
-  if (!(tolerance > 0.0) || !std::isfinite(tolerance)) throw core::InputError("--tolerance", fmt::format("{}", tolerance), "a positive number");
-  if (order < 0 || order > system.base.size()) throw core::InputError("--order", fmt::format("{}", order), fmt::format("1 to {}, the number of states", system.base.size()));
+  if (!(tolerance > 0.0) || !std::isfinite(tolerance))
+    throw core::InputError("--tolerance", fmt::format("{}", tolerance), "a positive number");
+  if (order < 0 || order > system.base.size())
+    throw core::InputError("--order", fmt::format("{}", order),
+                           fmt::format("1 to {}, the number of states", system.base.size()));
   for (const auto& values : points)
-    if (values.size() != system.films.size()) throw core::InputError("values of films", fmt::format("{}", values.size()), fmt::format("{}, one per A_film_NAME.mtx", system.films.size()));
+    if (values.size() != system.films.size())
+      throw core::InputError("values of films", fmt::format("{}", values.size()),
+                             fmt::format("{}, one per A_film_NAME.mtx", system.films.size()));
 }
 
 SystemReduction reduce_system(const LinearSystem& system, const SystemReductionOptions& options) {
@@ -253,7 +269,8 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
   for (const auto& films : values) {
     points.push_back(open_point(system, films, options));
     Point& point = points.back();
-    core::log_line(fmt::format("{} states: {} Hankel singular values, the largest {:.6g}", point.system->size(), point.result.hankel.size(), point.result.hankel(0)));
+    core::log_line(fmt::format("{} states: {} Hankel singular values, the largest {:.6g}", point.system->size(),
+                               point.result.hankel.size(), point.result.hankel(0)));
     sweeps.push_back(sweep_of(system, point));
     point.result.norm = sweeps.back().norm();
     Index order = options.order;
@@ -263,7 +280,9 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
     }
     const Index usable = point.usable();
     if (order > usable && options.method == Method::balanced) {
-      core::warn(fmt::format("order {} is more than the {} Hankel singular values above rounding (1e-14 of the largest): order {}", order, usable, usable));
+      core::warn(fmt::format(
+          "order {} is more than the {} Hankel singular values above rounding (1e-14 of the largest): order {}", order,
+          usable, usable));
       order = usable;
     }
     bases.push_back(bases_of(point, options.method, order));
@@ -272,7 +291,8 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
     point.result.bound = bound_of(point.result.hankel, point.result.order);
   }
 
-  reduction.model = reduction.joined ? joined_model(system, points, bases) : normalised(project(system, bases.front().left, bases.front().right));
+  reduction.model = reduction.joined ? joined_model(system, points, bases)
+                                     : normalised(project(system, bases.front().left, bases.front().right));
   for (std::size_t k = 0; k < points.size(); ++k) {
     PointResult& result = points[k].result;
     const ReducedResponse reduced(reduction.model.at(result.films));
@@ -286,7 +306,9 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
     reduction.points.push_back(std::move(points[k].result));
   }
   if (!reduction.stable())
-    throw core::SolverError(fmt::format("the reduced model of order {} by --method {} is not stable; another --order, or --method balanced, helps", reduction.model.order(), word(options.method)));
+    throw core::SolverError(fmt::format(
+        "the reduced model of order {} by --method {} is not stable; another --order, or --method balanced, helps",
+        reduction.model.order(), word(options.method)));
   return reduction;
 }
 

@@ -22,10 +22,10 @@ const char* word(Method method);
 
 struct SystemReductionOptions {
   Method method = Method::balanced;
-  Eigen::Index order = 0;          ///< per point; 0: the smallest whose bound keeps the tolerance
-  double tolerance = 1e-3;         ///< of balanced truncation's bound
-  bool absolute = false;           ///< the tolerance is a norm, not relative to the H-infinity norm
-  bool compare = false;            ///< errors of all methods at several orders
+  Eigen::Index order = 0;                   ///< per point; 0: the smallest whose bound keeps the tolerance
+  double tolerance = 1e-3;                  ///< of balanced truncation's bound
+  bool absolute = false;                    ///< the tolerance is a norm, not relative to the H-infinity norm
+  bool compare = false;                     ///< errors of all methods at several orders
   std::vector<std::vector<double>> points;  ///< values of all films, one or more; empty: all 1
   SolverOptions solver;
   /// @throws InputError
@@ -35,33 +35,33 @@ struct SystemReductionOptions {
 /// What is known at one set of the films' values.
 struct PointResult {
   std::vector<double> films;
-  Eigen::VectorXd hankel;          ///< Hankel singular values, falling
-  bool complete = true;            ///< all of them
+  Eigen::VectorXd hankel;             ///< Hankel singular values, falling
+  bool complete = true;               ///< all of them
   std::optional<double> unknown_sum;  ///< see GramianFactors
   int gramian_steps = 0;
   double gramian_residual = 0;
-  Eigen::Index order = 0;          ///< of this point's own basis
-  double bound = 0;                ///< 2 sum hankel beyond `order`
-  Peak norm, error;                ///< of the system without D; of the difference, in the model given back
+  Eigen::Index order = 0;  ///< of this point's own basis
+  double bound = 0;        ///< 2 sum hankel beyond `order`
+  Peak norm, error;        ///< of the system without D; of the difference, in the model given back
   bool stable = false, proved_stable = true, dense = true;
-  std::size_t samples = 0;         ///< frequencies at which the system was asked
-  Eigen::VectorXcd poles;          ///< of the reduced model
+  std::size_t samples = 0;  ///< frequencies at which the system was asked
+  Eigen::VectorXcd poles;   ///< of the reduced model
 };
 
 struct Comparison {
   Method method;
-  Eigen::Index order = 0;          ///< reached
-  double error = 0;                ///< sampled H-infinity norm of the difference
+  Eigen::Index order = 0;  ///< reached
+  double error = 0;        ///< sampled H-infinity norm of the difference
   bool stable = false;
 };
 
 struct SystemReduction {
-  ReducedLinearSystem model;       ///< E = 1
+  ReducedLinearSystem model;  ///< E = 1
   std::vector<PointResult> points;
   std::vector<Comparison> comparison;  ///< at the first point
   Method method = Method::balanced;
-  bool joined = false;             ///< of several points: the bounds are those of the points' own models
-  bool converged = true;           ///< the Krylov iteration's shifts stay
+  bool joined = false;    ///< of several points: the bounds are those of the points' own models
+  bool converged = true;  ///< the Krylov iteration's shifts stay
   bool stable() const;
 };
 

@@ -2,6 +2,7 @@
 #include "reduction/systems/system_solver.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -16,13 +17,16 @@ namespace thermotwin::reduction {
 using Eigen::Index;
 
 void refuse_unstable(const std::string& place, Complex value, bool within_rounding) {
-  const std::string shown = value.imag() == 0.0 ? fmt::format("{:.6g}", value.real())
-                                                : fmt::format("{:.6g} +- {:.6g} i", value.real(), std::abs(value.imag()));
-  throw core::InputError(place,
-                         within_rounding ? fmt::format("not stable: A is singular, (A, E) has the eigenvalue {}, zero within rounding", shown)
-                                         : fmt::format("not stable: (A, E) has the eigenvalue {}", shown),
-                         "eigenvalues with negative real parts (a free or undamped part needs a support, a film or damping; "
-                         "an unstable part is to be split off before)");
+  const std::string shown = value.imag() == 0.0
+                                ? fmt::format("{:.6g}", value.real())
+                                : fmt::format("{:.6g} +- {:.6g} i", value.real(), std::abs(value.imag()));
+  throw core::InputError(
+      place,
+      within_rounding
+          ? fmt::format("not stable: A is singular, (A, E) has the eigenvalue {}, zero within rounding", shown)
+          : fmt::format("not stable: (A, E) has the eigenvalue {}", shown),
+      "eigenvalues with negative real parts (a free or undamped part needs a support, a film or damping; "
+      "an unstable part is to be split off before)");
 }
 
 void refuse_singular(const std::string& place, const Sparse& e, double rcond) {
@@ -31,33 +35,35 @@ void refuse_singular(const std::string& place, const Sparse& e, double rcond) {
     for (Sparse::InnerIterator it(e, k); it; ++it)
       if (it.value() != 0.0) ++entries(it.row());
   const auto empty = (entries.array() == 0).count();
-  const std::string what = empty > 0 ? fmt::format("{} of its {} rows are empty", empty, e.rows()) : fmt::format("reciprocal condition {:.2g}", rcond);
-  throw core::InputError(place + "/E.mtx", "singular: " + what,
-                         "a regular E: equations without a time derivative are to be solved for their unknowns and put into "
-                         "the others first (Schur complement; their direct feedthrough goes to D)");
+  const std::string what = empty > 0 ? fmt::format("{} of its {} rows are empty", empty, e.rows())
+                                     : fmt::format("reciprocal condition {:.2g}", rcond);
+  throw core::InputError(
+      place + "/E.mtx", "singular: " + what,
+      "a regular E: equations without a time derivative are to be solved for their unknowns and put into "
+      "the others first (Schur complement; their direct feedthrough goes to D)");
 }
 
 std::vector<Index> by_dominance(const Eigen::VectorXcd& values, const Eigen::VectorXd& dominance, Index count) {
-  std::vector<Index> order(static_cast<std::size_t>(values.size()));
+  std::vector<Index> order(values.size());
   std::iota(order.begin(), order.end(), Index(0));
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return dominance(a) > dominance(b); });
   std::vector<bool> taken(order.size(), false);
   std::vector<Index> chosen;
   for (const Index i : order) {
-    if (static_cast<Index>(chosen.size()) >= count) break;
-    if (taken[static_cast<std::size_t>(i)]) continue;
+    if (std::ssize(chosen) >= count) break;
+    if (taken[i]) continue;
     Index partner = -1;
     if (values(i).imag() != 0.0) {
       double nearest = 1e-6 * std::abs(values(i));
       for (const Index j : order) {
         const double distance = std::abs(values(j) - std::conj(values(i)));
-        if (j != i && !taken[static_cast<std::size_t>(j)] && distance <= nearest) partner = j, nearest = distance;
+        if (j != i && !taken[j] && distance <= nearest) partner = j, nearest = distance;
       }
       if (partner < 0) continue;
     }
     for (const Index j : {i, partner}) {
       if (j < 0) continue;
-      taken[static_cast<std::size_t>(j)] = true;
+      taken[j] = true;
       chosen.push_back(j);
     }
   }
@@ -78,7 +84,8 @@ std::vector<double> peak_frequencies(const Eigen::VectorXcd& poles, std::size_t 
   return frequencies;
 }
 
-std::unique_ptr<SystemSolver> make_system_solver(const StateSpace& system, const std::string& place, const SolverOptions& options) {
+std::unique_ptr<SystemSolver> make_system_solver(const StateSpace& system, const std::string& place,
+                                                 const SolverOptions& options) {
   if (system.size() <= options.dense_limit) return make_dense_solver(system, place);
   return make_sparse_solver(system, place, options);
 }

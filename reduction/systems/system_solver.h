@@ -36,14 +36,16 @@ struct Modes {
 };
 
 struct Band {
-  double low = 1, high = 1;      ///< rad/s; all that happens is between them
+  double low = 1, high = 1;  ///< rad/s; all that happens is between them
 };
 
 class SystemSolver {
- public:
+public:
   virtual ~SystemSolver() = default;
   virtual bool dense() const = 0;
-  struct TwoSided { Eigen::MatrixXcd right, left; };
+  struct TwoSided {
+    Eigen::MatrixXcd right, left;
+  };
   /// (s E - A) right = r and (s E - A)^T left = l, by one factorisation. May be called on the pool.
   virtual TwoSided solve(Complex s, const Eigen::MatrixXcd& r, const Eigen::MatrixXcd& l) const = 0;
   /// C (s E - A)^-1 B, without D. May be called on the pool.
@@ -60,19 +62,21 @@ class SystemSolver {
 
 struct SolverOptions {
   Eigen::Index dense_limit = 3000;
-  double residual = 1e-16;       ///< of the low-rank iteration, relative
+  double residual = 1e-16;  ///< of the low-rank iteration, relative
 };
 
 /// @param place  of the matrices, for messages; the system must outlive the solver
 /// @throws InputError: E singular, an eigenvalue of (A, E) with a real part >= 0
-std::unique_ptr<SystemSolver> make_system_solver(const StateSpace& system, const std::string& place, const SolverOptions& options = {});
+std::unique_ptr<SystemSolver> make_system_solver(const StateSpace& system, const std::string& place,
+                                                 const SolverOptions& options = {});
 
 [[noreturn]] void refuse_unstable(const std::string& place, Complex value, bool within_rounding);
 [[noreturn]] void refuse_singular(const std::string& place, const Sparse& e, double rcond);
 
 /// Indices of the modes by falling dominance, conjugates together, `count` at most (one more where
 /// a pair would be parted).
-std::vector<Eigen::Index> by_dominance(const Eigen::VectorXcd& values, const Eigen::VectorXd& dominance, Eigen::Index count);
+std::vector<Eigen::Index> by_dominance(const Eigen::VectorXcd& values, const Eigen::VectorXd& dominance,
+                                       Eigen::Index count);
 
 /// |Im| of poles with a damping ratio below 0.3, the least damped first, at most so many.
 std::vector<double> peak_frequencies(const Eigen::VectorXcd& poles, std::size_t most);

@@ -2,6 +2,7 @@
 #include "solver/campaign/adaptive_simulation.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -20,29 +21,39 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double safety = 0.9;
-constexpr int most_growth = 3;       // doublings at once
-constexpr int most_shrink = 4;       // halvings at once
-constexpr int first_rung = -8;       // of the program's first step, below the output interval
+constexpr int most_growth = 3;  // doublings at once
+constexpr int most_shrink = 4;  // halvings at once
+constexpr int first_rung = -8;  // of the program's first step, below the output interval
 constexpr std::size_t progress_parts = 1000;
-constexpr int event_samples = 8;     // places of the dense output that are looked at
+constexpr int event_samples = 8;  // places of the dense output that are looked at
 constexpr int event_tries = 8;
-constexpr double crumb = 1e-12;      // of the duration: what is left to a stop and is no step
-constexpr double event_share = 1e-3; // of the tolerance: how far from the band's end a switch may be
+constexpr double crumb = 1e-12;       // of the duration: what is left to a stop and is no step
+constexpr double event_share = 1e-3;  // of the tolerance: how far from the band's end a switch may be
 
 class AdaptiveRun {
- public:
+public:
   AdaptiveRun(AdaptiveIntegrator& integrator, const OperatingModel& model, const LoadProgram& program,
               const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output)
-      : integrator_(integrator), model_(model), program_(program), options_(options), on_output_(on_output),
-        machine_(model.machine()), time_options_(program.time()), offsets_(sensor_offsets(machine_, model.layout())),
-        stops_(program.stops()), outputs_(program.output_times()), end_(stops_.back()) {
+      : integrator_(integrator),
+        model_(model),
+        program_(program),
+        options_(options),
+        on_output_(on_output),
+        machine_(model.machine()),
+        time_options_(program.time()),
+        offsets_(sensor_offsets(machine_, model.layout())),
+        stops_(program.stops()),
+        outputs_(program.output_times()),
+        end_(stops_.back()) {
     tolerance_ = time_options_.tolerance_K * options.refine;
     base_ = std::min(program.output_interval(), time_options_.longest_step);
     highest_rung_ = static_cast<int>(std::floor(std::log2(time_options_.longest_step / base_) + 1e-9));
-    lowest_rung_ = std::min(highest_rung_, static_cast<int>(std::ceil(std::log2(time_options_.shortest_step / base_) - 1e-9)));
+    lowest_rung_ =
+        std::min(highest_rung_, static_cast<int>(std::ceil(std::log2(time_options_.shortest_step / base_) - 1e-9)));
     rung_ = after_corner_ = std::clamp(first_rung, lowest_rung_, highest_rung_);
     const ThermalSystem& system = integrator.system();
-    state_ = options.start.size() > 0 ? options.start : VectorXd::Constant(system.size, program.initial_C() - machine_.reference_C);
+    state_ = options.start.size() > 0 ? options.start
+                                      : VectorXd::Constant(system.size, program.initial_C() - machine_.reference_C);
     readings_ = read(state_);
     slope_ = VectorXd::Zero(readings_.size());
     row_ = program.row_at(0.0, 0.0);
@@ -86,13 +97,16 @@ class AdaptiveRun {
     return summary_;
   }
 
- private:
+private:
   VectorXd read(const VectorXd& state) const { return integrator_.system().sensors * state + offsets_; }
   double rung_size(int rung) const { return std::ldexp(base_, rung); }
 
   /// The next step: a rung of the ladder, or what is left to the next stop, in two halves where one
   /// rung would leave a crumb.
-  struct Plan { double size; bool to_stop, on_ladder; };
+  struct Plan {
+    double size;
+    bool to_stop, on_ladder;
+  };
   Plan plan() const {
     const double left = stops_[next_stop_] - time_, rung = rung_size(rung_);
     const double from_ladder = std::log2(left / base_);
@@ -106,9 +120,9 @@ class AdaptiveRun {
   /// continued as they went; and what the chillers do with the readings that come out.
   struct Try {
     AdaptiveIntegrator::Step step;
-    Chiller::Readings readings;   // over the step, as they came out
-    VectorXd middle;              // channels of the step
-    VectorXd p;                   // coefficients of the step
+    Chiller::Readings readings;  // over the step, as they came out
+    VectorXd middle;             // channels of the step
+    VectorXd p;                  // coefficients of the step
     double error = 0;
   };
   Try attempt(double size, bool on_ladder) {
@@ -116,7 +130,8 @@ class AdaptiveRun {
     const double middle = time_ + 0.5 * size, stage = tr_bdf2_stage * size;
     result.middle = program_.row(time_, time_ + size);
     const std::array<double, 3> at{0.0, stage, size};
-    Chiller::Readings expected{readings_, slope_, VectorXd::Zero(readings_.size()), model_.guide_K(program_.row_at(time_, middle)), {}};
+    Chiller::Readings expected{
+        readings_, slope_, VectorXd::Zero(readings_.size()), model_.guide_K(program_.row_at(time_, middle)), {}};
     expected.guide_slope = (model_.guide_K(program_.row_at(time_ + size, middle)) - expected.guide) / size;
     std::array<VectorXd, 3> inlets;
     const bool follows = model_.follows_temperature() || integrator_.is_nonlinear();
@@ -124,7 +139,9 @@ class AdaptiveRun {
     for (int pass = 0;; ++pass) {
       std::array<VectorXd, 3> q;
       Coefficients c;
-      const auto readings_at = [&](double s) { return VectorXd(expected.value + s * (expected.slope + s * expected.curve)); };
+      const auto readings_at = [&](double s) {
+        return VectorXd(expected.value + s * (expected.slope + s * expected.curve));
+      };
       for (std::size_t i = 0; i < 3; ++i) {
         const VectorXd row = program_.row_at(time_ + at[i], middle);
         inlets[i] = chiller_->outlet_after(row, expected, at[i]);
@@ -137,13 +154,15 @@ class AdaptiveRun {
       integrator_.attempt(state_, c.p, q, size, on_ladder, result.step);
 
       result.readings = expected;
-      const VectorXd to_stage = (read(result.step.stage) - readings_) / stage, to_end = (read(result.step.end) - readings_) / size;
+      const VectorXd to_stage = (read(result.step.stage) - readings_) / stage,
+                     to_end = (read(result.step.end) - readings_) / size;
       result.readings.curve = (to_end - to_stage) / (size - stage);
       result.readings.slope = to_stage - stage * result.readings.curve;
       if (!follows) break;
       ++summary_.passes;
-      const auto observed = static_cast<Index>(model_.layout().observed.size());
-      const VectorXd moved = size * (0.5 * (result.readings.slope - expected.slope) + 0.25 * size * (result.readings.curve - expected.curve));
+      const auto observed = std::ssize(model_.layout().observed);
+      const VectorXd moved = size * (0.5 * (result.readings.slope - expected.slope) +
+                                     0.25 * size * (result.readings.curve - expected.curve));
       double change = observed > 0 ? moved.tail(observed).cwiseAbs().maxCoeff() : 0.0;
       if (integrator_.is_nonlinear()) change = std::max(change, (result.step.end - end).cwiseAbs().maxCoeff());
       if (change <= iteration_K) break;
@@ -168,7 +187,7 @@ class AdaptiveRun {
   /// First time at which an outlet leaves its band, by bisection on the dense output.
   std::optional<std::pair<double, Index>> first_switch(const Try& tried, double size) const {
     std::optional<std::pair<double, Index>> first;
-    for (Index i = 0; i < static_cast<Index>(machine_.coolants.size()); ++i) {
+    for (Index i = 0; i < std::ssize(machine_.coolants); ++i) {
       double low = 0.0;
       for (int k = 0; k <= event_samples; ++k) {
         const double s = size * k / event_samples;
@@ -198,7 +217,8 @@ class AdaptiveRun {
         ++summary_.rejected;
         const double wanted = std::isfinite(ratio) ? next.size * safety * std::pow(ratio, -1.0 / 3.0) : 0.0;
         const int below = std::clamp(rung_below(0.999 * next.size), lowest_rung_, highest_rung_);
-        rung_ = std::max({lowest_rung_, below - most_shrink, wanted > 0.0 ? std::min(below, rung_below(wanted)) : below - most_shrink});
+        rung_ = std::max({lowest_rung_, below - most_shrink,
+                          wanted > 0.0 ? std::min(below, rung_below(wanted)) : below - most_shrink});
         next = plan();
         continue;
       }
@@ -226,7 +246,8 @@ class AdaptiveRun {
     chiller_->move(tried.middle, tried.readings, plan.size);
     slope_ = tried.readings.slope + 2.0 * plan.size * tried.readings.curve;
     if (options_.balances)
-      options_.balances->front().add(state_, tried.step.end, tried.step.mean, tried.p, tried.step.q_mean, plan.size, integrator_.local_change());
+      options_.balances->front().add(state_, tried.step.end, tried.step.mean, tried.p, tried.step.q_mean, plan.size,
+                                     integrator_.local_change());
     state_ = tried.step.end;
     readings_ = read(state_);
     row_ = tried.middle;
@@ -281,7 +302,7 @@ class AdaptiveRun {
 
   void report() {
     while (next_output_ < outputs_.size() && time_ >= outputs_[next_output_] - 1e-9 * end_) {
-      on_output_({0, next_output_, time_, state_, readings_.head(static_cast<Index>(machine_.sensors.size())), row_});
+      on_output_({0, next_output_, time_, state_, readings_.head(std::ssize(machine_.sensors)), row_});
       ++next_output_;
     }
   }
@@ -309,7 +330,7 @@ class AdaptiveRun {
 
   void load(core::BinaryReader& in) {
     time_ = in.number();
-    for (std::size_t* value : {&next_stop_, &next_output_}) *value = static_cast<std::size_t>(in.count());
+    for (std::size_t* value : {&next_stop_, &next_output_}) *value = in.count();
     for (int* value : {&rung_, &after_corner_}) *value = static_cast<int>(in.number());
     after_corner_open_ = in.count() != 0;
     for (VectorXd* value : {&state_, &readings_, &slope_, &row_}) *value = in.matrix();
@@ -318,10 +339,10 @@ class AdaptiveRun {
     for (long* value : {&summary_.steps, &summary_.rejected, &summary_.over_tolerance}) *value = in.count();
     summary_.shortest_step = in.number();
     summary_.longest_step = in.number();
-    summary_.switches.resize(static_cast<std::size_t>(in.count()));
+    summary_.switches.resize(in.count());
     for (RunSummary::Switch& at : summary_.switches) {
       at.time = in.number();
-      at.coolant = static_cast<int>(in.count());
+      at.coolant = in.count();
       at.running = in.count() != 0;
     }
     integrator_.load(in);
@@ -342,8 +363,8 @@ class AdaptiveRun {
 
   double time_ = 0;
   std::size_t next_stop_ = 0, next_output_ = 0;
-  int rung_ = 0, after_corner_ = 0;   // the ladder's step now; that of the first step after the last corner
-  bool after_corner_open_ = true;     // that step is still to come
+  int rung_ = 0, after_corner_ = 0;  // the ladder's step now; that of the first step after the last corner
+  bool after_corner_open_ = true;    // that step is still to come
   VectorXd state_, readings_, slope_, row_;
   std::optional<Chiller> chiller_;
   RunSummary summary_;
@@ -352,7 +373,8 @@ class AdaptiveRun {
 }  // namespace
 
 RunSummary simulate_adaptive(AdaptiveIntegrator& integrator, const OperatingModel& model, const LoadProgram& program,
-                             const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output) {
+                             const SimulationOptions& options,
+                             const std::function<void(const OutputState&)>& on_output) {
   return AdaptiveRun(integrator, model, program, options, on_output).run();
 }
 

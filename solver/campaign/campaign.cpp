@@ -28,7 +28,7 @@ namespace {
 /// Output rows of all poses in one matrix: a time costs one product for the whole workspace.
 Eigen::MatrixXd stack_rows(const FullModel& model, const std::vector<mesh::Pose>& poses) {
   if (!model.mesh.machine.has_tcp()) return Eigen::MatrixXd(0, model.thermal.size);
-  Eigen::MatrixXd rows(rows_per_pose * static_cast<Eigen::Index>(poses.size()), model.thermal.size);
+  Eigen::MatrixXd rows(rows_per_pose * std::ssize(poses), model.thermal.size);
   core::Progress progress("output rows", poses.size());
   core::parallel_for(0, poses.size(), [&](std::size_t i) {
     const OutputRows of_pose = model.elastic.output_rows(poses[i]);
@@ -61,12 +61,13 @@ std::vector<std::string> names(const Block& block) {
 }
 
 /// Loads that a stopped campaign ran together, to go on together: their bits depend on each other.
-std::vector<Block> stopped_blocks(const std::vector<LoadProgram>& loads, const std::map<std::string, std::string>& hashes,
-                                  const CampaignOptions& options) {
+std::vector<Block> stopped_blocks(const std::vector<LoadProgram>& loads,
+                                  const std::map<std::string, std::string>& hashes, const CampaignOptions& options) {
   std::vector<std::filesystem::path> files;
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(options.checkpoints, ignored))
-    if (entry.path().filename().string().starts_with("checkpoint_") && entry.path().extension() == ".bin") files.push_back(entry.path());
+    if (entry.path().filename().string().starts_with("checkpoint_") && entry.path().extension() == ".bin")
+      files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   std::vector<Block> blocks;
   for (const std::filesystem::path& file : files) {
@@ -96,14 +97,15 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
                                   const CampaignOptions& options) {
   std::optional<Checkpoint> checkpoint;
   if (!options.checkpoints.empty())
-    checkpoint.emplace(checkpoint_path(options, block.front()->name()), block_hash(names(block), hashes, options), names(block),
-                       options.checkpoint_s, options.resume);
+    checkpoint.emplace(checkpoint_path(options, block.front()->name()), block_hash(names(block), hashes, options),
+                       names(block), options.checkpoint_s, options.resume);
   std::vector<HeatBalance> balances(block.size(), HeatBalance(model.mesh.machine, model.thermal));
   std::vector<Recorder> recorders;
   recorders.reserve(block.size());
   for (const LoadProgram* load : block)
-    recorders.emplace_back(model, *load, poses, operating.channels(), balances.front(), options,
-                           checkpoint ? options.checkpoints / ("snapshots_" + load->name() + ".bin") : std::filesystem::path());
+    recorders.emplace_back(
+        model, *load, poses, operating.channels(), balances.front(), options,
+        checkpoint ? options.checkpoints / ("snapshots_" + load->name() + ".bin") : std::filesystem::path());
   if (checkpoint) {
     checkpoint->save_rest = [&](core::BinaryWriter& out) {
       for (Recorder& recorder : recorders) recorder.save(out);
@@ -156,7 +158,8 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
 std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& programs,
                                      const CampaignOptions& options) {
   if (!options.out.empty() && !model.mesh.machine.has_tcp())
-    throw core::InputError(model.mesh.machine.path.string() + " [tcp]", "missing", "a [tcp]: the tables of a campaign hold its error");
+    throw core::InputError(model.mesh.machine.path.string() + " [tcp]", "missing",
+                           "a [tcp]: the tables of a campaign hold its error");
   std::vector<LoadProgram> loads = programs;
   if (options.time)
     for (LoadProgram& load : loads) load.set_time(*options.time);
@@ -177,7 +180,8 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
   for (const LoadProgram& load : loads) {
     if (placed.contains(load.name())) continue;
     if (!options.out.empty() && options.resume)
-      if (auto result = read_result(options.out / load.name(), load.name(), hashes[load.name()], options.keep_snapshots)) {
+      if (auto result =
+              read_result(options.out / load.name(), load.name(), hashes[load.name()], options.keep_snapshots)) {
         core::remove_stale_lock(options.out / load.name());
         finished.emplace(load.name(), std::move(*result));
         continue;

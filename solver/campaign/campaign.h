@@ -24,16 +24,16 @@
 namespace thermotwin::solver {
 
 struct CampaignOptions {
-  std::vector<mesh::Pose> poses;   ///< empty: the workspace grid
-  double refine = 1.0;             ///< factor of the longest time step; with error control of its tolerance
-  std::optional<TimeOptions> time; ///< for all loads, in place of their own
+  std::vector<mesh::Pose> poses;    ///< empty: the workspace grid
+  double refine = 1.0;              ///< factor of the longest time step; with error control of its tolerance
+  std::optional<TimeOptions> time;  ///< for all loads, in place of their own
   bool keep_snapshots = false;
-  std::filesystem::path out;       ///< empty: nothing is written; else out/<load>/tcp.csv ..., of a machine with [tcp]
-  bool resume = false;             ///< loads with complete files of the same inputs are read, not run;
-                                   ///< others go on from their checkpoints
+  std::filesystem::path out;  ///< empty: nothing is written; else out/<load>/tcp.csv ..., of a machine with [tcp]
+  bool resume = false;        ///< loads with complete files of the same inputs are read, not run;
+                              ///< others go on from their checkpoints
   std::filesystem::path checkpoints;  ///< folder; empty: none are written or read
-  double checkpoint_s = 60;        ///< wall clock seconds between two
-  Eigen::VectorXd start;           ///< (size) K above the reference; empty: initial_C of each load
+  double checkpoint_s = 60;           ///< wall clock seconds between two
+  Eigen::VectorXd start;              ///< (size) K above the reference; empty: initial_C of each load
   /// Called at each output after it is recorded; a resumed run may repeat the last ones.
   std::function<void(const LoadProgram&, const OutputState&)> on_output;
 };

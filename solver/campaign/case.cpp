@@ -27,9 +27,10 @@ LoadProgram Case::load(const std::string& name) const {
   const std::vector<std::string> known = load_names();
   if (std::find(known.begin(), known.end(), name) == known.end()) {
     const std::string nearest = core::nearest(name, known);
-    throw core::InputError((folder / "loads").string(), "no load program '" + name + "'" +
-                               (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"),
-                           known.empty() ? "files loads/<name>.toml, there are none" : core::join(known));
+    throw core::InputError(
+        (folder / "loads").string(),
+        "no load program '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"),
+        known.empty() ? "files loads/<name>.toml, there are none" : core::join(known));
   }
   LoadProgram program = LoadProgram::read(folder / "loads" / (name + ".toml"), machine);
   if (time && !program.has_time()) program.set_time(*time);
@@ -83,8 +84,9 @@ Case read_case(const std::filesystem::path& path) {
   for (const auto& [key, names] : {std::pair{"train", &result.train}, std::pair{"holdout", &result.holdout}})
     for (const std::string& name : *names)
       if (std::find(known.begin(), known.end(), name) == known.end())
-        throw core::InputError(root.place(key), "load program '" + name + "'",
-                               known.empty() ? "files loads/<name>.toml, there are none" : "one of: " + core::join(known));
+        throw core::InputError(
+            root.place(key), "load program '" + name + "'",
+            known.empty() ? "files loads/<name>.toml, there are none" : "one of: " + core::join(known));
   for (const std::string& name : result.holdout)
     if (std::find(result.train.begin(), result.train.end(), name) != result.train.end())
       throw core::InputError(root.place("holdout"), "load program '" + name + "', which also trains",

@@ -17,11 +17,11 @@ namespace thermotwin::solver {
 /// A machine to be measured virtually where no measurement is at hand: what is wrong with it is
 /// the truth that a diagnosis has to find.
 struct MeasuredMachine {
-  std::string load;                            ///< load program it runs
-  std::string kind, where;                     ///< effect: source_power | film_coefficient | contact_conductance
-  double factor = 1.0;                         ///< ratio to nominal
-  std::uint64_t seed = 7;                      ///< of perturbed parameters and noise
-  double size_factor = 0.8, refine = 0.8;      ///< its mesh and time steps
+  std::string load;                        ///< load program it runs
+  std::string kind, where;                 ///< effect: source_power | film_coefficient | contact_conductance
+  double factor = 1.0;                     ///< ratio to nominal
+  std::uint64_t seed = 7;                  ///< of perturbed parameters and noise
+  double size_factor = 0.8, refine = 0.8;  ///< its mesh and time steps
 };
 
 /// case.toml with what it names.
@@ -29,12 +29,12 @@ struct Case {
   std::filesystem::path folder;
   mesh::Machine machine;
   std::string size = "coarse";
-  std::vector<std::string> train, holdout;     ///< names of load programs
-  std::filesystem::path measurement;           ///< empty if none
+  std::vector<std::string> train, holdout;          ///< names of load programs
+  std::filesystem::path measurement;                ///< empty if none
   std::optional<MeasuredMachine> measured_machine;  ///< [measured_machine]; used where measurement is empty
   std::vector<mesh::Pose> check_points;
   double tolerance_um = 0.1;
-  std::optional<TimeOptions> time;             ///< [time]; for loads without one
+  std::optional<TimeOptions> time;  ///< [time]; for loads without one
 
   LoadProgram load(const std::string& name) const;  ///< @throws InputError with the known names
   std::vector<std::string> load_names() const;      ///< all files of loads/, sorted

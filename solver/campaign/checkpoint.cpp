@@ -23,8 +23,13 @@ std::vector<std::string> read_members(core::BinaryReader& in) {
 
 }  // namespace
 
-Checkpoint::Checkpoint(std::filesystem::path path, std::string hash, std::vector<std::string> members, double interval_s, bool resume)
-    : path_(std::move(path)), hash_(std::move(hash)), members_(std::move(members)), interval_s_(interval_s), resume_(resume) {}
+Checkpoint::Checkpoint(std::filesystem::path path, std::string hash, std::vector<std::string> members,
+                       double interval_s, bool resume)
+    : path_(std::move(path)),
+      hash_(std::move(hash)),
+      members_(std::move(members)),
+      interval_s_(interval_s),
+      resume_(resume) {}
 
 bool Checkpoint::due() const {
   return !last_ || std::chrono::duration<double>(std::chrono::steady_clock::now() - *last_).count() >= interval_s_;

@@ -16,12 +16,13 @@
 namespace thermotwin::solver {
 
 class Checkpoint {
- public:
+public:
   /// @param hash  of all that the run depends on: machine, mesh, loads, options
   /// @param members  what the run is made of (names of loads), to be found again by members()
   /// @param interval_s  wall clock seconds between two; 0: after every step
   /// @param resume  whether the file at hand is to be used
-  Checkpoint(std::filesystem::path path, std::string hash, std::vector<std::string> members, double interval_s, bool resume);
+  Checkpoint(std::filesystem::path path, std::string hash, std::vector<std::string> members, double interval_s,
+             bool resume);
 
   /// What belongs to the run besides its own state (recorders of results).
   std::function<void(core::BinaryWriter&)> save_rest;
@@ -35,11 +36,14 @@ class Checkpoint {
   bool restore(const std::function<void(core::BinaryReader&)>& load);
   void remove() const;
 
-  struct Owner { std::string hash; std::vector<std::string> members; };
+  struct Owner {
+    std::string hash;
+    std::vector<std::string> members;
+  };
   /// Whose checkpoint a file is. @return nothing where it is none of this version
   static std::optional<Owner> owner(const std::filesystem::path& path);
 
- private:
+private:
   std::optional<std::string> read() const;
   std::filesystem::path path_;
   std::string hash_;

@@ -61,14 +61,15 @@ std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, c
   std::string bytes = "campaign 4 " + model.mesh.machine.hash + mesh_hash + load.name();
   const TimeOptions time = load.time();
   bytes += word(time.scheme);
-  if (time.scheme == TimeScheme::adaptive) append(bytes, Eigen::Vector4d(time.tolerance_K, time.shortest_step, time.longest_step, options.refine));
+  if (time.scheme == TimeScheme::adaptive)
+    append(bytes, Eigen::Vector4d(time.tolerance_K, time.shortest_step, time.longest_step, options.refine));
   append(bytes, options.start);
   bytes += model.thermal.solver == LinearSolver::direct ? "heat direct " : "heat iterative ";
   bytes += model.elastic.summary().solver == LinearSolver::direct ? "elasticity direct" : "elasticity iterative";
   // The program as the model sees it: every step and its row.
   const std::vector<double> ends = load.step_ends(options.refine), outputs = load.output_times();
-  append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(ends.data(), static_cast<Eigen::Index>(ends.size()))));
-  append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(outputs.data(), static_cast<Eigen::Index>(outputs.size()))));
+  append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(ends.data(), std::ssize(ends))));
+  append(bytes, Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(outputs.data(), std::ssize(outputs))));
   append(bytes, Eigen::VectorXd::Constant(1, load.initial_C()).eval());
   double from = 0.0;
   for (double end : ends) append(bytes, load.row(from, end)), from = end;
@@ -109,7 +110,8 @@ std::optional<LoadResult> read_result(const std::filesystem::path& folder, const
   LoadResult result;
   result.load = load;
   try {
-    if (!std::filesystem::exists(folder / "done") || core::read_file(folder / "done") != stamp(folder, hash)) return std::nullopt;
+    if (!std::filesystem::exists(folder / "done") || core::read_file(folder / "done") != stamp(folder, hash))
+      return std::nullopt;
     if (snapshots) {
       if (!std::filesystem::exists(folder / "snapshots.bin")) return std::nullopt;
       const std::string bytes = core::read_file(folder / "snapshots.bin");

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kelvin = 273.15;
 constexpr double allowed = 0.01;
-constexpr double no_flow_K = 0.1;   // closer to its surroundings a surface exchanges nothing to speak of
+constexpr double no_flow_K = 0.1;  // closer to its surroundings a surface exchanges nothing to speak of
 
 }  // namespace
 
@@ -23,9 +23,9 @@ RadiationCheck::RadiationCheck(const mesh::Machine& machine, const ThermalSystem
   for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
     const Input& input = system.layout.inputs[k];
     if (input.kind != InputKind::film_ambient) continue;
-    const mesh::FilmSpec& film = machine.films[static_cast<std::size_t>(input.item)];
+    const mesh::FilmSpec& film = machine.films[input.item];
     if (!(film.emissivity > 0.0) || film.exact_radiation) continue;
-    Film entry{input.item, system.inputs.col(static_cast<Eigen::Index>(k)), 0, 0, 0, {}};
+    Film entry{input.item, system.inputs.col(k), 0, 0, 0, {}};
     entry.mean /= entry.mean.sum();
     films_.push_back(std::move(entry));
   }
@@ -46,13 +46,16 @@ void RadiationCheck::add(const OperatingModel& model, const std::string& load, c
 }
 
 std::string RadiationCheck::warning() const {
-  const auto worst = std::max_element(films_.begin(), films_.end(), [](const Film& a, const Film& b) { return std::abs(a.off) < std::abs(b.off); });
+  const auto worst = std::max_element(films_.begin(), films_.end(),
+                                      [](const Film& a, const Film& b) { return std::abs(a.off) < std::abs(b.off); });
   if (worst == films_.end() || std::abs(worst->off) <= allowed) return {};
-  const auto count = std::count_if(films_.begin(), films_.end(), [](const Film& film) { return std::abs(film.off) > allowed; });
-  return fmt::format("radiation linearised at {:.1f} degC errs by more than 1 % at {} of {} films, by {:+.1f} % at film {} "
-                     "(surface {:.1f}, surroundings {:.1f} degC, load {}); radiation = \"exact\" has it right",
-                     machine_.reference_C, count, films_.size(), 100.0 * worst->off,
-                     machine_.films[static_cast<std::size_t>(worst->film)].id, worst->surface_C, worst->surroundings_C, worst->load);
+  const auto count =
+      std::count_if(films_.begin(), films_.end(), [](const Film& film) { return std::abs(film.off) > allowed; });
+  return fmt::format(
+      "radiation linearised at {:.1f} degC errs by more than 1 % at {} of {} films, by {:+.1f} % at film {} "
+      "(surface {:.1f}, surroundings {:.1f} degC, load {}); radiation = \"exact\" has it right",
+      machine_.reference_C, count, films_.size(), 100.0 * worst->off, machine_.films[worst->film].id, worst->surface_C,
+      worst->surroundings_C, worst->load);
 }
 
 }  // namespace thermotwin::solver

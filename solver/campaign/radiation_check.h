@@ -11,17 +11,17 @@
 namespace thermotwin::solver {
 
 class RadiationCheck {
- public:
+public:
   RadiationCheck(const mesh::Machine& machine, const ThermalSystem& system);
 
   void add(const OperatingModel& model, const std::string& load, const OutputState& output);
   /// The film that errs most, if by more than 1 % of its radiation; else nothing.
   std::string warning() const;
 
- private:
+private:
   struct Film {
     int film;
-    Eigen::SparseVector<double> mean;   // weights of the nodes
+    Eigen::SparseVector<double> mean;  // weights of the nodes
     double off = 0, surface_C = 0, surroundings_C = 0;
     std::string load;
   };

@@ -14,7 +14,7 @@ core::Table input_table(const LoadProgram& load, const Channels& channels, doubl
   core::Table table;
   table.columns = {"time_s"};
   table.columns.insert(table.columns.end(), channels.names().begin(), channels.names().end());
-  table.values.resize(static_cast<Eigen::Index>(outputs.size()), 1 + channels.size());
+  table.values.resize(std::ssize(outputs), 1 + channels.size());
   std::size_t step = 0;
   double from = 0.0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
@@ -25,8 +25,8 @@ core::Table input_table(const LoadProgram& load, const Channels& channels, doubl
       from = ends[step++];
     }
     mean = from > begin ? Eigen::VectorXd(mean / (from - begin)) : load.row(0.0, ends.front());
-    table.values(static_cast<Eigen::Index>(i), 0) = outputs[i];
-    table.values.row(static_cast<Eigen::Index>(i)).tail(channels.size()) = mean.transpose();
+    table.values(i, 0) = outputs[i];
+    table.values.row(i).tail(channels.size()) = mean.transpose();
   }
   return table;
 }
@@ -34,23 +34,26 @@ core::Table input_table(const LoadProgram& load, const Channels& channels, doubl
 Recorder::Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
                    const Channels& channels, const HeatBalance& balance, const CampaignOptions& options,
                    std::filesystem::path spool)
-    : machine_(model.mesh.machine), poses_(poses), size_(model.thermal.size), snapshots_(options.keep_snapshots),
+    : machine_(model.mesh.machine),
+      poses_(poses),
+      size_(model.thermal.size),
+      snapshots_(options.keep_snapshots),
       spool_path_(options.keep_snapshots ? std::move(spool) : std::filesystem::path()) {
-  const auto outputs = static_cast<Eigen::Index>(load.output_times().size());
+  const auto outputs = std::ssize(load.output_times());
   result_.load = load.name();
   if (machine_.has_tcp()) {
     result_.tcp.columns = {"time_s"};
     for (const std::string& name : mesh::pose_columns(machine_)) result_.tcp.columns.push_back(name);
     for (const std::string& name : tcp_columns()) result_.tcp.columns.push_back(name);
   }
-  result_.tcp.values.resize(outputs * static_cast<Eigen::Index>(poses.size()), static_cast<Eigen::Index>(result_.tcp.columns.size()));
+  result_.tcp.values.resize(outputs * std::ssize(poses), std::ssize(result_.tcp.columns));
   result_.sensors.columns = {"time_s"};
   for (const mesh::SensorSpec& sensor : machine_.sensors) result_.sensors.columns.push_back(sensor.id + "_C");
-  result_.sensors.values.resize(outputs, static_cast<Eigen::Index>(result_.sensors.columns.size()));
+  result_.sensors.values.resize(outputs, std::ssize(result_.sensors.columns));
   result_.inputs = input_table(load, channels, options.refine);
   result_.heat_flows.columns = {"time_s"};
   for (const std::string& name : balance.columns()) result_.heat_flows.columns.push_back(name);
-  result_.heat_flows.values.resize(outputs, static_cast<Eigen::Index>(result_.heat_flows.columns.size()));
+  result_.heat_flows.values.resize(outputs, std::ssize(result_.heat_flows.columns));
   heat_ = balance.amounts();
   if (snapshots_ && spool_path_.empty()) result_.snapshots.resize(size_, outputs);
 }
@@ -61,14 +64,14 @@ void Recorder::discard_spool() const {
 }
 
 void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance) {
-  const auto index = static_cast<Eigen::Index>(output.index);
+  const Eigen::Index index = output.index;
   const Eigen::VectorXd values = rows * output.state;
   for (std::size_t i = 0; machine_.has_tcp() && i < poses_.size(); ++i) {
     const Eigen::Index first = rows_per_pose * static_cast<Eigen::Index>(i);
     const TcpError error = tcp_error(machine_, poses_[i], values.segment<6>(first), values.segment<6>(first + 6),
                                      values.segment<7>(first + 12));
     const Eigen::VectorXd position = mesh::pose_values(machine_, poses_[i]);
-    auto row = result_.tcp.values.row(index * static_cast<Eigen::Index>(poses_.size()) + static_cast<Eigen::Index>(i));
+    auto row = result_.tcp.values.row(index * std::ssize(poses_) + static_cast<Eigen::Index>(i));
     row[0] = output.time;
     row.segment(1, position.size()) = position.transpose();
     row.tail(18) = tcp_values(error).transpose();
@@ -98,8 +101,10 @@ void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const
   }
   const Eigen::VectorXd state = output.state;
   spool_.seekp(static_cast<std::streamoff>(index * size_) * static_cast<std::streamoff>(sizeof(double)));
-  spool_.write(reinterpret_cast<const char*>(state.data()), static_cast<std::streamsize>(size_) * static_cast<std::streamsize>(sizeof(double)));
-  if (!spool_) throw core::InputError(spool_path_.string(), "cannot be written", "a folder with free space and permission");
+  spool_.write(reinterpret_cast<const char*>(state.data()),
+               static_cast<std::streamsize>(size_) * static_cast<std::streamsize>(sizeof(double)));
+  if (!spool_)
+    throw core::InputError(spool_path_.string(), "cannot be written", "a folder with free space and permission");
 }
 
 LoadResult Recorder::take() {
@@ -107,7 +112,8 @@ LoadResult Recorder::take() {
     spool_.flush();
     result_.snapshots.resize(size_, filled_);
     spool_.seekg(0);
-    spool_.read(reinterpret_cast<char*>(result_.snapshots.data()), static_cast<std::streamsize>(result_.snapshots.size() * static_cast<Eigen::Index>(sizeof(double))));
+    spool_.read(reinterpret_cast<char*>(result_.snapshots.data()),
+                static_cast<std::streamsize>(result_.snapshots.size() * static_cast<Eigen::Index>(sizeof(double))));
     if (!spool_) throw core::InputError(spool_path_.string(), "cannot be read back", "the file as it was written");
     spool_.close();
   }
@@ -118,7 +124,7 @@ void Recorder::save(core::BinaryWriter& out) {
   if (spool_.is_open() && !spool_.flush())
     throw core::InputError(spool_path_.string(), "cannot be written", "a folder with free space and permission");
   out.count(filled_);
-  out.matrix(result_.tcp.values.topRows(filled_ * static_cast<Eigen::Index>(poses_.size())));
+  out.matrix(result_.tcp.values.topRows(filled_ * std::ssize(poses_)));
   out.matrix(result_.sensors.values.topRows(filled_));
   out.matrix(result_.heat_flows.values.topRows(filled_));
   out.matrix(heat_);
@@ -137,7 +143,8 @@ void Recorder::load(core::BinaryReader& in) {
   const auto needed = static_cast<std::uintmax_t>(filled_ * size_) * sizeof(double);
   std::error_code error;
   if (const auto there = std::filesystem::file_size(spool_path_, error); error || there < needed)
-    throw core::InputError(spool_path_.string(), "missing or too short for its checkpoint", "both files as the run left them");
+    throw core::InputError(spool_path_.string(), "missing or too short for its checkpoint",
+                           "both files as the run left them");
   spool_.open(spool_path_, std::ios::binary | std::ios::in | std::ios::out);
 }
 

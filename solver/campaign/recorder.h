@@ -16,7 +16,7 @@ namespace thermotwin::solver {
 inline constexpr Eigen::Index rows_per_pose = 19;  ///< tool 6, table axis 6, table own 7
 
 class Recorder {
- public:
+public:
   /// @param spool  file for snapshots while the run lasts; empty: memory. All arguments but options
   ///               must outlive the recorder
   Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
@@ -32,13 +32,13 @@ class Recorder {
   void save(core::BinaryWriter& out);
   void load(core::BinaryReader& in);
 
- private:
+private:
   const mesh::Machine& machine_;
   const std::vector<mesh::Pose>& poses_;
   LoadResult result_;
   Eigen::Index filled_ = 0, size_ = 0;
-  Eigen::VectorXd heat_;    // J up to the last output, see HeatBalance::amounts
-  double heat_until_ = 0;   // s
+  Eigen::VectorXd heat_;   // J up to the last output, see HeatBalance::amounts
+  double heat_until_ = 0;  // s
   bool snapshots_;
   std::filesystem::path spool_path_;
   std::fstream spool_;

@@ -2,6 +2,7 @@
 #include "solver/campaign/simulation.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -30,15 +31,21 @@ struct Drive {
 /// expected to be at its end, until that is what they are. Coefficients are those of the means of
 /// start and end, so that the scheme stays of second order.
 class FollowingStep {
- public:
-  FollowingStep(ThermalStepper& stepper, const OperatingModel& model, std::vector<Drive>& drives, const VectorXd& offsets)
-      : stepper_(stepper), model_(model), drives_(drives), offsets_(offsets),
-        returns_(std::any_of(drives.begin(), drives.end(), [](const Drive& drive) { return drive.chiller->follows_return(); })) {}
+public:
+  FollowingStep(ThermalStepper& stepper, const OperatingModel& model, std::vector<Drive>& drives,
+                const VectorXd& offsets)
+      : stepper_(stepper),
+        model_(model),
+        drives_(drives),
+        offsets_(offsets),
+        returns_(std::any_of(drives.begin(), drives.end(),
+                             [](const Drive& drive) { return drive.chiller->follows_return(); })) {}
 
   bool needed() const { return returns_ || model_.follows_temperature() || stepper_.is_nonlinear(); }
 
-  void advance(Eigen::MatrixXd& state, Eigen::MatrixXd& readings, double step, std::vector<Coefficients>& c, RunSummary& summary) {
-    const Index observed = static_cast<Index>(model_.layout().observed.size());
+  void advance(Eigen::MatrixXd& state, Eigen::MatrixXd& readings, double step, std::vector<Coefficients>& c,
+               RunSummary& summary) {
+    const Index observed = std::ssize(model_.layout().observed);
     const bool fresh = slope_.cols() != readings.cols();
     Eigen::MatrixXd expected = fresh ? readings : Eigen::MatrixXd(readings + step * slope_), found;
     Eigen::MatrixXd end = state, next;
@@ -47,7 +54,7 @@ class FollowingStep {
     double change = 0.0;
     for (int pass = 0; pass < most_passes; ++pass) {
       for (std::size_t l = 0; l < drives_.size(); ++l) {
-        const auto column = static_cast<Index>(l);
+        const Index column = l;
         Drive& drive = drives_[l];
         drive.chiller = before[l].chiller;
         Chiller::Readings over{readings.col(column), {}, {}, model_.guide_K(drive.row), {}};
@@ -83,7 +90,7 @@ class FollowingStep {
     state_slope_ = in.matrix();
   }
 
- private:
+private:
   ThermalStepper& stepper_;
   const OperatingModel& model_;
   std::vector<Drive>& drives_;
@@ -106,26 +113,28 @@ int air_index(const mesh::Machine& machine) {
 }
 
 VectorXd sensor_offsets(const mesh::Machine& machine, const Layout& layout) {
-  const auto sensors = static_cast<Index>(machine.sensors.size());
-  VectorXd offsets = VectorXd::Zero(sensors + static_cast<Index>(layout.observed.size()));
-  for (Index s = 0; s < sensors; ++s) offsets[s] = machine.sensors[static_cast<std::size_t>(s)].offset;
+  const auto sensors = std::ssize(machine.sensors);
+  VectorXd offsets = VectorXd::Zero(sensors + std::ssize(layout.observed));
+  for (Index s = 0; s < sensors; ++s) offsets[s] = machine.sensors[s].offset;
   return offsets;
 }
 
 std::string RunSummary::brief() const {
-  std::string text = fmt::format("{} steps of {:.4g} to {:.4g} s, {} factorisations, {} iterations", steps, shortest_step,
-                                 longest_step, factorisations, iterations);
+  std::string text = fmt::format("{} steps of {:.4g} to {:.4g} s, {} factorisations, {} iterations", steps,
+                                 shortest_step, longest_step, factorisations, iterations);
   if (rejected > 0) text += fmt::format(", {} tries repeated", rejected);
   if (over_tolerance > 0) text += fmt::format(", {} shortest steps above the tolerance", over_tolerance);
-  if (passes > 0) text += fmt::format(", {:.2f} passes a step", static_cast<double>(passes) / static_cast<double>(std::max(1L, steps)));
-  if (unconverged > 0) text += fmt::format(", {} steps whose coefficients did not settle to {:.0e} K", unconverged, iteration_K);
+  if (passes > 0) text += fmt::format(", {:.2f} passes a step", static_cast<double>(passes) / (std::max(1L, steps)));
+  if (unconverged > 0)
+    text += fmt::format(", {} steps whose coefficients did not settle to {:.0e} K", unconverged, iteration_K);
   if (!switches.empty()) text += fmt::format(", {} compressor switches", switches.size());
   if (resumed_at > 0) text += fmt::format("; resumed at {:.0f} s", resumed_at);
   return text;
 }
 
-RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const std::vector<const LoadProgram*>& programs,
-                    const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output) {
+RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
+                    const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
+                    const std::function<void(const OutputState&)>& on_output) {
   RunSummary summary;
   if (programs.empty()) return summary;
   const mesh::Machine& machine = model.machine();
@@ -133,23 +142,24 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
   const std::vector<double> outputs = programs.front()->output_times();
   for (const LoadProgram* program : programs)
     if (program->step_ends(options.refine) != ends || program->output_times() != outputs)
-      throw core::InputError("load '" + program->name() + "'", "another time grid than '" + programs.front()->name() + "'",
+      throw core::InputError("load '" + program->name() + "'",
+                             "another time grid than '" + programs.front()->name() + "'",
                              "programs of equal phases, time_step_s and output_s in one block");
 
   const VectorXd offsets = sensor_offsets(machine, stepper.layout());
-  const auto sensors = static_cast<Index>(machine.sensors.size());
+  const auto sensors = std::ssize(machine.sensors);
   const auto read = [&](const Eigen::MatrixXd& of) { return Eigen::MatrixXd(stepper.sensors(of).colwise() + offsets); };
 
-  const auto loads = static_cast<Index>(programs.size());
+  const auto loads = std::ssize(programs);
   Eigen::MatrixXd state(stepper.size(), loads);
   for (Index l = 0; l < loads; ++l)
-    state.col(l) = options.start.size() > 0 ? options.start
-                                            : stepper.uniform(programs[static_cast<std::size_t>(l)]->initial_C() - machine.reference_C);
+    state.col(l) =
+        options.start.size() > 0 ? options.start : stepper.uniform(programs[l]->initial_C() - machine.reference_C);
   Eigen::MatrixXd readings = read(state);
 
   std::vector<Drive> drives;
   for (Index l = 0; l < loads; ++l) {
-    Drive drive{programs[static_cast<std::size_t>(l)], std::nullopt, {}};
+    Drive drive{programs[l], std::nullopt, {}};
     drive.row = drive.program->row(0.0, ends.front());
     drive.chiller.emplace(machine, stepper.layout(), model.channels(),
                           chiller_set_points(machine, stepper.layout(), readings.col(l), model.guide_K(drive.row)));
@@ -169,8 +179,8 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     stepper.save(out);
   };
   const auto load = [&](core::BinaryReader& in) {
-    done = static_cast<std::size_t>(in.count());
-    next_output = static_cast<std::size_t>(in.count());
+    done = in.count();
+    next_output = in.count();
     state = in.matrix();
     for (Drive& drive : drives) drive.chiller->load(in);
     following.load(in);
@@ -181,7 +191,7 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
   const auto report = [&](double time) {
     if (next_output >= outputs.size() || time < outputs[next_output] - 1e-9 * ends.back()) return;
     for (std::size_t l = 0; l < drives.size(); ++l) {
-      const auto column = static_cast<Index>(l);
+      const Index column = l;
       on_output({l, next_output, time, state.col(column), readings.col(column).head(sensors), drives[l].row});
     }
     ++next_output;
@@ -211,7 +221,7 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     } else {
       for (std::size_t l = 0; l < drives.size(); ++l) {
         Drive& drive = drives[l];
-        const VectorXd& inlet = drive.chiller->advance(drive.row, readings.col(static_cast<Index>(l)), model.guide_K(drive.row), step);
+        const VectorXd& inlet = drive.chiller->advance(drive.row, readings.col(l), model.guide_K(drive.row), step);
         model.coefficients(drive.row, inlet, {}, coefficients[l]);
       }
       stepper.advance(state, coefficients, step);
@@ -219,9 +229,9 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
     }
     if (options.balances)
       for (std::size_t l = 0; l < drives.size(); ++l) {
-        const auto column = static_cast<Index>(l);
-        (*options.balances)[l].add(before.col(column), state.col(column), stepper.mean_over_step()->col(column), coefficients[l].p,
-                                   coefficients[l].q, step, stepper.local_change(l));
+        const Index column = l;
+        (*options.balances)[l].add(before.col(column), state.col(column), stepper.mean_over_step()->col(column),
+                                   coefficients[l].p, coefficients[l].q, step, stepper.local_change(l));
       }
     if (options.on_step) options.on_step(coefficients, step);
     done = i + 1;
@@ -240,7 +250,8 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model, const 
   return summary;
 }
 
-std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs, double refine) {
+std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs,
+                                                                  double refine) {
   std::vector<std::vector<const LoadProgram*>> blocks;
   for (const LoadProgram& program : programs) {
     const auto ends = program.step_ends(refine);

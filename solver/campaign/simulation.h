@@ -21,36 +21,40 @@
 namespace thermotwin::solver {
 
 struct SimulationOptions {
-  double refine = 1.0;        ///< factor of the longest time step
+  double refine = 1.0;  ///< factor of the longest time step
   bool progress = true;
-  Eigen::VectorXd start;      ///< (size) K above the reference at time 0; empty: initial_C of the program
+  Eigen::VectorXd start;  ///< (size) K above the reference at time 0; empty: initial_C of the program
   std::vector<HeatBalance>* balances = nullptr;  ///< one a load; the stepper has to keep its means
-  Checkpoint* checkpoint = nullptr;  ///< where the run goes on from, and what it leaves
+  Checkpoint* checkpoint = nullptr;              ///< where the run goes on from, and what it leaves
   /// Called after each step, before its output, with what drove each load over it.
   std::function<void(const std::vector<Coefficients>&, double step_s)> on_step;
 };
 
 /// What is known at an output time of one load.
 struct OutputState {
-  std::size_t load;                      ///< index into the block
-  std::size_t index;                     ///< of the output time
-  double time;                           ///< s
+  std::size_t load;   ///< index into the block
+  std::size_t index;  ///< of the output time
+  double time;        ///< s
   Eigen::Ref<const Eigen::VectorXd> state;
   Eigen::Ref<const Eigen::VectorXd> sensors_K;  ///< (sensors) readings: with the sensors' own offsets
-  const Eigen::VectorXd& row;            ///< channels of the step that ended here
+  const Eigen::VectorXd& row;                   ///< channels of the step that ended here
 };
 
 /// How a run went.
 struct RunSummary {
-  long steps = 0, rejected = 0;          ///< accepted steps; tries that were repeated
-  long over_tolerance = 0;               ///< steps of the shortest length that were kept all the same
+  long steps = 0, rejected = 0;  ///< accepted steps; tries that were repeated
+  long over_tolerance = 0;       ///< steps of the shortest length that were kept all the same
   long factorisations = 0, iterations = 0, most_factors = 0;
   double shortest_step = 0, longest_step = 0;  ///< s
-  struct Switch { double time; int coolant; bool running; };
-  std::vector<Switch> switches;          ///< of compressors, adaptive runs
-  long passes = 0;                       ///< solutions of steps whose coefficients follow the temperature
-  long unconverged = 0;                  ///< such steps whose last pass still changed more than iteration_K
-  double resumed_at = 0;                 ///< s; > 0: went on from a checkpoint
+  struct Switch {
+    double time;
+    int coolant;
+    bool running;
+  };
+  std::vector<Switch> switches;  ///< of compressors, adaptive runs
+  long passes = 0;               ///< solutions of steps whose coefficients follow the temperature
+  long unconverged = 0;          ///< such steps whose last pass still changed more than iteration_K
+  double resumed_at = 0;         ///< s; > 0: went on from a checkpoint
   std::string brief() const;
 };
 
@@ -63,8 +67,8 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
                     const std::function<void(const OutputState&)>& on_output);
 
 /// Groups programs into blocks of equal time grids, in order; one with error control is alone.
-std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(
-    const std::vector<LoadProgram>& programs, double refine = 1.0);
+std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs,
+                                                                  double refine = 1.0);
 
 /// Index of the ambient "air", -1 if the machine has none.
 int air_index(const mesh::Machine& machine);

@@ -2,6 +2,7 @@
 #include "solver/campaign/start_field.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -40,11 +41,11 @@ VectorXd field_from_sensors(const ThermalSystem& thermal, const Coefficients& c,
   ThermalDirectSolver solver(thermal);
   solver.factorise(c.p, 0.0);
   const VectorXd steady = solver.solve(thermal.inputs * c.q);
-  const auto count = static_cast<Index>(sensors.size());
+  const auto count = std::ssize(sensors);
   MatrixXd rows(thermal.size, count);
   VectorXd off(count);
   for (Index i = 0; i < count; ++i) {
-    rows.col(i) = thermal.sensors.row(sensors[static_cast<std::size_t>(i)]).transpose();
+    rows.col(i) = thermal.sensors.row(sensors[i]).transpose();
     off[i] = values_K[i] - rows.col(i).dot(steady);
   }
   const MatrixXd adjoint = solver.solve(rows, true);
@@ -54,21 +55,25 @@ VectorXd field_from_sensors(const ThermalSystem& thermal, const Coefficients& c,
   const VectorXd scale = gram.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scale.asDiagonal() * gram * scale.asDiagonal());
   const double least = 1e-10 * eigen.eigenvalues().maxCoeff();
-  const VectorXd inverse = eigen.eigenvalues().unaryExpr([&](double value) { return value > least ? 1.0 / value : 0.0; });
-  const VectorXd weights = scale.asDiagonal() * (eigen.eigenvectors() * (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * (scale.asDiagonal() * off))));
+  const VectorXd inverse =
+      eigen.eigenvalues().unaryExpr([&](double value) { return value > least ? 1.0 / value : 0.0; });
+  const VectorXd weights =
+      scale.asDiagonal() *
+      (eigen.eigenvectors() * (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * (scale.asDiagonal() * off))));
   return steady + solver.solve(stored * weights);
 }
 
-VectorXd field_from_sensors(const core::Table& table, double time_s, const OperatingModel& model, const LoadProgram& program,
-                            const ThermalSystem& thermal) {
+VectorXd field_from_sensors(const core::Table& table, double time_s, const OperatingModel& model,
+                            const LoadProgram& program, const ThermalSystem& thermal) {
   const mesh::Machine& machine = model.machine();
   const VectorXd times = table.column("time_s");
   if (times.size() == 0 || !(time_s >= times[0] && time_s <= times[times.size() - 1]))
     throw core::InputError(table.source, fmt::format("no rows around {} s", time_s),
-                           times.size() == 0 ? std::string("a table with rows") : fmt::format("{} to {} s", times[0], times[times.size() - 1]));
+                           times.size() == 0 ? std::string("a table with rows")
+                                             : fmt::format("{} to {} s", times[0], times[times.size() - 1]));
   std::vector<int> sensors;
   std::vector<double> values;
-  VectorXd readings = VectorXd::Constant(static_cast<Index>(machine.sensors.size()), not_given);
+  VectorXd readings = VectorXd::Constant(std::ssize(machine.sensors), not_given);
   std::vector<std::string> unknown, known;
   for (const mesh::SensorSpec& sensor : machine.sensors) known.push_back(sensor.id + "_C");
   for (const std::string& column : table.columns) {
@@ -87,13 +92,14 @@ VectorXd field_from_sensors(const core::Table& table, double time_s, const Opera
     }
     if (before < 0 || after < 0) continue;
     const double share = after > before ? (time_s - times[before]) / (times[after] - times[before]) : 0.0;
-    const auto sensor = static_cast<std::size_t>(at - known.begin());
-    readings[static_cast<Index>(sensor)] = series[before] + share * (series[after] - series[before]) - machine.reference_C;
-    sensors.push_back(static_cast<int>(sensor));
-    values.push_back(readings[static_cast<Index>(sensor)] - machine.sensors[sensor].offset);
+    const std::size_t sensor = at - known.begin();
+    readings[sensor] = series[before] + share * (series[after] - series[before]) - machine.reference_C;
+    sensors.push_back(sensor);
+    values.push_back(readings[sensor] - machine.sensors[sensor].offset);
   }
   if (!unknown.empty()) core::warn(table.source + ": columns of no sensor: " + core::join(unknown));
-  if (sensors.empty()) throw core::InputError(table.source, "no sensor has a value at that time", "one or more of: " + core::join(known));
+  if (sensors.empty())
+    throw core::InputError(table.source, "no sensor has a value at that time", "one or more of: " + core::join(known));
 
   const VectorXd row = program.row_at(0.0, 0.0);
   const int air = air_index(machine);
@@ -104,7 +110,7 @@ VectorXd field_from_sensors(const core::Table& table, double time_s, const Opera
   VectorXd all = VectorXd::Constant(thermal.sensors.rows(), air_K);
   all.head(readings.size()) = readings;
   const Coefficients c = model.coefficients(row, chiller_set_points(machine, thermal.layout, all, model.guide_K(row)));
-  return field_from_sensors(thermal, c, sensors, Eigen::Map<const VectorXd>(values.data(), static_cast<Index>(values.size())));
+  return field_from_sensors(thermal, c, sensors, Eigen::Map<const VectorXd>(values.data(), std::ssize(values)));
 }
 
 }  // namespace thermotwin::solver

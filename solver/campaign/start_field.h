@@ -21,8 +21,8 @@ namespace thermotwin::solver {
 /// @param sensors  rows of ThermalSystem::sensors   @param values_K  their temperatures above the
 /// reference, without the sensors' own offsets
 /// @throws SolverError where no body has a path to any ambient
-Eigen::VectorXd field_from_sensors(const ThermalSystem& thermal, const Coefficients& c,
-                                   const std::vector<int>& sensors, const Eigen::VectorXd& values_K);
+Eigen::VectorXd field_from_sensors(const ThermalSystem& thermal, const Coefficients& c, const std::vector<int>& sensors,
+                                   const Eigen::VectorXd& values_K);
 
 /// The same from a table with time_s and <sensor>_C, each sensor taken linearly between its values
 /// around the time, in the operating state at the program's start. Columns of no sensor are left out with a warning.

@@ -33,7 +33,8 @@ std::vector<std::string> texts(vtkUnstructuredGrid* grid, const char* name) {
 }
 
 /// The cells of one body with their points in its home frame.
-vtkNew<vtkUnstructuredGrid> body_grid(vtkUnstructuredGrid* grid, vtkDataArray* body_of_cell, int body, const Eigen::Isometry3d& to_home) {
+vtkNew<vtkUnstructuredGrid> body_grid(vtkUnstructuredGrid* grid, vtkDataArray* body_of_cell, int body,
+                                      const Eigen::Isometry3d& to_home) {
   vtkNew<vtkUnstructuredGrid> part;
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
@@ -55,7 +56,8 @@ vtkNew<vtkUnstructuredGrid> body_grid(vtkUnstructuredGrid* grid, vtkDataArray* b
 
 }  // namespace
 
-StartField field_from_vtu(const std::filesystem::path& path, const mesh::MachineMesh& mesh, const ThermalSystem& thermal) {
+StartField field_from_vtu(const std::filesystem::path& path, const mesh::MachineMesh& mesh,
+                          const ThermalSystem& thermal) {
   const mesh::Machine& machine = mesh.machine;
   if (!std::filesystem::exists(path)) throw core::InputError(path.string(), "no such file", "a .vtu of fields.pvd");
   vtkNew<vtkXMLUnstructuredGridReader> reader;
@@ -67,16 +69,18 @@ StartField field_from_vtu(const std::filesystem::path& path, const mesh::Machine
   if (!temperature || !body_of_cell || grid->GetNumberOfCells() == 0)
     throw core::InputError(path.string(), "no cells with temperature_C and body", "a .vtu as simulate writes it");
   const std::vector<std::string> names = texts(grid, "body_names"), pose_text = texts(grid, "pose");
-  const mesh::Pose pose = pose_text.empty() || pose_text.front().empty() ? mesh::home_pose(machine)
-                                                                         : mesh::parse_pose(machine, pose_text.front(), path.string() + " pose");
+  const mesh::Pose pose = pose_text.empty() || pose_text.front().empty()
+                              ? mesh::home_pose(machine)
+                              : mesh::parse_pose(machine, pose_text.front(), path.string() + " pose");
   StartField start;
   start.temperature = Eigen::VectorXd::Zero(thermal.size);
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const auto at = std::find(names.begin(), names.end(), machine.bodies[b].id);
     if (at == names.end())
-      throw core::InputError(path.string(), "no body '" + machine.bodies[b].id + "'", "a field of this machine; it has: " + core::join(names));
-    const vtkNew<vtkUnstructuredGrid> part = body_grid(grid, body_of_cell, static_cast<int>(at - names.begin()),
-                                                       mesh::body_transform(machine, static_cast<int>(b), pose).inverse());
+      throw core::InputError(path.string(), "no body '" + machine.bodies[b].id + "'",
+                             "a field of this machine; it has: " + core::join(names));
+    const vtkNew<vtkUnstructuredGrid> part =
+        body_grid(grid, body_of_cell, at - names.begin(), mesh::body_transform(machine, b, pose).inverse());
     vtkNew<vtkStaticCellLocator> locator;
     locator->SetDataSet(part);
     locator->BuildLocator();
@@ -89,7 +93,9 @@ StartField field_from_vtu(const std::filesystem::path& path, const mesh::Machine
       vtkIdType found = locator->FindCell(p.data(), 0.0, cell, parametric, weights.data());
       if (found < 0) {
         locator->FindClosestPoint(p.data(), nearest.data(), cell, found, sub, distance2);
-        if (found < 0) throw core::InputError(path.string(), "body '" + machine.bodies[b].id + "' has no cells", "a field of this machine");
+        if (found < 0)
+          throw core::InputError(path.string(), "body '" + machine.bodies[b].id + "' has no cells",
+                                 "a field of this machine");
         part->GetCell(found, cell);
         double unused;
         cell->EvaluatePosition(nearest.data(), nullptr, sub, parametric, unused, weights.data());
@@ -97,7 +103,7 @@ StartField field_from_vtu(const std::filesystem::path& path, const mesh::Machine
       }
       double value = 0.0;
       for (vtkIdType k = 0; k < cell->GetNumberOfPoints(); ++k)
-        value += weights[static_cast<std::size_t>(k)] * temperature->GetTuple1(cell->GetPointId(static_cast<int>(k)));
+        value += weights[k] * temperature->GetTuple1(cell->GetPointId(k));
       start.temperature[mesh.first_node[b] + i] = value - machine.reference_C;
     }
   }

@@ -38,11 +38,11 @@ Vector3d weights_at(const Matrix3d& lines, const Vector2d& at) {
 
 /// What a slave triangle and one master triangle have in common, in the slave's plane.
 struct Piece {
-  int master;        // place in the master's surface
+  int master;  // place in the master's surface
   Polygon polygon;
   double area;
-  Matrix3d lines;    // of the master's barycentric coordinates
-  Vector3d gap;      // times (1, x, y): m along the slave's normal
+  Matrix3d lines;  // of the master's barycentric coordinates
+  Vector3d gap;    // times (1, x, y): m along the slave's normal
 };
 
 /// Where the slave sees several layers of the master, the nearest one counts.
@@ -59,7 +59,8 @@ void keep_nearest(std::vector<Piece>& pieces, double area_of_slave) {
       pieces[farther].polygon.clear();
       for (Polygon& part : mesh::less(whole.polygon, both)) {
         const double area = mesh::area(part);
-        if (area > sliver * area_of_slave) pieces.push_back({whole.master, std::move(part), area, whole.lines, whole.gap});
+        if (area > sliver * area_of_slave)
+          pieces.push_back({whole.master, std::move(part), area, whole.lines, whole.gap});
       }
     }
   std::erase_if(pieces, [](const Piece& piece) { return piece.polygon.empty(); });
@@ -67,7 +68,7 @@ void keep_nearest(std::vector<Piece>& pieces, double area_of_slave) {
 }
 
 const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::string& surface) {
-  return mesh.surfaces[static_cast<std::size_t>(mesh.machine.surface_index(surface))];
+  return mesh.surfaces[mesh.machine.surface_index(surface)];
 }
 
 const TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface) {
@@ -93,8 +94,12 @@ struct ContactSearch::Impl {
   /// The master's triangles with what is asked of them at every position.
   struct Master {
     Master(const TetMesh& of, const std::vector<int>& surface)
-        : body(of), faces(surface), triangles(of.faces(Eigen::all, surface)), normals(3, triangles.cols()), tree(of.points, triangles) {
-      for (Eigen::Index t = 0; t < triangles.cols(); ++t) normals.col(t) = of.face_normal(surface[static_cast<std::size_t>(t)]);
+        : body(of),
+          faces(surface),
+          triangles(of.faces(Eigen::all, surface)),
+          normals(3, triangles.cols()),
+          tree(of.points, triangles) {
+      for (Eigen::Index t = 0; t < triangles.cols(); ++t) normals.col(t) = of.face_normal(surface[t]);
     }
     const TetMesh& body;
     const std::vector<int>& faces;
@@ -157,7 +162,8 @@ ContactSearch::ContactSearch(const mesh::MachineMesh& mesh, const mesh::JointSpe
 ContactSearch::~ContactSearch() = default;
 ContactSearch::ContactSearch(ContactSearch&&) noexcept = default;
 
-std::vector<ContactPoint> ContactSearch::at(const Eigen::Isometry3d& slave_from_home, const Eigen::Isometry3d& master_from_home) const {
+std::vector<ContactPoint> ContactSearch::at(const Eigen::Isometry3d& slave_from_home,
+                                            const Eigen::Isometry3d& master_from_home) const {
   const TetMesh& slave = impl_->slave;
   if (!impl_->master) return on_ground(slave, impl_->slave_faces);
   const Eigen::Isometry3d master_from_slave = master_from_home.inverse() * slave_from_home;
@@ -184,7 +190,7 @@ std::vector<ContactPoint> ContactSearch::at(const Eigen::Isometry3d& slave_from_
         for (const mesh::FacePoint& point : rule) {
           const Vector2d at = point.at[0] * a + point.at[1] * b + point.at[2] * c;
           const Vector3d weights = weights_at(lines, at);
-          contact.push_back({face, impl_->master->faces[static_cast<std::size_t>(piece.master)], weights, weights_at(piece.lines, at),
+          contact.push_back({face, impl_->master->faces[piece.master], weights, weights_at(piece.lines, at),
                              part * point.share, home * weights, normal});
         }
       }

@@ -16,17 +16,17 @@
 namespace thermotwin::solver {
 
 struct ContactPoint {
-  int slave_face, master_face;       ///< boundary triangles of the two bodies; master -1: ground
-  Eigen::Vector3d slave_weights;     ///< barycentric on the slave triangle
+  int slave_face, master_face;    ///< boundary triangles of the two bodies; master -1: ground
+  Eigen::Vector3d slave_weights;  ///< barycentric on the slave triangle
   Eigen::Vector3d master_weights;
-  double area;                       ///< m^2, weight of the point
-  Eigen::Vector3d position;          ///< m, on the slave, slave's home frame
-  Eigen::Vector3d normal;            ///< of the slave there, slave's home frame
+  double area;               ///< m^2, weight of the point
+  Eigen::Vector3d position;  ///< m, on the slave, slave's home frame
+  Eigen::Vector3d normal;    ///< of the slave there, slave's home frame
 };
 
 /// One joint at many positions: the search tree over the master is made once.
 class ContactSearch {
- public:
+public:
   /// @param mesh  must outlive the search
   ContactSearch(const mesh::MachineMesh& mesh, const mesh::JointSpec& joint);
   ~ContactSearch();
@@ -35,9 +35,10 @@ class ContactSearch {
   /// Points of a pair of triangles stand together, those of a slave triangle too. May be called from
   /// several threads at once.
   /// @param slave_from_home, master_from_home  transformations of the two bodies at the pose
-  std::vector<ContactPoint> at(const Eigen::Isometry3d& slave_from_home, const Eigen::Isometry3d& master_from_home) const;
+  std::vector<ContactPoint> at(const Eigen::Isometry3d& slave_from_home,
+                               const Eigen::Isometry3d& master_from_home) const;
 
- private:
+private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -21,7 +21,7 @@ using mesh::TetMesh;
 namespace {
 
 const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::string& surface) {
-  return mesh.surfaces[static_cast<std::size_t>(mesh.machine.surface_index(surface))];
+  return mesh.surfaces[mesh.machine.surface_index(surface)];
 }
 
 const TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface) {
@@ -77,29 +77,27 @@ std::vector<int> connected_sets(const TetMesh& body, const std::vector<int>& fac
   std::vector<int> parent(faces.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int i) {
-    while (parent[static_cast<std::size_t>(i)] != i)
-      i = parent[static_cast<std::size_t>(i)] = parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(i)])];
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
   std::map<int, int> seen;
   for (std::size_t f = 0; f < faces.size(); ++f)
     for (int i = 0; i < 3; ++i) {
-      const auto [at, fresh] = seen.try_emplace(body.faces(i, faces[f]), static_cast<int>(f));
+      const auto [at, fresh] = seen.try_emplace(body.faces(i, faces[f]), f);
       if (!fresh) {
-        const int a = find(static_cast<int>(f)), b = find(at->second);
-        parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+        const int a = find(f), b = find(at->second);
+        parent[std::max(a, b)] = std::min(a, b);
       }
     }
   std::map<int, int> number;
   std::vector<int> set(faces.size());
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    set[f] = number.try_emplace(find(static_cast<int>(f)), static_cast<int>(number.size())).first->second;
+  for (std::size_t f = 0; f < faces.size(); ++f) set[f] = number.try_emplace(find(f), number.size()).first->second;
   return set;
 }
 
 std::vector<double> contact_grid(const mesh::MachineMesh& mesh, const mesh::JointSpec& joint) {
   if (joint.axis.empty()) return {0.0};
-  const mesh::Axis& axis = mesh.machine.axes[static_cast<std::size_t>(mesh.machine.axis_index(joint.axis))];
+  const mesh::Axis& axis = mesh.machine.axes[mesh.machine.axis_index(joint.axis)];
   std::vector<double> corners = workspace_positions(mesh.machine, axis.id);
   constexpr double turn = 2.0 * std::numbers::pi;
   if (axis.kind == mesh::AxisKind::rotary) {

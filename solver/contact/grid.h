@@ -15,7 +15,7 @@ std::vector<double> contact_grid(const mesh::MachineMesh& mesh, const mesh::Join
 /// Pads: index of the connected set of slave triangles, divided by cells or sectors, per slave face
 /// of the joint's surface; count in pads.
 struct Pads {
-  std::vector<int> of_face;          ///< parallel to MachineMesh::surfaces[slave]
+  std::vector<int> of_face;  ///< parallel to MachineMesh::surfaces[slave]
   int count = 0;
 };
 

@@ -16,8 +16,7 @@ struct Lame {
 
 Lame lame_of(const mesh::Material& material) {
   const double young = material.young, poisson = material.poisson;
-  return {young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)),
-          young / (2.0 * (1.0 + poisson)),
+  return {young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)), young / (2.0 * (1.0 + poisson)),
           young * material.expansion.value / (1.0 - 2.0 * poisson)};
 }
 
@@ -41,7 +40,7 @@ std::array<Eigen::Index, 6> choose_supports(const ElasticBody& body, const Eigen
                                             const std::string& name) {
   const auto nodes = far_nodes(points, body.centre);
   std::array<Eigen::Index, 9> candidates{};
-  for (int i = 0; i < 9; ++i) candidates[static_cast<std::size_t>(i)] = 3 * nodes[static_cast<std::size_t>(i / 3)] + i % 3;
+  for (int i = 0; i < 9; ++i) candidates[i] = 3 * nodes[static_cast<std::size_t>(i / 3)] + i % 3;
   double best = 1e-6;  // below it the three nodes lie on a line
   std::array<Eigen::Index, 6> chosen{};
   bool found = false;
@@ -52,7 +51,7 @@ std::array<Eigen::Index, 6> choose_supports(const ElasticBody& body, const Eigen
     int row = 0;
     for (unsigned i = 0; i < 9; ++i) {
       if (!(mask >> i & 1u)) continue;
-      dofs[static_cast<std::size_t>(row)] = candidates[i];
+      dofs[row] = candidates[i];
       held.row(row++) = body.rigid.row(candidates[i]);
     }
     const double smallest = Eigen::JacobiSVD<Eigen::Matrix<double, 6, 6>>(held).singularValues()[5];
@@ -64,8 +63,7 @@ std::array<Eigen::Index, 6> choose_supports(const ElasticBody& body, const Eigen
 
 }  // namespace
 
-ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& material,
-                             const std::string& name) {
+ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& material, const std::string& name) {
   const Eigen::Index nodes = mesh.nodes();
   ElasticBody body;
 
@@ -87,16 +85,15 @@ ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& ma
     }
   }
   body.fixed = choose_supports(body, mesh.points, name);
-  std::vector<char> is_fixed(static_cast<std::size_t>(3 * nodes), 0);
-  for (Eigen::Index dof : body.fixed) is_fixed[static_cast<std::size_t>(dof)] = 1;
+  std::vector<char> is_fixed(3 * nodes, 0);
+  for (Eigen::Index dof : body.fixed) is_fixed[dof] = 1;
 
   body.stiffness = elastic_stiffness(mesh, material);
   double diagonal = 0.0;
   for (Eigen::Index i = 0; i < 3 * nodes; ++i) diagonal += body.stiffness.coeff(i, i) / static_cast<double>(3 * nodes);
   for (int column = 0; column < body.stiffness.outerSize(); ++column)
     for (SparseMatrix::InnerIterator it(body.stiffness, column); it; ++it)
-      if (is_fixed[static_cast<std::size_t>(it.row())] || is_fixed[static_cast<std::size_t>(column)])
-        it.valueRef() = it.row() == column ? diagonal : 0.0;
+      if (is_fixed[it.row()] || is_fixed[column]) it.valueRef() = it.row() == column ? diagonal : 0.0;
   body.thermal_load = thermal_load(mesh, material);
   return body;
 }
@@ -139,8 +136,7 @@ SparseMatrix thermal_load(const mesh::TetMesh& mesh, const mesh::Material& mater
   for (const mesh::TetPoint& point : mesh::tet_rule(2 * mesh.order() - 1)) {
     const mesh::TetSlopes slopes = mesh::tet_slopes(mesh.order(), point.at);
     const mesh::TetValues values = mesh::tet_shape(mesh.order(), point.at);
-    for (int k = 0; k < 4; ++k)
-      integral[static_cast<std::size_t>(k)] += point.share * slopes.col(k) * values.transpose();
+    for (int k = 0; k < 4; ++k) integral[k] += point.share * slopes.col(k) * values.transpose();
   }
   ElementMatrix load(mesh, 3, 1);
   Eigen::MatrixXd element(3 * n, n);
@@ -149,7 +145,7 @@ SparseMatrix thermal_load(const mesh::TetMesh& mesh, const mesh::Material& mater
     element.setZero();
     for (int k = 0; k < 4; ++k)
       for (Eigen::Index a = 0; a < n; ++a)
-        element.middleRows<3>(3 * a) += to_space.row(k).transpose() * integral[static_cast<std::size_t>(k)].row(a);
+        element.middleRows<3>(3 * a) += to_space.row(k).transpose() * integral[k].row(a);
     load.add(mesh::tet_nodes(mesh, e), element);
   }
   return load.take();
@@ -160,8 +156,7 @@ void clear_fixed(const ElasticBody& body, Eigen::MatrixXd& loads) {
 }
 
 Eigen::MatrixXd element_stress(const mesh::TetMesh& mesh, const mesh::Material& material,
-                               const Eigen::VectorXd& displacement,
-                               const Eigen::VectorXd& temperature) {
+                               const Eigen::VectorXd& displacement, const Eigen::VectorXd& temperature) {
   Eigen::MatrixXd stress(6, mesh.elements());
   for (Eigen::Index e = 0; e < mesh.elements(); ++e)
     stress.col(e) = stress_at(mesh, material, displacement, temperature, e, Eigen::Vector4d::Constant(0.25));
@@ -172,8 +167,7 @@ Vector6 stress_at(const mesh::TetMesh& mesh, const mesh::Material& material, con
                   const Eigen::VectorXd& temperature, Eigen::Index element, const Eigen::Vector4d& at) {
   const Lame lame = lame_of(material);
   const mesh::TetNodes nodes = mesh::tet_nodes(mesh, element);
-  const mesh::TetGradients slopes =
-      mesh::tet_slopes(mesh.order(), at) * mesh::barycentric_gradients(mesh, element);
+  const mesh::TetGradients slopes = mesh::tet_slopes(mesh.order(), at) * mesh::barycentric_gradients(mesh, element);
   const mesh::TetValues values = mesh::tet_shape(mesh.order(), at);
   Eigen::Matrix3d gradient = Eigen::Matrix3d::Zero();
   double warm = 0.0;
@@ -182,8 +176,8 @@ Vector6 stress_at(const mesh::TetMesh& mesh, const mesh::Material& material, con
     warm += values[a] * temperature[nodes[a]];
   }
   const Eigen::Matrix3d strain = 0.5 * (gradient + gradient.transpose());
-  const Eigen::Matrix3d s = 2.0 * lame.mu * strain +
-      (lame.lambda * strain.trace() - lame.thermal * warm) * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d s =
+      2.0 * lame.mu * strain + (lame.lambda * strain.trace() - lame.thermal * warm) * Eigen::Matrix3d::Identity();
   Vector6 stress;
   stress << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0);
   return stress;

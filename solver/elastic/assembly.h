@@ -19,18 +19,17 @@ namespace thermotwin::solver {
 
 /// Degrees of freedom: 3 * node + direction.
 struct ElasticBody {
-  SparseMatrix stiffness;           ///< (3n x 3n) N/m; fixed rows and columns replaced by the unit
-                                    ///< matrix times a typical stiffness: positive definite
-  SparseMatrix thermal_load;        ///< (3n x n) F in N/K
+  SparseMatrix stiffness;     ///< (3n x 3n) N/m; fixed rows and columns replaced by the unit
+                              ///< matrix times a typical stiffness: positive definite
+  SparseMatrix thermal_load;  ///< (3n x n) F in N/K
   std::array<Eigen::Index, 6> fixed;
-  Eigen::Vector3d centre;           ///< m, of volume
-  double length = 1.0;              ///< m, makes rotations as large as translations
-  Eigen::MatrixXd rigid;            ///< (3n x 6) translations, then rotations about centre / length
+  Eigen::Vector3d centre;  ///< m, of volume
+  double length = 1.0;     ///< m, makes rotations as large as translations
+  Eigen::MatrixXd rigid;   ///< (3n x 6) translations, then rotations about centre / length
 };
 
 /// @throws MeshError if the body has no three nodes that hold it (needs a volume)
-ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& material,
-                             const std::string& body);
+ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& material, const std::string& body);
 
 /// The matrices by themselves: K without supports (3n x 3n), and F (3n x n).
 SparseMatrix elastic_stiffness(const mesh::TetMesh& mesh, const mesh::Material& material);
@@ -42,8 +41,7 @@ void clear_fixed(const ElasticBody& body, Eigen::MatrixXd& loads);
 /// Stress at the elements' centres, Pa: (6 x elements) xx yy zz xy yz zx.
 /// @param displacement (3n)  @param temperature (n) K above the reference
 Eigen::MatrixXd element_stress(const mesh::TetMesh& mesh, const mesh::Material& material,
-                               const Eigen::VectorXd& displacement,
-                               const Eigen::VectorXd& temperature);
+                               const Eigen::VectorXd& displacement, const Eigen::VectorXd& temperature);
 
 /// ... and at any point of one element, in barycentric coordinates.
 using Vector6 = Eigen::Matrix<double, 6, 1>;

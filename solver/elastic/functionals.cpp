@@ -33,8 +33,10 @@ void tidy(Functional& functional) {
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::size_t last = 0;
   for (std::size_t i = 1; i < functional.size(); ++i) {
-    if (functional[i].first == functional[last].first) functional[last].second += functional[i].second;
-    else functional[++last] = functional[i];
+    if (functional[i].first == functional[last].first)
+      functional[last].second += functional[i].second;
+    else
+      functional[++last] = functional[i];
   }
   if (!functional.empty()) functional.resize(last + 1);
 }
@@ -70,19 +72,18 @@ std::array<Functional, 6> rigid_motion(const mesh::TetMesh& mesh, const std::vec
     for (int i = 0; i < 3; ++i) {
       // omega_i = e_i . J^-1 sum a (r x u) = sum a ((J^-1 e_i) x r) . u
       const Eigen::Vector3d rotation = a * inverse.col(i).cross(r);
-      add(motion[static_cast<std::size_t>(3 + i)], node, rotation);
+      add(motion[3 + i], node, rotation);
       // t_i = mean u_i + (omega x arm)_i, and (omega x arm)_i = omega . (arm x e_i)
       const Eigen::Vector3d lever = inverse * arm.cross(Eigen::Vector3d::Unit(i));
-      add(motion[static_cast<std::size_t>(i)], node,
-          a / area * Eigen::Vector3d::Unit(i) + a * lever.cross(r));
+      add(motion[i], node, a / area * Eigen::Vector3d::Unit(i) + a * lever.cross(r));
     }
   }
   for (Functional& functional : motion) tidy(functional);
   return motion;
 }
 
-Functional radial_growth(const mesh::TetMesh& mesh, const std::vector<int>& faces,
-                         const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) {
+Functional radial_growth(const mesh::TetMesh& mesh, const std::vector<int>& faces, const Eigen::Vector3d& origin,
+                         const Eigen::Vector3d& direction) {
   const auto areas = nodal_areas(mesh, faces);
   const auto radius = [&](Eigen::Index node) -> Eigen::Vector3d {
     const Eigen::Vector3d r = mesh.points.col(node) - origin;
@@ -100,8 +101,7 @@ Functional radial_growth(const mesh::TetMesh& mesh, const std::vector<int>& face
   return growth;
 }
 
-SkinPoint skin_point(const mesh::TetMesh& mesh, const mesh::TriangleTree& skin,
-                     const Eigen::Vector3d& place) {
+SkinPoint skin_point(const mesh::TetMesh& mesh, const mesh::TriangleTree& skin, const Eigen::Vector3d& place) {
   const auto nearest = skin.nearest(place);
   SkinPoint found;
   found.distance = nearest.distance;
@@ -112,8 +112,7 @@ SkinPoint skin_point(const mesh::TetMesh& mesh, const mesh::TriangleTree& skin,
 
 Functional point_motion(const SkinPoint& point, const Eigen::Vector3d& direction) {
   Functional functional;
-  for (Eigen::Index i = 0; i < point.node.size(); ++i)
-    add(functional, point.node[i], point.weight[i] * direction);
+  for (Eigen::Index i = 0; i < point.node.size(); ++i) add(functional, point.node[i], point.weight[i] * direction);
   tidy(functional);
   return functional;
 }

@@ -30,17 +30,16 @@ std::array<Functional, 6> rigid_motion(const mesh::TetMesh& mesh, const std::vec
 
 /// Growth eps of u_r = eps r about an axis, least squares weighted by nodal areas; blind to
 /// translations and, on a flat surface across the axis, to rotations. @param direction unit
-Functional radial_growth(const mesh::TetMesh& mesh, const std::vector<int>& faces,
-                         const Eigen::Vector3d& origin, const Eigen::Vector3d& direction);
+Functional radial_growth(const mesh::TetMesh& mesh, const std::vector<int>& faces, const Eigen::Vector3d& origin,
+                         const Eigen::Vector3d& direction);
 
 /// Interpolation at the point of the skin nearest to a place.
 struct SkinPoint {
-  mesh::FaceNodes node;      ///< 3, or 6 of a quadratic mesh
+  mesh::FaceNodes node;  ///< 3, or 6 of a quadratic mesh
   mesh::FaceValues weight;
   double distance = 0;  ///< m, to the place
 };
-SkinPoint skin_point(const mesh::TetMesh& mesh, const mesh::TriangleTree& skin,
-                     const Eigen::Vector3d& place);
+SkinPoint skin_point(const mesh::TetMesh& mesh, const mesh::TriangleTree& skin, const Eigen::Vector3d& place);
 /// Displacement along a direction there.
 Functional point_motion(const SkinPoint& point, const Eigen::Vector3d& direction);
 

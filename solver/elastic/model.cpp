@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <optional>
 
 #include "core/error.h"
@@ -26,7 +27,7 @@ constexpr Eigen::Index most_columns = 96, least_columns = 8;  // dense right-han
 constexpr double column_bytes = 2.5e8;                        // that these should take at most
 
 Eigen::Index columns_at_once(Eigen::Index nodes) {
-  const auto fit = static_cast<Eigen::Index>(column_bytes / (2.0 * 3.0 * 8.0 * static_cast<double>(nodes)));
+  const auto fit = static_cast<Eigen::Index>(column_bytes / (2.0 * 3.0 * 8.0 * nodes));
   return std::clamp(fit / least_columns * least_columns, least_columns, most_columns);
 }
 
@@ -45,23 +46,21 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 struct ElasticModel::Impl {
   mesh::Machine machine;
   std::vector<Eigen::Index> first_node;
-  Eigen::Index size = 0;                       ///< unknowns of the thermal system
+  Eigen::Index size = 0;  ///< unknowns of the thermal system
   UnitFunctionals units;
   std::optional<SpringSet> springs;
-  std::optional<TcpOutputs> outputs;           ///< none: a machine without [tcp]
-  std::vector<int> elastic;                    ///< bodies that are, rising
-  std::vector<ElasticBody> bodies;             ///< per Machine::bodies; empty where not elastic
+  std::optional<TcpOutputs> outputs;  ///< none: a machine without [tcp]
+  std::vector<int> elastic;           ///< bodies that are, rising
+  std::vector<ElasticBody> bodies;    ///< per Machine::bodies; empty where not elastic
   std::vector<std::unique_ptr<SpdSolver>> factors;
-  std::vector<BodyResponse> responses;         ///< per Machine::bodies
-  std::vector<Eigen::MatrixXd> thermal;        ///< (n x units) F^T K^+ w
-  std::vector<CarriedBody> carried;            ///< bodies that are not elastic
+  std::vector<BodyResponse> responses;   ///< per Machine::bodies
+  std::vector<Eigen::MatrixXd> thermal;  ///< (n x units) F^T K^+ w
+  std::vector<CarriedBody> carried;      ///< bodies that are not elastic
   Summary summary;
 
   explicit Impl(std::size_t count) : units(count), bodies(count), factors(count), responses(count), thermal(count) {}
 
-  Eigen::Index nodes(int body) const {
-    return first_node[static_cast<std::size_t>(body) + 1] - first_node[static_cast<std::size_t>(body)];
-  }
+  Eigen::Index nodes(int body) const { return first_node[body + 1] - first_node[body]; }
   void factorise(const mesh::MachineMesh& mesh, const ElasticOptions& options);
   MemoryNeed memory_need(const std::vector<SparseAnalysis>& analyses) const;
   /// K^+ loads, (3n x m).
@@ -70,7 +69,8 @@ struct ElasticModel::Impl {
   SmallSystem::Solution solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const;
   OutputRows in_frames(const Eigen::MatrixXd& rows, const mesh::Pose& pose) const;
   void require_tcp() const {
-    if (!outputs) throw core::InputError(machine.path.string() + " [tcp]", "missing", "a [tcp], whose error is asked for");
+    if (!outputs)
+      throw core::InputError(machine.path.string() + " [tcp]", "missing", "a [tcp], whose error is asked for");
   }
   SmallSystem small_system(const mesh::Pose& pose) const {
     return SmallSystem(machine, elastic, responses, springs->at(machine, pose));
@@ -81,9 +81,9 @@ MemoryNeed ElasticModel::Impl::memory_need(const std::vector<SparseAnalysis>& an
   MemoryNeed need;
   std::vector<double> works, blocks;
   for (std::size_t i = 0; i < elastic.size(); ++i) {
-    const auto b = static_cast<std::size_t>(elastic[i]);
+    const std::size_t b = elastic[i];
     const auto n = static_cast<double>(nodes(elastic[i]));
-    const double matrix = 12.0 * static_cast<double>(bodies[b].stiffness.nonZeros());
+    const double matrix = 12.0 * bodies[b].stiffness.nonZeros();
     need.other += matrix + 8.0 * n * static_cast<double>(units.of(elastic[i]).size());
     if (!analyses.empty()) {
       need.factors += analyses[i].factor_bytes;
@@ -110,7 +110,7 @@ void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticO
   std::vector<SparseAnalysis> analyses;
   if (options.choice != SolverChoice::iterative) analyses.resize(elastic.size());
   core::parallel_for(0, elastic.size(), [&](std::size_t i) {
-    const auto b = static_cast<std::size_t>(elastic[i]);
+    const std::size_t b = elastic[i];
     const mesh::BodySpec& spec = machine.bodies[b];
     bodies[b] = assemble_elastic(mesh.bodies[b], machine.material(spec.material), spec.id);
     if (!analyses.empty()) analyses[i] = analyse(bodies[b].stiffness, solver.factor);
@@ -120,7 +120,7 @@ void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticO
     for (const SparseAnalysis& analysis : analyses) options.plan->wide = options.plan->wide || analysis.wide;
     // The matrices counted as needed are there already.
     double there = 0.0;
-    for (int body : elastic) there += 12.0 * static_cast<double>(bodies[static_cast<std::size_t>(body)].stiffness.nonZeros());
+    for (int body : elastic) there += 12.0 * (bodies[body].stiffness.nonZeros());
     decide(*options.plan, options.choice, available_memory() + there);
     solver.kind = options.plan->elastic_solver;
   } else if (options.choice == SolverChoice::iterative) {
@@ -128,7 +128,7 @@ void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticO
   }
   summary.solver = solver.kind;
   core::parallel_for(0, elastic.size(), [&](std::size_t i) {
-    const auto b = static_cast<std::size_t>(elastic[i]);
+    const std::size_t b = elastic[i];
     SpdOptions of_body = solver;
     if (solver.kind == LinearSolver::iterative) of_body.multigrid.near_null = bodies[b].rigid;
     try {
@@ -138,7 +138,7 @@ void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticO
     }
     bodies[b].stiffness = SparseMatrix();  // only its factor is needed from here on
   });
-  for (int body : elastic) summary.factor_bytes += factors[static_cast<std::size_t>(body)]->memory_bytes();
+  for (int body : elastic) summary.factor_bytes += factors[body]->memory_bytes();
   summary.factor_seconds = seconds_since(start);
 }
 
@@ -146,7 +146,7 @@ void ElasticModel::Impl::factorise(const mesh::MachineMesh& mesh, const ElasticO
 /// ever puts on a body) do not feel them. Iterative solves balance first: the tolerance then is
 /// relative to what strains the body, and the rigid rest is taken out again.
 Eigen::MatrixXd ElasticModel::Impl::apply_inverse(int body, Eigen::MatrixXd loads) const {
-  const auto b = static_cast<std::size_t>(body);
+  const std::size_t b = body;
   const bool iterative = !factors[b]->is_direct();
   if (iterative) balance(bodies[b].rigid, loads);
   clear_fixed(bodies[b], loads);
@@ -156,27 +156,26 @@ Eigen::MatrixXd ElasticModel::Impl::apply_inverse(int body, Eigen::MatrixXd load
 }
 
 void ElasticModel::Impl::solve_units(int body) {
-  const auto b = static_cast<std::size_t>(body);
+  const std::size_t b = body;
   const std::vector<Functional>& functionals = units.of(body);
-  const auto count = static_cast<Eigen::Index>(functionals.size());
+  const auto count = std::ssize(functionals);
   BodyResponse& response = responses[b];
   response.gram.setZero(count, count);
   response.rigid.setZero(6, count);
   thermal[b].resize(nodes(body), count);
   for (Eigen::Index u = 0; u < count; ++u)
-    for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(u)])
+    for (const auto& [dof, weight] : functionals[u])
       response.rigid.col(u) += weight * bodies[b].rigid.row(dof).transpose();
   const Eigen::Index at_once = columns_at_once(nodes(body));
   for (Eigen::Index first = 0; first < count; first += at_once) {
     const Eigen::Index width = std::min(at_once, count - first);
     Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * nodes(body), width);
     for (Eigen::Index u = 0; u < width; ++u)
-      for (const auto& [dof, weight] : functionals[static_cast<std::size_t>(first + u)]) loads(dof, u) += weight;
+      for (const auto& [dof, weight] : functionals[first + u]) loads(dof, u) += weight;
     const Eigen::MatrixXd motion = apply_inverse(body, std::move(loads));
     thermal[b].middleCols(first, width).noalias() = bodies[b].thermal_load.transpose() * motion;
     for (Eigen::Index u = 0; u < count; ++u)
-      for (Eigen::Index v = 0; v < width; ++v)
-        response.gram(u, first + v) = evaluate(functionals[static_cast<std::size_t>(u)], motion.col(v));
+      for (Eigen::Index v = 0; v < width; ++v) response.gram(u, first + v) = evaluate(functionals[u], motion.col(v));
   }
   response.gram = (0.5 * (response.gram + response.gram.transpose())).eval();
 }
@@ -188,7 +187,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
   impl.first_node = mesh.first_node;
   impl.size = thermal.size;
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
-    if (mesh.machine.bodies[b].elastic) impl.elastic.push_back(static_cast<int>(b));
+    if (mesh.machine.bodies[b].elastic) impl.elastic.push_back(b);
   impl.springs.emplace(mesh, thermal.layout.grids, impl.units);
   if (mesh.machine.has_tcp()) impl.outputs.emplace(mesh, impl.units);
   impl.carried = carried_bodies(mesh);
@@ -201,7 +200,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
   impl.summary.unit_seconds = seconds_since(start);
   if (impl.elastic.empty()) return;
   const SmallSystem home = impl.small_system(mesh::home_pose(mesh.machine));
-  impl.summary.springs = static_cast<int>(home.springs().size());
+  impl.summary.springs = home.springs().size();
 }
 
 ElasticModel::~ElasticModel() = default;
@@ -217,11 +216,11 @@ OutputRows ElasticModel::output_rows(const mesh::Pose& pose) const {
   const auto outputs = impl.outputs->combinations();
   const std::vector<Combination> wanted(outputs.begin(), outputs.end());
   const Eigen::MatrixXd forces = system.adjoint_forces(wanted);  // (springs x 19)
-  const auto count = static_cast<Eigen::Index>(wanted.size());
+  const auto count = std::ssize(wanted);
 
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(impl.size, count);  // transposed
   for (int body : impl.elastic) {
-    const auto b = static_cast<std::size_t>(body);
+    const std::size_t b = body;
     const Eigen::MatrixXd weights = system.unit_weights(body, wanted, forces);  // (units x 19)
     // Most units belong to other places of the axes: only those in use are multiplied.
     std::vector<Eigen::Index> used;
@@ -233,8 +232,7 @@ OutputRows ElasticModel::output_rows(const mesh::Pose& pose) const {
   for (std::size_t s = 0; s < system.springs().size(); ++s) {
     const Spring& spring = system.springs()[s];
     for (const auto& [node, per_kelvin] : spring.expansion)
-      rows.row(impl.first_node[static_cast<std::size_t>(spring.expansion_body)] + node) -=
-          per_kelvin * forces.row(static_cast<Eigen::Index>(s));
+      rows.row(impl.first_node[spring.expansion_body] + node) -= per_kelvin * forces.row(s);
   }
 
   return impl.in_frames(rows.transpose(), at_zero);
@@ -244,8 +242,9 @@ std::vector<Eigen::MatrixXd> ElasticModel::unit_images(const Eigen::MatrixXd& ba
   const Impl& impl = *impl_;
   std::vector<Eigen::MatrixXd> images(impl.bodies.size());
   core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) {
-    const auto b = static_cast<std::size_t>(impl.elastic[i]);
-    images[b].noalias() = impl.thermal[b].transpose() * basis.middleRows(impl.first_node[b], impl.nodes(impl.elastic[i]));
+    const std::size_t b = impl.elastic[i];
+    images[b].noalias() =
+        impl.thermal[b].transpose() * basis.middleRows(impl.first_node[b], impl.nodes(impl.elastic[i]));
   });
   return images;
 }
@@ -258,16 +257,17 @@ OutputParts ElasticModel::output_parts(const mesh::Pose& pose, const Eigen::Matr
   const SmallSystem system = impl.small_system(at_zero);
   const auto outputs = impl.outputs->combinations();
   const std::vector<Combination> wanted(outputs.begin(), outputs.end());
-  const auto count = static_cast<Eigen::Index>(wanted.size());
-  const auto joints = static_cast<Eigen::Index>(impl.machine.joints.size());
+  const auto count = std::ssize(wanted);
+  const auto joints = std::ssize(impl.machine.joints);
   const Eigen::MatrixXd forces = system.adjoint_forces(wanted);
   std::vector<char> springs_of(impl.machine.joints.size(), 0);
   for (const Spring& spring : system.springs())
-    if (spring.joint >= 0) springs_of[static_cast<std::size_t>(spring.joint)] = 1;
-  Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(forces.rows(), 2 * count * joints);  // joint after joint, both derivatives
+    if (spring.joint >= 0) springs_of[spring.joint] = 1;
+  Eigen::MatrixXd changes =
+      Eigen::MatrixXd::Zero(forces.rows(), 2 * count * joints);  // joint after joint, both derivatives
   for (Eigen::Index j = 0; j < joints; ++j) {
-    if (!springs_of[static_cast<std::size_t>(j)]) continue;
-    const auto [first, second] = system.stiffness_change(static_cast<int>(j), forces);
+    if (!springs_of[j]) continue;
+    const auto [first, second] = system.stiffness_change(j, forces);
     changes.middleCols(2 * count * j, count) = first;
     changes.middleCols(2 * count * j + count, count) = second;
   }
@@ -276,8 +276,9 @@ OutputParts ElasticModel::output_parts(const mesh::Pose& pose, const Eigen::Matr
   parts.bodies.resize(impl.machine.bodies.size());
   Eigen::MatrixXd by_stiffness = Eigen::MatrixXd::Zero(changes.cols(), basis.cols());
   for (int body : impl.elastic) {
-    const auto b = static_cast<std::size_t>(body);
-    const Eigen::MatrixXd own = system.unit_weights(body, wanted, forces), changed = system.unit_weights(body, {}, changes);
+    const std::size_t b = body;
+    const Eigen::MatrixXd own = system.unit_weights(body, wanted, forces),
+                          changed = system.unit_weights(body, {}, changes);
     std::vector<Eigen::Index> used;
     for (Eigen::Index u = 0; u < own.rows(); ++u)
       if ((own.row(u).array() != 0.0).any() || (changed.row(u).array() != 0.0).any()) used.push_back(u);
@@ -289,23 +290,26 @@ OutputParts ElasticModel::output_parts(const mesh::Pose& pose, const Eigen::Matr
   for (std::size_t s = 0; s < system.springs().size(); ++s) {
     const Spring& spring = system.springs()[s];
     if (spring.expansion.empty()) continue;
-    const auto at = static_cast<Eigen::Index>(s);
+    const Eigen::Index at = s;
     Eigen::RowVectorXd growth = Eigen::RowVectorXd::Zero(basis.cols());
     for (const auto& [node, per_kelvin] : spring.expansion)
-      growth += per_kelvin * basis.row(impl.first_node[static_cast<std::size_t>(spring.expansion_body)] + node);
-    Eigen::MatrixXd& rows = spring.expands_scale >= 0 ? scales[static_cast<std::size_t>(spring.expands_scale)]
-                                                      : screws[static_cast<std::size_t>(spring.expands_screw)];
+      growth += per_kelvin * basis.row(impl.first_node[spring.expansion_body] + node);
+    Eigen::MatrixXd& rows = spring.expands_scale >= 0 ? scales[spring.expands_scale] : screws[spring.expands_screw];
     if (rows.size() == 0) rows.setZero(count, basis.cols());
     rows.noalias() -= forces.row(at).transpose() * growth;
     by_stiffness.noalias() -= changes.row(at).transpose() * growth;
   }
-  const auto framed = [&](const Eigen::MatrixXd& rows) { return rows.size() > 0 ? impl.in_frames(rows, at_zero) : OutputRows{}; };
+  const auto framed = [&](const Eigen::MatrixXd& rows) {
+    return rows.size() > 0 ? impl.in_frames(rows, at_zero) : OutputRows{};
+  };
   for (const Eigen::MatrixXd& rows : scales) parts.scales.push_back(framed(rows));
   for (const Eigen::MatrixXd& rows : screws) parts.screws.push_back(framed(rows));
   for (Eigen::Index j = 0; j < joints; ++j) {
-    const bool any = springs_of[static_cast<std::size_t>(j)] != 0;
-    parts.stiffness.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j, count), at_zero) : OutputRows{});
-    parts.curvature.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j + count, count), at_zero) : OutputRows{});
+    const bool any = springs_of[j] != 0;
+    parts.stiffness.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j, count), at_zero)
+                                  : OutputRows{});
+    parts.curvature.push_back(any ? impl.in_frames(by_stiffness.middleRows(2 * count * j + count, count), at_zero)
+                                  : OutputRows{});
   }
   return parts;
 }
@@ -326,12 +330,10 @@ OutputRows ElasticModel::Impl::in_frames(const Eigen::MatrixXd& rows, const mesh
 SmallSystem::Solution ElasticModel::Impl::solve(const SmallSystem& system, const Eigen::VectorXd& temperature) const {
   std::vector<Eigen::VectorXd> unit_motions(bodies.size());  // w^T K^+ F T
   for (int body : elastic) {
-    const auto b = static_cast<std::size_t>(body);
+    const std::size_t b = body;
     unit_motions[b] = thermal[b].transpose() * temperature.segment(first_node[b], nodes(body));
   }
-  return system.solve(unit_motions, [&](int body, Eigen::Index node) {
-    return temperature[first_node[static_cast<std::size_t>(body)] + node];
-  });
+  return system.solve(unit_motions, [&](int body, Eigen::Index node) { return temperature[first_node[body] + node]; });
 }
 
 std::vector<ElasticModel::ScrewTension> ElasticModel::screw_tensions(const Eigen::VectorXd& temperature,
@@ -343,12 +345,11 @@ std::vector<ElasticModel::ScrewTension> ElasticModel::screw_tensions(const Eigen
   const SmallSystem::Solution solution = impl.solve(system, temperature);
   for (std::size_t s = 0; s < system.springs().size(); ++s)
     if (const int screw = system.springs()[s].screw; screw >= 0)
-      tensions.push_back({screw, impl.machine.screws[static_cast<std::size_t>(screw)].pretension + solution.forces[static_cast<Eigen::Index>(s)]});
+      tensions.push_back({screw, impl.machine.screws[screw].pretension + solution.forces[s]});
   return tensions;
 }
 
-Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
-                                            const mesh::Pose& pose) const {
+Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature, const mesh::Pose& pose) const {
   const Impl& impl = *impl_;
   if (impl.elastic.empty()) return {};
   const SmallSystem system = impl.small_system(pose);
@@ -357,17 +358,15 @@ Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
   Eigen::Matrix3Xd displacement = Eigen::Matrix3Xd::Zero(3, impl.first_node.back());
   core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) {
     const int body = impl.elastic[i];
-    const auto b = static_cast<std::size_t>(body);
-    Eigen::MatrixXd load =
-        impl.bodies[b].thermal_load * temperature.segment(impl.first_node[b], impl.nodes(body));
+    const std::size_t b = body;
+    Eigen::MatrixXd load = impl.bodies[b].thermal_load * temperature.segment(impl.first_node[b], impl.nodes(body));
     const Eigen::MatrixXd weights = system.unit_weights(body, {}, solution.forces);
     for (Eigen::Index u = 0; u < weights.rows(); ++u) {
       if (weights(u, 0) == 0.0) continue;
-      for (const auto& [dof, weight] : impl.units.of(body)[static_cast<std::size_t>(u)])
-        load(dof, 0) -= weights(u, 0) * weight;
+      for (const auto& [dof, weight] : impl.units.of(body)[u]) load(dof, 0) -= weights(u, 0) * weight;
     }
-    const Eigen::VectorXd motion =
-        impl.apply_inverse(body, std::move(load)).col(0) + impl.bodies[b].rigid * solution.rigid.segment<6>(6 * static_cast<Eigen::Index>(i));
+    const Eigen::VectorXd motion = impl.apply_inverse(body, std::move(load)).col(0) +
+                                   impl.bodies[b].rigid * solution.rigid.segment<6>(6 * static_cast<Eigen::Index>(i));
     displacement.middleCols(impl.first_node[b], impl.nodes(body)) =
         Eigen::Map<const Eigen::Matrix3Xd>(motion.data(), 3, impl.nodes(body));
   });
@@ -375,8 +374,7 @@ Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature,
   return displacement;
 }
 
-ElasticModel::Outputs ElasticModel::outputs_of(const Eigen::Matrix3Xd& displacement,
-                                               const mesh::Pose& pose) const {
+ElasticModel::Outputs ElasticModel::outputs_of(const Eigen::Matrix3Xd& displacement, const mesh::Pose& pose) const {
   const Impl& impl = *impl_;
   impl.require_tcp();
   const auto combinations = impl.outputs->combinations();
@@ -384,11 +382,11 @@ ElasticModel::Outputs ElasticModel::outputs_of(const Eigen::Matrix3Xd& displacem
   for (std::size_t i = 0; i < combinations.size(); ++i) {
     double sum = 0.0;
     for (const UnitTerm& term : combinations[i]) {
-      const Eigen::Index first = impl.first_node[static_cast<std::size_t>(term.body)];
+      const Eigen::Index first = impl.first_node[term.body];
       const Eigen::Map<const Eigen::VectorXd> of_body(displacement.data() + 3 * first, 3 * impl.nodes(term.body));
-      sum += term.weight * evaluate(impl.units.of(term.body)[static_cast<std::size_t>(term.unit)], of_body);
+      sum += term.weight * evaluate(impl.units.of(term.body)[term.unit], of_body);
     }
-    value[static_cast<Eigen::Index>(i)] = sum;
+    value[i] = sum;
   }
   Outputs outputs;
   const int tool = impl.machine.body_index(impl.machine.tcp.tool_body);

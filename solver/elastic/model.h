@@ -39,8 +39,8 @@ struct OutputRows {
 
 struct ElasticOptions {
   SolverChoice choice = SolverChoice::direct;
-  MemoryPlan* plan = nullptr;        ///< holds what heat needs; completed and decided here. None: as chosen
-  double tolerance = 1e-10;          ///< of iterative solves
+  MemoryPlan* plan = nullptr;  ///< holds what heat needs; completed and decided here. None: as chosen
+  double tolerance = 1e-10;    ///< of iterative solves
 };
 
 /// Output rows times a basis, by what they owe to each part of the machine: rows are sums over the
@@ -48,12 +48,12 @@ struct ElasticOptions {
 /// take no share have empty rows.
 struct OutputParts {
   std::vector<OutputRows> bodies, scales, screws;  ///< one an item of the machine, in proportion to its expansion
-  std::vector<OutputRows> stiffness;  ///< (joints) derivative of the whole by ln k, both stiffnesses alike
-  std::vector<OutputRows> curvature;  ///< (joints) second derivative
+  std::vector<OutputRows> stiffness;               ///< (joints) derivative of the whole by ln k, both stiffnesses alike
+  std::vector<OutputRows> curvature;               ///< (joints) second derivative
 };
 
 class ElasticModel {
- public:
+public:
   /// Factorises all bodies (in parallel) and solves for the unit loads of all pads at all grid
   /// nodes. @throws SolverError, MeshError (a body that no spring holds: its name)
   ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal, const ElasticOptions& options = {});
@@ -65,7 +65,8 @@ class ElasticModel {
 
   /// @param basis   (size x r)
   /// @param images  unit_images(basis), which serve all poses
-  OutputParts output_parts(const mesh::Pose& pose, const Eigen::MatrixXd& basis, const std::vector<Eigen::MatrixXd>& images) const;
+  OutputParts output_parts(const mesh::Pose& pose, const Eigen::MatrixXd& basis,
+                           const std::vector<Eigen::MatrixXd>& images) const;
   /// What the unit functionals of each body see of the expansion under each vector, (bodies) (units x r).
   std::vector<Eigen::MatrixXd> unit_images(const Eigen::MatrixXd& basis) const;
 
@@ -76,11 +77,17 @@ class ElasticModel {
 
   /// Pull of a screw that is stretched between two bearings, N; at 0 it is slack, and the linear
   /// equation, which lets it push, ends.
-  struct ScrewTension { int screw; double tension; };  ///< index into Machine::screws
+  struct ScrewTension {
+    int screw;
+    double tension;
+  };  ///< index into Machine::screws
   std::vector<ScrewTension> screw_tensions(const Eigen::VectorXd& temperature, const mesh::Pose& pose) const;
 
   /// The same outputs from a displacement field, for checks of the adjoint.
-  struct Outputs { Eigen::Matrix<double, 6, 1> tool, table_axis; Eigen::Matrix<double, 7, 1> table_own; };
+  struct Outputs {
+    Eigen::Matrix<double, 6, 1> tool, table_axis;
+    Eigen::Matrix<double, 7, 1> table_own;
+  };
   Outputs outputs_of(const Eigen::Matrix3Xd& displacement, const mesh::Pose& pose) const;
 
   struct Summary {
@@ -91,7 +98,7 @@ class ElasticModel {
   };
   const Summary& summary() const;
 
- private:
+private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

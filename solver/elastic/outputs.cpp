@@ -10,14 +10,13 @@ namespace thermotwin::solver {
 namespace {
 
 const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::string& surface) {
-  return mesh.surfaces[static_cast<std::size_t>(mesh.machine.surface_index(surface))];
+  return mesh.surfaces[mesh.machine.surface_index(surface)];
 }
 
 int require_elastic(const mesh::Machine& machine, const std::string& body, const std::string& key) {
   const int index = machine.body_index(body);
-  if (!machine.bodies[static_cast<std::size_t>(index)].elastic)
-    throw core::InputError(machine.path.filename().string() + " tcp." + key,
-                           "body '" + body + "' with elastic = false",
+  if (!machine.bodies[index].elastic)
+    throw core::InputError(machine.path.filename().string() + " tcp." + key, "body '" + body + "' with elastic = false",
                            "an elastic body; or no [tcp], which mesh, simulate and export do without");
   return index;
 }
@@ -25,7 +24,7 @@ int require_elastic(const mesh::Machine& machine, const std::string& body, const
 /// Triangles of the master surfaces of all bearings of the axis that sit on the carrier.
 std::vector<int> seat_faces(const mesh::MachineMesh& mesh, const TableFrames& frames, std::string& name) {
   const mesh::Machine& machine = mesh.machine;
-  const std::string& axis = machine.axes[static_cast<std::size_t>(frames.axis)].id;
+  const std::string& axis = machine.axes[frames.axis].id;
   std::vector<int> faces;
   for (const mesh::JointSpec& joint : machine.joints) {
     if (joint.kind != "bearing" || joint.axis != axis || joint.master.empty()) continue;
@@ -35,8 +34,8 @@ std::vector<int> seat_faces(const mesh::MachineMesh& mesh, const TableFrames& fr
     name = joint.master;
   }
   if (faces.empty())
-    throw core::InputError(machine.path.filename().string() + " axis " + axis, "no bearing between the table and body '" +
-                               machine.bodies[static_cast<std::size_t>(frames.carrier)].id + "'",
+    throw core::InputError(machine.path.filename().string() + " axis " + axis,
+                           "no bearing between the table and body '" + machine.bodies[frames.carrier].id + "'",
                            "a joint of kind \"bearing\" with this axis");
   std::sort(faces.begin(), faces.end());
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
@@ -50,13 +49,12 @@ TableFrames table_frames(const mesh::Machine& machine) {
   frames.table = machine.body_index(machine.tcp.table_body);
   frames.carrier = frames.table;
   int body = frames.table;
-  while (machine.bodies[static_cast<std::size_t>(body)].axis.empty() &&
-         !machine.bodies[static_cast<std::size_t>(body)].parent.empty())
-    body = machine.body_index(machine.bodies[static_cast<std::size_t>(body)].parent);
-  const mesh::BodySpec& moved = machine.bodies[static_cast<std::size_t>(body)];
+  while (machine.bodies[body].axis.empty() && !machine.bodies[body].parent.empty())
+    body = machine.body_index(machine.bodies[body].parent);
+  const mesh::BodySpec& moved = machine.bodies[body];
   if (moved.axis.empty() || moved.parent.empty()) return frames;
   const int axis = machine.axis_index(moved.axis);
-  if (machine.axes[static_cast<std::size_t>(axis)].kind != mesh::AxisKind::rotary) return frames;
+  if (machine.axes[axis].kind != mesh::AxisKind::rotary) return frames;
   frames.axis = axis;
   frames.carrier = machine.body_index(moved.parent);
   return frames;
@@ -65,7 +63,7 @@ TableFrames table_frames(const mesh::Machine& machine) {
 std::pair<Eigen::Vector3d, Eigen::Vector3d> growth_axis(const mesh::Machine& machine) {
   const TableFrames frames = table_frames(machine);
   if (frames.axis < 0) return {machine.tcp.table_point, Eigen::Vector3d::UnitZ()};
-  const mesh::Axis& axis = machine.axes[static_cast<std::size_t>(frames.axis)];
+  const mesh::Axis& axis = machine.axes[frames.axis];
   return {axis.origin, axis.direction};
 }
 
@@ -76,19 +74,20 @@ TcpOutputs::TcpOutputs(const mesh::MachineMesh& mesh, UnitFunctionals& units) {
   table_radius_ = tcp.table_radius;
   tool_ = require_elastic(machine, tcp.tool_body, "tool_body");
   require_elastic(machine, tcp.table_body, "table_body");
-  const auto add = [&](int body, const std::vector<int>& faces, const Eigen::Vector3d& point, const std::string& surface) {
+  const auto add = [&](int body, const std::vector<int>& faces, const Eigen::Vector3d& point,
+                       const std::string& surface) {
     std::array<int, 6> added{};
-    auto motion = rigid_motion(mesh.bodies[static_cast<std::size_t>(body)], faces, point, surface);
+    auto motion = rigid_motion(mesh.bodies[body], faces, point, surface);
     for (std::size_t i = 0; i < 6; ++i) added[i] = units.add(body, std::move(motion[i]));
     return added;
   };
   tool_units_ = add(tool_, faces_of(mesh, tcp.tool_surface), tcp.tool_point, tcp.tool_surface);
   table_units_ = add(frames_.table, faces_of(mesh, tcp.table_surface), tcp.table_point, tcp.table_surface);
   const auto [origin, direction] = growth_axis(machine);
-  growth_unit_ = units.add(frames_.table, radial_growth(mesh.bodies[static_cast<std::size_t>(frames_.table)],
-                                                        faces_of(mesh, tcp.table_surface), origin, direction));
+  growth_unit_ = units.add(
+      frames_.table, radial_growth(mesh.bodies[frames_.table], faces_of(mesh, tcp.table_surface), origin, direction));
   if (frames_.axis >= 0) {
-    const std::string& carrier = machine.bodies[static_cast<std::size_t>(frames_.carrier)].id;
+    const std::string& carrier = machine.bodies[frames_.carrier].id;
     require_elastic(machine, carrier, "table_body: its carrier");
     std::string seat;
     const std::vector<int> faces = seat_faces(mesh, frames_, seat);

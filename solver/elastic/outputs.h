@@ -13,9 +13,9 @@ namespace thermotwin::solver {
 
 /// Bodies that the table's motion is told apart by.
 struct TableFrames {
-  int table = -1;     ///< Machine::tcp.table_body
-  int carrier = -1;   ///< body whose frame holds the axis part; the table itself without rotary axis
-  int axis = -1;      ///< index of the rotary table axis; -1: none
+  int table = -1;    ///< Machine::tcp.table_body
+  int carrier = -1;  ///< body whose frame holds the axis part; the table itself without rotary axis
+  int axis = -1;     ///< index of the rotary table axis; -1: none
 };
 TableFrames table_frames(const mesh::Machine& machine);
 
@@ -24,7 +24,7 @@ TableFrames table_frames(const mesh::Machine& machine);
 std::pair<Eigen::Vector3d, Eigen::Vector3d> growth_axis(const mesh::Machine& machine);
 
 class TcpOutputs {
- public:
+public:
   /// @throws InputError: tool or table inelastic; a rotary table without a bearing on elastic bodies
   TcpOutputs(const mesh::MachineMesh& mesh, UnitFunctionals& units);
 
@@ -34,7 +34,7 @@ class TcpOutputs {
   /// The pose with the table axis at 0, where rows are taken.
   mesh::Pose table_at_zero(const mesh::Pose& pose) const;
 
- private:
+private:
   TableFrames frames_;
   int tool_ = -1;
   double table_radius_ = 0;

@@ -16,16 +16,16 @@ std::vector<CarriedBody> carried_bodies(const mesh::MachineMesh& mesh) {
   for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
     if (machine.bodies[b].elastic) continue;
     CarriedBody body;
-    body.body = static_cast<int>(b);
+    body.body = b;
     body.first_node = mesh.first_node[b];
     body.points = mesh.bodies[b].points;
     std::string parent = machine.bodies[b].parent;
-    while (!parent.empty() && !machine.bodies[static_cast<std::size_t>(machine.body_index(parent))].elastic)
-      parent = machine.bodies[static_cast<std::size_t>(machine.body_index(parent))].parent;
+    while (!parent.empty() && !machine.bodies[machine.body_index(parent)].elastic)
+      parent = machine.bodies[machine.body_index(parent)].parent;
     if (!parent.empty()) {
       body.parent = machine.body_index(parent);
-      const mesh::TetMesh& carrier = mesh.bodies[static_cast<std::size_t>(body.parent)];
-      body.parent_first = mesh.first_node[static_cast<std::size_t>(body.parent)];
+      const mesh::TetMesh& carrier = mesh.bodies[body.parent];
+      body.parent_first = mesh.first_node[body.parent];
       const mesh::TriangleTree skin(carrier.points, carrier.faces);
       std::set<Eigen::Index> nodes;
       for (Eigen::Index i = 0; i < body.points.cols(); ++i) {
@@ -33,9 +33,9 @@ std::vector<CarriedBody> carried_bodies(const mesh::MachineMesh& mesh) {
         for (int k = 0; k < 3; ++k) nodes.insert(carrier.faces(k, triangle));
       }
       body.neighbours.assign(nodes.begin(), nodes.end());
-      body.neighbour_points.resize(3, static_cast<Eigen::Index>(nodes.size()));
+      body.neighbour_points.resize(3, std::ssize(nodes));
       for (std::size_t i = 0; i < body.neighbours.size(); ++i)
-        body.neighbour_points.col(static_cast<Eigen::Index>(i)) = carrier.points.col(body.neighbours[i]);
+        body.neighbour_points.col(i) = carrier.points.col(body.neighbours[i]);
     }
     carried.push_back(std::move(body));
   }
@@ -49,7 +49,7 @@ void move_with_parent(const CarriedBody& body, const mesh::Machine& machine, con
   Eigen::Vector3d mean = Eigen::Vector3d::Zero(), moment = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < body.neighbours.size(); ++i) {
-    const Eigen::Vector3d r = body.neighbour_points.col(static_cast<Eigen::Index>(i)) - centre;
+    const Eigen::Vector3d r = body.neighbour_points.col(i) - centre;
     const Eigen::Vector3d u = displacement.col(body.parent_first + body.neighbours[i]);
     mean += u;
     moment += r.cross(u);

@@ -12,11 +12,11 @@
 namespace thermotwin::solver {
 
 struct CarriedBody {
-  int body = -1, parent = -1;                 ///< parent: elastic, or -1 where there is none
+  int body = -1, parent = -1;  ///< parent: elastic, or -1 where there is none
   Eigen::Index first_node = 0, parent_first = 0;
-  Eigen::Matrix3Xd points;                    ///< m, all nodes of the body
-  std::vector<Eigen::Index> neighbours;       ///< nodes of the parent beside them, each once
-  Eigen::Matrix3Xd neighbour_points;          ///< m
+  Eigen::Matrix3Xd points;               ///< m, all nodes of the body
+  std::vector<Eigen::Index> neighbours;  ///< nodes of the parent beside them, each once
+  Eigen::Matrix3Xd neighbour_points;     ///< m
 };
 
 std::vector<CarriedBody> carried_bodies(const mesh::MachineMesh& mesh);

@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 constexpr int intervals = 40;  // temperature along a tape or screw is linear between its stations
 
 std::vector<int> whole_skin(const mesh::TetMesh& body) {
-  std::vector<int> faces(static_cast<std::size_t>(body.face_count()));
+  std::vector<int> faces(body.face_count());
   std::iota(faces.begin(), faces.end(), 0);
   return faces;
 }
@@ -44,15 +44,16 @@ Vector3d mean_place(const mesh::TetMesh& body, const std::vector<SkinPoint>& poi
 Functional mean_motion(const std::vector<SkinPoint>& points, const Vector3d& direction) {
   Functional sum;
   for (const SkinPoint& point : points)
-    for (auto [dof, weight] : point_motion(point, direction)) sum.emplace_back(dof, weight / static_cast<double>(points.size()));
+    for (auto [dof, weight] : point_motion(point, direction))
+      sum.emplace_back(dof, weight / static_cast<double>(points.size()));
   tidy(sum);
   return sum;
 }
 
 void require_elastic(const mesh::Machine& machine, const std::string& place, std::initializer_list<int> bodies) {
   for (int body : bodies)
-    if (!machine.bodies[static_cast<std::size_t>(body)].elastic)
-      throw core::InputError(place, "body '" + machine.bodies[static_cast<std::size_t>(body)].id + "' with elastic = false",
+    if (!machine.bodies[body].elastic)
+      throw core::InputError(place, "body '" + machine.bodies[body].id + "' with elastic = false",
                              "elastic bodies on both sides");
 }
 
@@ -60,14 +61,14 @@ void require_elastic(const mesh::Machine& machine, const std::string& place, std
 
 AxisFeedback AxisFeedback::of_scale(const mesh::MachineMesh& mesh, int index, UnitFunctionals& units) {
   const mesh::Machine& machine = mesh.machine;
-  const mesh::ScaleSpec& spec = machine.scales[static_cast<std::size_t>(index)];
+  const mesh::ScaleSpec& spec = machine.scales[index];
   const std::string place = machine.path.filename().string() + " scale of axis " + spec.axis;
   AxisFeedback scale;
   scale.scale = index;
   scale.carrier = scale.body = machine.body_index(spec.carrier);
   scale.head = machine.body_index(spec.head_body);
   require_elastic(machine, place, {scale.carrier, scale.head});
-  scale.direction = machine.axes[static_cast<std::size_t>(machine.axis_index(spec.axis))].direction;
+  scale.direction = machine.axes[machine.axis_index(spec.axis)].direction;
   const Vector3d tape = spec.end - spec.start;
   const double length = std::abs(tape.dot(scale.direction));
   if (length < 0.99 * tape.norm() || length <= 0.0)
@@ -76,12 +77,14 @@ AxisFeedback AxisFeedback::of_scale(const mesh::MachineMesh& mesh, int index, Un
   scale.fixed = spec.fixed_at;
   scale.head_point = spec.head;
   scale.expansion = spec.expansion.value;
-  const mesh::TetMesh& carrier = mesh.bodies[static_cast<std::size_t>(scale.carrier)];
-  const mesh::TetMesh& head = mesh.bodies[static_cast<std::size_t>(scale.head)];
+  const mesh::TetMesh& carrier = mesh.bodies[scale.carrier];
+  const mesh::TetMesh& head = mesh.bodies[scale.head];
   const mesh::TriangleTree carrier_skin(carrier.points, carrier.faces), head_skin(head.points, head.faces);
-  scale.head_end = {scale.head, units.add(scale.head, point_motion(skin_point(head, head_skin, spec.head), scale.direction))};
-  scale.fixed_end = {scale.carrier,
-                     units.add(scale.carrier, point_motion(skin_point(carrier, carrier_skin, spec.fixed_at), scale.direction))};
+  scale.head_end = {scale.head,
+                    units.add(scale.head, point_motion(skin_point(head, head_skin, spec.head), scale.direction))};
+  scale.fixed_end = {
+      scale.carrier,
+      units.add(scale.carrier, point_motion(skin_point(carrier, carrier_skin, spec.fixed_at), scale.direction))};
   auto rigid = rigid_motion(head, whole_skin(head), Vector3d::Zero(), "skin of " + spec.head_body);
   for (std::size_t i = 0; i < 3; ++i) scale.head_end.rotation[i] = units.add(scale.head, std::move(rigid[3 + i]));
   scale.head_end.bracket = (scale.fixed - scale.head_point).cross(scale.direction);  // blind along the tape
@@ -94,8 +97,8 @@ AxisFeedback AxisFeedback::of_scale(const mesh::MachineMesh& mesh, int index, Un
 
 std::optional<AxisFeedback> AxisFeedback::of_screw(const mesh::MachineMesh& mesh, int index, UnitFunctionals& units) {
   const mesh::Machine& machine = mesh.machine;
-  const mesh::ScrewSpec& spec = machine.screws[static_cast<std::size_t>(index)];
-  const mesh::Axis& axis = machine.axes[static_cast<std::size_t>(machine.axis_index(spec.axis))];
+  const mesh::ScrewSpec& spec = machine.screws[index];
+  const mesh::Axis& axis = machine.axes[machine.axis_index(spec.axis)];
   AxisFeedback scale;
   scale.constrains = axis.feedback == "screw";
   if (!scale.constrains && !spec.far_bearing) return std::nullopt;
@@ -111,11 +114,12 @@ std::optional<AxisFeedback> AxisFeedback::of_screw(const mesh::MachineMesh& mesh
   scale.expansion = spec.expansion.value;
 
   const auto end_of = [&](int body_index, const Vector3d& at) {
-    const mesh::TetMesh& body = mesh.bodies[static_cast<std::size_t>(body_index)];
+    const mesh::TetMesh& body = mesh.bodies[body_index];
     const mesh::TriangleTree skin(body.points, body.faces);
     const std::vector<SkinPoint> points = around(body, skin, at, scale.direction);
     End end{body_index, units.add(body_index, mean_motion(points, scale.direction))};
-    auto rigid = rigid_motion(body, whole_skin(body), Vector3d::Zero(), "skin of a body at the screw of axis " + spec.axis);
+    auto rigid =
+        rigid_motion(body, whole_skin(body), Vector3d::Zero(), "skin of a body at the screw of axis " + spec.axis);
     for (std::size_t i = 0; i < 3; ++i) end.rotation[i] = units.add(body_index, std::move(rigid[3 + i]));
     end.bracket = (scale.fixed - mean_place(body, points)).cross(scale.direction);
     return end;
@@ -123,7 +127,7 @@ std::optional<AxisFeedback> AxisFeedback::of_screw(const mesh::MachineMesh& mesh
   scale.fixed_end = end_of(scale.carrier, spec.bearing);
   if (scale.constrains) scale.head_end = end_of(scale.head, spec.nut);
 
-  const mesh::TetMesh& screw = mesh.bodies[static_cast<std::size_t>(scale.body)];
+  const mesh::TetMesh& screw = mesh.bodies[scale.body];
   const Eigen::RowVectorXd along = scale.direction.transpose() * (screw.points.colwise() - spec.bearing);
   const double low = along.minCoeff(), length = along.maxCoeff() - low;
   scale.start = spec.bearing + low * scale.direction;
@@ -135,7 +139,7 @@ std::optional<AxisFeedback> AxisFeedback::of_screw(const mesh::MachineMesh& mesh
   if (spec.far_bearing) {
     double volume = 0.0;
     for (Eigen::Index e = 0; e < screw.elements(); ++e) volume += screw.volume(e);
-    const double young = machine.material(machine.bodies[static_cast<std::size_t>(scale.body)].material).young;
+    const double young = machine.material(machine.bodies[scale.body].material).young;
     scale.far_end = end_of(scale.carrier, *spec.far_bearing);
     scale.far = (*spec.far_bearing - spec.bearing).dot(scale.direction);
     scale.compliance = length / (young * volume);
@@ -149,7 +153,7 @@ void AxisFeedback::append(const mesh::Machine& machine, const mesh::Pose& pose, 
   const auto add_end = [](Spring& spring, const End& end, double weight) {
     spring.gap.push_back({end.body, end.unit, weight});
     for (std::size_t i = 0; i < 3; ++i)
-      if (end.rotation[i] >= 0) spring.gap.push_back({end.body, end.rotation[i], weight * end.bracket[static_cast<Eigen::Index>(i)]});
+      if (end.rotation[i] >= 0) spring.gap.push_back({end.body, end.rotation[i], weight * end.bracket[i]});
   };
   /// Adds factor times the expansion from the fixed point to a place of the line.
   const auto add_expansion = [&](Spring& spring, double to, double factor) {
@@ -182,7 +186,7 @@ void AxisFeedback::append(const mesh::Machine& machine, const mesh::Pose& pose, 
   const double whole = 2.0 * bearing_compliance + compliance * std::abs(far);
   if (constrains) {
     const Vector3d head_now = mesh::body_transform(machine, carrier, pose).inverse() *
-                          (mesh::body_transform(machine, head, pose) * head_point);
+                              (mesh::body_transform(machine, head, pose) * head_point);
     const double to = (head_now - start).dot(direction);
     double share = 0.0;  // of the pull's compliance, from the fixed bearing to the nut
     if (whole > 0.0) {

@@ -30,23 +30,26 @@ struct AxisFeedback {
   void append(const mesh::Machine& machine, const mesh::Pose& pose, std::vector<Spring>& springs) const;
 
   /// Temperature along a tape or screw: the mean over points of its skin, linear between stations.
-  struct Station { double at; std::vector<SkinPoint> points; };
+  struct Station {
+    double at;
+    std::vector<SkinPoint> points;
+  };
   /// Mean displacement of points of a body's skin along the axis, carried to the line of the tape.
   struct End {
     int body = -1, unit = -1;
-    std::array<int, 3> rotation{-1, -1, -1};  ///< units of the body's mean rotation
+    std::array<int, 3> rotation{-1, -1, -1};            ///< units of the body's mean rotation
     Eigen::Vector3d bracket = Eigen::Vector3d::Zero();  ///< m, times the rotation
   };
   int carrier, head;
   Eigen::Vector3d direction, start, fixed, head_point;
   double expansion;
-  bool constrains = true;                ///< holds the axis; false: a stretched screw under a scale
-  End fixed_end, head_end, far_end;      ///< far_end: of a screw that is stretched between two bearings
-  int body = -1;                         ///< whose temperature counts: the carrier's, or the screw's
-  int scale = -1, screw = -1;            ///< index into Machine::scales or screws, whichever it is
-  double far = 0;                        ///< m along direction from the fixed end to the far one
+  bool constrains = true;                         ///< holds the axis; false: a stretched screw under a scale
+  End fixed_end, head_end, far_end;               ///< far_end: of a screw that is stretched between two bearings
+  int body = -1;                                  ///< whose temperature counts: the carrier's, or the screw's
+  int scale = -1, screw = -1;                     ///< index into Machine::scales or screws, whichever it is
+  double far = 0;                                 ///< m along direction from the fixed end to the far one
   double compliance = 0, bearing_compliance = 0;  ///< 1/N of the screw a metre; m/N of one bearing
-  std::vector<Station> stations;         ///< along direction from start, m, rising
+  std::vector<Station> stations;                  ///< along direction from start, m, rising
 };
 
 }  // namespace thermotwin::solver

@@ -14,29 +14,29 @@ namespace thermotwin::solver {
 
 /// One unit functional of one body in a sum.
 struct UnitTerm {
-  int body;       ///< index into Machine::bodies
-  int unit;       ///< index into UnitFunctionals of the body
+  int body;  ///< index into Machine::bodies
+  int unit;  ///< index into UnitFunctionals of the body
   double weight;
 };
 using Combination = std::vector<UnitTerm>;
 
 /// Unit functionals per body, collected before the factors are made.
 class UnitFunctionals {
- public:
+public:
   explicit UnitFunctionals(std::size_t bodies) : of_body_(bodies) {}
   int add(int body, Functional functional);
-  const std::vector<Functional>& of(int body) const { return of_body_[static_cast<std::size_t>(body)]; }
+  const std::vector<Functional>& of(int body) const { return of_body_[body]; }
 
- private:
+private:
   std::vector<std::vector<Functional>> of_body_;
 };
 
 struct Spring {
-  Combination gap;            ///< slave minus master; scale: head minus place of the tape's end
-  double flexibility = 0;     ///< m/N; 0: constraint
-  int expansion_body = -1;    ///< scale, screw: body whose temperature stretches it
-  int screw = -1;             ///< the pull of a stretched screw: index into Machine::screws
-  int joint = -1;             ///< whose stiffness it has: index into Machine::joints
+  Combination gap;                             ///< slave minus master; scale: head minus place of the tape's end
+  double flexibility = 0;                      ///< m/N; 0: constraint
+  int expansion_body = -1;                     ///< scale, screw: body whose temperature stretches it
+  int screw = -1;                              ///< the pull of a stretched screw: index into Machine::screws
+  int joint = -1;                              ///< whose stiffness it has: index into Machine::joints
   int expands_scale = -1, expands_screw = -1;  ///< what expands: index into Machine::scales, screws
   std::vector<std::pair<Eigen::Index, double>> expansion;  ///< (node of that body, m/K)
 };

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double negligible = 1e-9;    // of a pad's largest stiffness or area
+constexpr double negligible = 1e-9;  // of a pad's largest stiffness or area
 
 void add_weighted(Functional& functional, Eigen::Index node, const Vector3d& weight) {
   for (int i = 0; i < 3; ++i)
@@ -35,8 +35,8 @@ bool nearly_equal(const Functional& a, const Functional& b) {
 }
 
 /// Mean stiffness per area of a pad, N/m^3, in the slave's home frame.
-Matrix3d mean_stiffness(const mesh::TetMesh& slave, const std::vector<int>& faces,
-                        const mesh::JointSpec& joint, const mesh::Axis* guided) {
+Matrix3d mean_stiffness(const mesh::TetMesh& slave, const std::vector<int>& faces, const mesh::JointSpec& joint,
+                        const mesh::Axis* guided) {
   Matrix3d sum = Matrix3d::Zero();
   double area = 0.0;
   for (int face : faces) {
@@ -47,8 +47,7 @@ Matrix3d mean_stiffness(const mesh::TetMesh& slave, const std::vector<int>& face
       if (free.norm() > 1e-6) tangent -= free.normalized() * free.normalized().transpose();
     }
     const double a = slave.face_area(face);
-    sum += a * (joint.stiffness_normal.value * n * n.transpose() +
-                joint.stiffness_tangential.value * tangent);
+    sum += a * (joint.stiffness_normal.value * n * n.transpose() + joint.stiffness_tangential.value * tangent);
     area += a;
   }
   return sum / area;
@@ -61,8 +60,7 @@ struct PadContact {
   std::vector<const ContactPoint*> points;
 };
 
-Functional mean_motion(const mesh::TetMesh& body, const PadContact& contact, bool slave,
-                       const Vector3d& direction) {
+Functional mean_motion(const mesh::TetMesh& body, const PadContact& contact, bool slave, const Vector3d& direction) {
   Functional functional;
   for (const ContactPoint* point : contact.points) {
     const int face = slave ? point->slave_face : point->master_face;
@@ -79,35 +77,32 @@ Functional mean_motion(const mesh::TetMesh& body, const PadContact& contact, boo
 }  // namespace
 
 int body_index_of_surface(const mesh::Machine& machine, const std::string& surface) {
-  const auto index = static_cast<std::size_t>(machine.surface_index(surface));
+  const std::size_t index = machine.surface_index(surface);
   return machine.body_index(machine.surfaces[index].body);
 }
 
 int UnitFunctionals::add(int body, Functional functional) {
-  auto& list = of_body_[static_cast<std::size_t>(body)];
+  auto& list = of_body_[body];
   list.push_back(std::move(functional));
   return static_cast<int>(list.size()) - 1;
 }
 
-SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids,
-                     UnitFunctionals& units) {
+SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids, UnitFunctionals& units) {
   const mesh::Machine& machine = mesh.machine;
-  for (std::size_t j = 0; j < machine.joints.size(); ++j)
-    add_joint(mesh, static_cast<int>(j), grids[j], units);
+  for (std::size_t j = 0; j < machine.joints.size(); ++j) add_joint(mesh, j, grids[j], units);
   for (std::size_t i = 0; i < machine.scales.size(); ++i)
-    if (machine.axes[static_cast<std::size_t>(machine.axis_index(machine.scales[i].axis))].feedback != "screw")
-      feedbacks_.push_back(AxisFeedback::of_scale(mesh, static_cast<int>(i), units));
+    if (machine.axes[machine.axis_index(machine.scales[i].axis)].feedback != "screw")
+      feedbacks_.push_back(AxisFeedback::of_scale(mesh, i, units));
   for (std::size_t i = 0; i < machine.screws.size(); ++i)
-    if (auto screw = AxisFeedback::of_screw(mesh, static_cast<int>(i), units)) feedbacks_.push_back(*std::move(screw));
+    if (auto screw = AxisFeedback::of_screw(mesh, i, units)) feedbacks_.push_back(*std::move(screw));
   require_drives(machine);
 }
 
 void SpringSet::require_drives(const mesh::Machine& machine) const {
   for (std::size_t a = 0; a < machine.axes.size(); ++a) {
     const mesh::Axis& axis = machine.axes[a];
-    const auto moved = std::find_if(machine.bodies.begin(), machine.bodies.end(), [&](const mesh::BodySpec& body) {
-      return body.elastic && body.axis == axis.id;
-    });
+    const auto moved = std::find_if(machine.bodies.begin(), machine.bodies.end(),
+                                    [&](const mesh::BodySpec& body) { return body.elastic && body.axis == axis.id; });
     if (axis.kind != mesh::AxisKind::linear || moved == machine.bodies.end()) continue;
     const auto of_axis = [&](const auto& item) { return item.axis == axis.id; };
     const bool has_scale = axis.feedback == "screw"
@@ -119,36 +114,36 @@ void SpringSet::require_drives(const mesh::Machine& machine) const {
     if (!has_scale && !has_joint)
       throw core::InputError(machine.path.filename().string() + " axis " + axis.id,
                              "nothing holds body '" + moved->id + "' along it",
-                             "a [[scale]] of this axis, a [[screw]] with feedback = \"screw\", or a joint with stiffness that is no guide");
+                             "a [[scale]] of this axis, a [[screw]] with feedback = \"screw\", or a joint with "
+                             "stiffness that is no guide");
   }
 }
 
-void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointGrid& grid,
-                          UnitFunctionals& units) {
+void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointGrid& grid, UnitFunctionals& units) {
   const mesh::Machine& machine = mesh.machine;
-  const mesh::JointSpec& spec = machine.joints[static_cast<std::size_t>(index)];
+  const mesh::JointSpec& spec = machine.joints[index];
   if (spec.stiffness_normal.value <= 0.0 && spec.stiffness_tangential.value <= 0.0) return;
   Joint joint;
   joint.index = index;
   joint.slave = body_index_of_surface(machine, spec.slave);
   joint.master = spec.master.empty() ? -1 : body_index_of_surface(machine, spec.master);
-  const auto elastic = [&](int body) { return machine.bodies[static_cast<std::size_t>(body)].elastic; };
+  const auto elastic = [&](int body) { return machine.bodies[body].elastic; };
   if (!elastic(joint.slave) || (joint.master >= 0 && !elastic(joint.master))) return;
   joint.grid = grid;
   const int axis_index = spec.axis.empty() ? -1 : machine.axis_index(spec.axis);
-  const mesh::Axis* axis = axis_index < 0 ? nullptr : &machine.axes[static_cast<std::size_t>(axis_index)];
+  const mesh::Axis* axis = axis_index < 0 ? nullptr : &machine.axes[axis_index];
   joint.rotary = axis && axis->kind == mesh::AxisKind::rotary;
   const mesh::Axis* guided = axis && !joint.rotary && spec.kind == "guide" ? axis : nullptr;
   joint.guide = guided != nullptr;
 
-  const mesh::TetMesh& slave = mesh.bodies[static_cast<std::size_t>(joint.slave)];
-  const auto& slave_faces = mesh.surfaces[static_cast<std::size_t>(machine.surface_index(spec.slave))];
+  const mesh::TetMesh& slave = mesh.bodies[joint.slave];
+  const auto& slave_faces = mesh.surfaces[machine.surface_index(spec.slave)];
   const Pads pads = find_pads(mesh, spec);
   std::unordered_map<int, int> pad_of_face;
-  std::vector<std::vector<int>> faces_of_pad(static_cast<std::size_t>(pads.count));
+  std::vector<std::vector<int>> faces_of_pad(pads.count);
   for (std::size_t i = 0; i < slave_faces.size(); ++i) {
     pad_of_face[slave_faces[i]] = pads.of_face[i];
-    faces_of_pad[static_cast<std::size_t>(pads.of_face[i])].push_back(slave_faces[i]);
+    faces_of_pad[pads.of_face[i]].push_back(slave_faces[i]);
   }
   for (const auto& faces : faces_of_pad) {
     Pad pad;
@@ -162,10 +157,10 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
     joint.pads.push_back(std::move(pad));
   }
 
-  const mesh::TetMesh* master = joint.master < 0 ? nullptr : &mesh.bodies[static_cast<std::size_t>(joint.master)];
+  const mesh::TetMesh* master = joint.master < 0 ? nullptr : &mesh.bodies[joint.master];
   std::array<Functional, 6> rigid;
   if (master) {
-    const auto& faces = mesh.surfaces[static_cast<std::size_t>(machine.surface_index(spec.master))];
+    const auto& faces = mesh.surfaces[machine.surface_index(spec.master)];
     rigid = rigid_motion(*master, faces, Vector3d::Zero(), spec.master);
     for (std::size_t i = 0; i < 3; ++i) joint.rotation[i] = units.add(joint.master, std::move(rigid[3 + i]));
   }
@@ -180,13 +175,13 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
     const std::vector<ContactPoint> points = search.at(slave_frame, master_frame);
     std::vector<PadContact> contacts(joint.pads.size());
     for (const ContactPoint& point : points) {
-      PadContact& contact = contacts[static_cast<std::size_t>(pad_of_face.at(point.slave_face))];
+      PadContact& contact = contacts[pad_of_face.at(point.slave_face)];
       contact.area += point.area;
       contact.slave_point += point.area * point.position;
       if (master)
         for (int i = 0; i < 3; ++i)
-          contact.master_point += point.area * point.master_weights[i] *
-                                  master->points.col(master->faces(i, point.master_face));
+          contact.master_point +=
+              point.area * point.master_weights[i] * master->points.col(master->faces(i, point.master_face));
       contact.points.push_back(&point);
     }
     for (std::size_t p = 0; p < joint.pads.size(); ++p) {
@@ -198,11 +193,11 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
       place.slave_point = contact.slave_point / contact.area;
       place.master_point = contact.master_point / contact.area;
       for (int d = 0; d < pad.count; ++d) {
-        const auto at = static_cast<std::size_t>(d);
+        const std::size_t at = d;
         Functional motion = mean_motion(slave, contact, true, pad.directions.col(d));
         // A pad that lies wholly on its rail has the same functional at all grid nodes.
         const PadNode* before = node > 0 && pad.nodes[node - 1].area > 0.0 ? &pad.nodes[node - 1] : nullptr;
-        if (before && nearly_equal(units.of(joint.slave)[static_cast<std::size_t>(before->slave[at])], motion))
+        if (before && nearly_equal(units.of(joint.slave)[before->slave[at]], motion))
           place.slave[at] = before->slave[at];
         else
           place.slave[at] = units.add(joint.slave, std::move(motion));
@@ -212,8 +207,7 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
       }
       if (master && joint.rotary)
         for (int d = 0; d < 3; ++d)
-          place.master[static_cast<std::size_t>(d)] =
-              units.add(joint.master, mean_motion(*master, contact, false, Vector3d::Unit(d)));
+          place.master[d] = units.add(joint.master, mean_motion(*master, contact, false, Vector3d::Unit(d)));
     }
   }
   joints_.push_back(std::move(joint));
@@ -226,7 +220,7 @@ void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd
   for (std::size_t n = 0; n < pad.nodes.size(); ++n) {
     const PadNode& node = pad.nodes[n];
     largest = std::max(largest, node.area);
-    const double share = hat[static_cast<Eigen::Index>(n)] * node.area;
+    const double share = hat[n] * node.area;
     if (!(share > 0.0)) continue;
     area += share;
     slave_point += share * node.slave_point;
@@ -235,27 +229,25 @@ void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd
   if (area <= negligible * largest) return;  // off the rail here
   const Vector3d lever = master_from_slave * Vector3d(slave_point / area) - master_point / area;
   for (int d = 0; d < pad.count; ++d) {
-    const auto at = static_cast<std::size_t>(d);
+    const std::size_t at = d;
     const Vector3d direction = master_from_slave.linear() * pad.directions.col(d);
     Spring spring;
     spring.joint = joint.index;
     spring.flexibility = 1.0 / (pad.stiffness[d] * area);
     for (std::size_t n = 0; n < pad.nodes.size(); ++n) {
       const PadNode& node = pad.nodes[n];
-      const double share = hat[static_cast<Eigen::Index>(n)] * node.area / area;
+      const double share = hat[n] * node.area / area;
       if (!(share > 0.0)) continue;
       spring.gap.push_back({joint.slave, node.slave[at], share});
       if (joint.master < 0) continue;
       if (joint.rotary)
-        for (std::size_t i = 0; i < 3; ++i)
-          spring.gap.push_back({joint.master, node.master[i], -share * direction[static_cast<Eigen::Index>(i)]});
+        for (std::size_t i = 0; i < 3; ++i) spring.gap.push_back({joint.master, node.master[i], -share * direction[i]});
       else
         spring.gap.push_back({joint.master, node.master[at], -share});
     }
     if (joint.master >= 0) {
       const Vector3d couple = lever.cross(direction);
-      for (std::size_t i = 0; i < 3; ++i)
-        spring.gap.push_back({joint.master, joint.rotation[i], -couple[static_cast<Eigen::Index>(i)]});
+      for (std::size_t i = 0; i < 3; ++i) spring.gap.push_back({joint.master, joint.rotation[i], -couple[i]});
     }
     springs.push_back(std::move(spring));
   }
@@ -265,8 +257,8 @@ std::vector<Spring> SpringSet::at(const mesh::Machine& machine, const mesh::Pose
   std::vector<Spring> springs;
   for (const Joint& joint : joints_) {
     const double position = joint.grid.axis < 0 ? 0.0 : pose[joint.grid.axis];
-    const Eigen::VectorXd hat = joint.grid.positions.size() == 1
-        ? Eigen::VectorXd::Ones(1).eval() : grid_weights(joint.grid, position, position);
+    const Eigen::VectorXd hat = joint.grid.positions.size() == 1 ? Eigen::VectorXd::Ones(1).eval()
+                                                                 : grid_weights(joint.grid, position, position);
     Eigen::Isometry3d master_from_slave = mesh::body_transform(machine, joint.slave, pose);
     if (joint.master >= 0)
       master_from_slave = mesh::body_transform(machine, joint.master, pose).inverse() * master_from_slave;

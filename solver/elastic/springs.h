@@ -28,33 +28,32 @@
 namespace thermotwin::solver {
 
 class SpringSet {
- public:
+public:
   /// Adds to units what springs and scales need. Joints between bodies that are not both elastic,
   /// and joints without stiffness, carry heat only.
   /// @throws InputError: linear axis that neither scale nor joint holds, scale on an inelastic body
-  SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids,
-            UnitFunctionals& units);
+  SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids, UnitFunctionals& units);
 
   std::vector<Spring> at(const mesh::Machine& machine, const mesh::Pose& pose) const;
 
- private:
+private:
   struct PadNode {
-    double area = 0;                       ///< m^2 in contact
-    std::array<int, 3> slave{}, master{};  ///< units per direction; master of a rotary axis: x, y, z
+    double area = 0;                            ///< m^2 in contact
+    std::array<int, 3> slave{}, master{};       ///< units per direction; master of a rotary axis: x, y, z
     Eigen::Vector3d slave_point, master_point;  ///< m, mean points in their home frames
   };
   struct Pad {
-    Eigen::Matrix3d directions;            ///< columns, slave's home frame
-    Eigen::Vector3d stiffness;             ///< N/m^3
-    int count = 0;                         ///< leading directions that have stiffness
+    Eigen::Matrix3d directions;  ///< columns, slave's home frame
+    Eigen::Vector3d stiffness;   ///< N/m^3
+    int count = 0;               ///< leading directions that have stiffness
     std::vector<PadNode> nodes;
   };
   struct Joint {
-    int index = -1;                        ///< into Machine::joints
-    int slave = -1, master = -1;           ///< bodies; master -1: ground
-    bool rotary = false, guide = false;    ///< guide: free along a linear axis
+    int index = -1;                      ///< into Machine::joints
+    int slave = -1, master = -1;         ///< bodies; master -1: ground
+    bool rotary = false, guide = false;  ///< guide: free along a linear axis
     JointGrid grid;
-    std::array<int, 3> rotation{};         ///< units of the master surface's mean rotation
+    std::array<int, 3> rotation{};  ///< units of the master surface's mean rotation
     std::vector<Pad> pads;
   };
   void add_joint(const mesh::MachineMesh& mesh, int joint, const JointGrid& grid, UnitFunctionals& units);

@@ -10,16 +10,15 @@ namespace thermotwin::solver {
 
 using Eigen::Index;
 
-StressRecovery::StressRecovery(const mesh::TetMesh& mesh)
-    : mesh_(mesh), corner_(static_cast<std::size_t>(mesh.nodes()), -1) {
+StressRecovery::StressRecovery(const mesh::TetMesh& mesh) : mesh_(mesh), corner_(mesh.nodes(), -1) {
   for (Index e = 0; e < mesh.elements(); ++e)
-    for (const int node : mesh.tets.col(e)) corner_[static_cast<std::size_t>(node)] = 0;
+    for (const int node : mesh.tets.col(e)) corner_[node] = 0;
   int corners = 0;
   for (int& number : corner_)
     if (number == 0) number = corners++;
   mesh::TetMesh linear;  // numbered by corners alone
   linear.points.resize(3, corners);
-  linear.tets = mesh.tets.unaryExpr([&](int node) { return corner_[static_cast<std::size_t>(node)]; });
+  linear.tets = mesh.tets.unaryExpr([&](int node) { return corner_[node]; });
   ElementMatrix mass(linear);
   const Eigen::Matrix4d shares = (Eigen::Matrix4d::Ones() + Eigen::Matrix4d::Identity()) / 20.0;
   for (Index e = 0; e < mesh.elements(); ++e) mass.add(mesh::tet_nodes(linear, e), mesh.volume(e) * shares);
@@ -37,17 +36,16 @@ Eigen::MatrixXd StressRecovery::nodal(const mesh::Material& material, const Eige
     for (const mesh::TetPoint& point : rule) {
       const Vector6 stress = stress_at(mesh_, material, displacement, temperature, e, point.at);
       const double weight = mesh_.volume(e) * point.share;
-      for (int i = 0; i < 4; ++i)
-        load.row(corner_[static_cast<std::size_t>(mesh_.tets(i, e))]) += weight * point.at[i] * stress.transpose();
+      for (int i = 0; i < 4; ++i) load.row(corner_[mesh_.tets(i, e)]) += weight * point.at[i] * stress.transpose();
     }
   const Eigen::MatrixXd at_corners = mass_->solve(load);
   Eigen::MatrixXd stress(6, mesh_.nodes());
   for (Index node = 0; node < mesh_.nodes(); ++node)
-    if (const int corner = corner_[static_cast<std::size_t>(node)]; corner >= 0) stress.col(node) = at_corners.row(corner).transpose();
+    if (const int corner = corner_[node]; corner >= 0) stress.col(node) = at_corners.row(corner).transpose();
   for (Index e = 0; mesh_.order() == 2 && e < mesh_.elements(); ++e)
     for (int i = 0; i < 6; ++i)
-      stress.col(mesh_.tet_edges(i, e)) = 0.5 * (stress.col(mesh_.tets(mesh::tet_edge[i][0], e)) +
-                                                 stress.col(mesh_.tets(mesh::tet_edge[i][1], e)));
+      stress.col(mesh_.tet_edges(i, e)) =
+          0.5 * (stress.col(mesh_.tets(mesh::tet_edge[i][0], e)) + stress.col(mesh_.tets(mesh::tet_edge[i][1], e)));
   return stress;
 }
 
@@ -85,8 +83,8 @@ Eigen::MatrixXd MachineStress::nodal(const Eigen::Matrix3Xd& displacement, const
     if (!bodies_[b]) return;
     const Index first = mesh_.first_node[b], count = mesh_.bodies[b].nodes();
     const Eigen::VectorXd motion = Eigen::Map<const Eigen::VectorXd>(displacement.data() + 3 * first, 3 * count);
-    stress.middleCols(first, count) = bodies_[b]->nodal(
-        mesh_.machine.material(mesh_.machine.bodies[b].material), motion, temperature.segment(first, count));
+    stress.middleCols(first, count) = bodies_[b]->nodal(mesh_.machine.material(mesh_.machine.bodies[b].material),
+                                                        motion, temperature.segment(first, count));
   });
   return stress;
 }

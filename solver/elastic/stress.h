@@ -19,7 +19,7 @@ class SparseFactor;
 
 /// Recovery on one body; factorises once for many fields.
 class StressRecovery {
- public:
+public:
   /// @param mesh  must outlive this object
   explicit StressRecovery(const mesh::TetMesh& mesh);
   ~StressRecovery();
@@ -29,7 +29,7 @@ class StressRecovery {
   Eigen::MatrixXd nodal(const mesh::Material& material, const Eigen::VectorXd& displacement,
                         const Eigen::VectorXd& temperature) const;
 
- private:
+private:
   const mesh::TetMesh& mesh_;
   std::vector<int> corner_;  ///< number among the corners, -1 for edge nodes
   std::unique_ptr<SparseFactor> mass_;
@@ -46,7 +46,7 @@ Eigen::VectorXd von_mises(const Eigen::MatrixXd& stress);
 
 /// Recovery on all elastic bodies of a machine.
 class MachineStress {
- public:
+public:
   /// @param mesh  must outlive this object
   explicit MachineStress(const mesh::MachineMesh& mesh);
 
@@ -54,7 +54,7 @@ class MachineStress {
   /// @param displacement (3 x nodes) as ElasticModel gives it  @param temperature (size) K above the reference
   Eigen::MatrixXd nodal(const Eigen::Matrix3Xd& displacement, const Eigen::VectorXd& temperature) const;
 
- private:
+private:
   const mesh::MachineMesh& mesh_;
   std::vector<std::unique_ptr<StressRecovery>> bodies_;  ///< null where not elastic
 };

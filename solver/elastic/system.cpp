@@ -2,6 +2,7 @@
 #include "solver/elastic/system.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -15,35 +16,37 @@ namespace {
 constexpr double singular_below = 1e-13;  // reciprocal condition of the scaled system
 }
 
-void require_held(const mesh::Machine& machine, const std::vector<int>& elastic,
-                  const std::vector<Spring>& springs) {
+void require_held(const mesh::Machine& machine, const std::vector<int>& elastic, const std::vector<Spring>& springs) {
   std::set<int> held;
   for (const Spring& spring : springs)
     for (const UnitTerm& term : spring.gap) held.insert(term.body);
   for (int body : elastic)
     if (!held.contains(body))
-      throw core::MeshError(machine.path.filename().string() + " body '" + machine.bodies[static_cast<std::size_t>(body)].id + "'",
+      throw core::MeshError(machine.path.filename().string() + " body '" + machine.bodies[body].id + "'",
                             "no joint with stiffness touches it at home", "joints that hold it, or elastic = false");
 }
 
 SmallSystem::SmallSystem(const mesh::Machine& machine, const std::vector<int>& elastic,
                          const std::vector<BodyResponse>& responses, std::vector<Spring> springs)
-    : elastic_(elastic), responses_(responses), springs_(std::move(springs)) {
-  const auto count = static_cast<Eigen::Index>(springs_.size());
-  const Eigen::Index size = count + 6 * static_cast<Eigen::Index>(elastic.size());
+    : elastic_(elastic),
+      responses_(responses),
+      springs_(std::move(springs)) {
+  const auto count = std::ssize(springs_);
+  const Eigen::Index size = count + 6 * std::ssize(elastic);
   std::vector<Combination> gaps;
   gaps.reserve(springs_.size());
   for (const Spring& spring : springs_) gaps.push_back(spring.gap);
 
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
-  for (Eigen::Index s = 0; s < count; ++s) matrix(s, s) = springs_[static_cast<std::size_t>(s)].flexibility;
+  for (Eigen::Index s = 0; s < count; ++s) matrix(s, s) = springs_[s].flexibility;
   for (std::size_t i = 0; i < elastic.size(); ++i) {
     gaps_.push_back(entries(i, gaps));
-    const BodyResponse& response = responses[static_cast<std::size_t>(elastic[i])];
+    const BodyResponse& response = responses[elastic[i]];
     for (const Entry& a : gaps_.back()) {
       for (const Entry& b : gaps_.back())
         matrix(a.column, b.column) += a.weight * b.weight * response.gram(a.unit, b.unit);
-      matrix.block<1, 6>(a.column, count + 6 * static_cast<Eigen::Index>(i)) -= a.weight * response.rigid.col(a.unit).transpose();
+      matrix.block<1, 6>(a.column, count + 6 * static_cast<Eigen::Index>(i)) -=
+          a.weight * response.rigid.col(a.unit).transpose();
     }
   }
   matrix.bottomLeftCorner(size - count, count) = matrix.topRightCorner(count, size - count).transpose();
@@ -78,10 +81,11 @@ std::string SmallSystem::joints_of(const mesh::Machine& machine, const std::set<
       if (spring.joint >= 0 && bodies.contains(term.body)) joints.insert(spring.joint);
   std::vector<std::string> texts;
   for (const int joint : joints) {
-    const mesh::JointSpec& spec = machine.joints[static_cast<std::size_t>(joint)];
+    const mesh::JointSpec& spec = machine.joints[joint];
     texts.push_back("'" + spec.id + "' with " +
-                    (spec.sectors > 0 ? fmt::format("sectors = {}", spec.sectors)
-                                      : fmt::format("divide = [{}, {}, {}]", spec.divide[0], spec.divide[1], spec.divide[2])));
+                    (spec.sectors > 0
+                         ? fmt::format("sectors = {}", spec.sectors)
+                         : fmt::format("divide = [{}, {}, {}]", spec.divide[0], spec.divide[1], spec.divide[2])));
   }
   return texts.empty() ? "no joint with stiffness touches it" : "its joints with stiffness: " + core::join(texts);
 }
@@ -91,7 +95,7 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
   Eigen::Index loose = 0;
   const double smallest = eigen.eigenvalues().cwiseAbs().minCoeff(&loose);
   if (smallest > singular_below * eigen.eigenvalues().cwiseAbs().maxCoeff()) return;
-  const auto count = static_cast<Eigen::Index>(springs_.size());
+  const auto count = std::ssize(springs_);
   const Eigen::VectorXd mode = eigen.eigenvectors().col(loose);
   std::vector<double> share;
   for (std::size_t i = 0; i < elastic_.size(); ++i)
@@ -99,14 +103,15 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
   double largest = 0.0;
   for (double value : share) largest = std::max(largest, value);
   if (largest < 1e-3)
-    throw core::MeshError(machine.path.filename().string() + " scale", "two constraints hold the same motion", "one scale an axis");
+    throw core::MeshError(machine.path.filename().string() + " scale", "two constraints hold the same motion",
+                          "one scale an axis");
   std::vector<std::string> names;
   std::set<int> loose_bodies;
   Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();
   for (std::size_t i = 0; i < share.size(); ++i) {
     if (share[i] < 0.3 * largest) continue;
     loose_bodies.insert(elastic_[i]);
-    names.push_back("'" + machine.bodies[static_cast<std::size_t>(elastic_[i])].id + "'");
+    names.push_back("'" + machine.bodies[elastic_[i]].id + "'");
     if (names.size() == 1) motion = mode.segment<6>(count + 6 * static_cast<Eigen::Index>(i));
   }
   Eigen::Index direction = 0;
@@ -117,14 +122,15 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
       machine.path.filename().string() + " body " + core::join(names),
       fmt::format("nothing holds it, mainly {}; {}{}", words[direction], joints_of(machine, loose_bodies),
                   turns ? "; a pad carries the mean motion of its surface, so that one pad holds no rotation" : ""),
-      turns ? "joints that hold rotations: divide of 2 x 2 or more cells across the contact ([2, 2, 1] where it is normal to z), "
+      turns ? "joints that hold rotations: divide of 2 x 2 or more cells across the contact ([2, 2, 1] where it is "
+              "normal to z), "
               "sectors of 3 or more, or several pads or joints apart from each other"
             : "joints or a scale that hold every body in all six directions: stiffness_normal_N_mm3 across a contact, "
               "stiffness_tangential_N_mm3 along it; a guide is free along its axis");
 }
 
 Eigen::MatrixXd SmallSystem::solve_scaled(const Eigen::MatrixXd& right_hand_side) const {
-  const auto count = static_cast<Eigen::Index>(springs_.size());
+  const auto count = std::ssize(springs_);
   Eigen::MatrixXd scaled = right_hand_side;
   scaled.topRows(count) *= force_scale_;
   scaled.bottomRows(scaled.rows() - count) *= motion_scale_;
@@ -135,10 +141,10 @@ Eigen::MatrixXd SmallSystem::solve_scaled(const Eigen::MatrixXd& right_hand_side
 }
 
 Eigen::MatrixXd SmallSystem::adjoint_forces(const std::vector<Combination>& outputs) const {
-  const auto count = static_cast<Eigen::Index>(springs_.size());
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor_.rows(), static_cast<Eigen::Index>(outputs.size()));
+  const auto count = std::ssize(springs_);
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor_.rows(), std::ssize(outputs));
   for (std::size_t i = 0; i < elastic_.size(); ++i) {
-    const BodyResponse& response = responses_[static_cast<std::size_t>(elastic_[i])];
+    const BodyResponse& response = responses_[elastic_[i]];
     for (const Entry& c : entries(i, outputs)) {
       for (const Entry& s : gaps_[i]) right(s.column, c.column) -= s.weight * c.weight * response.gram(s.unit, c.unit);
       right.block<6, 1>(count + 6 * static_cast<Eigen::Index>(i), c.column) += c.weight * response.rigid.col(c.unit);
@@ -147,14 +153,14 @@ Eigen::MatrixXd SmallSystem::adjoint_forces(const std::vector<Combination>& outp
   return solve_scaled(right).topRows(count);
 }
 
-std::pair<Eigen::MatrixXd, Eigen::MatrixXd> SmallSystem::stiffness_change(int joint, const Eigen::MatrixXd& forces) const {
+std::pair<Eigen::MatrixXd, Eigen::MatrixXd> SmallSystem::stiffness_change(int joint,
+                                                                          const Eigen::MatrixXd& forces) const {
   // M f = b with 1/k on the diagonal, which falls as exp(-ln k): M' = -D, M'' = D of the joint's springs, so
   // M f' = D f and M f'' = D (2 f' - f).
   const auto solve = [&](const Eigen::MatrixXd& loads) {
     Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor_.rows(), loads.cols());
     for (std::size_t s = 0; s < springs_.size(); ++s)
-      if (springs_[s].joint == joint)
-        right.row(static_cast<Eigen::Index>(s)) = springs_[s].flexibility * loads.row(static_cast<Eigen::Index>(s));
+      if (springs_[s].joint == joint) right.row(s) = springs_[s].flexibility * loads.row(s);
     return Eigen::MatrixXd(solve_scaled(right).topRows(loads.rows()));
   };
   const Eigen::MatrixXd first = solve(forces);
@@ -164,23 +170,22 @@ std::pair<Eigen::MatrixXd, Eigen::MatrixXd> SmallSystem::stiffness_change(int jo
 Eigen::MatrixXd SmallSystem::unit_weights(int body, const std::vector<Combination>& outputs,
                                           const Eigen::MatrixXd& forces) const {
   const auto at = std::find(elastic_.begin(), elastic_.end(), body);
-  const auto i = static_cast<std::size_t>(at - elastic_.begin());
-  Eigen::MatrixXd weights =
-      Eigen::MatrixXd::Zero(responses_[static_cast<std::size_t>(body)].gram.rows(), forces.cols());
+  const std::size_t i = at - elastic_.begin();
+  Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(responses_[body].gram.rows(), forces.cols());
   for (const Entry& c : entries(i, outputs)) weights(c.unit, c.column) += c.weight;
   for (const Entry& s : gaps_[i]) weights.row(s.unit) += s.weight * forces.row(s.column);
   return weights;
 }
 
-SmallSystem::Solution SmallSystem::solve(
-    const std::vector<Eigen::VectorXd>& unit_motions,
-    const std::function<double(int body, Eigen::Index node)>& temperature) const {
-  const auto count = static_cast<Eigen::Index>(springs_.size());
+SmallSystem::Solution SmallSystem::solve(const std::vector<Eigen::VectorXd>& unit_motions,
+                                         const std::function<double(int body, Eigen::Index node)>& temperature) const {
+  const auto count = std::ssize(springs_);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(factor_.rows());
   for (Eigen::Index s = 0; s < count; ++s) {
-    const Spring& spring = springs_[static_cast<std::size_t>(s)];
-    for (const UnitTerm& term : spring.gap) right[s] += term.weight * unit_motions[static_cast<std::size_t>(term.body)][term.unit];
-    for (const auto& [node, per_kelvin] : spring.expansion) right[s] -= per_kelvin * temperature(spring.expansion_body, node);
+    const Spring& spring = springs_[s];
+    for (const UnitTerm& term : spring.gap) right[s] += term.weight * unit_motions[term.body][term.unit];
+    for (const auto& [node, per_kelvin] : spring.expansion)
+      right[s] -= per_kelvin * temperature(spring.expansion_body, node);
   }
   const Eigen::VectorXd solution = solve_scaled(right);
   return {solution.head(count), solution.tail(solution.size() - count)};

@@ -20,16 +20,15 @@ struct BodyResponse {
 };
 
 /// @throws MeshError naming an elastic body that no spring touches
-void require_held(const mesh::Machine& machine, const std::vector<int>& elastic,
-                  const std::vector<Spring>& springs);
+void require_held(const mesh::Machine& machine, const std::vector<int>& elastic, const std::vector<Spring>& springs);
 
 class SmallSystem {
- public:
+public:
   /// @param elastic    bodies that are elastic, rising
   /// @param responses  per body of the machine; must outlive this object
   /// @throws MeshError naming the bodies that can move freely
-  SmallSystem(const mesh::Machine& machine, const std::vector<int>& elastic,
-              const std::vector<BodyResponse>& responses, std::vector<Spring> springs);
+  SmallSystem(const mesh::Machine& machine, const std::vector<int>& elastic, const std::vector<BodyResponse>& responses,
+              std::vector<Spring> springs);
 
   const std::vector<Spring>& springs() const { return springs_; }
 
@@ -40,8 +39,7 @@ class SmallSystem {
   std::pair<Eigen::MatrixXd, Eigen::MatrixXd> stiffness_change(int joint, const Eigen::MatrixXd& forces) const;
 
   /// Weights of a body's units in outputs + S forces, (units x columns); outputs may be empty.
-  Eigen::MatrixXd unit_weights(int body, const std::vector<Combination>& outputs,
-                               const Eigen::MatrixXd& forces) const;
+  Eigen::MatrixXd unit_weights(int body, const std::vector<Combination>& outputs, const Eigen::MatrixXd& forces) const;
 
   struct Solution {
     Eigen::VectorXd forces;  ///< (springs) N
@@ -52,8 +50,12 @@ class SmallSystem {
   Solution solve(const std::vector<Eigen::VectorXd>& unit_motions,
                  const std::function<double(int body, Eigen::Index node)>& temperature) const;
 
- private:
-  struct Entry { Eigen::Index column; int unit; double weight; };
+private:
+  struct Entry {
+    Eigen::Index column;
+    int unit;
+    double weight;
+  };
   std::vector<Entry> entries(std::size_t elastic, const std::vector<Combination>& columns) const;
   std::string joints_of(const mesh::Machine& machine, const std::set<int>& bodies) const;
   void require_regular(const mesh::Machine& machine, const Eigen::MatrixXd& matrix) const;
@@ -62,7 +64,7 @@ class SmallSystem {
   const std::vector<int>& elastic_;
   const std::vector<BodyResponse>& responses_;
   std::vector<Spring> springs_;
-  std::vector<std::vector<Entry>> gaps_;   ///< per elastic body
+  std::vector<std::vector<Entry>> gaps_;  ///< per elastic body
   double force_scale_ = 1.0, motion_scale_ = 1.0;
   Eigen::PartialPivLU<Eigen::MatrixXd> factor_;
 };

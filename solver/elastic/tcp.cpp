@@ -25,8 +25,8 @@ Vector3d tcp_position(const mesh::Machine& machine, const mesh::Pose& pose) {
   return mesh::body_transform(machine, machine.body_index(machine.tcp.tool_body), pose) * machine.tcp.tool_point;
 }
 
-TcpError tcp_error(const mesh::Machine& machine, const mesh::Pose& pose, const Vector6& tool,
-                   const Vector6& table_axis, const Vector7& table_own) {
+TcpError tcp_error(const mesh::Machine& machine, const mesh::Pose& pose, const Vector6& tool, const Vector6& table_axis,
+                   const Vector7& table_own) {
   const mesh::TcpSpec& tcp = machine.tcp;
   const TableFrames frames = table_frames(machine);
   const Vector3d tcp_in_machine = tcp_position(machine, pose);
@@ -34,8 +34,7 @@ TcpError tcp_error(const mesh::Machine& machine, const mesh::Pose& pose, const V
   const Eigen::Isometry3d carrier = mesh::body_transform(machine, frames.carrier, pose);
   const Vector3d arm_in_carrier = carrier.inverse() * tcp_in_machine - tcp.table_point;
   const Vector3d axis_rotation = table_axis.tail<3>();
-  const Vector6 axis_part =
-      turned(carrier, table_axis.head<3>() + axis_rotation.cross(arm_in_carrier), axis_rotation);
+  const Vector6 axis_part = turned(carrier, table_axis.head<3>() + axis_rotation.cross(arm_in_carrier), axis_rotation);
 
   const Eigen::Isometry3d table = mesh::body_transform(machine, frames.table, pose);
   const Vector3d tcp_in_table = table.inverse() * tcp_in_machine;

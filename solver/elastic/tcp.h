@@ -21,8 +21,8 @@ struct TcpError {
 };
 
 /// @param table_axis, table_own  as OutputRows times temperature, see model.h
-TcpError tcp_error(const mesh::Machine& machine, const mesh::Pose& pose, const Vector6& tool,
-                   const Vector6& table_axis, const Vector7& table_own);
+TcpError tcp_error(const mesh::Machine& machine, const mesh::Pose& pose, const Vector6& tool, const Vector6& table_axis,
+                   const Vector7& table_own);
 
 /// Position of the tool centre point in the machine frame, m.
 Eigen::Vector3d tcp_position(const mesh::Machine& machine, const mesh::Pose& pose);

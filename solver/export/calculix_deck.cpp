@@ -2,6 +2,7 @@
 #include "solver/export/calculix_deck.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -38,12 +39,14 @@ void fill(Program& program, const Model& model) {
   const LoadProgram& load = *options.program;
   if (options.steady_at >= 0.0) {
     if (!(options.steady_at <= load.duration()))
-      throw core::InputError("steady state at", fmt::format("{} s", options.steady_at), fmt::format("0 to {} s, the length of '{}'", load.duration(), load.name()));
+      throw core::InputError("steady state at", fmt::format("{} s", options.steady_at),
+                             fmt::format("0 to {} s, the length of '{}'", load.duration(), load.name()));
     program.rows = {load.row_at(options.steady_at, options.steady_at)};
     return;
   }
   program.ends = load.step_ends(options.refine);
-  for (std::size_t i = 0; i < program.ends.size(); ++i) program.rows.push_back(load.row(i > 0 ? program.ends[i - 1] : 0.0, program.ends[i]));
+  for (std::size_t i = 0; i < program.ends.size(); ++i)
+    program.rows.push_back(load.row(i > 0 ? program.ends[i - 1] : 0.0, program.ends[i]));
 }
 
 /// Runs of equal increments, within a phase of the program.
@@ -69,7 +72,8 @@ std::vector<Step> steps_of(const LoadProgram& load, const std::vector<double>& e
 }
 
 std::string header(const Model& model, const std::string& title) {
-  std::string text = "** " + title + "\n** machine " + model.machine().name + ", written by thermotwin; SI units, degC\n";
+  std::string text =
+      "** " + title + "\n** machine " + model.machine().name + ", written by thermotwin; SI units, degC\n";
   const std::string pose = mesh::format_pose(model.machine(), model.pose);
   if (!pose.empty()) text += "** pose " + pose + "\n";
   return text;
@@ -96,18 +100,19 @@ std::string sensors_text(Model& model) {
   for (const mesh::SensorSpec& sensor : model.machine().sensors) {
     const int b = model.machine().body_index(sensor.body);
     if (!model.takes(b)) continue;
-    const mesh::TetMesh& body = model.mesh.bodies[static_cast<std::size_t>(b)];
+    const mesh::TetMesh& body = model.mesh.bodies[b];
     Index nearest = 0;
-    const double distance = std::sqrt((body.points.colwise() - sensor.point).colwise().squaredNorm().minCoeff(&nearest));
-    text += fmt::format("** sensor {}: node {}, {:.3g} mm beside it\n*NSET, NSET=SENSORS\n{}\n", sensor.id, model.node(b, nearest), 1e3 * distance,
-                        model.node(b, nearest));
+    const double distance =
+        std::sqrt((body.points.colwise() - sensor.point).colwise().squaredNorm().minCoeff(&nearest));
+    text += fmt::format("** sensor {}: node {}, {:.3g} mm beside it\n*NSET, NSET=SENSORS\n{}\n", sensor.id,
+                        model.node(b, nearest), 1e3 * distance, model.node(b, nearest));
   }
   return text;
 }
 
 std::string heat_steps(Model& model, const Program& program, const Loads& loads, bool sensors, DeckSummary& summary) {
-  const std::string output = std::string("*NODE FILE, FREQUENCY=999999\nNT\n") +
-                             (sensors ? "*NODE PRINT, NSET=SENSORS\nNT\n" : "");
+  const std::string output =
+      std::string("*NODE FILE, FREQUENCY=999999\nNT\n") + (sensors ? "*NODE PRINT, NSET=SENSORS\nNT\n" : "");
   if (program.steady()) {
     summary.steps = 1;
     summary.increments = 1;
@@ -117,7 +122,8 @@ std::string heat_steps(Model& model, const Program& program, const Loads& loads,
   const std::vector<Step> steps = steps_of(*model.options.program, program.ends);
   for (const Step& step : steps) {
     text += fmt::format("** {}\n*STEP, INC={}, AMPLITUDE=STEP\n*HEAT TRANSFER, DIRECT\n{:.15g}, {:.15g}\n",
-                        step.phase.empty() ? "phase" : step.phase, step.increments + 1, step.length / static_cast<double>(step.increments), step.length);
+                        step.phase.empty() ? "phase" : step.phase, step.increments + 1,
+                        step.length / static_cast<double>(step.increments), step.length);
     if (summary.steps == 0) text += loads.lines;
     text += output + "*END STEP\n";
     ++summary.steps;
@@ -131,20 +137,23 @@ std::string heat_steps(Model& model, const Program& program, const Loads& loads,
 
 calculix::Program::Program(const Model& model) : operating(model.machine(), layout_at_pose(model)) {
   fill(*this, model);
-  const Eigen::VectorXd no_inlets = Eigen::VectorXd::Zero(static_cast<Index>(model.machine().coolants.size()));
+  const Eigen::VectorXd no_inlets = Eigen::VectorXd::Zero(std::ssize(model.machine().coolants));
   for (const Eigen::VectorXd& row : rows) coefficients.push_back(operating.coefficients(row, no_inlets));
 }
 
 std::vector<double> calculix::Program::coefficient(TermKind kind, int item, int* term) const {
   const std::vector<Term>& terms = operating.layout().terms;
-  const auto at = std::find_if(terms.begin(), terms.end(), [&](const Term& t) { return t.kind == kind && t.item == item; }) - terms.begin();
-  if (term) *term = static_cast<int>(at);
+  const auto at =
+      std::find_if(terms.begin(), terms.end(), [&](const Term& t) { return t.kind == kind && t.item == item; }) -
+      terms.begin();
+  if (term) *term = at;
   std::vector<double> values;
   for (const Coefficients& c : coefficients) values.push_back(c.p[at]);
   return values;
 }
 
-DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh::MachineMesh& mesh, const DeckOptions& options) {
+DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh::MachineMesh& mesh,
+                                const DeckOptions& options) {
   Model model(mesh, options);
   const mesh::Machine& machine = mesh.machine;
   DeckSummary summary;
@@ -170,16 +179,20 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
                         (machine.order == 1 ? "one point (C3D4)" : "four and three points (C3D10)") +
                         ", thermotwin exactly: both converge, on one mesh they differ by their error there");
   if (!program.steady() && options.program->time().scheme != TimeScheme::backward_euler)
-    model.notes.push_back("CalculiX steps by implicit Euler, first order; thermotwin's own scheme of this load is of second order");
+    model.notes.push_back(
+        "CalculiX steps by implicit Euler, first order; thermotwin's own scheme of this load is of second order");
 
-  if (!machine.volumes.empty()) model.notes.push_back("volumes (tanks, working areas) and what they exchange are not in the deck");
+  if (!machine.volumes.empty())
+    model.notes.push_back("volumes (tanks, working areas) and what they exchange are not in the deck");
   const std::string sensors = sensors_text(model);
   const double initial = options.program ? options.program->initial_C() : machine.reference_C;
-  const std::string load = !options.program        ? "the machine as it stands, steady state"
-                           : options.steady_at >= 0 ? fmt::format("steady state of {} at {:g} s", options.program->name(), options.steady_at)
-                                                    : "load " + options.program->name() + ": " + options.program->title();
+  const std::string load = !options.program ? "the machine as it stands, steady state"
+                           : options.steady_at >= 0
+                               ? fmt::format("steady state of {} at {:g} s", options.program->name(), options.steady_at)
+                               : "load " + options.program->name() + ": " + options.program->title();
   const std::string include = "*INCLUDE, INPUT=mesh.inp\n";
-  std::string heat = header(model, "Heat transfer: " + load) + "** run: ccx heat; temperatures are in heat.frd at the end of each step\n";
+  std::string heat = header(model, "Heat transfer: " + load) +
+                     "** run: ccx heat; temperatures are in heat.frd at the end of each step\n";
   heat += comments(model.notes) + include + materials_text(model, true);
   if (with_heat_only) heat += "*INCLUDE, INPUT=heat_only.inp\n" + materials_text(model, false);
   heat += joints + sensors + elastic.heat_model;
@@ -187,11 +200,13 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   if (!elastic.heat_model.empty()) heat += fmt::format("TAPES, {:.10g}\n", initial);
   heat += loads.amplitudes + heat_steps(model, program, loads, !sensors.empty(), summary);
 
-  std::string bend = header(model, "Thermo-elastic displacement at the end of heat.inp") + "** run: ccx heat, then ccx static\n";
+  std::string bend =
+      header(model, "Thermo-elastic displacement at the end of heat.inp") + "** run: ccx heat, then ccx static\n";
   bend += comments(model.notes) + include + materials_text(model, true) + elastic.model;
   bend += fmt::format("*INITIAL CONDITIONS, TYPE=TEMPERATURE\nNODES, {:.10g}\n", machine.reference_C);
   if (!elastic.heat_model.empty()) bend += fmt::format("TAPES, {:.10g}\n", machine.reference_C);
-  bend += fmt::format("*STEP\n*STATIC\n*TEMPERATURE, FILE=heat.frd, BSTEP={}\nNODES, {:.10g}\n", summary.steps, machine.reference_C);
+  bend += fmt::format("*STEP\n*STATIC\n*TEMPERATURE, FILE=heat.frd, BSTEP={}\nNODES, {:.10g}\n", summary.steps,
+                      machine.reference_C);
   if (!elastic.heat_model.empty()) bend += fmt::format("TAPES, {:.10g}\n", machine.reference_C);
   bend += "*NODE FILE\nU, NT\n*EL FILE\nS\n*END STEP\n";
 
@@ -203,7 +218,9 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
       summary.files.emplace_back(name);
     };
     write("mesh.inp", header(model, "Nodes and elements") + nodes_text(model) + elements_text(model, true));
-    if (with_heat_only) write("heat_only.inp", header(model, "Elements of bodies that take part in heat only") + elements_text(model, false));
+    if (with_heat_only)
+      write("heat_only.inp",
+            header(model, "Elements of bodies that take part in heat only") + elements_text(model, false));
     if (with_static) write("static.inp", bend);
     write("heat.inp", heat);
     return files;

@@ -46,9 +46,12 @@ struct Value {
 using Faces = std::map<std::pair<int, int>, std::vector<Index>>;
 
 class Writer {
- public:
+public:
   Writer(Model& model, const Program& program, const std::vector<std::vector<ContactPoint>>& contact)
-      : model_(model), program_(program), contact_(contact), operating_(program.operating) {}
+      : model_(model),
+        program_(program),
+        contact_(contact),
+        operating_(program.operating) {}
 
   Loads text() {
     collect_films();
@@ -60,14 +63,14 @@ class Writer {
     return std::move(loads_);
   }
 
- private:
+private:
   struct Film {
     std::string id;
     Series coefficient, sink;  ///< W/(m^2 K), degC
   };
   struct Flux {
     std::string id;
-    Series power;              ///< W/m^2 on triangles, W at nodes
+    Series power;  ///< W/m^2 on triangles, W at nodes
   };
 
   template <class Of>
@@ -77,7 +80,9 @@ class Writer {
     return values;
   }
 
-  double start_C() const { return model_.options.program ? model_.options.program->initial_C() : model_.machine().reference_C; }
+  double start_C() const {
+    return model_.options.program ? model_.options.program->initial_C() : model_.machine().reference_C;
+  }
 
   /// What a film or mount gives heat to, degC: its input over its coefficient.
   Series sink(int term, const Series& coefficient) const {
@@ -90,48 +95,55 @@ class Writer {
     constexpr double digits = 1e9;  // the quotient's rounding must not look like a change
     for (std::size_t i = 0; i < values.size(); ++i)
       if (coefficient[i] != 0.0)
-        values[i] = std::round((program_.coefficients[i].q[input - inputs.begin()] / coefficient[i] + model_.machine().reference_C) * digits) / digits;
+        values[i] = std::round((program_.coefficients[i].q[input - inputs.begin()] / coefficient[i] +
+                                model_.machine().reference_C) *
+                               digits) /
+                    digits;
     return values;
   }
   /// Adds the item to every triangle of the surface. @return false where its body is not in the deck
   bool put(const std::string& surface, int item, std::map<std::pair<int, int>, std::vector<int>>& of_face) const {
     const int index = model_.machine().surface_index(surface), body = model_.body_of_surface(index);
     if (!model_.takes(body)) return false;
-    for (const int face : model_.mesh.surfaces[static_cast<std::size_t>(index)]) of_face[{body, face}].push_back(item);
+    for (const int face : model_.mesh.surfaces[index]) of_face[{body, face}].push_back(item);
     return true;
   }
 
   void collect_films() {
     const mesh::Machine& machine = model_.machine();
-    const auto add = [&](const std::string& id, const std::vector<std::string>& surfaces, Series coefficient, Series sink) {
+    const auto add = [&](const std::string& id, const std::vector<std::string>& surfaces, Series coefficient,
+                         Series sink) {
       if (is_zero(coefficient)) return;
       bool any = false;
-      for (const std::string& surface : surfaces) any = put(surface, static_cast<int>(films_.size()), films_of_face_) || any;
+      for (const std::string& surface : surfaces) any = put(surface, films_.size(), films_of_face_) || any;
       if (any) films_.push_back({id, std::move(coefficient), std::move(sink)});
     };
     int term = -1;
     for (std::size_t f = 0; f < machine.films.size(); ++f) {
       const mesh::FilmSpec& film = machine.films[f];
-      const Series coefficient = program_.coefficient(TermKind::film, static_cast<int>(f), &term);
+      const Series coefficient = program_.coefficient(TermKind::film, f, &term);
       const std::size_t before = films_.size();
       add(film.id, film.surfaces, coefficient, sink(term, coefficient));
       if (films_.size() > before) note_film(film);
     }
     for (std::size_t j = 0; j < machine.joints.size(); ++j)
       if (machine.joints[j].master.empty()) {
-        const Series coefficient = program_.coefficient(TermKind::contact, static_cast<int>(j), &term);
+        const Series coefficient = program_.coefficient(TermKind::contact, j, &term);
         add(machine.joints[j].id, {machine.joints[j].slave}, coefficient, sink(term, coefficient));
       }
     for (const mesh::CoolantSpec& coolant : machine.coolants) {
       const int inlet = operating_.channels().index("coolant." + coolant.id + ".inlet_T_C");
-      const Series fluid = series([&](const Eigen::VectorXd& row) { return inlet >= 0 && std::isfinite(row[inlet]) ? row[inlet] : start_C(); });
+      const Series fluid = series(
+          [&](const Eigen::VectorXd& row) { return inlet >= 0 && std::isfinite(row[inlet]) ? row[inlet] : start_C(); });
       const std::size_t before = films_.size();
       for (const mesh::CoolantSegment& segment : coolant.segments)
-        add(coolant.id + "." + segment.id, {segment.surface}, Series(program_.rows.size(), segment.film_coefficient.value), fluid);
+        add(coolant.id + "." + segment.id, {segment.surface},
+            Series(program_.rows.size(), segment.film_coefficient.value), fluid);
       if (films_.size() > before)
-        model_.notes.push_back(fmt::format("coolant {}: its walls are films against {}; that it warms up along its way, stops, or is controlled "
-                                           "by a chiller is not in the deck",
-                                           coolant.id, is_constant(fluid) ? fmt::format("{:.4g} degC", fluid.front()) : "its inlet temperature"));
+        model_.notes.push_back(fmt::format(
+            "coolant {}: its walls are films against {}; that it warms up along its way, stops, or is controlled "
+            "by a chiller is not in the deck",
+            coolant.id, is_constant(fluid) ? fmt::format("{:.4g} degC", fluid.front()) : "its inlet temperature"));
     }
   }
 
@@ -139,11 +151,14 @@ class Writer {
     const mesh::Machine& machine = model_.machine();
     const int ambient = machine.ambient_index(film.ambient);
     if (ambient < 0)
-      model_.notes.push_back(fmt::format("film {} gives to volume {}: here one of {:.4g} degC that does not change", film.id, film.ambient, start_C()));
-    else if (machine.ambients[static_cast<std::size_t>(ambient)].has_gradient)
+      model_.notes.push_back(fmt::format("film {} gives to volume {}: here one of {:.4g} degC that does not change",
+                                         film.id, film.ambient, start_C()));
+    else if (machine.ambients[ambient].has_gradient)
       model_.notes.push_back("film " + film.id + " takes " + film.ambient + " at its one height, without its gradient");
     if (film.of_temperature || (film.exact_radiation && film.emissivity > 0.0))
-      model_.notes.push_back("film " + film.id + " does not follow the temperature of its surface: coefficients are those at the reference temperature");
+      model_.notes.push_back(
+          "film " + film.id +
+          " does not follow the temperature of its surface: coefficients are those at the reference temperature");
   }
 
   void collect_sources() {
@@ -151,25 +166,27 @@ class Writer {
     std::map<std::pair<std::size_t, int>, Series> at_joint;  // W by joint and side: 0 slave, 1 master
     for (std::size_t s = 0; s < machine.sources.size(); ++s) {
       const mesh::SourceSpec& source = machine.sources[s];
-      const Series power = series([&](const Eigen::VectorXd& row) { return operating_.source_powers(row)[static_cast<Index>(s)]; });
+      const Series power = series([&](const Eigen::VectorXd& row) { return operating_.source_powers(row)[s]; });
       if (is_zero(power)) continue;
       const auto on_surface = [&](const std::string& surface, double share) {
         const double area = model_.mesh.surface_area(machine.surface_index(surface));
-        if (put(surface, static_cast<int>(fluxes_.size()), fluxes_of_face_)) fluxes_.push_back({source.id, sum({power}, {share / area})});
+        if (put(surface, fluxes_.size(), fluxes_of_face_)) fluxes_.push_back({source.id, sum({power}, {share / area})});
       };
       for (const mesh::SourcePlace& place : source.places) {
         if (!place.volume.empty()) {
-          if (model_.options.body.empty()) model_.notes.push_back("source " + source.id + " heats volume " + place.volume + ": left out");
+          if (model_.options.body.empty())
+            model_.notes.push_back("source " + source.id + " heats volume " + place.volume + ": left out");
           continue;
         }
         if (place.joint.empty()) {
           on_surface(place.surface, place.share);
           continue;
         }
-        const auto j = static_cast<std::size_t>(machine.joint_index(place.joint));
+        const std::size_t j = machine.joint_index(place.joint);
         const mesh::JointSpec& joint = machine.joints[j];
         const bool slave_taken = model_.takes(model_.body_of_surface(machine.surface_index(joint.slave)));
-        const bool master_taken = !joint.master.empty() && model_.takes(model_.body_of_surface(machine.surface_index(joint.master)));
+        const bool master_taken =
+            !joint.master.empty() && model_.takes(model_.body_of_surface(machine.surface_index(joint.master)));
         if (!joint.master.empty() && slave_taken != master_taken) {
           model_.notes.push_back("source " + source.id + " at joint " + joint.id + " to another body: left out");
           continue;
@@ -192,13 +209,14 @@ class Writer {
     for (auto& [at, power] : at_joint) {
       const mesh::JointSpec& joint = machine.joints[at.first];
       const int body = model_.body_of_surface(machine.surface_index(at.second == 0 ? joint.slave : joint.master));
-      const mesh::TetMesh& mesh = model_.mesh.bodies[static_cast<std::size_t>(body)];
+      const mesh::TetMesh& mesh = model_.mesh.bodies[body];
       double area = 0.0;
       for (const ContactPoint& point : contact_[at.first]) area += point.area;
       std::map<Index, double> shares;
       for (const ContactPoint& point : contact_[at.first]) {
         const mesh::FaceNodes nodes = mesh::face_nodes(mesh, at.second == 0 ? point.slave_face : point.master_face);
-        const mesh::FaceValues values = mesh::face_shape(mesh.order(), at.second == 0 ? point.slave_weights : point.master_weights);
+        const mesh::FaceValues values =
+            mesh::face_shape(mesh.order(), at.second == 0 ? point.slave_weights : point.master_weights);
         for (Index i = 0; i < nodes.size(); ++i) shares[model_.node(body, nodes[i])] += point.area / area * values[i];
       }
       for (const auto& [node, share] : shares) points_[node].emplace_back(point_fluxes_.size(), share);
@@ -223,8 +241,9 @@ class Writer {
   std::map<std::vector<int>, Faces> grouped(const std::map<std::pair<int, int>, std::vector<int>>& of_face) const {
     std::map<std::vector<int>, Faces> groups;
     for (const auto& [face, items] : of_face) {
-      const mesh::TetMesh& mesh = model_.mesh.bodies[static_cast<std::size_t>(face.first)];
-      groups[items][{face.first, element_face(mesh, face.second)}].push_back(model_.element(face.first, mesh.face_tet[face.second]));
+      const mesh::TetMesh& mesh = model_.mesh.bodies[face.first];
+      groups[items][{face.first, element_face(mesh, face.second)}].push_back(
+          model_.element(face.first, mesh.face_tet[face.second]));
     }
     return groups;
   }
@@ -245,7 +264,7 @@ class Writer {
   template <class Items>
   static std::string joined(const std::vector<int>& group, const Items& items) {
     std::string id;
-    for (const int item : group) id += (id.empty() ? "" : "+") + items[static_cast<std::size_t>(item)].id;
+    for (const int item : group) id += (id.empty() ? "" : "+") + items[item].id;
     return id;
   }
 
@@ -255,12 +274,12 @@ class Writer {
       Series coefficient(program_.rows.size(), 0.0), sink = coefficient;
       for (std::size_t k = 0; k < coefficient.size(); ++k) {
         for (const int item : group) {
-          const Film& film = films_[static_cast<std::size_t>(item)];
+          const Film& film = films_[item];
           coefficient[k] += film.coefficient[k];
           sink[k] += film.coefficient[k] * film.sink[k];
         }
         // One film, or none open: the temperature itself, not its rounded quotient.
-        sink[k] = group.size() == 1 || coefficient[k] == 0.0 ? films_[static_cast<std::size_t>(group[0])].sink[k] : sink[k] / coefficient[k];
+        sink[k] = group.size() == 1 || coefficient[k] == 0.0 ? films_[group[0]].sink[k] : sink[k] / coefficient[k];
         loads_.has_level = loads_.has_level || coefficient[k] > 0.0;
       }
       const Value h = value("FILM", id, coefficient), t = value("SINK", id, sink);
@@ -275,9 +294,10 @@ class Writer {
     for (const auto& [group, faces] : grouped(fluxes_of_face_)) {
       const std::string id = joined(group, fluxes_);
       std::vector<Series> all;
-      for (const int item : group) all.push_back(fluxes_[static_cast<std::size_t>(item)].power);
+      for (const int item : group) all.push_back(fluxes_[item].power);
       const Value q = value("FLUX", id, sum(all, std::vector<double>(all.size(), 1.0)));
-      loads_.lines += "** source " + id + ", W/m2\n*DFLUX" + (q.amplitude.empty() ? "" : ", AMPLITUDE=" + q.amplitude) + "\n";
+      loads_.lines +=
+          "** source " + id + ", W/m2\n*DFLUX" + (q.amplitude.empty() ? "" : ", AMPLITUDE=" + q.amplitude) + "\n";
       for (const auto& [set, number] : sets("FLUX_SET", id, faces))
         loads_.lines += fmt::format("{}, S{}, {:.10g}\n", set, number, q.magnitude);
     }
@@ -300,7 +320,8 @@ class Writer {
         weights.push_back(share);
       }
       const Value q = value("POWER_NODE", std::to_string(node), sum(all, weights));
-      shared.push_back("*CFLUX" + (q.amplitude.empty() ? "" : ", AMPLITUDE=" + q.amplitude) + fmt::format("\n{}, 11, {:.10g}\n", node, q.magnitude));
+      shared.push_back("*CFLUX" + (q.amplitude.empty() ? "" : ", AMPLITUDE=" + q.amplitude) +
+                       fmt::format("\n{}, 11, {:.10g}\n", node, q.magnitude));
     }
     for (std::size_t f = 0; f < lines.size(); ++f)
       if (!lines[f].empty())
@@ -312,12 +333,13 @@ class Writer {
   void note_motion() {
     const bool moves = std::any_of(program_.rows.begin(), program_.rows.end(), [&](const Eigen::VectorXd& row) {
       for (Index i = 0; i < row.size(); ++i)
-        if (operating_.channels().names()[static_cast<std::size_t>(i)].find(".low_") != std::string::npos && std::isfinite(row[i])) return true;
+        if (operating_.channels().names()[i].find(".low_") != std::string::npos && std::isfinite(row[i])) return true;
       return !(operating_.pose(row) - model_.pose).isZero(1e-9);
     });
     if (moves)
       model_.notes.push_back("axes of the program move or stand elsewhere: the deck keeps them at " +
-                             mesh::format_pose(model_.machine(), model_.pose) + ", joints and their frictional heat too");
+                             mesh::format_pose(model_.machine(), model_.pose) +
+                             ", joints and their frictional heat too");
   }
 
   Model& model_;

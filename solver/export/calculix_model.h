@@ -16,11 +16,11 @@ namespace thermotwin::solver::calculix {
 
 /// Names as ccx takes them: letters, digits and underscores, upper case, each once.
 class Names {
- public:
+public:
   /// The name of this thing of this kind ("FILM", "air.skin"), the same at every call.
   std::string of(const std::string& kind, const std::string& id);
 
- private:
+private:
   std::map<std::pair<std::string, std::string>, std::string> known_;
 };
 
@@ -40,11 +40,11 @@ struct Model {
 
   const mesh::Machine& machine() const { return mesh.machine; }
   int body_of_surface(int surface) const;
-  bool takes(int body) const { return body >= 0 && taken[static_cast<std::size_t>(body)] != 0; }
-  Eigen::Index node(int body, Eigen::Index local) const { return mesh.first_node[static_cast<std::size_t>(body)] + local + 1; }
-  Eigen::Index element(int body, Eigen::Index local) const { return first_element[static_cast<std::size_t>(body)] + local + 1; }
+  bool takes(int body) const { return body >= 0 && taken[body] != 0; }
+  Eigen::Index node(int body, Eigen::Index local) const { return mesh.first_node[body] + local + 1; }
+  Eigen::Index element(int body, Eigen::Index local) const { return first_element[body] + local + 1; }
   Eigen::Isometry3d frame(int body) const { return mesh::body_transform(mesh.machine, body, pose); }
-  std::string body_name(int body) { return names.of("BODY", machine().bodies[static_cast<std::size_t>(body)].id); }
+  std::string body_name(int body) { return names.of("BODY", machine().bodies[body].id); }
 };
 
 /// Number 1 to 4 of the element's face that is this boundary triangle.

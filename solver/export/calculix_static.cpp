@@ -32,7 +32,8 @@ struct Entry {
 
 std::string equation(const std::vector<Entry>& entries) {
   std::vector<std::string> terms;
-  for (const Entry& entry : entries) terms.push_back(fmt::format("{}, {}, {:.12e}", entry.node, entry.direction, entry.factor));
+  for (const Entry& entry : entries)
+    terms.push_back(fmt::format("{}, {}, {:.12e}", entry.node, entry.direction, entry.factor));
   std::string text = fmt::format("*EQUATION\n{}\n", entries.size());
   for (std::size_t i = 0; i < terms.size(); i += 4) {
     for (std::size_t k = i; k < std::min(i + 4, terms.size()); ++k) text += (k > i ? ", " : "") + terms[k];
@@ -48,7 +49,8 @@ constexpr std::size_t most_nodes = 400, kept_nodes = 150;
 /// (rigid, even warming, shear); weights are those of least squares.
 Functional thinned(const mesh::TetMesh& body, const Functional& functional) {
   std::map<Index, Vector3d> weights;
-  for (const auto& [dof, weight] : functional) weights.try_emplace(dof / 3, Vector3d::Zero()).first->second[dof % 3] += weight;
+  for (const auto& [dof, weight] : functional)
+    weights.try_emplace(dof / 3, Vector3d::Zero()).first->second[dof % 3] += weight;
   if (weights.size() <= most_nodes) return functional;
   Vector3d centre = Vector3d::Zero();
   for (const auto& [node, weight] : weights) centre += body.points.col(node) / static_cast<double>(weights.size());
@@ -85,8 +87,8 @@ std::vector<Entry> gap_entries(const Model& model, const UnitFunctionals& units,
   double largest = 0.0;
   for (const UnitTerm& term : spring.gap) {
     const Eigen::Matrix3d turn = model.frame(term.body).linear();
-    const mesh::TetMesh& body = model.mesh.bodies[static_cast<std::size_t>(term.body)];
-    for (const auto& [dof, weight] : thinned(body, units.of(term.body)[static_cast<std::size_t>(term.unit)])) {
+    const mesh::TetMesh& body = model.mesh.bodies[term.body];
+    for (const auto& [dof, weight] : thinned(body, units.of(term.body)[term.unit])) {
       const auto at = of_node.try_emplace(model.node(term.body, dof / 3), Vector3d::Zero()).first;
       at->second += term.weight * weight * turn.col(dof % 3);
       largest = std::max(largest, at->second.cwiseAbs().maxCoeff());
@@ -101,13 +103,13 @@ std::vector<Entry> gap_entries(const Model& model, const UnitFunctionals& units,
 }
 
 class Writer {
- public:
+public:
   explicit Writer(Model& model) : model_(model), units_(model.mesh.bodies.size()) {}
 
   Statics text() {
     std::vector<int> elastic;
-    for (int b = 0; b < static_cast<int>(model_.taken.size()); ++b)
-      if (model_.takes(b) && model_.machine().bodies[static_cast<std::size_t>(b)].elastic) elastic.push_back(b);
+    for (int b = 0; b < std::ssize(model_.taken); ++b)
+      if (model_.takes(b) && model_.machine().bodies[b].elastic) elastic.push_back(b);
     const bool whole = model_.options.body.empty();
     const std::vector<Spring> springs = whole ? make_springs() : std::vector<Spring>();
     if (springs.empty()) {
@@ -118,12 +120,15 @@ class Writer {
     }
     require_held(model_.machine(), elastic, springs);
     for (const Spring& spring : springs) spring.flexibility > 0.0 ? add_spring(spring) : add_scale(spring);
-    model_.notes.push_back(fmt::format("joints in static.inp are springs between mean displacements of their pads, as in thermotwin; means over more than "
-                                       "{} nodes are taken over {} of them, the same for motions linear in space", most_nodes, kept_nodes));
+    model_.notes.push_back(
+        fmt::format("joints in static.inp are springs between mean displacements of their pads, as in thermotwin; "
+                    "means over more than "
+                    "{} nodes are taken over {} of them, the same for motions linear in space",
+                    most_nodes, kept_nodes));
     return statics_;
   }
 
- private:
+private:
   std::vector<Spring> make_springs() {
     std::vector<JointGrid> grids;  // of this pose alone
     for (const mesh::JointSpec& joint : model_.machine().joints) {
@@ -134,10 +139,11 @@ class Writer {
   }
 
   void support(int body) {
-    const auto b = static_cast<std::size_t>(body);
+    const std::size_t b = body;
     const mesh::BodySpec& spec = model_.machine().bodies[b];
     const Eigen::Isometry3d frame = model_.frame(body);
-    const ElasticBody assembled = assemble_elastic(model_.mesh.bodies[b], model_.machine().material(spec.material), spec.id);
+    const ElasticBody assembled =
+        assemble_elastic(model_.mesh.bodies[b], model_.machine().material(spec.material), spec.id);
     for (const Index dof : assembled.fixed) {
       const Vector3d direction = frame.linear().col(dof % 3);
       const Index node = model_.node(body, dof / 3);
@@ -167,8 +173,8 @@ class Writer {
     entries.insert(entries.begin(), {node, 1, -1.0});
     const std::string set = "SPRING_" + std::to_string(element);
     statics_.model += equation(entries);
-    statics_.model += fmt::format("*ELEMENT, TYPE=SPRING1, ELSET={}\n{}, {}\n*SPRING, ELSET={}\n1\n{:.9e}\n", set, element, node, set,
-                                  1.0 / spring.flexibility);
+    statics_.model += fmt::format("*ELEMENT, TYPE=SPRING1, ELSET={}\n{}, {}\n*SPRING, ELSET={}\n1\n{:.9e}\n", set,
+                                  element, node, set, 1.0 / spring.flexibility);
   }
 
   /// What a tape or screw expands by comes off the gap: the mean temperature over it, weighted by its
@@ -187,7 +193,9 @@ class Writer {
     std::vector<Entry> entries = gap_entries(model_, units_, scale);
     // The equation's first unknown is eliminated: one that no other scale has eliminated.
     const auto first = std::max_element(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) {
-      const auto size = [&](const Entry& e) { return eliminated_.contains({e.node, e.direction}) ? 0.0 : std::abs(e.factor); };
+      const auto size = [&](const Entry& e) {
+        return eliminated_.contains({e.node, e.direction}) ? 0.0 : std::abs(e.factor);
+      };
       return size(a) < size(b);
     });
     std::iter_swap(entries.begin(), first);
@@ -201,11 +209,14 @@ class Writer {
     const Index node = model_.next_node, element = model_.next_element++;
     model_.next_node += 4;
     const std::string name = "TAPE_" + std::to_string(element);
-    std::string text = fmt::format("*NODE, NSET=TAPES\n{}, 0, 0, 0\n{}, 1, 0, 0\n{}, 0, 1, 0\n{}, 0, 0, 1\n", node, node + 1, node + 2, node + 3);
-    text += fmt::format("*ELEMENT, TYPE=C3D4, ELSET={}\n{}, {}, {}, {}, {}\n", name, element, node, node + 1, node + 2, node + 3);
-    text += fmt::format("*MATERIAL, NAME={}\n*ELASTIC\n1e12, 0\n*EXPANSION, ZERO={:.10g}\n1\n*CONDUCTIVITY\n1\n*DENSITY\n1e-9\n"
-                        "*SPECIFIC HEAT\n1\n*SOLID SECTION, ELSET={}, MATERIAL={}\n",
-                        name, model_.machine().reference_C, name, name);
+    std::string text = fmt::format("*NODE, NSET=TAPES\n{}, 0, 0, 0\n{}, 1, 0, 0\n{}, 0, 1, 0\n{}, 0, 0, 1\n", node,
+                                   node + 1, node + 2, node + 3);
+    text += fmt::format("*ELEMENT, TYPE=C3D4, ELSET={}\n{}, {}, {}, {}, {}\n", name, element, node, node + 1, node + 2,
+                        node + 3);
+    text += fmt::format(
+        "*MATERIAL, NAME={}\n*ELASTIC\n1e12, 0\n*EXPANSION, ZERO={:.10g}\n1\n*CONDUCTIVITY\n1\n*DENSITY\n1e-9\n"
+        "*SPECIFIC HEAT\n1\n*SOLID SECTION, ELSET={}, MATERIAL={}\n",
+        name, model_.machine().reference_C, name, name);
     statics_.heat_model += text;
     for (Index i = 0; i < 4; ++i) {
       std::vector<Entry> entries{{node + i, 11, -1.0}};

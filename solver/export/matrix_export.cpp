@@ -33,7 +33,9 @@ std::string plain(const std::string& id) {
 }
 
 template <class Items>
-std::string id_of(const Items& items, int index) { return plain(items[static_cast<std::size_t>(index)].id); }
+std::string id_of(const Items& items, int index) {
+  return plain(items[index].id);
+}
 
 std::string term_name(const mesh::Machine& machine, const Term& term) {
   switch (term.kind) {
@@ -41,7 +43,7 @@ std::string term_name(const mesh::Machine& machine, const Term& term) {
     case TermKind::contact: return fmt::format("contact.{}.{}", id_of(machine.joints, term.item), term.part + 1);
     case TermKind::coolant_wall:
       return fmt::format("wall.{}.{}", id_of(machine.coolants, term.item),
-                         id_of(machine.coolants[static_cast<std::size_t>(term.item)].segments, term.part));
+                         id_of(machine.coolants[term.item].segments, term.part));
     case TermKind::coolant_flow: return "flow." + id_of(machine.coolants, term.item);
     case TermKind::volume_exchange:
       return fmt::format("exchange.{}.{}", id_of(machine.volumes, term.item), term.part + 1);
@@ -62,7 +64,7 @@ std::string term_unit(const Term& term) {
 std::string input_name(const mesh::Machine& machine, const Layout& layout, const Input& input) {
   if (input.kind == InputKind::source)
     return fmt::format("source.{}.{}.{}", id_of(machine.sources, input.item), input.place + 1, input.node + 1);
-  const std::string of = term_name(machine, layout.terms[static_cast<std::size_t>(input.term)]);
+  const std::string of = term_name(machine, layout.terms[input.term]);
   switch (input.kind) {
     case InputKind::coolant_inlet: return of + ".inlet";
     case InputKind::film_gradient: return of + ".gradient";
@@ -75,7 +77,7 @@ std::string input_unit(const Layout& layout, const Input& input) {
   // A parameter times a temperature, or times a gradient.
   if (input.kind == InputKind::source) return "W";
   if (input.kind == InputKind::film_gradient) return "W/m^3";
-  const std::string of = term_unit(layout.terms[static_cast<std::size_t>(input.term)]);
+  const std::string of = term_unit(layout.terms[input.term]);
   return of == "kg/s" ? "kg K/s" : of == "W/K" ? "W" : "W/m^2";
 }
 
@@ -94,7 +96,7 @@ Eigen::VectorXd standing_row(const OperatingModel& operating, const mesh::Machin
     const bool linear = machine.axes[i].kind == mesh::AxisKind::linear;
     const int channel =
         operating.channels().index("axis." + machine.axes[i].id + (linear ? ".position_mm" : ".position_deg"));
-    if (channel >= 0) row[channel] = pose[static_cast<Index>(i)] / (linear ? core::units::mm : core::units::deg);
+    if (channel >= 0) row[channel] = pose[i] / (linear ? core::units::mm : core::units::deg);
   }
   return row;
 }
@@ -116,15 +118,15 @@ MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& mach
   const OperatingModel operating(machine, thermal.layout);
   const Eigen::VectorXd row = standing_row(operating, machine, pose);
   // Where a cooler stands still, its coolant comes in as its reference is.
-  const Eigen::VectorXd inlet = Eigen::VectorXd::Zero(static_cast<Index>(machine.coolants.size()));
+  const Eigen::VectorXd inlet = Eigen::VectorXd::Zero(std::ssize(machine.coolants));
   const Coefficients standing = operating.coefficients(row, inlet);
   MatrixNames names;
   for (std::size_t j = 0; j < thermal.layout.terms.size(); ++j)
-    names.films.push_back({term_name(machine, thermal.layout.terms[j]), term_unit(thermal.layout.terms[j]),
-                           standing.p[static_cast<Index>(j)]});
+    names.films.push_back(
+        {term_name(machine, thermal.layout.terms[j]), term_unit(thermal.layout.terms[j]), standing.p[j]});
   for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k)
     names.inputs.push_back({input_name(machine, thermal.layout, thermal.layout.inputs[k]),
-                            input_unit(thermal.layout, thermal.layout.inputs[k]), standing.q[static_cast<Index>(k)]});
+                            input_unit(thermal.layout, thermal.layout.inputs[k]), standing.q[k]});
   for (const mesh::SensorSpec& sensor : machine.sensors) names.outputs.push_back({plain(sensor.id) + "_K", "K"});
   if (machine.has_tcp()) {
     for (const char* name : {"dx_um", "dy_um", "dz_um"}) names.outputs.push_back({name, "um"});
@@ -141,11 +143,11 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   made.size = thermal.size;
   made.names = matrix_names(thermal, machine, pose);
 
-  const auto sensors = static_cast<Index>(machine.sensors.size());
+  const auto sensors = std::ssize(machine.sensors);
   if (made.names.outputs.empty())
     throw core::InputError(machine.path.string(), "neither a [[sensor]] nor [tcp]",
                            "one of them: the matrices need an output");
-  Eigen::MatrixXd rows(static_cast<Index>(made.names.outputs.size()), thermal.size);
+  Eigen::MatrixXd rows(std::ssize(made.names.outputs), thermal.size);
   rows.topRows(sensors) = Eigen::MatrixXd(thermal.sensors.topRows(sensors));
   if (rows.rows() > sensors) {
     const OutputRows parts = full.elastic.output_rows(pose);

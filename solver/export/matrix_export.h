@@ -19,13 +19,13 @@ namespace thermotwin::solver {
 
 struct NamedValue {
   std::string name, unit;
-  double value = 0;                  ///< on the machine that stands
+  double value = 0;  ///< on the machine that stands
 };
 
 /// What names.toml holds.
 struct MatrixNames {
   std::vector<NamedValue> films, inputs;
-  std::vector<NamedValue> outputs;   ///< without values
+  std::vector<NamedValue> outputs;  ///< without values
 };
 /// Names are unique and fit a file's name: "film.hall", "contact.guide.3", "source.motor".
 MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& machine, const mesh::Pose& pose);
@@ -33,7 +33,7 @@ MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& mach
 struct MatrixFiles {
   MatrixNames names;
   std::vector<std::string> files;
-  std::vector<std::string> notes;    ///< what the matrices leave out
+  std::vector<std::string> notes;  ///< what the matrices leave out
   Eigen::Index size = 0;
 };
 /// All files or none. @param pose  of the outputs and of the contacts' values

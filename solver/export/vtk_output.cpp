@@ -59,7 +59,7 @@ void add_stress(vtkUnstructuredGrid* grid, const mesh::MachineMesh& mesh, const 
   for (int i = 0; i < 6; ++i) tensor->SetComponentName(i, components[i]);
   const Eigen::VectorXd equivalent = von_mises(stress);
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
-    const Eigen::Matrix3d turn = mesh::body_transform(mesh.machine, static_cast<int>(b), pose).linear();
+    const Eigen::Matrix3d turn = mesh::body_transform(mesh.machine, b, pose).linear();
     for (Eigen::Index node = mesh.first_node[b]; node < mesh.first_node[b + 1]; ++node) {
       const Vector6 in_machine = turned(stress.col(node), turn) / mega;
       tensor->SetTuple(node, in_machine.data());
@@ -85,9 +85,9 @@ void write_by(const std::filesystem::path& path, Data* data) {
 
 }  // namespace
 
-void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& mesh,
-                  const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
-                  const Eigen::Matrix3Xd& displacement, double time_s, const Eigen::MatrixXd& stress) {
+void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
+                  const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double time_s,
+                  const Eigen::MatrixXd& stress) {
   const mesh::Machine& machine = mesh.machine;
   vtkNew<vtkUnstructuredGrid> grid;
   vtkNew<vtkPoints> points;
@@ -105,7 +105,7 @@ void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& me
   std::vector<std::string> names;
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const mesh::TetMesh& body = mesh.bodies[b];
-    const Eigen::Isometry3d frame = mesh::body_transform(machine, static_cast<int>(b), pose);
+    const Eigen::Isometry3d frame = mesh::body_transform(machine, b, pose);
     names.push_back(machine.bodies[b].id);
     for (Eigen::Index i = 0; i < body.nodes(); ++i) {
       const Eigen::Index node = mesh.first_node[b] + i;
@@ -120,7 +120,7 @@ void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& me
       const mesh::TetNodes nodes = mesh::tet_nodes(body, e);
       const Eigen::Matrix<vtkIdType, Eigen::Dynamic, 1> tet = nodes.cast<vtkIdType>().array() + mesh.first_node[b];
       grid->InsertNextCell(body.order() == 2 ? VTK_QUADRATIC_TETRA : VTK_TETRA, tet.size(), tet.data());
-      body_of_cell->InsertNextValue(static_cast<int>(b));
+      body_of_cell->InsertNextValue(b);
     }
   }
   grid->SetPoints(points);
@@ -135,22 +135,21 @@ void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& me
   add_text(grid->GetFieldData(), "body_names", names);
   const auto columns = mesh::pose_columns(machine);
   const Eigen::VectorXd values = mesh::pose_values(machine, pose);
-  for (std::size_t i = 0; i < columns.size(); ++i)
-    add_number(grid->GetFieldData(), columns[i], values[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = 0; i < columns.size(); ++i) add_number(grid->GetFieldData(), columns[i], values[i]);
   write_by<vtkXMLUnstructuredGridWriter>(path, grid.Get());
 }
 
-void write_pvd(const std::filesystem::path& path,
-               const std::vector<std::pair<double, std::string>>& files) {
+void write_pvd(const std::filesystem::path& path, const std::vector<std::pair<double, std::string>>& files) {
   std::string text =
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  <Collection>\n";
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n  "
+      "<Collection>\n";
   for (const auto& [time, file] : files)
     text += fmt::format("    <DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", time, file);
   core::write_file(path, text + "  </Collection>\n</VTKFile>\n");
 }
 
-void write_poses(const std::filesystem::path& path, const mesh::Machine& machine,
-                 const std::vector<mesh::Pose>& poses, const std::vector<TcpError>& errors) {
+void write_poses(const std::filesystem::path& path, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
+                 const std::vector<TcpError>& errors) {
   const auto count = static_cast<vtkIdType>(poses.size());
   vtkNew<vtkPolyData> data;
   vtkNew<vtkPoints> points;
@@ -163,18 +162,19 @@ void write_poses(const std::filesystem::path& path, const mesh::Machine& machine
   std::vector<vtkNew<vtkDoubleArray>> axes(mesh::pose_columns(machine).size());
   for (std::size_t a = 0; a < axes.size(); ++a) axes[a]->SetName(mesh::pose_columns(machine)[a].c_str());
   for (vtkIdType i = 0; i < count; ++i) {
-    const mesh::Pose& pose = poses[static_cast<std::size_t>(i)];
-    const Eigen::VectorXd values = tcp_values(errors[static_cast<std::size_t>(i)]);
+    const mesh::Pose& pose = poses[i];
+    const Eigen::VectorXd values = tcp_values(errors[i]);
     points->SetPoint(i, tcp_position(machine, pose).data());
     error->SetTuple(i, values.data());
     rotation->SetTuple(i, values.data() + 3);
     tool->SetTuple(i, values.data() + 6);
     table->SetTuple(i, values.data() + 12);
     const Eigen::VectorXd positions = mesh::pose_values(machine, pose);
-    for (std::size_t a = 0; a < axes.size(); ++a) axes[a]->InsertNextValue(positions[static_cast<Eigen::Index>(a)]);
+    for (std::size_t a = 0; a < axes.size(); ++a) axes[a]->InsertNextValue(positions[a]);
     data->InsertNextCell(VTK_VERTEX, 1, &i);
   }
-  for (vtkFloatArray* array : {error.Get(), rotation.Get(), tool.Get(), table.Get()}) data->GetPointData()->AddArray(array);
+  for (vtkFloatArray* array : {error.Get(), rotation.Get(), tool.Get(), table.Get()})
+    data->GetPointData()->AddArray(array);
   for (auto& axis : axes) data->GetPointData()->AddArray(axis);
   data->GetPointData()->SetActiveVectors("error_um");
   write_by<vtkXMLPolyDataWriter>(path, data.Get());

@@ -19,17 +19,15 @@ namespace thermotwin::solver {
 /// @param temperature_C (nodes)  @param displacement (3 x nodes) m, bodies' home frames; no columns: left out
 /// @param time_s  kept as field data TimeValue
 /// @param stress  (6 x nodes) Pa, bodies' home frames, see MachineStress; no columns: left out
-void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& mesh,
-                  const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
-                  const Eigen::Matrix3Xd& displacement, double time_s = 0.0,
+void write_fields(const std::filesystem::path& path, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
+                  const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double time_s = 0.0,
                   const Eigen::MatrixXd& stress = {});
 
 /// @param files  relative names with their times in s
-void write_pvd(const std::filesystem::path& path,
-               const std::vector<std::pair<double, std::string>>& files);
+void write_pvd(const std::filesystem::path& path, const std::vector<std::pair<double, std::string>>& files);
 
 /// Points at the TCP positions with error_um (3), error_tool_um, error_table_um, rotation_um_per_m.
-void write_poses(const std::filesystem::path& path, const mesh::Machine& machine,
-                 const std::vector<mesh::Pose>& poses, const std::vector<TcpError>& errors);
+void write_poses(const std::filesystem::path& path, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
+                 const std::vector<TcpError>& errors);
 
 }  // namespace thermotwin::solver

@@ -42,22 +42,22 @@ constexpr double smallest_span_K = 1.0;  // of the colour map: an even temperatu
 
 /// Skin of all bodies at the pose, moved by the exaggerated displacement.
 vtkNew<vtkPolyData> deformed_skin(const mesh::MachineMesh& mesh, const mesh::Pose& pose,
-                                  const Eigen::VectorXd& temperature_C,
-                                  const Eigen::Matrix3Xd& displacement, double exaggeration) {
+                                  const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement,
+                                  double exaggeration) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkFloatArray> temperature;
   temperature->SetName("temperature_C");
   vtkNew<vtkCellArray> triangles;
-  std::vector<vtkIdType> place(static_cast<std::size_t>(mesh.nodes()), -1);
+  std::vector<vtkIdType> place(mesh.nodes(), -1);
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const mesh::TetMesh& body = mesh.bodies[b];
-    const Eigen::Isometry3d frame = mesh::body_transform(mesh.machine, static_cast<int>(b), pose);
+    const Eigen::Isometry3d frame = mesh::body_transform(mesh.machine, b, pose);
     for (Eigen::Index face = 0; face < body.face_count(); ++face) {
       const mesh::FaceNodes nodes = mesh::face_nodes(body, face);
       vtkIdType at_node[6] = {};
       for (Eigen::Index i = 0; i < nodes.size(); ++i) {
         const Eigen::Index node = mesh.first_node[b] + nodes[i];
-        vtkIdType& at = place[static_cast<std::size_t>(node)];
+        vtkIdType& at = place[node];
         if (at < 0) {
           const Eigen::Vector3d moved =
               frame * Eigen::Vector3d(body.points.col(nodes[i]) + exaggeration * displacement.col(node));
@@ -129,9 +129,8 @@ void look_at(vtkPolyData* skin, vtkRenderer* renderer) {
 
 }  // namespace
 
-void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh,
-                   const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
-                   const Eigen::Matrix3Xd& displacement, double exaggeration,
+void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
+                   const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,
                    const std::string& title) {
   // VTK ends the program where it cannot open a display.
   if (const char* display = std::getenv("DISPLAY"); !display || !*display)
@@ -230,7 +229,8 @@ void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& me
   vtkUnsignedCharArray* bytes = writer->GetResult();
   if (writer->GetErrorCode() != 0 || bytes == nullptr)
     throw core::SolverError(png.string() + ": VTK could not make the picture (out of memory)");
-  core::write_file(png, {reinterpret_cast<const char*>(bytes->GetPointer(0)), static_cast<std::size_t>(bytes->GetNumberOfValues())});
+  core::write_file(
+      png, {reinterpret_cast<const char*>(bytes->GetPointer(0)), static_cast<std::size_t>(bytes->GetNumberOfValues())});
 }
 
 }  // namespace thermotwin::solver

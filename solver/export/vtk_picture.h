@@ -13,9 +13,8 @@ namespace thermotwin::solver {
 
 /// Picture of temperature on the deformed machine. @param exaggeration of the displacement
 /// @throws SolverError where there is no display to draw on (DISPLAY is not set)
-void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh,
-                   const mesh::Pose& pose, const Eigen::VectorXd& temperature_C,
-                   const Eigen::Matrix3Xd& displacement, double exaggeration,
+void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
+                   const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,
                    const std::string& title);
 
 }  // namespace thermotwin::solver

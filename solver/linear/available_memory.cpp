@@ -28,12 +28,14 @@ std::optional<double> value_of(const std::string& path, const std::string& key) 
 /// What a cgroup leaves, itself and all that it is in.
 double cgroup_left(const std::string& own_cgroup, const std::string& root) {
   double left = 1e300;
-  const auto look = [&](const std::string& base, std::string path, const char* limit, const char* used, const char* cache) {
+  const auto look = [&](const std::string& base, std::string path, const char* limit, const char* used,
+                        const char* cache) {
     for (;;) {
       const std::string folder = base + (path == "/" ? "" : path) + "/";
       const auto most = number_in(folder + limit), now = number_in(folder + used);
       // Files that are only cached give way.
-      if (most && now && *most < 1e18) left = std::min(left, *most - *now + value_of(folder + "memory.stat", cache).value_or(0.0));
+      if (most && now && *most < 1e18)
+        left = std::min(left, *most - *now + value_of(folder + "memory.stat", cache).value_or(0.0));
       if (path.empty() || path == "/") return;
       path.erase(path.find_last_of('/'));
     }
@@ -44,7 +46,8 @@ double cgroup_left(const std::string& own_cgroup, const std::string& root) {
     if (first == std::string::npos || second == std::string::npos) continue;
     const std::string kinds = line.substr(first + 1, second - first - 1), path = line.substr(second + 1);
     if (kinds.empty()) look(root, path, "memory.max", "memory.current", "inactive_file");
-    if (kinds == "memory") look(root + "/memory", path, "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file");
+    if (kinds == "memory")
+      look(root + "/memory", path, "memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file");
   }
   return left;
 }
@@ -66,7 +69,8 @@ double available_memory() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
     if (const auto pages = number_in("/proc/self/statm"))
-      available = std::min(available, static_cast<double>(limit.rlim_cur) - *pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+      available = std::min(available,
+                           static_cast<double>(limit.rlim_cur) - *pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
   return std::max(0.0, available);
 }
 

@@ -11,8 +11,9 @@
 #include "core/blas_buffers.h"
 
 extern "C" {
-void dgemm_(const char* a_op, const char* b_op, const int* m, const int* n, const int* k, const double* alpha, const double* a,
-            const int* a_stride, const double* b, const int* b_stride, const double* beta, double* c, const int* c_stride);
+void dgemm_(const char* a_op, const char* b_op, const int* m, const int* n, const int* k, const double* alpha,
+            const double* a, const int* a_stride, const double* b, const int* b_stride, const double* beta, double* c,
+            const int* c_stride);
 void dtrsm_(const char* side, const char* triangle, const char* op, const char* diagonal, const int* m, const int* n,
             const double* alpha, const double* a, const int* a_stride, double* b, const int* b_stride);
 }
@@ -59,20 +60,21 @@ BlasTurn::~BlasTurn() {
 
 // To the BLAS a block that lies row by row is its transpose, (width x rows).
 
-void blas_subtract(const double* a, std::int64_t stride, std::int64_t rows, std::int64_t columns, const double* y, double* out,
-                   std::int64_t width) {
-  const int m = static_cast<int>(width), n = static_cast<int>(rows), k = static_cast<int>(columns), ld = static_cast<int>(stride);
+void blas_subtract(const double* a, std::int64_t stride, std::int64_t rows, std::int64_t columns, const double* y,
+                   double* out, std::int64_t width) {
+  const int m = width, n = static_cast<int>(rows), k = static_cast<int>(columns), ld = stride;
   dgemm_("N", "T", &m, &n, &k, &minus_one, y, &m, a, &ld, &one, out, &m);
 }
 
-void blas_subtract_transposed(const double* a, std::int64_t stride, std::int64_t rows, std::int64_t columns, const double* x,
-                              double* out, std::int64_t width) {
-  const int m = static_cast<int>(width), n = static_cast<int>(columns), k = static_cast<int>(rows), ld = static_cast<int>(stride);
+void blas_subtract_transposed(const double* a, std::int64_t stride, std::int64_t rows, std::int64_t columns,
+                              const double* x, double* out, std::int64_t width) {
+  const int m = width, n = static_cast<int>(columns), k = static_cast<int>(rows), ld = stride;
   dgemm_("N", "N", &m, &n, &k, &minus_one, x, &m, a, &ld, &one, out, &m);
 }
 
-void blas_solve_lower(const double* l, std::int64_t stride, std::int64_t columns, double* y, std::int64_t width, bool transposed) {
-  const int m = static_cast<int>(width), n = static_cast<int>(columns), ld = static_cast<int>(stride);
+void blas_solve_lower(const double* l, std::int64_t stride, std::int64_t columns, double* y, std::int64_t width,
+                      bool transposed) {
+  const int m = width, n = static_cast<int>(columns), ld = stride;
   dtrsm_("R", "L", transposed ? "N" : "T", "N", &m, &n, &one, l, &ld, y, &m);
 }
 

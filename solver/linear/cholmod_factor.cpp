@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <suitesparse/cholmod.h>
+#include <iterator>
 
 #include <algorithm>
 #include <mutex>
@@ -82,9 +83,9 @@ std::mutex& ordering_mutex() {
 template <class Api>
 struct View {
   explicit View(const SparseFactor::Matrix& matrix) {
-    a.nrow = static_cast<std::size_t>(matrix.rows());
-    a.ncol = static_cast<std::size_t>(matrix.cols());
-    a.nzmax = static_cast<std::size_t>(matrix.nonZeros());
+    a.nrow = matrix.rows();
+    a.ncol = matrix.cols();
+    a.nzmax = matrix.nonZeros();
     if constexpr (std::is_same_v<Api, Narrow>) {
       a.p = const_cast<int*>(matrix.outerIndexPtr());
       a.i = const_cast<int*>(matrix.innerIndexPtr());
@@ -109,28 +110,28 @@ struct View {
 /// Pattern of the graph of nodes, lower triangle with diagonal.
 SparseFactor::Matrix node_graph(const SparseFactor::Matrix& matrix, int block) {
   const int nodes = static_cast<int>(matrix.cols()) / block;
-  std::vector<int> outer{0}, inner, last(static_cast<std::size_t>(nodes), -1);
+  std::vector<int> outer{0}, inner, last(nodes, -1);
   for (int node = 0; node < nodes; ++node) {
-    const auto first = static_cast<std::ptrdiff_t>(inner.size());
+    const auto first = std::ssize(inner);
     for (int k = 0; k < block; ++k)
       for (SparseFactor::Matrix::InnerIterator it(matrix, node * block + k); it; ++it) {
         const int row = static_cast<int>(it.row()) / block;
-        if (row < node || last[static_cast<std::size_t>(row)] == node) continue;
-        last[static_cast<std::size_t>(row)] = node;
+        if (row < node || last[row] == node) continue;
+        last[row] = node;
         inner.push_back(row);
       }
     std::sort(inner.begin() + first, inner.end());
-    outer.push_back(static_cast<int>(inner.size()));
+    outer.push_back(inner.size());
   }
   const std::vector<double> ones(inner.size(), 1.0);
-  return Eigen::Map<const SparseFactor::Matrix>(nodes, nodes, static_cast<Eigen::Index>(inner.size()), outer.data(),
-                                                inner.data(), ones.data());
+  return Eigen::Map<const SparseFactor::Matrix>(nodes, nodes, std::ssize(inner), outer.data(), inner.data(),
+                                                ones.data());
 }
 
 double bytes_of(const cholmod_factor& f) {
   const double index = f.itype == CHOLMOD_LONG ? 8.0 : 4.0;
   // With the rows twice over for the sweeps.
-  return f.is_super ? 8.0 * static_cast<double>(f.xsize) + (index + 8.0) * static_cast<double>(f.ssize)
+  return f.is_super ? 8.0 * f.xsize + (index + 8.0) * static_cast<double>(f.ssize)
                     : (8.0 + index) * static_cast<double>(f.nzmax);
 }
 
@@ -153,7 +154,7 @@ SupernodalPattern pattern_of(const cholmod_factor& f) {
 
 template <class Api>
 class FactorOf final : public Factor {
- public:
+public:
   FactorOf() = default;
   ~FactorOf() override { Api::free_factor(&factor_, &common_.data); }
 
@@ -163,7 +164,8 @@ class FactorOf final : public Factor {
     std::vector<typename Api::Index> permutation(order.begin(), order.end());
     factor_ = Api::analyze_p(&view_of.a, permutation.data(), nullptr, 0, &common_.data);
     if (!factor_ && common_.data.status == CHOLMOD_TOO_LARGE) return false;
-    if (!factor_) throw SolverError(fmt::format("sparse factor: the analysis of {} unknowns failed (out of memory)", spd.cols()));
+    if (!factor_)
+      throw SolverError(fmt::format("sparse factor: the analysis of {} unknowns failed (out of memory)", spd.cols()));
     flops = common_.data.fl;
     nonzeros = common_.data.lnz;
     return true;
@@ -171,7 +173,7 @@ class FactorOf final : public Factor {
   /// Beside the factor: blocks of updates, the permuted matrix, maps.
   double work_bytes(const SparseFactor::Matrix& spd) const {
     const double index = sizeof(typename Api::Index);
-    return 8.0 * static_cast<double>(factor_->maxcsize) + (8.0 + index) * 0.5 * static_cast<double>(spd.nonZeros()) +
+    return 8.0 * factor_->maxcsize + (8.0 + index) * 0.5 * spd.nonZeros() +
            6.0 * index * static_cast<double>(spd.cols());
   }
 
@@ -186,18 +188,21 @@ class FactorOf final : public Factor {
       throw SolverError(fmt::format(
           "sparse factor: the matrix of {} unknowns is not positive definite (at unknown {}); something is not held or "
           "has no path to a given temperature",
-          spd.cols(), static_cast<typename Api::Index*>(factor_->Perm)[std::min<std::size_t>(factor_->minor, factor_->n - 1)]));
+          spd.cols(),
+          static_cast<typename Api::Index*>(factor_->Perm)[std::min<std::size_t>(factor_->minor, factor_->n - 1)]));
     if (common_.data.status < 0)
-      throw SolverError(fmt::format("sparse factor: {} for {} unknowns and {:.3g} entries",
-                                    common_.data.status == CHOLMOD_OUT_OF_MEMORY ? "out of memory" : "the factorisation failed",
-                                    spd.cols(), nonzeros));
+      throw SolverError(
+          fmt::format("sparse factor: {} for {} unknowns and {:.3g} entries",
+                      common_.data.status == CHOLMOD_OUT_OF_MEMORY ? "out of memory" : "the factorisation failed",
+                      spd.cols(), nonzeros));
     rcond = Api::rcond(factor_, &common_.data);
   }
 
   std::unique_ptr<Factor> copy() const override {
     auto other = std::make_unique<FactorOf>();
     other->factor_ = Api::copy_factor(factor_, &other->common_.data);
-    if (!other->factor_) throw SolverError(fmt::format("sparse factor: out of memory for a copy of {:.3g} entries", nonzeros));
+    if (!other->factor_)
+      throw SolverError(fmt::format("sparse factor: out of memory for a copy of {:.3g} entries", nonzeros));
     other->rcond = rcond;
     other->flops = flops;
     other->nonzeros = nonzeros;
@@ -216,7 +221,7 @@ class FactorOf final : public Factor {
     return {first, first + factor_->n};
   }
 
- private:
+private:
   Common<Api> common_;
   cholmod_factor* factor_ = nullptr;
 };
@@ -231,7 +236,7 @@ std::vector<int> fill_reducing_order(const SparseFactor::Matrix& matrix, int blo
   const std::lock_guard lock(ordering_mutex());
   Common<Narrow> common;
   View<Narrow> view_of(ordered);
-  std::vector<int> nodes(static_cast<std::size_t>(ordered.cols()));
+  std::vector<int> nodes(ordered.cols());
   constexpr Eigen::Index small = 300;
   bool done = false;
   if (ordered.cols() > small) done = cholmod_metis(&view_of.a, nullptr, 0, 1, nodes.data(), &common.data);
@@ -244,7 +249,8 @@ std::vector<int> fill_reducing_order(const SparseFactor::Matrix& matrix, int blo
   return order;
 }
 
-std::unique_ptr<Factor> analysed(const SparseFactor::Matrix& spd, const std::vector<int>& order, bool wide, double* work) {
+std::unique_ptr<Factor> analysed(const SparseFactor::Matrix& spd, const std::vector<int>& order, bool wide,
+                                 double* work) {
   if (!wide) {
     auto factor = std::make_unique<FactorOf<Narrow>>();
     if (factor->analyse(spd, order)) {

@@ -17,7 +17,7 @@ std::vector<int> fill_reducing_order(const SparseFactor::Matrix& matrix, int blo
 
 /// A factor with the functions that go with its indices.
 class Factor {
- public:
+public:
   virtual ~Factor() = default;
   virtual void factorise(const SparseFactor::Matrix& spd, double many_core_flops) = 0;
   virtual std::unique_ptr<Factor> copy() const = 0;
@@ -35,6 +35,7 @@ class Factor {
 
 /// Without values. @param work  receives the working memory that values will take, if given
 /// @throws SolverError (memory)
-std::unique_ptr<Factor> analysed(const SparseFactor::Matrix& spd, const std::vector<int>& order, bool wide, double* work = nullptr);
+std::unique_ptr<Factor> analysed(const SparseFactor::Matrix& spd, const std::vector<int>& order, bool wide,
+                                 double* work = nullptr);
 
 }  // namespace thermotwin::solver::cholmod

@@ -85,7 +85,7 @@ double largest_eigenvalue(const Rows& a, const VectorXd& inverse_diagonal) {
 struct Level {
   Rows matrix, prolongation, restriction;  // the last two to and from the next coarser level
   VectorXd inverse_diagonal;
-  double top = 1.0;                        // of the spectrum that is smoothed
+  double top = 1.0;  // of the spectrum that is smoothed
 
   /// Chebyshev of degree 2 in D^-1 A: two corrections, the first from x as it is (or zero).
   void smooth(const Block& b, Block& x, bool from_zero, Block& direction) const {
@@ -121,7 +121,7 @@ struct Level {
   }
 };
 
-double bytes_of(const Rows& matrix) { return 12.0 * static_cast<double>(matrix.nonZeros()) + 4.0 * static_cast<double>(matrix.rows()); }
+double bytes_of(const Rows& matrix) { return 12.0 * matrix.nonZeros() + 4.0 * matrix.rows(); }
 
 }  // namespace
 
@@ -132,7 +132,9 @@ struct MultigridSolver::Impl {
 
   /// Working space of one block of right-hand sides, a set of vectors for each level.
   struct Space {
-    struct OfLevel { Block b, x, direction; };
+    struct OfLevel {
+      Block b, x, direction;
+    };
     std::vector<OfLevel> of;
   };
 
@@ -200,10 +202,11 @@ struct MultigridSolver::Impl {
       left = dots(r, r).transpose();
     }
     const double worst = std::sqrt((left / (goal / (options.tolerance * options.tolerance)).max(1e-300)).maxCoeff());
-    throw core::SolverError(fmt::format(
-        "multigrid: {} unknowns have a residual of {:.1e} after {} iterations where {:.1e} is asked for; something is not "
-        "held or has no path to a given temperature, or elements are badly shaped",
-        n, worst, options.max_iterations, options.tolerance));
+    throw core::SolverError(
+        fmt::format("multigrid: {} unknowns have a residual of {:.1e} after {} iterations where {:.1e} is asked for; "
+                    "something is not "
+                    "held or has no path to a given temperature, or elements are badly shaped",
+                    n, worst, options.max_iterations, options.tolerance));
   }
 };
 
@@ -214,7 +217,8 @@ MultigridSolver::MultigridSolver(const Matrix& spd, const MultigridOptions& opti
   impl.options.near_null.resize(0, 0);
   impl.levels.resize(coarser.size() + 1);
   // Symmetric: its columns are its rows.
-  impl.levels[0].matrix = Eigen::Map<const Rows>(spd.rows(), spd.cols(), spd.nonZeros(), spd.outerIndexPtr(), spd.innerIndexPtr(), spd.valuePtr());
+  impl.levels[0].matrix = Eigen::Map<const Rows>(spd.rows(), spd.cols(), spd.nonZeros(), spd.outerIndexPtr(),
+                                                 spd.innerIndexPtr(), spd.valuePtr());
   for (std::size_t l = 0; l < coarser.size(); ++l) {
     impl.levels[l].prolongation = std::move(coarser[l].prolongation);
     impl.levels[l].restriction = impl.levels[l].prolongation.transpose();
@@ -235,29 +239,35 @@ MultigridSolver::MultigridSolver(const Matrix& spd, const MultigridOptions& opti
     if (impl.levels.back().inverse_diagonal[i] == 0.0) last(i, i) = 1.0;
   impl.coarsest.compute(last);
   if (impl.coarsest.info() != Eigen::Success)
-    throw core::SolverError(fmt::format("multigrid: the matrix of {} unknowns is not positive definite; something is not held or "
-                                        "has no path to a given temperature", spd.rows()));
+    throw core::SolverError(
+        fmt::format("multigrid: the matrix of {} unknowns is not positive definite; something is not held or "
+                    "has no path to a given temperature",
+                    spd.rows()));
 }
 
 MultigridSolver::~MultigridSolver() = default;
 MultigridSolver::MultigridSolver(MultigridSolver&&) noexcept = default;
 MultigridSolver& MultigridSolver::operator=(MultigridSolver&&) noexcept = default;
 
-int MultigridSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sides, Eigen::Ref<Eigen::MatrixXd> solution) const {
+int MultigridSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sides,
+                           Eigen::Ref<Eigen::MatrixXd> solution) const {
   if (right_hand_sides.rows() != size())
-    throw core::SolverError(fmt::format("multigrid: a right-hand side of {} rows for {} unknowns", right_hand_sides.rows(), size()));
+    throw core::SolverError(
+        fmt::format("multigrid: a right-hand side of {} rows for {} unknowns", right_hand_sides.rows(), size()));
   const Index columns = right_hand_sides.cols(), blocks = (columns + columns_at_once - 1) / columns_at_once;
-  std::vector<int> iterations(static_cast<std::size_t>(blocks), 0);
-  core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
+  std::vector<int> iterations(blocks, 0);
+  core::parallel_for(0, blocks, [&](std::size_t i) {
     const Index first = columns * static_cast<Index>(i) / blocks, last = columns * (static_cast<Index>(i) + 1) / blocks;
-    iterations[i] = impl_->solve_block(right_hand_sides.middleCols(first, last - first), solution.middleCols(first, last - first));
+    iterations[i] =
+        impl_->solve_block(right_hand_sides.middleCols(first, last - first), solution.middleCols(first, last - first));
   });
   return iterations.empty() ? 0 : *std::max_element(iterations.begin(), iterations.end());
 }
 
-void MultigridSolver::precondition(const Eigen::Ref<const SideBySide>& right_hand_sides, Eigen::Ref<SideBySide> solution) const {
+void MultigridSolver::precondition(const Eigen::Ref<const SideBySide>& right_hand_sides,
+                                   Eigen::Ref<SideBySide> solution) const {
   const Index columns = right_hand_sides.cols(), blocks = (columns + columns_at_once - 1) / columns_at_once;
-  core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
+  core::parallel_for(0, blocks, [&](std::size_t i) {
     const Index first = columns * static_cast<Index>(i) / blocks, last = columns * (static_cast<Index>(i) + 1) / blocks;
     Impl::Space space;
     space.of.resize(impl_->levels.size());
@@ -271,9 +281,10 @@ Index MultigridSolver::size() const { return impl_->levels.front().matrix.rows()
 int MultigridSolver::levels() const { return static_cast<int>(impl_->levels.size()); }
 
 double MultigridSolver::memory_bytes() const {
-  double bytes = 8.0 * static_cast<double>(impl_->coarsest.matrixLLT().size());
+  double bytes = 8.0 * (impl_->coarsest.matrixLLT().size());
   for (const Level& level : impl_->levels)
-    bytes += bytes_of(level.matrix) + bytes_of(level.prolongation) + bytes_of(level.restriction) + 8.0 * static_cast<double>(level.inverse_diagonal.size());
+    bytes += bytes_of(level.matrix) + bytes_of(level.prolongation) + bytes_of(level.restriction) +
+             8.0 * level.inverse_diagonal.size();
   return bytes;
 }
 

@@ -15,14 +15,14 @@
 namespace thermotwin::solver {
 
 struct MultigridOptions {
-  int block = 1;                 ///< consecutive unknowns per node
-  Eigen::MatrixXd near_null;     ///< (n x k) what the operator hardly feels; none: constants
-  double tolerance = 1e-10;      ///< residual relative to the right-hand side, each column
+  int block = 1;              ///< consecutive unknowns per node
+  Eigen::MatrixXd near_null;  ///< (n x k) what the operator hardly feels; none: constants
+  double tolerance = 1e-10;   ///< residual relative to the right-hand side, each column
   int max_iterations = 300;
 };
 
 class MultigridSolver {
- public:
+public:
   using Matrix = Eigen::SparseMatrix<double>;
 
   /// @param spd  (n x n) compressed, both triangles; kept as a copy  @throws SolverError
@@ -41,7 +41,7 @@ class MultigridSolver {
   double memory_bytes() const;
   int levels() const;
 
- private:
+private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

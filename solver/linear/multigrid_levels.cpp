@@ -16,14 +16,17 @@ namespace {
 
 constexpr double needed_to_load = 400e6;  // bytes, of it 200e6 libraries and 134e6 one buffer of OpenBLAS
 
-using Build = bool (*)(const Eigen::SparseMatrix<double>&, int, const Eigen::MatrixXd&, std::vector<MultigridLevel>&, std::string&);
+using Build = bool (*)(const Eigen::SparseMatrix<double>&, int, const Eigen::MatrixXd&, std::vector<MultigridLevel>&,
+                       std::string&);
 
 Build load_module() {
   constexpr const char* name = "libthermotwin_petsc.so";
   // MPI's start waits without end for a thread of OpenBLAS that finds no memory.
   if (const double available = available_memory(); available < needed_to_load)
-    throw core::SolverError(fmt::format("multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; "
-                                        "--solver direct does without it", name, needed_to_load / 1e6, available / 1e6));
+    throw core::SolverError(
+        fmt::format("multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; "
+                    "--solver direct does without it",
+                    name, needed_to_load / 1e6, available / 1e6));
   std::error_code ignored;
   const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / name;
   void* module = nullptr;
@@ -32,14 +35,15 @@ Build load_module() {
   const char* error = module ? nullptr : dlerror();
   auto* build = module ? reinterpret_cast<Build>(dlsym(module, "thermotwin_multigrid_levels")) : nullptr;
   if (!build)
-    throw core::SolverError(std::string("multigrid: ") + name + " cannot be loaded (" + (error ? error : "it is not where the program is") +
-                            "); --solver direct does without it");
+    throw core::SolverError(std::string("multigrid: ") + name + " cannot be loaded (" +
+                            (error ? error : "it is not where the program is") + "); --solver direct does without it");
   return build;
 }
 
 }  // namespace
 
-std::vector<MultigridLevel> multigrid_levels(const Eigen::SparseMatrix<double>& spd, int block, const Eigen::MatrixXd& near_null) {
+std::vector<MultigridLevel> multigrid_levels(const Eigen::SparseMatrix<double>& spd, int block,
+                                             const Eigen::MatrixXd& near_null) {
   static std::mutex mutex;  // PETSc is not made for several threads
   const std::lock_guard lock(mutex);
   static const Build build = load_module();

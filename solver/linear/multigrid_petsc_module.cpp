@@ -51,14 +51,14 @@ PetscErrorCode copy(Mat from, Eigen::SparseMatrix<double, Eigen::RowMajor>& to) 
 }
 
 PetscErrorCode near_null_space(const Eigen::MatrixXd& modes, int block, MatNullSpace& space) {
-  std::vector<Vec> vectors(static_cast<std::size_t>(modes.cols()));
+  std::vector<Vec> vectors(modes.cols());
   // MatNullSpace wants them orthonormal.
   Eigen::MatrixXd basis = modes;
   for (Eigen::Index i = 0; i < basis.cols(); ++i) {
     for (int pass = 0; pass < 2; ++pass)
       for (Eigen::Index j = 0; j < i; ++j) basis.col(i) -= basis.col(j).dot(basis.col(i)) * basis.col(j);
     basis.col(i).normalize();
-    Vec& vector = vectors[static_cast<std::size_t>(i)];
+    Vec& vector = vectors[i];
     PetscCall(VecCreateSeq(PETSC_COMM_SELF, static_cast<PetscInt>(basis.rows()), &vector));
     PetscCall(VecSetBlockSize(vector, block));
     PetscScalar* values = nullptr;
@@ -66,7 +66,8 @@ PetscErrorCode near_null_space(const Eigen::MatrixXd& modes, int block, MatNullS
     Eigen::Map<Eigen::VectorXd>(values, basis.rows()) = basis.col(i);
     PetscCall(VecRestoreArray(vector, &values));
   }
-  PetscCall(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, static_cast<PetscInt>(vectors.size()), vectors.data(), &space));
+  PetscCall(
+      MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, static_cast<PetscInt>(vectors.size()), vectors.data(), &space));
   for (Vec& vector : vectors) PetscCall(VecDestroy(&vector));
   return 0;
 }
@@ -75,9 +76,10 @@ PetscErrorCode build(const Eigen::SparseMatrix<double>& spd, int block, const Ei
                      std::vector<MultigridLevel>& levels) {
   PetscCall(start());
   Mat matrix = nullptr;
-  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, static_cast<PetscInt>(spd.rows()), static_cast<PetscInt>(spd.cols()),
-                                      const_cast<int*>(spd.outerIndexPtr()), const_cast<int*>(spd.innerIndexPtr()),
-                                      const_cast<double*>(spd.valuePtr()), &matrix));
+  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, static_cast<PetscInt>(spd.rows()),
+                                      static_cast<PetscInt>(spd.cols()), const_cast<int*>(spd.outerIndexPtr()),
+                                      const_cast<int*>(spd.innerIndexPtr()), const_cast<double*>(spd.valuePtr()),
+                                      &matrix));
   PetscCall(MatSetBlockSize(matrix, block));
   PetscCall(MatSetOption(matrix, MAT_SPD, PETSC_TRUE));
   if (near_null.cols() > 0) {
@@ -118,8 +120,9 @@ PetscErrorCode build(const Eigen::SparseMatrix<double>& spd, int block, const Ei
 
 }  // namespace
 
-extern "C" bool thermotwin_multigrid_levels(const Eigen::SparseMatrix<double>& spd, int block, const Eigen::MatrixXd& near_null,
-                                            std::vector<MultigridLevel>& levels, std::string& error) {
+extern "C" bool thermotwin_multigrid_levels(const Eigen::SparseMatrix<double>& spd, int block,
+                                            const Eigen::MatrixXd& near_null, std::vector<MultigridLevel>& levels,
+                                            std::string& error) {
   const PetscErrorCode code = build(spd, block, near_null, levels);
   if (code == 0) return true;
   const char* text = nullptr;

@@ -61,7 +61,7 @@ void over_columns(Eigen::Index columns, const Body& body) {
   const Eigen::Index turns = (columns + most - 1) / most;
   for (Eigen::Index t = 0; t < turns; ++t) {
     const Eigen::Index first = columns * t / turns, last = columns * (t + 1) / turns;
-    constant(std::make_integer_sequence<int, most>(), static_cast<int>(last - first), first);
+    constant(std::make_integer_sequence<int, most>(), last - first, first);
   }
 }
 
@@ -73,10 +73,10 @@ Eigen::ArrayXd sum_rows(Eigen::Index rows, Eigen::Index columns, const Body& bod
   over_columns(columns, [&](auto width, Eigen::Index begin) {
     using Sum = Eigen::Array<double, decltype(width)::value, 1>;
     total.segment<decltype(width)::value>(begin) = core::parallel_reduce<Sum>(
-        0, static_cast<std::size_t>(rows), at_once, Sum::Zero(),
+        0, rows, at_once, Sum::Zero(),
         [&](std::size_t first, std::size_t last) -> Sum {
           double sum[decltype(width)::value] = {};
-          for (std::size_t i = first; i < last; ++i) body(static_cast<Eigen::Index>(i), sum, width, begin);
+          for (std::size_t i = first; i < last; ++i) body(i, sum, width, begin);
           return Eigen::Map<const Sum>(sum);
         },
         [](Sum left, const Sum& right) -> Sum { return left + right; });
@@ -104,9 +104,12 @@ void over_entries(const SideBySide& shape, const Body& body) {
 /// rows := columns
 inline void put_side_by_side(const Eigen::MatrixXd& columns, SideBySide& rows) {
   rows.resize(columns.rows(), columns.cols());
-  over_rows(columns.rows(), [&](Eigen::Index first, Eigen::Index last) {
-    rows.middleRows(first, last - first) = columns.middleRows(first, last - first);
-  }, 256);
+  over_rows(
+      columns.rows(),
+      [&](Eigen::Index first, Eigen::Index last) {
+        rows.middleRows(first, last - first) = columns.middleRows(first, last - first);
+      },
+      256);
 }
 
 }  // namespace thermotwin::solver

@@ -24,7 +24,7 @@ struct Space {
 
 /// Small ones are kept for the next solve: fresh memory costs as much as the copies.
 class SpaceStore {
- public:
+public:
   Space take(std::size_t size) {
     Space space;
     {
@@ -42,7 +42,7 @@ class SpaceStore {
     if (free_.size() < 2) free_.push_back(std::move(space));
   }
 
- private:
+private:
   std::mutex mutex_;
   std::vector<Space> free_;
 };
@@ -53,7 +53,7 @@ struct SparseFactor::Impl {
   SparseFactorOptions options;
   std::unique_ptr<cholmod::Factor> factor;
   Eigen::Index size = 0, nonzeros = 0;
-  std::shared_ptr<const SupernodalSweeps> sweeps;       // shared by clones, as their permutation
+  std::shared_ptr<const SupernodalSweeps> sweeps;  // shared by clones, as their permutation
   std::shared_ptr<const std::vector<int>> permutation;
   std::vector<float> single_values;  ///< instead of the factor's own
   mutable SpaceStore spaces;
@@ -74,14 +74,18 @@ struct SparseFactor::Impl {
   }
 
   Eigen::Index most_columns() const {
-    return std::clamp(options.columns_at_once, 1, options.single_precision ? SupernodalSweeps::few_columns : SupernodalSweeps::most_columns);
+    return std::clamp(options.columns_at_once, 1,
+                      options.single_precision ? SupernodalSweeps::few_columns : SupernodalSweeps::most_columns);
   }
 
   /// Right-hand sides in one pass through the factor; entry (i, k) of b and x at i * row + k * column.
-  struct Strides { Eigen::Index row, column; };
-  void sweep(const double* b, Strides of_b, double* x, Strides of_x, Eigen::Index columns, bool backward_only = false) const {
+  struct Strides {
+    Eigen::Index row, column;
+  };
+  void sweep(const double* b, Strides of_b, double* x, Strides of_x, Eigen::Index columns,
+             bool backward_only = false) const {
     const int width = SupernodalSweeps::width_for(columns);
-    const auto needed = static_cast<std::size_t>(sweeps->work_rows() * width);
+    const std::size_t needed = sweeps->work_rows() * width;
     const bool few = width <= SupernodalSweeps::few_columns;
     Space space = few ? spaces.take(needed) : Space{needed, std::make_unique_for_overwrite<double[]>(needed)};
     double* y = space.values.get();
@@ -90,7 +94,8 @@ struct SparseFactor::Impl {
     constexpr Eigen::Index rows_at_once = 4096, columns_at_once = 8;
     const auto over_parts = [&](Eigen::Index all_columns, const auto& body) {
       core::parallel_for(0, static_cast<std::size_t>((size + rows_at_once - 1) / rows_at_once), [&](std::size_t part) {
-        const Eigen::Index first = static_cast<Eigen::Index>(part) * rows_at_once, last = std::min(size, first + rows_at_once);
+        const Eigen::Index first = static_cast<Eigen::Index>(part) * rows_at_once,
+                           last = std::min(size, first + rows_at_once);
         for (Eigen::Index k = 0; k < all_columns; k += columns_at_once) {
           const Eigen::Index end = std::min(all_columns, k + columns_at_once);
           for (Eigen::Index i = first; i < last; ++i) body(y + i * width, place[i], k, end);
@@ -115,7 +120,8 @@ struct SparseFactor::Impl {
 SparseAnalysis analyse(const SparseFactor::Matrix& spd, const SparseFactorOptions& options) {
   SparseAnalysis analysis;
   analysis.order = cholmod::fill_reducing_order(spd, std::max(1, options.block));
-  const std::unique_ptr<cholmod::Factor> factor = cholmod::analysed(spd, analysis.order, options.force_wide, &analysis.work_bytes);
+  const std::unique_ptr<cholmod::Factor> factor =
+      cholmod::analysed(spd, analysis.order, options.force_wide, &analysis.work_bytes);
   analysis.factor_bytes = factor->memory_bytes();
   analysis.nonzeros = factor->nonzeros;
   analysis.flops = factor->flops;
@@ -124,7 +130,8 @@ SparseAnalysis analyse(const SparseFactor::Matrix& spd, const SparseFactorOption
 }
 
 SparseFactor::SparseFactor(const Matrix& spd, const SparseFactorOptions& options)
-    : SparseFactor(spd, options, {cholmod::fill_reducing_order(spd, std::max(1, options.block)), 0, 0, 0, 0, options.force_wide}) {}
+    : SparseFactor(spd, options,
+                   {cholmod::fill_reducing_order(spd, std::max(1, options.block)), 0, 0, 0, 0, options.force_wide}) {}
 
 SparseFactor::SparseFactor(const Matrix& spd, const SparseFactorOptions& options, const SparseAnalysis& analysis)
     : impl_(std::make_unique<Impl>()) {
@@ -165,44 +172,49 @@ void SparseFactor::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sid
   const Eigen::Index columns = right_hand_sides.cols();
   if (columns == 0) return;
   if (right_hand_sides.rows() != impl_->size)
-    throw SolverError(fmt::format("sparse factor: a right-hand side of {} rows for {} unknowns", right_hand_sides.rows(), impl_->size));
+    throw SolverError(fmt::format("sparse factor: a right-hand side of {} rows for {} unknowns",
+                                  right_hand_sides.rows(), impl_->size));
   const Eigen::Index most = impl_->most_columns(), blocks = (columns + most - 1) / most;
-  core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
-    const Eigen::Index first = columns * static_cast<Eigen::Index>(i) / blocks, last = columns * (static_cast<Eigen::Index>(i) + 1) / blocks;
-    impl_->sweep(right_hand_sides.col(first).data(), {1, right_hand_sides.outerStride()}, solution.col(first).data(), {1, solution.outerStride()},
-                 last - first);
+  core::parallel_for(0, blocks, [&](std::size_t i) {
+    const Eigen::Index first = columns * static_cast<Eigen::Index>(i) / blocks,
+                       last = columns * (static_cast<Eigen::Index>(i) + 1) / blocks;
+    impl_->sweep(right_hand_sides.col(first).data(), {1, right_hand_sides.outerStride()}, solution.col(first).data(),
+                 {1, solution.outerStride()}, last - first);
   });
 }
 
 Eigen::MatrixXd SparseFactor::half_solve(const Eigen::MatrixXd& b) const {
   if (b.rows() != impl_->size)
     throw SolverError(fmt::format("sparse factor: a block of {} rows for {} unknowns", b.rows(), impl_->size));
-  if (impl_->options.single_precision) throw SolverError("sparse factor: half a solve needs values in double precision");
+  if (impl_->options.single_precision)
+    throw SolverError("sparse factor: half a solve needs values in double precision");
   Eigen::MatrixXd result(b.rows(), b.cols());
   const Eigen::Index most = impl_->most_columns(), blocks = (b.cols() + most - 1) / most;
-  core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
+  core::parallel_for(0, blocks, [&](std::size_t i) {
     const Eigen::Index first = static_cast<Eigen::Index>(i) * most, count = std::min(most, b.cols() - first);
-    impl_->sweep(b.col(first).data(), {1, b.outerStride()}, result.col(first).data(), {1, result.outerStride()}, count, true);
+    impl_->sweep(b.col(first).data(), {1, b.outerStride()}, result.col(first).data(), {1, result.outerStride()}, count,
+                 true);
   });
   return result;
 }
 
-void SparseFactor::solve_side_by_side(const Eigen::Ref<const SideBySide>& right_hand_sides, Eigen::Ref<SideBySide> solution) const {
+void SparseFactor::solve_side_by_side(const Eigen::Ref<const SideBySide>& right_hand_sides,
+                                      Eigen::Ref<SideBySide> solution) const {
   if (right_hand_sides.rows() != impl_->size)
-    throw SolverError(fmt::format("sparse factor: a right-hand side of {} rows for {} unknowns", right_hand_sides.rows(), impl_->size));
+    throw SolverError(fmt::format("sparse factor: a right-hand side of {} rows for {} unknowns",
+                                  right_hand_sides.rows(), impl_->size));
   constexpr Eigen::Index width = SupernodalSweeps::few_columns;
   const Eigen::Index columns = right_hand_sides.cols(), blocks = (columns + width - 1) / width;
-  core::parallel_for(0, static_cast<std::size_t>(blocks), [&](std::size_t i) {
-    const Eigen::Index first = columns * static_cast<Eigen::Index>(i) / blocks, last = columns * (static_cast<Eigen::Index>(i) + 1) / blocks;
-    impl_->sweep(right_hand_sides.data() + first, {right_hand_sides.outerStride(), 1}, solution.data() + first, {solution.outerStride(), 1},
-                 last - first);
+  core::parallel_for(0, blocks, [&](std::size_t i) {
+    const Eigen::Index first = columns * static_cast<Eigen::Index>(i) / blocks,
+                       last = columns * (static_cast<Eigen::Index>(i) + 1) / blocks;
+    impl_->sweep(right_hand_sides.data() + first, {right_hand_sides.outerStride(), 1}, solution.data() + first,
+                 {solution.outerStride(), 1}, last - first);
   });
 }
 
 Eigen::Index SparseFactor::size() const { return impl_->size; }
-double SparseFactor::memory_bytes() const {
-  return impl_->factor->memory_bytes() - 4.0 * static_cast<double>(impl_->single_values.size());
-}
+double SparseFactor::memory_bytes() const { return impl_->factor->memory_bytes() - 4.0 * impl_->single_values.size(); }
 bool SparseFactor::wide() const { return impl_->factor->wide(); }
 double SparseFactor::flops() const { return impl_->factor->flops; }
 double SparseFactor::nonzeros() const { return impl_->factor->nonzeros; }

@@ -18,25 +18,25 @@ namespace thermotwin::solver {
 
 /// The ordering and what it will cost, before any memory is asked for.
 struct SparseAnalysis {
-  std::vector<int> order;        ///< fill-reducing permutation of the unknowns
-  double factor_bytes = 0;       ///< of the factor, as SparseFactor::memory_bytes() will say
-  double work_bytes = 0;         ///< beside it while it is made
+  std::vector<int> order;   ///< fill-reducing permutation of the unknowns
+  double factor_bytes = 0;  ///< of the factor, as SparseFactor::memory_bytes() will say
+  double work_bytes = 0;    ///< beside it while it is made
   double nonzeros = 0, flops = 0;
-  bool wide = false;             ///< needs 64-bit indices
+  bool wide = false;  ///< needs 64-bit indices
 };
 
 struct SparseFactorOptions {
-  int block = 1;           ///< consecutive unknowns per node; the graph of the nodes is ordered
-  int columns_at_once = 48;  ///< right-hand sides per pass through the factor (at most 64)
+  int block = 1;                  ///< consecutive unknowns per node; the graph of the nodes is ordered
+  int columns_at_once = 48;       ///< right-hand sides per pass through the factor (at most 64)
   double many_core_flops = 2e11;  ///< operations above which BLAS may use all cores
-  bool force_wide = false;   ///< 64-bit indices even where 32 bits do
+  bool force_wide = false;        ///< 64-bit indices even where 32 bits do
   /// Values rounded to single precision once they are made, sums in double: half the memory and a shorter solve, good to
   /// about 1e-6 of the right-hand side. For iterations that look at what is left; no half_solve().
   bool single_precision = false;
 };
 
 class SparseFactor {
- public:
+public:
   using Matrix = Eigen::SparseMatrix<double>;
 
   /// Analyses and factorises. @param spd  (n x n) compressed; only its lower triangle is read
@@ -65,14 +65,14 @@ class SparseFactor {
   void solve_side_by_side(const Eigen::Ref<const SideBySide>& right_hand_sides, Eigen::Ref<SideBySide> solution) const;
 
   Eigen::Index size() const;
-  double memory_bytes() const;       ///< of the factor
-  bool wide() const;                 ///< 64-bit indices
-  double flops() const;              ///< of one factorisation
-  double nonzeros() const;           ///< of the factor
+  double memory_bytes() const;  ///< of the factor
+  bool wide() const;            ///< 64-bit indices
+  double flops() const;         ///< of one factorisation
+  double nonzeros() const;      ///< of the factor
   /// Rough reciprocal condition number (smallest / largest pivot, squared); 0 is singular.
   double rcond() const;
 
- private:
+private:
   struct Impl;
   explicit SparseFactor(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;

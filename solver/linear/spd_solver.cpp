@@ -25,7 +25,8 @@ SpdSolver SpdSolver::copy_for_new_values() const {
   return copy;
 }
 
-void SpdSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sides, Eigen::Ref<Eigen::MatrixXd> solution) const {
+void SpdSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sides,
+                      Eigen::Ref<Eigen::MatrixXd> solution) const {
   if (const auto* factor = std::get_if<SparseFactor>(&solver_))
     factor->solve(right_hand_sides, solution);
   else
@@ -38,7 +39,8 @@ Eigen::MatrixXd SpdSolver::solve(const Eigen::MatrixXd& right_hand_sides) const 
   return solution;
 }
 
-void SpdSolver::precondition(const Eigen::Ref<const SideBySide>& right_hand_sides, Eigen::Ref<SideBySide> solution) const {
+void SpdSolver::precondition(const Eigen::Ref<const SideBySide>& right_hand_sides,
+                             Eigen::Ref<SideBySide> solution) const {
   if (const auto* factor = std::get_if<SparseFactor>(&solver_))
     factor->solve_side_by_side(right_hand_sides, solution);
   else

@@ -14,12 +14,12 @@ namespace thermotwin::solver {
 
 struct SpdOptions {
   LinearSolver kind = LinearSolver::direct;
-  SparseFactorOptions factor;          ///< direct; its block is also multigrid's
-  MultigridOptions multigrid;          ///< iterative
+  SparseFactorOptions factor;  ///< direct; its block is also multigrid's
+  MultigridOptions multigrid;  ///< iterative
 };
 
 class SpdSolver {
- public:
+public:
   using Matrix = Eigen::SparseMatrix<double>;
 
   /// @param spd  compressed, both triangles   @param analysis  direct: made before, of the same pattern
@@ -41,7 +41,7 @@ class SpdSolver {
   /// Direct: rough reciprocal condition number; iterative: 1, a singular matrix does not converge.
   double rcond() const;
 
- private:
+private:
   explicit SpdSolver(const SpdOptions& options) : options_(options) {}
   SpdOptions options_;
   std::variant<std::monostate, SparseFactor, MultigridSolver> solver_;

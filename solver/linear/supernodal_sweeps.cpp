@@ -83,7 +83,8 @@ struct Wide {
   template <class Value>
   static void subtract_transposed(const Value* l, Int stride, Int rows, Int columns, const double* x, double* out) {
     Int j = 0;
-    for (; j + panel <= columns; j += panel) subtract_transposed_panel<panel>(l + j * stride, stride, rows, x, out + j * width);
+    for (; j + panel <= columns; j += panel)
+      subtract_transposed_panel<panel>(l + j * stride, stride, rows, x, out + j * width);
     for (; j + 2 <= columns; j += 2) subtract_transposed_panel<2>(l + j * stride, stride, rows, x, out + j * width);
     if (j < columns) subtract_transposed_panel<1>(l + j * stride, stride, rows, x, out + j * width);
   }
@@ -164,7 +165,8 @@ void solve_triangle_transposed(Kernel, const Value* l, Int stride, Int columns, 
   constexpr Int w = Kernel::width;
   for (Int first = (columns - 1) / Kernel::panel * Kernel::panel; first >= 0; first -= Kernel::panel) {
     const Int last = std::min<Int>(columns, first + Kernel::panel);
-    Kernel::subtract_transposed(l + first * stride + last, stride, columns - last, last - first, y + last * w, y + first * w);
+    Kernel::subtract_transposed(l + first * stride + last, stride, columns - last, last - first, y + last * w,
+                                y + first * w);
     for (Int j = last - 1; j >= first; --j) {
       const Value* column = l + j * stride;
       for (Int i = j + 1; i < last; ++i)
@@ -239,7 +241,8 @@ void SupernodalSweeps::plan() {
     const int* outside_end = p.row.data() + p.row_begin[at(s + 1)];
     for (Int i = p.row_begin[at(first[at(s)])]; i < p.row_begin[at(s + 1)]; ++i)
       if (p.row[at(i)] >= end)
-        target_[at(i)] = static_cast<int>(work_rows_ + (std::lower_bound(outside, outside_end, p.row[at(i)]) - outside));
+        target_[at(i)] =
+            static_cast<int>(work_rows_ + (std::lower_bound(outside, outside_end, p.row[at(i)]) - outside));
     work_rows_ += outside_end - outside;
     next = first[at(s)] - 1;
   }
@@ -250,8 +253,9 @@ void SupernodalSweeps::plan() {
 template <class Kernel, class Value>
 void SupernodalSweeps::forward(Kernel kernel, Int s, const Value* values, double* y, bool split) const {
   const Int w = kernel.width;
-  const auto at = static_cast<std::size_t>(s);
-  const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
+  const std::size_t at = s;
+  const Int columns = pattern_.column[at + 1] - pattern_.column[at],
+            stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
   const Value* l = values + pattern_.value_begin[at];
   double* own = y + pattern_.column[at] * w;
   {
@@ -274,8 +278,9 @@ void SupernodalSweeps::forward(Kernel kernel, Int s, const Value* values, double
 template <class Kernel, class Value>
 void SupernodalSweeps::backward(Kernel kernel, Int s, const Value* values, double* y, bool split) const {
   const Int w = kernel.width;
-  const auto at = static_cast<std::size_t>(s);
-  const Int columns = pattern_.column[at + 1] - pattern_.column[at], stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
+  const std::size_t at = s;
+  const Int columns = pattern_.column[at + 1] - pattern_.column[at],
+            stride = pattern_.row_begin[at + 1] - pattern_.row_begin[at];
   const Value* l = values + pattern_.value_begin[at];
   double* own = y + pattern_.column[at] * w;
   const int* row = pattern_.row.data() + pattern_.row_begin[at] + columns;
@@ -287,7 +292,8 @@ void SupernodalSweeps::backward(Kernel kernel, Int s, const Value* values, doubl
       const Int end = std::min(stride - columns, begin + rows_at_once);
       for (Int i = begin; i < end; ++i)
         for (Int k = 0; k < w; ++k) above[(i - begin) * w + k] = y[static_cast<Int>(row[i]) * w + k];
-      kernel.subtract_transposed(l + first * stride + columns + begin, stride, end - begin, last - first, above, own + first * w);
+      kernel.subtract_transposed(l + first * stride + columns + begin, stride, end - begin, last - first, above,
+                                 own + first * w);
     }
   });
   [[maybe_unused]] const typename Kernel::Turn turn;
@@ -303,11 +309,11 @@ void SupernodalSweeps::run(Kernel kernel, const Value* values, double* y, bool b
       for (Int s = subtrees_[i].first; s <= subtrees_[i].last; ++s) forward(kernel, s, values, y, false);
     });
     for (const Subtree& subtree : subtrees_) {
-      const auto root = static_cast<std::size_t>(subtree.root);
+      const std::size_t root = subtree.root;
       const Int begin = pattern_.row_begin[root] + pattern_.column[root + 1] - pattern_.column[root];
       const double* from = y + subtree.extra_begin * w;
       for (Int i = begin; i < pattern_.row_begin[root + 1]; ++i, from += w) {
-        double* to = y + static_cast<Int>(pattern_.row[static_cast<std::size_t>(i)]) * w;
+        double* to = y + static_cast<Int>(pattern_.row[i]) * w;
         for (Int k = 0; k < w; ++k) to[k] += from[k];
       }
     }
@@ -335,7 +341,7 @@ void SupernodalSweeps::solve(const float* values, double* y, int width) const {
 }
 
 double SupernodalSweeps::memory_bytes() const {
-  return 4.0 * static_cast<double>(pattern_.row.size() + target_.size()) + 24.0 * static_cast<double>(pattern_.column.size());
+  return 4.0 * (pattern_.row.size() + target_.size()) + 24.0 * pattern_.column.size();
 }
 
 }  // namespace thermotwin::solver

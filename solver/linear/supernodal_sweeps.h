@@ -23,7 +23,7 @@ struct SupernodalPattern {
 };
 
 class SupernodalSweeps {
- public:
+public:
   static constexpr int few_columns = 12, most_columns = 64;
 
   explicit SupernodalSweeps(SupernodalPattern pattern);
@@ -43,8 +43,10 @@ class SupernodalSweeps {
   void solve(const float* values, double* y, int width) const;
   double memory_bytes() const;
 
- private:
-  struct Subtree { std::int64_t first, last, extra_begin, root; };  ///< supernodes [first, last]
+private:
+  struct Subtree {
+    std::int64_t first, last, extra_begin, root;
+  };  ///< supernodes [first, last]
 
   template <class Kernel, class Value>
   void run(Kernel kernel, const Value* values, double* y, bool backward_only) const;
@@ -55,9 +57,9 @@ class SupernodalSweeps {
   void plan();
 
   SupernodalPattern pattern_;
-  std::vector<int> target_;            ///< as row, with places of subtrees for rows above them
+  std::vector<int> target_;  ///< as row, with places of subtrees for rows above them
   std::vector<Subtree> subtrees_;
-  std::vector<std::int64_t> top_;      ///< supernodes in no subtree, rising
+  std::vector<std::int64_t> top_;  ///< supernodes in no subtree, rising
   std::int64_t work_rows_ = 0;
 };
 

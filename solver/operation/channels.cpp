@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 namespace thermotwin::solver {
@@ -10,7 +11,7 @@ namespace thermotwin::solver {
 Channels::Channels(const mesh::Machine& machine) {
   std::vector<double> values;
   const auto add = [&](const std::string& name, double value) {
-    if (!index_.try_emplace(name, static_cast<int>(names_.size())).second) return;
+    if (!index_.try_emplace(name, names_.size()).second) return;
     names_.push_back(name);
     values.push_back(value);
   };
@@ -26,7 +27,8 @@ Channels::Channels(const mesh::Machine& machine) {
     add(id + "feed_" + unit + "_min", 0.0);
     add(id + "low_" + unit, not_given);
     add(id + "high_" + unit, not_given);
-    ranges_.push_back({index(id + "position_" + unit), index(id + "feed_" + unit + "_min"), index(id + "low_" + unit), index(id + "high_" + unit)});
+    ranges_.push_back({index(id + "position_" + unit), index(id + "feed_" + unit + "_min"), index(id + "low_" + unit),
+                       index(id + "high_" + unit)});
     if (machine.has_clamp(axis.id)) add(id + "clamp.on", 0.0);
   }
   // One that follows another has no temperature of its own until it is measured.
@@ -48,7 +50,7 @@ Channels::Channels(const mesh::Machine& machine) {
   }
   for (const mesh::FilmSpec& film : machine.films)
     if (film.table.input.ends_with(".power_W")) add(film.table.input, not_given);
-  defaults_ = Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  defaults_ = Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
 }
 
 int Channels::index(const std::string& name) const {
@@ -60,8 +62,10 @@ void Channels::update(const Eigen::VectorXd& given, Eigen::Ref<Eigen::VectorXd> 
   for (Eigen::Index k = 0; k < given.size(); ++k)
     if (!std::isnan(given[k])) row[k] = given[k];
   for (const Range& range : ranges_) {
-    const double slack = 1e-6 * (std::abs(row[range.low]) + std::abs(row[range.high]) + 1.0), position = given[range.position];
-    const bool ended = row[range.feed] == 0.0 || position < row[range.low] - slack || position > row[range.high] + slack;
+    const double slack = 1e-6 * (std::abs(row[range.low]) + std::abs(row[range.high]) + 1.0),
+                 position = given[range.position];
+    const bool ended =
+        row[range.feed] == 0.0 || position < row[range.low] - slack || position > row[range.high] + slack;
     for (const int end : {range.low, range.high})
       if (ended && std::isnan(given[end])) row[end] = not_given;
   }

@@ -17,11 +17,11 @@ namespace thermotwin::solver {
 inline constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 class Channels {
- public:
+public:
   explicit Channels(const mesh::Machine& machine);
 
   const std::vector<std::string>& names() const { return names_; }
-  Eigen::Index size() const { return static_cast<Eigen::Index>(names_.size()); }
+  Eigen::Index size() const { return std::ssize(names_); }
   /// @return index of the channel, -1 if the machine has none of this name
   int index(const std::string& name) const;
 
@@ -34,8 +34,10 @@ class Channels {
   /// @param given, row  (size)
   void update(const Eigen::VectorXd& given, Eigen::Ref<Eigen::VectorXd> row) const;
 
- private:
-  struct Range { int position, feed, low, high; };
+private:
+  struct Range {
+    int position, feed, low, high;
+  };
   std::vector<std::string> names_;
   std::vector<Range> ranges_;  ///< one an axis
   std::unordered_map<std::string, int> index_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace thermotwin::solver {
 
@@ -34,29 +35,35 @@ int place_of(const mesh::Machine& machine, const Layout& layout, ObservedKind ki
 
 }  // namespace
 
-VectorXd chiller_set_points(const mesh::Machine& machine, const Layout& layout, const VectorXd& readings_K, const VectorXd& guide_K) {
-  VectorXd set(static_cast<Index>(machine.coolants.size()));
+VectorXd chiller_set_points(const mesh::Machine& machine, const Layout& layout, const VectorXd& readings_K,
+                            const VectorXd& guide_K) {
+  VectorXd set(std::ssize(machine.coolants));
   for (std::size_t i = 0; i < machine.coolants.size(); ++i) {
     const mesh::CoolantSpec& coolant = machine.coolants[i];
-    double guide = coolant.guide_sensor.empty() ? guide_K[static_cast<Index>(i)] : readings_K[machine.sensor_index(coolant.guide_sensor)];
-    const int warmed_by = place_of(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by));
+    double guide = coolant.guide_sensor.empty() ? guide_K[i] : readings_K[machine.sensor_index(coolant.guide_sensor)];
+    const int warmed_by =
+        place_of(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by));
     if (warmed_by >= 0) guide += coolant.guide_warmed_share * (readings_K[warmed_by] - guide);
-    set[static_cast<Index>(i)] = guide + coolant.guide_offset;
+    set[i] = guide + coolant.guide_offset;
   }
   return set;
 }
 
 Chiller::Chiller(const mesh::Machine& machine, const Layout& layout, const Channels& channels, VectorXd start_K)
-    : reference_C_(machine.reference_C), outlet_K_(std::move(start_K)), inlet_K_(outlet_K_), integral_K_(VectorXd::Zero(outlet_K_.size())) {
+    : reference_C_(machine.reference_C),
+      outlet_K_(std::move(start_K)),
+      inlet_K_(outlet_K_),
+      integral_K_(VectorXd::Zero(outlet_K_.size())) {
   for (std::size_t i = 0; i < machine.coolants.size(); ++i) {
     const mesh::CoolantSpec& coolant = machine.coolants[i];
-    circuits_.push_back({channels.index("coolant." + coolant.id + ".on"), channels.index("coolant." + coolant.id + ".inlet_T_C"),
-                         coolant.guide_sensor.empty() ? -1 : machine.sensor_index(coolant.guide_sensor),
-                         place_of(machine, layout, ObservedKind::coolant_return, static_cast<int>(i)),
-                         place_of(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by)),
-                         coolant.guide_warmed_share, coolant.guide_offset, coolant.inlet_offset, coolant.time_constant, coolant.control,
-                         coolant.controls_return, coolant.band, coolant.pull_down, coolant.drift_up, coolant.gain,
-                         coolant.integral_time, coolant.flow.value * coolant.specific_heat, coolant.power});
+    circuits_.push_back(
+        {channels.index("coolant." + coolant.id + ".on"), channels.index("coolant." + coolant.id + ".inlet_T_C"),
+         coolant.guide_sensor.empty() ? -1 : machine.sensor_index(coolant.guide_sensor),
+         place_of(machine, layout, ObservedKind::coolant_return, i),
+         place_of(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by)),
+         coolant.guide_warmed_share, coolant.guide_offset, coolant.inlet_offset, coolant.time_constant, coolant.control,
+         coolant.controls_return, coolant.band, coolant.pull_down, coolant.drift_up, coolant.gain,
+         coolant.integral_time, coolant.flow.value * coolant.specific_heat, coolant.power});
   }
   running_.assign(circuits_.size(), 0);
 }
@@ -65,12 +72,14 @@ bool Chiller::follows_return() const {
   return std::any_of(circuits_.begin(), circuits_.end(), [](const Circuit& circuit) { return circuit.returns >= 0; });
 }
 
-bool Chiller::exact(std::size_t i) const { return !circuits_[i].controls_return && circuits_[i].control != mesh::ChillerControl::pi; }
+bool Chiller::exact(std::size_t i) const {
+  return !circuits_[i].controls_return && circuits_[i].control != mesh::ChillerControl::pi;
+}
 
 double Chiller::set_point(std::size_t i, const Readings& readings, double s) const {
   const Circuit& circuit = circuits_[i];
-  double guide = circuit.guide < 0 ? at(readings.guide, readings.guide_slope, {}, static_cast<int>(i), s)
-                                   : reading(readings, circuit.guide, s);
+  double guide =
+      circuit.guide < 0 ? at(readings.guide, readings.guide_slope, {}, i, s) : reading(readings, circuit.guide, s);
   if (circuit.warmed_by >= 0) guide += circuit.warmed_share * (reading(readings, circuit.warmed_by, s) - guide);
   return guide + circuit.offset;
 }
@@ -82,7 +91,7 @@ double Chiller::held(std::size_t i, const Readings& readings, double s, double o
 /// Two-point control of the outlet in a step in which the set point stands.
 double Chiller::mean_over_step(std::size_t i, double set, double step_s) {
   const Circuit& circuit = circuits_[i];
-  double& outlet = outlet_K_[static_cast<Index>(i)];
+  double& outlet = outlet_K_[i];
   double left = step_s, sum = 0.0;
   while (left > 0.0) {
     // Time to the end of the band, on an exponential towards the aim beyond it.
@@ -101,7 +110,8 @@ double Chiller::mean_over_step(std::size_t i, double set, double step_s) {
 }
 
 /// dT/dt of the outlet, and of the integral.
-double Chiller::slope(std::size_t i, const VectorXd& row, const Readings& readings, double s, const Walk& walk, double& integral) const {
+double Chiller::slope(std::size_t i, const VectorXd& row, const Readings& readings, double s, const Walk& walk,
+                      double& integral) const {
   const Circuit& circuit = circuits_[i];
   const double returned = reading(readings, circuit.returns, s);
   integral = 0.0;
@@ -118,12 +128,14 @@ double Chiller::slope(std::size_t i, const VectorXd& row, const Readings& readin
 }
 
 /// Heun's method in parts of the lag; compressors switch at the end of a part if they may.
-void Chiller::walk(std::size_t i, const VectorXd& row, const Readings& readings, double span, bool switches, Walk& walk) const {
+void Chiller::walk(std::size_t i, const VectorXd& row, const Readings& readings, double span, bool switches,
+                   Walk& walk) const {
   const Circuit& circuit = circuits_[i];
   const double quickest = circuit.control == mesh::ChillerControl::pi
                               ? std::min(circuit.time_constant / (1.0 + circuit.gain), circuit.integral_time)
                               : circuit.time_constant;
-  const int parts = std::clamp(static_cast<int>(std::ceil(parts_of_lag * span / quickest)), switches ? 16 : 1, most_parts);
+  const int parts =
+      std::clamp(static_cast<int>(std::ceil(parts_of_lag * span / quickest)), switches ? 16 : 1, most_parts);
   const double h = span / parts;
   for (int k = 0; k < parts; ++k) {
     const double s = h * k;
@@ -146,7 +158,7 @@ void Chiller::walk(std::size_t i, const VectorXd& row, const Readings& readings,
 const VectorXd& Chiller::advance(const VectorXd& row, const Readings& readings, double step_s) {
   for (std::size_t i = 0; i < circuits_.size(); ++i) {
     const Circuit& circuit = circuits_[i];
-    const auto place = static_cast<Index>(i);
+    const Index place = i;
     double &outlet = outlet_K_[place], &inlet = inlet_K_[place];
     if (std::isfinite(row[circuit.inlet])) {
       outlet = row[circuit.inlet] + circuit.inlet_offset - reference_C_;
@@ -176,23 +188,27 @@ VectorXd Chiller::outlet_after(const VectorXd& row, const Readings& readings, do
   VectorXd outlet = outlet_K_;
   for (std::size_t i = 0; i < circuits_.size(); ++i) {
     const Circuit& circuit = circuits_[i];
-    double& value = outlet[static_cast<Index>(i)];
+    double& value = outlet[i];
     if (std::isfinite(row[circuit.inlet])) {
       value = row[circuit.inlet] + circuit.inlet_offset - reference_C_;
       continue;
     }
     if (!(row[circuit.on] > 0.0)) continue;
     if (!exact(i)) {
-      Walk path{value, integral_K_[static_cast<Index>(i)], running_[i] != 0};
+      Walk path{value, integral_K_[i], running_[i] != 0};
       if (s > 0.0) walk(i, row, readings, s, false, path);
       value = path.outlet;
       continue;
     }
     // The set point is a quadratic through three of its values.
     const double tau = circuit.time_constant, h = s > 0.0 ? s : 1.0;
-    const double aim = circuit.control == mesh::ChillerControl::lag ? 0.0 : running_[i] ? -circuit.pull_down : circuit.drift_up;
-    const double set_0 = set_point(i, readings, 0.0), set_m = set_point(i, readings, 0.5 * h), set_1 = set_point(i, readings, h);
-    const double c0 = set_0 + aim, c1 = (4.0 * set_m - 3.0 * set_0 - set_1) / h, c2 = 2.0 * (set_1 - 2.0 * set_m + set_0) / (h * h);
+    const double aim = circuit.control == mesh::ChillerControl::lag ? 0.0
+                       : running_[i]                                ? -circuit.pull_down
+                                                                    : circuit.drift_up;
+    const double set_0 = set_point(i, readings, 0.0), set_m = set_point(i, readings, 0.5 * h),
+                 set_1 = set_point(i, readings, h);
+    const double c0 = set_0 + aim, c1 = (4.0 * set_m - 3.0 * set_0 - set_1) / h,
+                 c2 = 2.0 * (set_1 - 2.0 * set_m + set_0) / (h * h);
     // Particular solution for a quadratic, plus the decay of what differs from it at the start.
     const double at_start = c0 - tau * c1 + 2.0 * tau * tau * c2;
     const double at_end = at_start + s * (c1 - 2.0 * tau * c2) + s * s * c2;
@@ -206,9 +222,11 @@ VectorXd Chiller::beyond_band(const VectorXd& row, const Readings& readings, dou
   VectorXd beyond = VectorXd::Constant(outlet.size(), -1.0);
   for (std::size_t i = 0; i < circuits_.size(); ++i) {
     const Circuit& circuit = circuits_[i];
-    if (circuit.control != mesh::ChillerControl::two_point || std::isfinite(row[circuit.inlet]) || !(row[circuit.on] > 0.0)) continue;
-    const double off = held(i, readings, s, outlet[static_cast<Index>(i)]) - set_point(i, readings, s);
-    beyond[static_cast<Index>(i)] = (running_[i] ? -off : off) - 0.5 * circuit.band;
+    if (circuit.control != mesh::ChillerControl::two_point || std::isfinite(row[circuit.inlet]) ||
+        !(row[circuit.on] > 0.0))
+      continue;
+    const double off = held(i, readings, s, outlet[i]) - set_point(i, readings, s);
+    beyond[i] = (running_[i] ? -off : off) - 0.5 * circuit.band;
   }
   return beyond;
 }
@@ -217,7 +235,7 @@ void Chiller::move(const VectorXd& row, const Readings& readings, double s) {
   const VectorXd there = outlet_after(row, readings, s);
   for (std::size_t i = 0; i < circuits_.size(); ++i) {
     if (exact(i) || std::isfinite(row[circuits_[i].inlet]) || !(row[circuits_[i].on] > 0.0)) continue;
-    const auto place = static_cast<Index>(i);
+    const Index place = i;
     Walk path{outlet_K_[place], integral_K_[place], running_[i] != 0};
     if (s > 0.0) walk(i, row, readings, s, false, path);
     integral_K_[place] = path.integral;

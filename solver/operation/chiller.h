@@ -27,26 +27,26 @@ namespace thermotwin::solver {
 /// What the chillers aim at, (coolants) K above the reference.
 /// @param readings_K  (sensors + observed) with the sensors' own offsets, see Layout::observed
 /// @param guide_K     (coolants) see OperatingModel::guide_K
-Eigen::VectorXd chiller_set_points(const mesh::Machine& machine, const Layout& layout, const Eigen::VectorXd& readings_K,
-                                   const Eigen::VectorXd& guide_K);
+Eigen::VectorXd chiller_set_points(const mesh::Machine& machine, const Layout& layout,
+                                   const Eigen::VectorXd& readings_K, const Eigen::VectorXd& guide_K);
 
 class Chiller {
- public:
+public:
   /// @param start_K  (coolants) first outlet temperatures above the reference; compressors rest
   Chiller(const mesh::Machine& machine, const Layout& layout, const Channels& channels, Eigen::VectorXd start_K);
 
   /// Readings over a step: value + slope s + curve s^2, s in seconds from its start. Slope and curve
   /// may be empty: they stand.
   struct Readings {
-    Eigen::VectorXd value, slope, curve;   ///< (sensors + observed) K, K/s, K/s^2
-    Eigen::VectorXd guide, guide_slope;    ///< (coolants) ambients that guide
+    Eigen::VectorXd value, slope, curve;  ///< (sensors + observed) K, K/s, K/s^2
+    Eigen::VectorXd guide, guide_slope;   ///< (coolants) ambients that guide
   };
 
   /// A step; compressors switch within it.
   /// @return inlets of the step: the outlet at its end; with two-point or pi control its mean
   const Eigen::VectorXd& advance(const Eigen::VectorXd& row, const Readings& readings, double step_s);
-  const Eigen::VectorXd& advance(const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K, const Eigen::VectorXd& guide_K,
-                                 double step_s) {
+  const Eigen::VectorXd& advance(const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K,
+                                 const Eigen::VectorXd& guide_K, double step_s) {
     return advance(row, Readings{readings_K, {}, {}, guide_K, {}}, step_s);
   }
   const Eigen::VectorXd& outlet_K() const { return outlet_K_; }
@@ -59,16 +59,16 @@ class Chiller {
   Eigen::VectorXd beyond_band(const Eigen::VectorXd& row, const Readings& readings, double s) const;
   /// Goes there. @param row  channels at that time
   void move(const Eigen::VectorXd& row, const Readings& readings, double s);
-  void toggle(Eigen::Index coolant) { running_[static_cast<std::size_t>(coolant)] ^= 1; }
-  bool running(Eigen::Index coolant) const { return running_[static_cast<std::size_t>(coolant)] != 0; }
+  void toggle(Eigen::Index coolant) { running_[coolant] ^= 1; }
+  bool running(Eigen::Index coolant) const { return running_[coolant] != 0; }
 
   void save(core::BinaryWriter& out) const;
   void load(core::BinaryReader& in);
 
- private:
+private:
   struct Circuit {
     int on, inlet;
-    int guide, returns, warmed_by;   // places in readings, -1; guide -1: an ambient
+    int guide, returns, warmed_by;  // places in readings, -1; guide -1: an ambient
     double warmed_share, offset, inlet_offset, time_constant;
     mesh::ChillerControl control;
     bool controls_return;
@@ -78,13 +78,15 @@ class Chiller {
   struct Walk {
     double outlet, integral;
     bool running;
-    double sum = 0;   // of the outlet over time
+    double sum = 0;  // of the outlet over time
   };
   double set_point(std::size_t circuit, const Readings& readings, double s) const;
   double held(std::size_t circuit, const Readings& readings, double s, double outlet) const;
   double mean_over_step(std::size_t circuit, double set, double step_s);
-  double slope(std::size_t circuit, const Eigen::VectorXd& row, const Readings& readings, double s, const Walk& walk, double& integral) const;
-  void walk(std::size_t circuit, const Eigen::VectorXd& row, const Readings& readings, double span, bool switches, Walk& walk) const;
+  double slope(std::size_t circuit, const Eigen::VectorXd& row, const Readings& readings, double s, const Walk& walk,
+               double& integral) const;
+  void walk(std::size_t circuit, const Eigen::VectorXd& row, const Readings& readings, double span, bool switches,
+            Walk& walk) const;
   bool exact(std::size_t circuit) const;
 
   std::vector<Circuit> circuits_;

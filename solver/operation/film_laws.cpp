@@ -10,19 +10,16 @@ namespace {
 constexpr double air_conductivity = 0.0268;  // W/(m K)
 constexpr double air_viscosity = 16.1e-6;    // m^2/s
 constexpr double prandtl = 0.7;
-constexpr double gravity = 9.81;             // m/s^2
+constexpr double gravity = 9.81;  // m/s^2
 constexpr double stefan_boltzmann = 5.670374419e-8;
 
 }  // namespace
 
 double natural_nusselt(mesh::Orientation orientation, double rayleigh) {
   switch (orientation) {
-    case mesh::Orientation::up:
-      return rayleigh <= 1e7 ? 0.54 * std::pow(rayleigh, 0.25) : 0.15 * std::cbrt(rayleigh);
-    case mesh::Orientation::down:
-      return 0.27 * std::pow(rayleigh, 0.25);
-    case mesh::Orientation::vertical:
-      break;
+    case mesh::Orientation::up: return rayleigh <= 1e7 ? 0.54 * std::pow(rayleigh, 0.25) : 0.15 * std::cbrt(rayleigh);
+    case mesh::Orientation::down: return 0.27 * std::pow(rayleigh, 0.25);
+    case mesh::Orientation::vertical: break;
   }
   const double denominator = std::pow(1.0 + std::pow(0.492 / prandtl, 9.0 / 16.0), 8.0 / 27.0);
   const double root = 0.825 + 0.387 * std::pow(rayleigh, 1.0 / 6.0) / denominator;

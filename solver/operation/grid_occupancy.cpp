@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 namespace thermotwin::solver {
@@ -20,12 +21,12 @@ void add_cell(double left, double right, double a, double b, double scale, doubl
 }
 
 void linear_occupancy(const std::vector<double>& x, double low, double high, Eigen::Ref<Eigen::VectorXd> weights) {
-  const auto n = static_cast<Eigen::Index>(x.size());
-  const auto at = [&](Eigen::Index i) { return x[static_cast<std::size_t>(i)]; };
+  const auto n = std::ssize(x);
+  const auto at = [&](Eigen::Index i) { return x[i]; };
   if (high - low <= 1e-12 * (1.0 + std::abs(low))) {
     const double p = std::clamp(low, at(0), at(n - 1));
-    const Eigen::Index cell = std::clamp<Eigen::Index>(
-        std::upper_bound(x.begin(), x.end(), p) - x.begin() - 1, 0, n - 2);
+    const Eigen::Index cell =
+        std::clamp<Eigen::Index>(std::upper_bound(x.begin(), x.end(), p) - x.begin() - 1, 0, n - 2);
     const double s = (p - at(cell)) / (at(cell + 1) - at(cell));
     weights[cell] += 1.0 - s;
     weights[cell + 1] += s;
@@ -42,8 +43,8 @@ void linear_occupancy(const std::vector<double>& x, double low, double high, Eig
 }
 
 void periodic_occupancy(const std::vector<double>& x, double low, double high, Eigen::Ref<Eigen::VectorXd> weights) {
-  const auto n = static_cast<Eigen::Index>(x.size());
-  const auto at = [&](Eigen::Index i) { return x[static_cast<std::size_t>(i % n)] + (i >= n ? turn * static_cast<double>(i / n) : 0.0); };
+  const auto n = std::ssize(x);
+  const auto at = [&](Eigen::Index i) { return x[i % n] + (i >= n ? turn * static_cast<double>(i / n) : 0.0); };
   const double span = high - low;
   const double start = low - turn * std::floor((low - at(0)) / turn);  // in [x0, x0 + turn)
   if (span <= 1e-12 * turn) {
@@ -83,7 +84,7 @@ void grid_occupancy(const JointGrid& grid, double low, double high, Eigen::Ref<E
 }
 
 Eigen::VectorXd grid_weights(const JointGrid& grid, double low, double high) {
-  Eigen::VectorXd weights(static_cast<Eigen::Index>(grid.positions.size()));
+  Eigen::VectorXd weights(std::ssize(grid.positions));
   grid_occupancy(grid, low, high, weights);
   return weights;
 }

@@ -2,6 +2,7 @@
 #include "solver/operation/load_program.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -15,12 +16,15 @@ namespace thermotwin::solver {
 namespace {
 
 /// Whole number of steps of at most `longest` in `length`; a hair over a whole number is rounding.
-int steps_in(double length, double longest) { return std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9))); }
+int steps_in(double length, double longest) {
+  return std::max(1, static_cast<int>(std::ceil(length / longest - 1e-9)));
+}
 
 bool moves(const Channels& channels, const Eigen::VectorXd& row) {
   for (Eigen::Index i = 0; i < row.size(); ++i) {
-    const std::string& name = channels.names()[static_cast<std::size_t>(i)];
-    const bool speed = name == "spindle.speed_rpm" || (name.starts_with("axis.") && name.find(".feed_") != std::string::npos);
+    const std::string& name = channels.names()[i];
+    const bool speed =
+        name == "spindle.speed_rpm" || (name.starts_with("axis.") && name.find(".feed_") != std::string::npos);
     if (speed && row[i] != 0.0) return true;
   }
   return false;
@@ -34,7 +38,8 @@ std::vector<double> LoadProgram::output_times() const {
   if (!chosen_outputs_.empty()) return chosen_outputs_;
   std::vector<double> times;
   const double end = duration(), tolerance = 1e-9 * end;
-  for (long i = 0; static_cast<double>(i) * output_ < end - tolerance; ++i) times.push_back(static_cast<double>(i) * output_);
+  for (long i = 0; static_cast<double>(i) * output_ < end - tolerance; ++i)
+    times.push_back(static_cast<double>(i) * output_);
   times.push_back(end);
   return times;
 }
@@ -43,12 +48,14 @@ void LoadProgram::choose_outputs(std::vector<double> times, const std::string& p
   const double end = duration(), tolerance = 1e-9 * end;
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (!(times[i] >= 0.0 && times[i] <= end + tolerance))
-      throw core::InputError(place, fmt::format("output at {} s", times[i]), fmt::format("0 to {} s, the length of '{}'", end, name_));
+      throw core::InputError(place, fmt::format("output at {} s", times[i]),
+                             fmt::format("0 to {} s, the length of '{}'", end, name_));
     if (i > 0 && !(times[i] > times[i - 1] + tolerance))
       throw core::InputError(place, fmt::format("{} s after {} s", times[i], times[i - 1]), "rising times");
     times[i] = std::min(times[i], end);
   }
-  if (!times.empty() && !(times.back() > 0.0)) throw core::InputError(place, "no output after the start", "at least one time above 0");
+  if (!times.empty() && !(times.back() > 0.0))
+    throw core::InputError(place, "no output after the start", "at least one time above 0");
   chosen_outputs_ = std::move(times);
 }
 
@@ -59,13 +66,15 @@ std::vector<double> LoadProgram::stops() const {
   const double tolerance = 1e-9 * duration(), end = chosen_outputs_.empty() ? duration() : chosen_outputs_.back();
   std::vector<double> kept;
   for (double stop : all)
-    if (stop > tolerance && stop <= end + tolerance && (kept.empty() || stop - kept.back() > tolerance)) kept.push_back(stop);
+    if (stop > tolerance && stop <= end + tolerance && (kept.empty() || stop - kept.back() > tolerance))
+      kept.push_back(stop);
   kept.back() = end;
   return kept;
 }
 
 bool LoadProgram::is_corner(double time) const {
-  return std::any_of(corners_.begin(), corners_.end(), [&](double corner) { return std::abs(corner - time) <= 1e-9 * duration(); });
+  return std::any_of(corners_.begin(), corners_.end(),
+                     [&](double corner) { return std::abs(corner - time) <= 1e-9 * duration(); });
 }
 
 std::vector<double> LoadProgram::step_ends(double refine) const {
@@ -82,7 +91,7 @@ std::vector<double> LoadProgram::step_ends(double refine) const {
 
 std::size_t LoadProgram::phase_index(double time) const {
   const auto after = std::upper_bound(corners_.begin(), corners_.end(), time) - corners_.begin();
-  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, static_cast<std::ptrdiff_t>(start_.size()) - 1));
+  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, std::ssize(start_) - 1));
 }
 
 Eigen::VectorXd LoadProgram::row(double from, double to) const {
@@ -105,7 +114,7 @@ std::string LoadProgram::phase_at(double time) const { return phase_names_[phase
 // standstill_stop_s in which nothing moved. Online the control says so itself.
 void LoadProgram::divide_phase(std::size_t phase, double time) {
   const Eigen::VectorXd middle = row_at(time, 0.5 * (corners_[phase] + corners_[phase + 1]));
-  const auto at = static_cast<std::ptrdiff_t>(phase);
+  const std::ptrdiff_t at = phase;
   corners_.insert(corners_.begin() + at + 1, time);
   start_.insert(start_.begin() + at + 1, middle);
   end_.insert(end_.begin() + at, middle);
@@ -124,7 +133,8 @@ void LoadProgram::schedule_coolants(const mesh::Machine& machine, const Channels
       if (start_[phase][on] > 0.0) {
         const bool still = !moves(channels, start_[phase]);
         if (!still) moved_until = to;
-        until = still && coolant.standstill_stop > 0.0 ? std::clamp(moved_until + coolant.standstill_stop, from, to) : to;
+        until =
+            still && coolant.standstill_stop > 0.0 ? std::clamp(moved_until + coolant.standstill_stop, from, to) : to;
         // One that has stopped by itself does not run on.
         ran_until = until >= to ? to : -1e300;
       } else if (coolant.after_run > 0.0) {
@@ -145,7 +155,8 @@ LoadProgram LoadProgram::read(const std::filesystem::path& path, const mesh::Mac
   return LoadReader::read(core::Config::load(path), path, machine);
 }
 
-LoadProgram LoadProgram::parse(const std::string& text, const std::filesystem::path& path, const mesh::Machine& machine) {
+LoadProgram LoadProgram::parse(const std::string& text, const std::filesystem::path& path,
+                               const mesh::Machine& machine) {
   return LoadReader::read(core::Config::parse(text, path.string()), path, machine);
 }
 

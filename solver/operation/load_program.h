@@ -18,16 +18,15 @@
 namespace thermotwin::solver {
 
 class LoadProgram {
- public:
+public:
   /// @throws InputError naming file, line, key; every axis, travel and speed is checked
   static LoadProgram read(const std::filesystem::path& path, const mesh::Machine& machine);
   /// From text. @param path  name for messages; its stem is the program's name
-  static LoadProgram parse(const std::string& text, const std::filesystem::path& path,
-                           const mesh::Machine& machine);
+  static LoadProgram parse(const std::string& text, const std::filesystem::path& path, const mesh::Machine& machine);
 
-  const std::string& name() const { return name_; }    ///< file name without extension
+  const std::string& name() const { return name_; }  ///< file name without extension
   const std::string& title() const { return title_; }
-  double duration() const;                             ///< s
+  double duration() const;  ///< s
   double initial_C() const { return initial_C_; }
 
   /// Ends of the time steps: corners of the program and at most time_step_s apart, evenly divided
@@ -46,16 +45,16 @@ class LoadProgram {
   Eigen::VectorXd row(double from, double to) const;
   /// The channels at a time, by the phase that holds `inside`.
   Eigen::VectorXd row_at(double time, double inside) const;
-  std::string phase_at(double time) const;             ///< name of the phase
+  std::string phase_at(double time) const;  ///< name of the phase
 
   /// Its own [time], else what was set here (by its case, or the command line), else the defaults.
   TimeOptions time() const { return time_.value_or(TimeOptions{}); }
   bool has_time() const { return time_.has_value(); }
   void set_time(const TimeOptions& time) { time_ = time; }
-  double output_interval() const { return output_; }   ///< s
-  double longest_step() const { return time_step_; }   ///< s, time_step_s
+  double output_interval() const { return output_; }  ///< s
+  double longest_step() const { return time_step_; }  ///< s, time_step_s
 
- private:
+private:
   friend class LoadReader;
   LoadProgram() = default;
 
@@ -69,8 +68,8 @@ class LoadProgram {
   double initial_C_ = 20, time_step_ = 60, output_ = 300;
   std::optional<TimeOptions> time_;
   std::vector<double> chosen_outputs_;
-  std::vector<double> corners_;                        ///< phases + 1, s
-  std::vector<Eigen::VectorXd> start_, end_;           ///< rows at the ends of each phase
+  std::vector<double> corners_;               ///< phases + 1, s
+  std::vector<Eigen::VectorXd> start_, end_;  ///< rows at the ends of each phase
   std::vector<std::string> phase_names_;
 };
 

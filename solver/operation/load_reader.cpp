@@ -21,7 +21,7 @@ using core::Node;
 using core::Range;
 
 class LoadReader::Reading {
- public:
+public:
   explicit Reading(const mesh::Machine& machine) : machine_(machine), channels_(machine), row_(channels_.defaults()) {}
 
   LoadProgram read(const core::Config& config, const std::filesystem::path& path) {
@@ -45,15 +45,15 @@ class LoadReader::Reading {
     return program;
   }
 
- private:
+private:
   static constexpr Range temperatures{-100.0, 500.0};
 
   double& channel(const std::string& name) { return row_[channels_.index(name)]; }
 
   struct AxisUnit {
     const mesh::Axis& axis;
-    std::string unit;     // "mm", "deg"
-    double to_unit;       // units of one SI unit
+    std::string unit;  // "mm", "deg"
+    double to_unit;    // units of one SI unit
     Range travel() const {
       if (axis.endless) return {-1e9, 1e9};
       const double slack = 1e-9 * (1.0 + (axis.high - axis.low) * to_unit);
@@ -76,7 +76,10 @@ class LoadReader::Reading {
   }
 
   static double read_duration(const Node& phase) {
-    struct Unit { const char* key; double seconds; };
+    struct Unit {
+      const char* key;
+      double seconds;
+    };
     double duration = 0.0;
     int given = 0;
     for (const Unit& unit : {Unit{"duration_h", 3600.0}, Unit{"duration_min", 60.0}, Unit{"duration_s", 1.0}})
@@ -85,7 +88,8 @@ class LoadReader::Reading {
         ++given;
       }
     if (given != 1)
-      throw InputError(phase.place(), given == 0 ? "no duration" : "more than one duration", "one of: duration_h, duration_min, duration_s");
+      throw InputError(phase.place(), given == 0 ? "no duration" : "more than one duration",
+                       "one of: duration_h, duration_min, duration_s");
     return duration;
   }
 
@@ -98,7 +102,8 @@ class LoadReader::Reading {
   }
 
   /// A number, or [from, to] for a ramp over the phase.
-  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key, const Range& range = temperatures) {
+  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key,
+                                             const Range& range = temperatures) {
     const std::string allowed = "a number, or [from, to] for a ramp";
     std::vector<double> values;
     try {
@@ -107,7 +112,8 @@ class LoadReader::Reading {
       // No array: then it has to be one number.
       values = {phase.number(key, range)};
     }
-    if (values.empty() || values.size() > 2) throw InputError(phase.place(key), fmt::format("{} numbers", values.size()), allowed);
+    if (values.empty() || values.size() > 2)
+      throw InputError(phase.place(key), fmt::format("{} numbers", values.size()), allowed);
     for (double value : values)
       if (!(value >= range.low && value <= range.high))
         throw InputError(phase.place(key), fmt::format("{}", value), fmt::format("{} to {}", range.low, range.high));
@@ -123,8 +129,9 @@ class LoadReader::Reading {
       for (const mesh::Axis& axis : machine_.axes) ids.push_back(axis.id);
       throw InputError(node.place("id"), "unknown axis '" + id + "'", "one of: " + core::join(ids));
     }
-    if (!seen.insert(id).second) throw InputError(node.place("id"), "axis '" + id + "' twice in a phase", "each axis once a phase");
-    const AxisUnit u = unit_of(machine_.axes[static_cast<std::size_t>(index)]);
+    if (!seen.insert(id).second)
+      throw InputError(node.place("id"), "axis '" + id + "' twice in a phase", "each axis once a phase");
+    const AxisUnit u = unit_of(machine_.axes[index]);
     const auto key = [&](const char* name) { return std::string(name) + "_" + u.unit; };
     const std::string prefix = "axis." + id + ".";
     const auto at = [&](const std::string& name) -> double& { return motion[channels_.index(prefix + name)]; };
@@ -135,9 +142,11 @@ class LoadReader::Reading {
     if (u.axis.kind == mesh::AxisKind::rotary && node.has("speed_rpm")) {
       feed = 360.0 * node.number("speed_rpm", {0.0, u.fastest() / 360.0});
       if (!u.axis.endless)
-        throw InputError(node.place("speed_rpm"), "a speed for axis '" + id + "' with limits", "low_deg, high_deg and feed_deg_min");
+        throw InputError(node.place("speed_rpm"), "a speed for axis '" + id + "' with limits",
+                         "low_deg, high_deg and feed_deg_min");
       if (node.has(key("low")) || node.has(key("high")) || node.has(key("feed") + "_min"))
-        throw InputError(node.place("speed_rpm"), "speed_rpm beside low_deg, high_deg or feed_deg_min", "one of the two ways");
+        throw InputError(node.place("speed_rpm"), "speed_rpm beside low_deg, high_deg or feed_deg_min",
+                         "one of the two ways");
       if (feed > 0.0 && duty > 0.0) {
         const double start = channel(prefix + "position_deg");
         at("low_deg") = start;
@@ -146,9 +155,11 @@ class LoadReader::Reading {
     } else if (node.has(key("low")) || node.has(key("high"))) {
       const double low = node.number(key("low"), travel), high = node.number(key("high"), travel);
       if (!(high > low))
-        throw InputError(node.place(key("high")), fmt::format("{}", high), fmt::format("a number above {} = {}", key("low"), low));
+        throw InputError(node.place(key("high")), fmt::format("{}", high),
+                         fmt::format("a number above {} = {}", key("low"), low));
       if (node.has(key("position")))
-        throw InputError(node.place(key("position")), "a position beside a range", "either the position or low and high");
+        throw InputError(node.place(key("position")), "a position beside a range",
+                         "either the position or low and high");
       at(key("low")) = low;
       at(key("high")) = high;
       at(key("position")) = 0.5 * (low + high);
@@ -158,8 +169,9 @@ class LoadReader::Reading {
     } else if (node.has(key("position"))) {
       at(key("position")) = channel(prefix + key("position")) = node.number(key("position"), travel);
     } else {
-      throw InputError(node.place(), "no motion", "low and high with a feed, or a position" +
-                                                       std::string(u.axis.endless ? ", or speed_rpm" : "") + ", in " + u.unit);
+      throw InputError(node.place(), "no motion",
+                       "low and high with a feed, or a position" + std::string(u.axis.endless ? ", or speed_rpm" : "") +
+                           ", in " + u.unit);
     }
     if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0) {
       const bool held = node.boolean_or("clamped", false);
@@ -182,7 +194,8 @@ class LoadReader::Reading {
     for (const std::string& id : phase.texts("doors_open")) {
       if (std::find(machine_.doors.begin(), machine_.doors.end(), id) == machine_.doors.end())
         throw InputError(phase.place("doors_open"), "unknown door '" + id + "'",
-                         machine_.doors.empty() ? "a [[door]] of machine.toml, which has none" : "one of: " + core::join(machine_.doors));
+                         machine_.doors.empty() ? "a [[door]] of machine.toml, which has none"
+                                                : "one of: " + core::join(machine_.doors));
       channel("door." + id + ".open") = 1.0;
     }
   }
@@ -195,7 +208,8 @@ class LoadReader::Reading {
     const double fastest = machine_.spindle_max_rpm > 0 ? machine_.spindle_max_rpm : 1e6;
     channel("spindle.speed_rpm") = phase.number_or("spindle_rpm", channel("spindle.speed_rpm"), {0.0, fastest});
     if (!on && phase.has("spindle_rpm") && channel("spindle.speed_rpm") > 0.0)
-      throw InputError(phase.place("spindle_rpm"), "a turning spindle while machine_on = false", "0, or machine_on = true");
+      throw InputError(phase.place("spindle_rpm"), "a turning spindle while machine_on = false",
+                       "0, or machine_on = true");
     channel("cutting_fluid.on") = phase.boolean_or("cutting_fluid", channel("cutting_fluid.on") != 0.0) ? 1.0 : 0.0;
     for (const mesh::CoolantSpec& coolant : machine_.coolants) {
       double& state = channel("coolant." + coolant.id + ".on");
@@ -208,7 +222,8 @@ class LoadReader::Reading {
       // Nothing was given so far: the source's own laws stand unless a phase sets the power.
       if (phase.has("process_W")) row_[process] = power;
     } else if (phase.has("process_W") && power > 0.0) {
-      throw InputError(phase.place("process_W"), fmt::format("{} W", power), "0, or a [[source]] with drive = \"process\" in machine.toml");
+      throw InputError(phase.place("process_W"), fmt::format("{} W", power),
+                       "0, or a [[source]] with drive = \"process\" in machine.toml");
     }
 
     if (phase.has("doors_open")) read_doors(phase);
@@ -236,10 +251,13 @@ class LoadReader::Reading {
         const int index = channels_.index(prefix + name);
         start[index] = end[index] = motion[index];
       }
-      if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0) start[clamped] = end[clamped] = motion[clamped];
+      if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0)
+        start[clamped] = end[clamped] = motion[clamped];
     }
     if (!on) {
-      const auto silence = [&](const std::string& name) { start[channels_.index(name)] = end[channels_.index(name)] = 0.0; };
+      const auto silence = [&](const std::string& name) {
+        start[channels_.index(name)] = end[channels_.index(name)] = 0.0;
+      };
       silence("spindle.speed_rpm");
       silence("cutting_fluid.on");
       for (const mesh::CoolantSpec& coolant : machine_.coolants) silence("coolant." + coolant.id + ".on");
@@ -254,7 +272,8 @@ class LoadReader::Reading {
   Eigen::VectorXd row_;  // what holds until a phase says otherwise; axes stand
 };
 
-LoadProgram LoadReader::read(const core::Config& config, const std::filesystem::path& path, const mesh::Machine& machine) {
+LoadProgram LoadReader::read(const core::Config& config, const std::filesystem::path& path,
+                             const mesh::Machine& machine) {
   return Reading(machine).read(config, path);
 }
 

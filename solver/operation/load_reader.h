@@ -11,12 +11,12 @@ namespace thermotwin::solver {
 
 /// The only one that writes a program's fields.
 class LoadReader {
- public:
+public:
   /// @param path  name for messages; its stem is the program's name
   /// @throws InputError naming file, line, key
   static LoadProgram read(const core::Config& config, const std::filesystem::path& path, const mesh::Machine& machine);
 
- private:
+private:
   class Reading;
 };
 

@@ -80,7 +80,7 @@ LossInput::LossInput(const mesh::Machine& machine, const Channels& channels, con
   }
   axis_ = machine.axis_index(loss.motion);
   if (axis_ < 0) throw core::InputError("law", "motion '" + loss.motion + "'", "\"spindle\" or the id of an axis");
-  const mesh::Axis& axis = machine.axes[static_cast<std::size_t>(axis_)];
+  const mesh::Axis& axis = machine.axes[axis_];
   const bool linear = axis.kind == mesh::AxisKind::linear;
   const std::string id = "axis." + axis.id + ".", unit = linear ? "mm" : "deg";
   position_ = channels.index(id + "position_" + unit);
@@ -90,7 +90,8 @@ LossInput::LossInput(const mesh::Machine& machine, const Channels& channels, con
   clamped_ = channels.index(id + "clamp.on");
   to_position_ = linear ? 1e-3 : pi / 180.0;
   fastest_ = axis.rapid * 60.0 / to_position_;
-  const bool by_speed = std::holds_alternative<mesh::GuideLoss>(loss.law) || std::holds_alternative<mesh::ScrewLoss>(loss.law);
+  const bool by_speed =
+      std::holds_alternative<mesh::GuideLoss>(loss.law) || std::holds_alternative<mesh::ScrewLoss>(loss.law);
   to_speed_ = (by_speed ? 1e-3 : linear ? loss.turns * 1e-3 : loss.turns / 360.0) / 60.0;
 }
 
@@ -100,7 +101,9 @@ double LossInput::power(const mesh::LossLaw& loss, const Eigen::VectorXd& row) c
   if (const auto* holding = std::get_if<mesh::HoldingLoss>(&loss.law)) {
     double low = row[low_], high = row[high_];
     if (!std::isfinite(low) || !std::isfinite(high)) low = high = row[position_];
-    return std::isfinite(low) ? row[on_] * (1.0 - row[clamped_]) * loss_power(*holding, low * to_position_, high * to_position_) : 0.0;
+    return std::isfinite(low)
+               ? row[on_] * (1.0 - row[clamped_]) * loss_power(*holding, low * to_position_, high * to_position_)
+               : 0.0;
   }
   if (!std::isfinite(speed)) return 0.0;
   if (const auto* motor = std::get_if<mesh::MotorLoss>(&loss.law)) return loss_power(*motor, speed, row[on_]);
@@ -112,7 +115,7 @@ double LossInput::power(const mesh::LossLaw& loss, const Eigen::VectorXd& row) c
 void LossInput::set_hottest(const mesh::LossLaw& loss, const mesh::Machine& machine, Eigen::VectorXd& row) const {
   row[on_] = 1.0;
   if (const auto* holding = std::get_if<mesh::HoldingLoss>(&loss.law)) {
-    const mesh::Axis& axis = machine.axes[static_cast<std::size_t>(axis_)];
+    const mesh::Axis& axis = machine.axes[axis_];
     row[position_] = steepest(axis.low, axis.high, holding->balanced) / to_position_;
     row[low_] = row[high_] = not_given;
     row[clamped_] = 0.0;

@@ -35,22 +35,24 @@ double loss_power(const mesh::HoldingLoss& holding, double low, double high);
 
 /// A law with its channels.
 class LossInput {
- public:
+public:
   /// @throws InputError for a motion that the machine does not have
   LossInput(const mesh::Machine& machine, const Channels& channels, const mesh::LossLaw& loss);
 
   double power(const mesh::LossLaw& loss, const Eigen::VectorXd& row) const;
   /// Speed over the largest one; negative where the law has none.
-  double relative_speed(const Eigen::VectorXd& row) const { return speed_ < 0 || !(fastest_ > 0.0) ? -1.0 : std::abs(row[speed_]) / fastest_; }
+  double relative_speed(const Eigen::VectorXd& row) const {
+    return speed_ < 0 || !(fastest_ > 0.0) ? -1.0 : std::abs(row[speed_]) / fastest_;
+  }
   /// Sets the row to where this law gives its most within travel and speed of the machine.
   void set_hottest(const mesh::LossLaw& loss, const mesh::Machine& machine, Eigen::VectorXd& row) const;
 
- private:
+private:
   int on_ = -1, speed_ = -1, position_ = -1, low_ = -1, high_ = -1, clamped_ = -1;
-  double to_speed_ = 1.0;      // turns a second, or m/s, of one unit of the speed's channel
-  double to_position_ = 1.0;   // rad or m of one unit of the position's channel
-  double fastest_ = 0.0;       // units of the speed's channel
-  int axis_ = -1;              // index into machine.axes; -1: the spindle
+  double to_speed_ = 1.0;     // turns a second, or m/s, of one unit of the speed's channel
+  double to_position_ = 1.0;  // rad or m of one unit of the position's channel
+  double fastest_ = 0.0;      // units of the speed's channel
+  int axis_ = -1;             // index into machine.axes; -1: the spindle
 };
 
 }  // namespace thermotwin::solver

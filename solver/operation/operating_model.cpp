@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "core/error.h"
@@ -40,7 +41,7 @@ constexpr double given_time = 1.0;
 double interpolate(const mesh::PowerLaw& law, double x) {
   if (x <= law.at.front()) return law.power.front();
   if (x >= law.at.back()) return law.power.back();
-  const auto right = static_cast<std::size_t>(std::upper_bound(law.at.begin(), law.at.end(), x) - law.at.begin());
+  const std::size_t right = std::upper_bound(law.at.begin(), law.at.end(), x) - law.at.begin();
   const double s = (x - law.at[right - 1]) / (law.at[right] - law.at[right - 1]);
   return law.power[right - 1] + s * (law.power[right] - law.power[right - 1]);
 }
@@ -62,7 +63,9 @@ double by_speed(double relative, double exponent) {
 }  // namespace
 
 OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layout)
-    : machine_(machine), layout_(layout), channels_(machine) {
+    : machine_(machine),
+      layout_(layout),
+      channels_(machine) {
   for (const mesh::Axis& axis : machine.axes) {
     const bool linear = axis.kind == mesh::AxisKind::linear;
     const std::string id = "axis." + axis.id + ".", unit = linear ? "mm" : "deg";
@@ -74,21 +77,22 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
     ambient_channels_.push_back(channels_.index(ambient.id + ".T_C"));
     gradient_channels_.push_back(ambient.has_gradient ? channels_.index(ambient.id + ".gradient_K_m") : -1);
-    ambient_follows_.push_back(ambient.follows.empty() ? -1 : ambient_index(machine, ambient.follows, "ambient " + ambient.id));
+    ambient_follows_.push_back(
+        ambient.follows.empty() ? -1 : ambient_index(machine, ambient.follows, "ambient " + ambient.id));
   }
   const double reference_K = machine.reference_C + kelvin;
-  const auto films = static_cast<Eigen::Index>(machine.films.size());
+  const auto films = std::ssize(machine.films);
   still_film_.resize(films);
   radiation_film_.resize(films);
   for (Eigen::Index i = 0; i < films; ++i) {
-    const mesh::FilmSpec& film = machine.films[static_cast<std::size_t>(i)];
+    const mesh::FilmSpec& film = machine.films[i];
     const std::string place = "film " + film.id;
     FilmChannels c{-1, -1, -1, -1, -1, -1, -1, 0.0};
     const auto readings_at = [&](ObservedKind kind, int item) {
       const int observed = layout_.observed_index(kind, item);
       return observed < 0 ? -1 : static_cast<int>(machine.sensors.size()) + observed;
     };
-    c.own = readings_at(ObservedKind::film, static_cast<int>(i));
+    c.own = readings_at(ObservedKind::film, i);
     if (const int volume = machine.volume_index(film.ambient); volume >= 0)
       c.volume = readings_at(ObservedKind::volume, volume);
     else
@@ -99,7 +103,8 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
     if (!film.state.empty()) c.state = require_channel(channels_, film.state, place);
     if (film.kind == mesh::FilmKind::rotating_disc) {
       const bool spindle = film.axis == "spindle";
-      c.speed = require_channel(channels_, spindle ? "spindle.speed_rpm" : "axis." + film.axis + ".feed_deg_min", place);
+      c.speed =
+          require_channel(channels_, spindle ? "spindle.speed_rpm" : "axis." + film.axis + ".feed_deg_min", place);
       c.to_rad_s = (spindle ? 2.0 * std::numbers::pi : degree) / 60.0;
     }
     film_channels_.push_back(c);
@@ -110,19 +115,19 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
   }
   film_first_input_.assign(machine.films.size(), -1);
   for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
-    if (layout_.inputs[k].kind == InputKind::film_ambient)
-      film_first_input_[static_cast<std::size_t>(layout_.inputs[k].item)] = static_cast<int>(k);
+    if (layout_.inputs[k].kind == InputKind::film_ambient) film_first_input_[layout_.inputs[k].item] = k;
   joint_first_term_.assign(machine.joints.size(), -1);
   for (std::size_t t = 0; t < layout_.terms.size(); ++t)
     if (const Term& term = layout_.terms[t]; term.kind == TermKind::contact && term.part == 0)
-      joint_first_term_[static_cast<std::size_t>(term.item)] = static_cast<int>(t);
+      joint_first_term_[term.item] = t;
   for (const mesh::JointSpec& joint : machine.joints) {
     contact_factor_.push_back(joint.law.factor(false));
     clamped_factor_.push_back(joint.law.factor(true));
     const int observed = layout_.observed_index(ObservedKind::joint, static_cast<int>(joint_reading_.size()));
     joint_reading_.push_back(observed < 0 ? -1 : static_cast<int>(machine.sensors.size()) + observed);
     if (observed >= 0) follows_temperature_ = true;
-    joint_clamped_.push_back(joint.law.clamped_pressure > 0.0 ? channels_.index("axis." + joint.axis + ".clamp.on") : -1);
+    joint_clamped_.push_back(joint.law.clamped_pressure > 0.0 ? channels_.index("axis." + joint.axis + ".clamp.on")
+                                                              : -1);
   }
   for (const mesh::JointSpec& joint : machine.joints)
     joint_ambient_.push_back(joint.master.empty() ? ambient_index(machine, joint.ambient, "joint " + joint.id) : -1);
@@ -132,15 +137,18 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
     volume_given_.push_back(channels_.index(volume.id + ".T_C"));
     std::vector<ExchangeChannels> exchanges;
     for (const mesh::VolumeExchange& exchange : volume.exchanges)
-      exchanges.push_back({exchange.state.empty() ? -1 : require_channel(channels_, exchange.state, "volume " + volume.id),
-                           machine.volume_index(exchange.with) >= 0 ? -1 : ambient_index(machine, exchange.with, "volume " + volume.id)});
+      exchanges.push_back(
+          {exchange.state.empty() ? -1 : require_channel(channels_, exchange.state, "volume " + volume.id),
+           machine.volume_index(exchange.with) >= 0 ? -1
+                                                    : ambient_index(machine, exchange.with, "volume " + volume.id)});
     exchange_channels_.push_back(std::move(exchanges));
   }
   for (const mesh::SourceSpec& source : machine.sources) {
     source_drive_.push_back(source.drive.empty() ? -1 : channels_.index(source.drive + ".power_W"));
     std::vector<LawChannel> laws;
     for (const mesh::PowerLaw& law : source.laws)
-      laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C"), 0.5 * largest_speed(machine, law.input)});
+      laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C"),
+                      0.5 * largest_speed(machine, law.input)});
     law_channels_.push_back(std::move(laws));
     std::vector<LossInput> losses;
     for (const mesh::LossLaw& loss : source.losses) losses.emplace_back(machine, channels_, loss);
@@ -149,7 +157,7 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
 }
 
 double OperatingModel::ambient_K(int ambient, const Eigen::VectorXd& row) const {
-  const auto i = static_cast<std::size_t>(ambient);
+  const std::size_t i = ambient;
   const double measured = row[ambient_channels_[i]], offset = machine_.ambients[i].offset;
   // The offset of one that follows is a difference between two ambients: it ends where its own
   // channel is measured. Else it is one between the channel and the air that the machine feels.
@@ -159,30 +167,32 @@ double OperatingModel::ambient_K(int ambient, const Eigen::VectorXd& row) const 
 }
 
 double OperatingModel::gradient_K_m(int ambient, const Eigen::VectorXd& row) const {
-  const auto i = static_cast<std::size_t>(ambient);
+  const std::size_t i = ambient;
   if (gradient_channels_[i] < 0) return 0.0;
   const double measured = row[gradient_channels_[i]];
   return std::isfinite(measured) ? measured : machine_.ambients[i].gradient.value;
 }
 
 Eigen::VectorXd OperatingModel::guide_K(const Eigen::VectorXd& row) const {
-  Eigen::VectorXd guide = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(machine_.coolants.size()));
+  Eigen::VectorXd guide = Eigen::VectorXd::Zero(std::ssize(machine_.coolants));
   for (Eigen::Index i = 0; i < guide.size(); ++i) {
-    const mesh::CoolantSpec& coolant = machine_.coolants[static_cast<std::size_t>(i)];
+    const mesh::CoolantSpec& coolant = machine_.coolants[i];
     if (const int ambient = machine_.ambient_index(coolant.guide_ambient); coolant.guide_sensor.empty() && ambient >= 0)
       guide[i] = ambient_K(ambient, row);
   }
   return guide;
 }
 
-OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const {
+OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen::VectorXd& row,
+                                                     const Eigen::VectorXd& readings_K) const {
   const mesh::FilmSpec& spec = machine_.films[i];
   const FilmChannels& c = film_channels_[i];
-  const auto film = static_cast<Eigen::Index>(i);
+  const Eigen::Index film = i;
   const double reference_K = machine_.reference_C + kelvin;
   FilmParts parts{still_film_[film], radiation_film_[film], spec.emissivity, 0.0, 0.0};
   if (c.ambient >= 0) parts.ambient_K = ambient_K(c.ambient, row);
-  if (c.surroundings >= 0) parts.surroundings_K = c.surroundings == c.ambient ? parts.ambient_K : ambient_K(c.surroundings, row);
+  if (c.surroundings >= 0)
+    parts.surroundings_K = c.surroundings == c.ambient ? parts.ambient_K : ambient_K(c.surroundings, row);
   if (c.own >= 0 && readings_K.size() > 0) {
     const double own = readings_K[c.own];
     if (spec.of_temperature) {
@@ -191,19 +201,25 @@ OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen:
       mesh::Orientation orientation = spec.orientation;
       if (delta < 0.0 && orientation != mesh::Orientation::vertical)
         orientation = orientation == mesh::Orientation::up ? mesh::Orientation::down : mesh::Orientation::up;
-      parts.convection = free_convection(orientation, spec.length, std::max(std::abs(delta), least_delta_K), ambient + reference_K);
+      parts.convection =
+          free_convection(orientation, spec.length, std::max(std::abs(delta), least_delta_K), ambient + reference_K);
     }
-    if (spec.exact_radiation) parts.radiation = radiation_between(spec.emissivity, own + reference_K, parts.surroundings_K + reference_K);
+    if (spec.exact_radiation)
+      parts.radiation = radiation_between(spec.emissivity, own + reference_K, parts.surroundings_K + reference_K);
   }
   if (c.table >= 0) {
     const double value = row[c.table];
     // An input that nobody gives: its law has nothing to say.
     const double lowest = spec.table.power.front();
-    parts.convection = std::isfinite(value) ? interpolate(spec.table, spec.table.input.ends_with(".T_C") ? value : std::abs(value)) : 0.0;
-    if (std::isfinite(value) && spec.speed_factor != 1.0) parts.convection = std::max(0.0, lowest + spec.speed_factor * (parts.convection - lowest));
+    parts.convection = std::isfinite(value)
+                           ? interpolate(spec.table, spec.table.input.ends_with(".T_C") ? value : std::abs(value))
+                           : 0.0;
+    if (std::isfinite(value) && spec.speed_factor != 1.0)
+      parts.convection = std::max(0.0, lowest + spec.speed_factor * (parts.convection - lowest));
   }
   if (c.speed >= 0) {
-    const double forced = spec.speed_factor * spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius), still = parts.convection;
+    const double forced = spec.speed_factor * spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius),
+                 still = parts.convection;
     parts.convection = std::cbrt(still * still * still + forced * forced * forced);
   }
   double factor = spec.kind != mesh::FilmKind::constant ? spec.coefficient.value : 1.0;
@@ -217,7 +233,8 @@ OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen:
 double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) const {
   const mesh::SourceSpec& source = machine_.sources[i];
   const double drive = source_drive_[i] >= 0 ? row[source_drive_[i]] : not_given;
-  const double standstill = source.standstill != 0.0 && machine_on_ >= 0 ? source.standstill * row[machine_on_] : source.standstill;
+  const double standstill =
+      source.standstill != 0.0 && machine_on_ >= 0 ? source.standstill * row[machine_on_] : source.standstill;
   if (std::isfinite(drive)) return source.scale.value * source.drive_loss_share * drive + standstill;
   double power = 0.0;
   for (std::size_t k = 0; k < source.laws.size(); ++k) {
@@ -229,11 +246,13 @@ double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) c
     power += factor * interpolate(source.laws[k], magnitude ? std::abs(value) : value);
   }
   for (std::size_t k = 0; k < source.losses.size(); ++k)
-    power += by_speed(2.0 * loss_inputs_[i][k].relative_speed(row), source.speed_exponent) * loss_inputs_[i][k].power(source.losses[k], row);
+    power += by_speed(2.0 * loss_inputs_[i][k].relative_speed(row), source.speed_exponent) *
+             loss_inputs_[i][k].power(source.losses[k], row);
   return source.scale.value * power + standstill;
 }
 
-double OperatingModel::conductance(std::size_t joint, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const {
+double OperatingModel::conductance(std::size_t joint, const Eigen::VectorXd& row,
+                                   const Eigen::VectorXd& readings_K) const {
   double factor = contact_factor_[joint];
   if (joint_clamped_[joint] >= 0) factor += row[joint_clamped_[joint]] * (clamped_factor_[joint] - factor);
   if (joint_reading_[joint] >= 0) {
@@ -244,62 +263,57 @@ double OperatingModel::conductance(std::size_t joint, const Eigen::VectorXd& row
 }
 
 Eigen::VectorXd OperatingModel::source_powers(const Eigen::VectorXd& row) const {
-  Eigen::VectorXd powers(static_cast<Eigen::Index>(machine_.sources.size()));
-  for (Eigen::Index i = 0; i < powers.size(); ++i) powers[i] = source_power(static_cast<std::size_t>(i), row);
+  Eigen::VectorXd powers(std::ssize(machine_.sources));
+  for (Eigen::Index i = 0; i < powers.size(); ++i) powers[i] = source_power(i, row);
   return powers;
 }
 
 mesh::Pose OperatingModel::pose(const Eigen::VectorXd& row) const {
-  mesh::Pose pose(static_cast<Eigen::Index>(axis_channels_.size()));
+  mesh::Pose pose(std::ssize(axis_channels_));
   for (std::size_t i = 0; i < axis_channels_.size(); ++i)
-    pose[static_cast<Eigen::Index>(i)] = row[axis_channels_[i].position] * axis_channels_[i].unit;
+    pose[i] = row[axis_channels_[i].position] * axis_channels_[i].unit;
   return pose;
 }
 
-void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K, const Eigen::VectorXd& readings_K,
-                                  Coefficients& out) const {
-  const auto terms = static_cast<Eigen::Index>(layout_.terms.size());
+void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K,
+                                  const Eigen::VectorXd& readings_K, Coefficients& out) const {
+  const auto terms = std::ssize(layout_.terms);
   out.p.resize(terms);
-  out.q.resize(static_cast<Eigen::Index>(layout_.inputs.size()));
+  out.q.resize(std::ssize(layout_.inputs));
   out.occupancy.resize(terms);
   out.occupancy.setOnes();
   out.radiation.clear();
   for (std::size_t j = 0; j < layout_.grids.size(); ++j) {
     const JointGrid& grid = layout_.grids[j];
     if (grid.axis < 0 || joint_first_term_[j] < 0) continue;
-    const AxisChannels& axis = axis_channels_[static_cast<std::size_t>(grid.axis)];
+    const AxisChannels& axis = axis_channels_[grid.axis];
     double low = row[axis.low], high = row[axis.high];
     if (!std::isfinite(low) || !std::isfinite(high)) low = high = row[axis.position];
     grid_occupancy(grid, low * axis.unit, high * axis.unit,
-                   out.occupancy.segment(joint_first_term_[j], static_cast<Eigen::Index>(grid.positions.size())));
+                   out.occupancy.segment(joint_first_term_[j], std::ssize(grid.positions)));
   }
   for (Eigen::Index t = 0; t < terms; ++t) {
-    const Term& term = layout_.terms[static_cast<std::size_t>(t)];
-    const auto item = static_cast<std::size_t>(term.item);
+    const Term& term = layout_.terms[t];
+    const std::size_t item = term.item;
     switch (term.kind) {
       case TermKind::film: {
         const FilmParts parts = film_parts(item, row, readings_K);
         out.p[t] = parts.convection + parts.radiation;
         if (film_channels_[item].ambient < 0) break;
-        const auto k = static_cast<Eigen::Index>(film_first_input_[item]);
-        out.q[k] = parts.convection * parts.ambient_K + parts.radiation * parts.surroundings_K + machine_.films[item].radiation_load;
-        if (gradient_channels_[static_cast<std::size_t>(film_channels_[item].ambient)] >= 0)
+        const Eigen::Index k = film_first_input_[item];
+        out.q[k] = parts.convection * parts.ambient_K + parts.radiation * parts.surroundings_K +
+                   machine_.films[item].radiation_load;
+        if (gradient_channels_[film_channels_[item].ambient] >= 0)
           out.q[k + 1] = parts.convection * gradient_K_m(film_channels_[item].ambient, row);
         if (machine_.films[item].exact_radiation && parts.emissivity > 0.0)
           out.radiation.push_back({term.item, parts.emissivity, parts.radiation, parts.surroundings_K});
         break;
       }
-      case TermKind::contact:
-        out.p[t] = conductance(item, row, readings_K) * out.occupancy[t];
-        break;
-      case TermKind::coolant_wall:
-        out.p[t] = machine_.coolants[item].segments[static_cast<std::size_t>(term.part)].film_coefficient.value;
-        break;
-      case TermKind::coolant_flow:
-        out.p[t] = machine_.coolants[item].flow.value * row[coolant_on_[item]];
-        break;
+      case TermKind::contact: out.p[t] = conductance(item, row, readings_K) * out.occupancy[t]; break;
+      case TermKind::coolant_wall: out.p[t] = machine_.coolants[item].segments[term.part].film_coefficient.value; break;
+      case TermKind::coolant_flow: out.p[t] = machine_.coolants[item].flow.value * row[coolant_on_[item]]; break;
       case TermKind::volume_exchange: {
-        const auto part = static_cast<std::size_t>(term.part);
+        const std::size_t part = term.part;
         const int state = exchange_channels_[item][part].state;
         out.p[t] = machine_.volumes[item].exchanges[part].conductance.value * (state >= 0 ? row[state] : 1.0);
         break;
@@ -310,29 +324,25 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
     }
   }
   for (Eigen::Index k = 0; k < out.q.size(); ++k) {
-    const Input& input = layout_.inputs[static_cast<std::size_t>(k)];
-    const auto item = static_cast<std::size_t>(input.item);
+    const Input& input = layout_.inputs[k];
+    const std::size_t item = input.item;
     switch (input.kind) {
       case InputKind::film_ambient:
-      case InputKind::film_gradient:
-        break;  // with their terms
+      case InputKind::film_gradient: break;  // with their terms
       case InputKind::volume_ambient:
-        out.q[k] = out.p[input.term] * ambient_K(exchange_channels_[item][static_cast<std::size_t>(input.place)].ambient, row);
+        out.q[k] = out.p[input.term] * ambient_K(exchange_channels_[item][input.place].ambient, row);
         break;
       case InputKind::volume_given:
-        out.q[k] = out.p[input.term] > 0.0 ? out.p[input.term] * (row[volume_given_[item]] - machine_.reference_C) : 0.0;
+        out.q[k] =
+            out.p[input.term] > 0.0 ? out.p[input.term] * (row[volume_given_[item]] - machine_.reference_C) : 0.0;
         break;
-      case InputKind::contact_ambient:
-        out.q[k] = out.p[input.term] * ambient_K(joint_ambient_[item], row);
-        break;
-      case InputKind::coolant_inlet:
-        out.q[k] = out.p[input.term] * inlet_K[input.item];
-        break;
+      case InputKind::contact_ambient: out.q[k] = out.p[input.term] * ambient_K(joint_ambient_[item], row); break;
+      case InputKind::coolant_inlet: out.q[k] = out.p[input.term] * inlet_K[input.item]; break;
       case InputKind::source: {
-        const mesh::SourcePlace& place = machine_.sources[item].places[static_cast<std::size_t>(input.place)];
+        const mesh::SourcePlace& place = machine_.sources[item].places[input.place];
         double share = place.share;
         if (!place.joint.empty())
-          share *= out.occupancy[joint_first_term_[static_cast<std::size_t>(machine_.joint_index(place.joint))] + input.node];
+          share *= out.occupancy[joint_first_term_[machine_.joint_index(place.joint)] + input.node];
         out.q[k] = source_power(item, row) * share;
         break;
       }

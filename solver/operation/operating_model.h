@@ -22,17 +22,20 @@
 namespace thermotwin::solver {
 
 struct Coefficients {
-  Eigen::VectorXd p;  ///< (terms) W/(m^2 K), kg/s or W/K
-  Eigen::VectorXd q;  ///< (inputs) W, or p times K
+  Eigen::VectorXd p;          ///< (terms) W/(m^2 K), kg/s or W/K
+  Eigen::VectorXd q;          ///< (inputs) W, or p times K
   Eigen::VectorXd occupancy;  ///< (terms) share of time an axis spends at a contact's grid node; else 1
   /// Films that radiate by fourth powers, as the surface's mean temperature has them in p and q: the
   /// full model adds what differs from place to place.
-  struct Radiation { int film; double emissivity, film_coefficient, surroundings_K; };
+  struct Radiation {
+    int film;
+    double emissivity, film_coefficient, surroundings_K;
+  };
   std::vector<Radiation> radiation;
 };
 
 class OperatingModel {
- public:
+public:
   OperatingModel(const mesh::Machine& machine, const Layout& layout);
 
   const Channels& channels() const { return channels_; }
@@ -45,7 +48,7 @@ class OperatingModel {
   Coefficients coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K,
                             const Eigen::VectorXd& readings_K = {}) const;
   void coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K, const Eigen::VectorXd& readings_K,
-                    Coefficients& out) const;   ///< without allocation after the first call
+                    Coefficients& out) const;  ///< without allocation after the first call
   /// Whether coefficients depend on readings: a step is then iterated.
   bool follows_temperature() const { return follows_temperature_; }
   /// Temperatures of the ambients that guide chillers, (coolants) K above the reference.
@@ -58,16 +61,16 @@ class OperatingModel {
   /// Film coefficient in W/(m^2 K) at this row: constant + radiation, or factor times (law +
   /// radiation); convection at rest and by a disc blend as the root of cubes; times the state.
   double film_coefficient(int film, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K = {}) const {
-    const FilmParts parts = film_parts(static_cast<std::size_t>(film), row, readings_K);
+    const FilmParts parts = film_parts(film, row, readings_K);
     return parts.convection + parts.radiation;
   }
   /// What a film radiates to, K above the reference.
-  double surroundings_K(int film, const Eigen::VectorXd& row) const { return film_parts(static_cast<std::size_t>(film), row, {}).surroundings_K; }
+  double surroundings_K(int film, const Eigen::VectorXd& row) const { return film_parts(film, row, {}).surroundings_K; }
   /// Pose in the row's axis positions (SI).
   mesh::Pose pose(const Eigen::VectorXd& row) const;
   const mesh::Machine& machine() const { return machine_; }
 
- private:
+private:
   struct FilmParts {
     double convection, radiation;      // W/(m^2 K), with factor and state
     double emissivity;                 // with factor and state
@@ -81,8 +84,11 @@ class OperatingModel {
   mesh::Machine machine_;
   Layout layout_;
   Channels channels_;
-  struct AxisChannels { int position, feed, low, high; double unit; };
-  std::vector<AxisChannels> axis_channels_;       // unit: SI value of one unit of the position
+  struct AxisChannels {
+    int position, feed, low, high;
+    double unit;
+  };
+  std::vector<AxisChannels> axis_channels_;  // unit: SI value of one unit of the position
   std::vector<int> ambient_channels_, ambient_follows_;
   struct FilmChannels {
     int state, speed, table, ambient, surroundings;  // ambient -1: a volume
@@ -90,7 +96,9 @@ class OperatingModel {
     double to_rad_s;
   };
   std::vector<FilmChannels> film_channels_;
-  struct ExchangeChannels { int state, ambient; };   // ambient -1: another volume
+  struct ExchangeChannels {
+    int state, ambient;
+  };  // ambient -1: another volume
   std::vector<std::vector<ExchangeChannels>> exchange_channels_;
   std::vector<int> volume_given_, gradient_channels_;
   bool follows_temperature_ = false;
@@ -98,7 +106,11 @@ class OperatingModel {
   Eigen::VectorXd still_film_;      // W/(m^2 K), convection of the air at rest (laws), or the constant
   Eigen::VectorXd radiation_film_;  // W/(m^2 K)
   std::vector<int> film_first_input_, joint_first_term_, joint_ambient_, coolant_on_, source_drive_;
-  struct LawChannel { int channel; bool magnitude; double half_speed; };  // half_speed 0: the law is not over a speed
+  struct LawChannel {
+    int channel;
+    bool magnitude;
+    double half_speed;
+  };  // half_speed 0: the law is not over a speed
   std::vector<std::vector<LawChannel>> law_channels_;
   std::vector<std::vector<LossInput>> loss_inputs_;
   std::vector<double> contact_factor_, clamped_factor_;  // of joints' conductances, by pressure

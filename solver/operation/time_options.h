@@ -16,9 +16,9 @@ enum class TimeScheme {
 
 struct TimeOptions {
   TimeScheme scheme = TimeScheme::fixed;
-  double tolerance_K = 0.01;     ///< adaptive: largest estimated error of a step at any node
-  double shortest_step = 0.01;   ///< s; a step of this length is kept whatever its error
-  double longest_step = 21600;   ///< s
+  double tolerance_K = 0.01;    ///< adaptive: largest estimated error of a step at any node
+  double shortest_step = 0.01;  ///< s; a step of this length is kept whatever its error
+  double longest_step = 21600;  ///< s
 };
 
 /// Keys of a [time] table. @throws InputError

@@ -19,7 +19,7 @@ constexpr double bdf2_lead = 1.0 / (c * (2.0 - c));  // T0 + bdf2_lead (Tc - T0)
 constexpr double sqrt2 = 1.4142135623730951;
 // Weights of the slopes at 0, c h, h: second minus third order, over d.
 constexpr double error_0 = (sqrt2 - 1.0) / (3.0 * d), error_c = -1.0 / (3.0 * d), error_h = 2.0 / 3.0;
-constexpr int factor_price = 16;       // a factorisation costs about as much as this many iterations
+constexpr int factor_price = 16;  // a factorisation costs about as much as this many iterations
 constexpr std::size_t most_factors = 24;
 constexpr double estimate_tolerance = 1e-3;  // of an error that is compared with a tolerance
 
@@ -33,7 +33,11 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
 
   AdaptiveOptions options;
   /// Iterations that a factor for these coefficients and this step would have saved so far.
-  struct Debt { VectorXd p; double shift; long iterations; };
+  struct Debt {
+    VectorXd p;
+    double shift;
+    long iterations;
+  };
   std::vector<Debt> debts;
   long clock = 0;
 
@@ -65,7 +69,8 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
 
   void make_factor(const VectorXd& p, Statistics& statistics) {
     const double each = factors.empty() ? 0.0 : factors.front()->solver.memory_bytes();
-    const std::size_t room = std::min(most_factors, 1 + static_cast<std::size_t>(each > 0.0 ? options.factor_memory / each : most_factors));
+    const std::size_t room =
+        std::min(most_factors, 1 + static_cast<std::size_t>(each > 0.0 ? options.factor_memory / each : most_factors));
     std::size_t at = factors.size();
     if (factors.size() < room) {
       factors.push_back(new_factor());
@@ -124,12 +129,13 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
 };
 
 AdaptiveIntegrator::AdaptiveIntegrator(const ThermalSystem& system, const AdaptiveOptions& options)
-    : system_(system), work_(std::make_unique<Work>(system, options)) {}
+    : system_(system),
+      work_(std::make_unique<Work>(system, options)) {}
 
 AdaptiveIntegrator::~AdaptiveIntegrator() = default;
 
-void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const std::array<VectorXd, 3>& q, double step_s,
-                                 bool on_ladder, Step& result, bool want_error) {
+void AdaptiveIntegrator::attempt(const VectorXd& start, const VectorXd& p, const std::array<VectorXd, 3>& q,
+                                 double step_s, bool on_ladder, Step& result, bool want_error) {
   Work& work = *work_;
   const bool shift_changed = !(std::abs(d * step_s * work.shift - 1.0) <= Work::same_shift);
   if (shift_changed) work.shift = 1.0 / (d * step_s);
@@ -183,7 +189,9 @@ void AdaptiveIntegrator::linearise(const VectorXd& start, const VectorXd& end, c
   if (system_.local) work_->linearise(0, start, end, c);
 }
 
-const LocalTerms::Change* AdaptiveIntegrator::local_change() const { return system_.local ? &work_->loads[0].local : nullptr; }
+const LocalTerms::Change* AdaptiveIntegrator::local_change() const {
+  return system_.local ? &work_->loads[0].local : nullptr;
+}
 
 void AdaptiveIntegrator::save(core::BinaryWriter& out) const {
   const Work& work = *work_;
@@ -203,7 +211,8 @@ void AdaptiveIntegrator::save(core::BinaryWriter& out) const {
   }
   out.matrix(work.loads[0].p);
   out.count(static_cast<std::int64_t>(work.loads[0].factor));
-  for (long value : {statistics_.solves, statistics_.factorisations, statistics_.iterations, statistics_.most_factors}) out.count(value);
+  for (long value : {statistics_.solves, statistics_.factorisations, statistics_.iterations, statistics_.most_factors})
+    out.count(value);
 }
 
 void AdaptiveIntegrator::load(core::BinaryReader& in) {
@@ -228,9 +237,11 @@ void AdaptiveIntegrator::load(core::BinaryReader& in) {
   }
   const VectorXd p = in.matrix();
   if (p.size() > 0) work.set_coefficients(0, p);
-  work.loads[0].factor = static_cast<std::size_t>(in.count());
+  work.loads[0].factor = in.count();
   if (!work.factors.empty()) work.update_fluid_factors();
-  for (long* value : {&statistics_.solves, &statistics_.factorisations, &statistics_.iterations, &statistics_.most_factors}) *value = in.count();
+  for (long* value :
+       {&statistics_.solves, &statistics_.factorisations, &statistics_.iterations, &statistics_.most_factors})
+    *value = in.count();
 }
 
 }  // namespace thermotwin::solver

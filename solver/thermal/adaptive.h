@@ -18,21 +18,21 @@ namespace thermotwin::solver {
 inline constexpr double tr_bdf2_stage = 0.58578643762690495;  ///< c, place of the inner stage in a step
 
 struct AdaptiveOptions {
-  double tolerance = 1e-9;      ///< residual relative to the right-hand side
+  double tolerance = 1e-9;  ///< residual relative to the right-hand side
   int max_iterations = 60;
-  double factor_memory = 1e9;   ///< bytes that factors beyond the first may take
+  double factor_memory = 1e9;     ///< bytes that factors beyond the first may take
   bool single_precision = false;  ///< of the values of factors (SparseFactorOptions); for tolerances above 1e-6
 };
 
 class AdaptiveIntegrator {
- public:
+public:
   /// @param system  must outlive this object
   explicit AdaptiveIntegrator(const ThermalSystem& system, const AdaptiveOptions& options = {});
   ~AdaptiveIntegrator();
 
   struct Step {
-    Eigen::VectorXd stage, end;  ///< temperatures at c h and h
-    double error_K = 0;          ///< estimated error of the step, largest at any node; 0 where not wanted
+    Eigen::VectorXd stage, end;    ///< temperatures at c h and h
+    double error_K = 0;            ///< estimated error of the step, largest at any node; 0 where not wanted
     Eigen::VectorXd mean, q_mean;  ///< of the step's stages, as its heat flows have them, see HeatBalance
   };
   /// Tries a step from start; nothing is kept but factors.
@@ -40,9 +40,8 @@ class AdaptiveIntegrator {
   /// @param on_ladder  a step size that will come again: worth a factor at once
   /// @param want_error  else the estimate, one of a step's three solves, is left out
   /// @throws SolverError if the iteration does not converge
-  void attempt(const Eigen::VectorXd& start, const Eigen::VectorXd& p,
-               const std::array<Eigen::VectorXd, 3>& q, double step_s, bool on_ladder, Step& result,
-               bool want_error = true);
+  void attempt(const Eigen::VectorXd& start, const Eigen::VectorXd& p, const std::array<Eigen::VectorXd, 3>& q,
+               double step_s, bool on_ladder, Step& result, bool want_error = true);
 
   bool is_nonlinear() const { return system_.local != nullptr; }
   /// As ThermalStepper::linearise.
@@ -51,14 +50,16 @@ class AdaptiveIntegrator {
   /// What was local in the last step tried; null: nothing.
   const LocalTerms::Change* local_change() const;
 
-  struct Statistics { long solves = 0, factorisations = 0, iterations = 0, most_factors = 0; };
+  struct Statistics {
+    long solves = 0, factorisations = 0, iterations = 0, most_factors = 0;
+  };
   const Statistics& statistics() const { return statistics_; }
   const ThermalSystem& system() const { return system_; }
 
   void save(core::BinaryWriter& out) const;
   void load(core::BinaryReader& in);
 
- private:
+private:
   const ThermalSystem& system_;
   Statistics statistics_;
   struct Work;

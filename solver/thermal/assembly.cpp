@@ -23,7 +23,7 @@ void put_column(Triplets& triplets, int column, const SparseColumn& values, doub
 /// The bodies' matrices on the diagonal, then the fluid nodes' own entries.
 SparseMatrix on_diagonal(const std::vector<SparseMatrix>& bodies, const std::vector<Index>& first_node, Index size,
                          const std::vector<double>& fluids) {
-  Index entries = static_cast<Index>(fluids.size());
+  Index entries = std::ssize(fluids);
   for (const SparseMatrix& body : bodies) entries += body.nonZeros();
   SparseMatrix matrix(size, size);
   matrix.resizeNonZeros(entries);
@@ -33,7 +33,7 @@ SparseMatrix on_diagonal(const std::vector<SparseMatrix>& bodies, const std::vec
     for (Index column = 0; column < bodies[b].cols(); ++column) {
       *outer++ = at;
       for (SparseMatrix::InnerIterator it(bodies[b], column); it; ++it, ++at) {
-        matrix.innerIndexPtr()[at] = static_cast<int>(first_node[b] + it.row());
+        matrix.innerIndexPtr()[at] = first_node[b] + it.row();
         matrix.valuePtr()[at] = it.value();
       }
     }
@@ -61,7 +61,7 @@ SparseMatrix assemble_sensors(const MachineMesh& mesh, const Layout& layout, con
     } else if (!sensor.return_of.empty()) {
       put_row(fluids.outflow(machine.coolant_index(sensor.return_of)));
     } else {
-      const auto body = static_cast<std::size_t>(machine.body_index(sensor.body));
+      const std::size_t body = machine.body_index(sensor.body);
       SparseColumn weights = interpolation_at(mesh.bodies[body], sensor.point);
       for (auto& entry : weights) entry.first += static_cast<int>(mesh.first_node[body]);
       put_row(weights);
@@ -69,12 +69,13 @@ SparseMatrix assemble_sensors(const MachineMesh& mesh, const Layout& layout, con
     ++row;
   }
   for (const Observed& observed : layout.observed) {
-    const auto item = static_cast<std::size_t>(observed.item);
+    const std::size_t item = observed.item;
     switch (observed.kind) {
       case ObservedKind::film: {
         double area = 0.0;
         for (const std::string& surface : machine.films[item].surfaces) area += face_set(mesh, surface).area;
-        for (const std::string& surface : machine.films[item].surfaces) put_row(surface_load(face_set(mesh, surface)), 1.0 / area);
+        for (const std::string& surface : machine.films[item].surfaces)
+          put_row(surface_load(face_set(mesh, surface)), 1.0 / area);
         break;
       }
       case ObservedKind::joint: {
@@ -88,12 +89,8 @@ SparseMatrix assemble_sensors(const MachineMesh& mesh, const Layout& layout, con
         }
         break;
       }
-      case ObservedKind::coolant_return:
-        put_row(fluids.outflow(observed.item));
-        break;
-      case ObservedKind::volume:
-        put_row({{fluids.volume(observed.item), 1.0}});
-        break;
+      case ObservedKind::coolant_return: put_row(fluids.outflow(observed.item)); break;
+      case ObservedKind::volume: put_row({{fluids.volume(observed.item), 1.0}}); break;
     }
     ++row;
   }
@@ -115,19 +112,20 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
 
   std::vector<SparseMatrix> capacities(mesh.bodies.size()), conductions(mesh.bodies.size());
   core::parallel_for(0, mesh.bodies.size(), [&](std::size_t b) {
-    BodyHeat heat = assemble_heat(mesh.bodies[b], machine.material(machine.bodies[b].material), machine.lumped_capacity, rules);
+    BodyHeat heat =
+        assemble_heat(mesh.bodies[b], machine.material(machine.bodies[b].material), machine.lumped_capacity, rules);
     capacities[b] = std::move(heat.capacity);
     conductions[b] = std::move(heat.conduction);
   });
   system.capacity = on_diagonal(capacities, mesh.first_node, n, fluids.capacities());
-  system.conduction = on_diagonal(conductions, mesh.first_node, n, std::vector<double>(static_cast<std::size_t>(fluids.count()), 0.0));
+  system.conduction = on_diagonal(conductions, mesh.first_node, n, std::vector<double>(fluids.count(), 0.0));
 
   std::vector<std::vector<JointTerm>> joints = joint_terms(mesh, system.layout.grids, rules, n);
   Triplets inputs;
   system.terms.resize(system.layout.terms.size());
   for (std::size_t t = 0; t < system.layout.terms.size(); ++t) {
     const Term& term = system.layout.terms[t];
-    const auto item = static_cast<std::size_t>(term.item);
+    const std::size_t item = term.item;
     Triplets triplets;
     switch (term.kind) {
       case TermKind::film:
@@ -138,19 +136,13 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
             add_mixed(triplets, set, fluids.volume(volume));
         }
         break;
-      case TermKind::contact:
-        system.terms[t] = std::move(joints[item][static_cast<std::size_t>(term.part)].matrix);
-        continue;
-      case TermKind::coolant_wall:
-        fluids.add_wall(mesh, term.item, term.part, triplets);
-        break;
-      case TermKind::coolant_flow:
-        fluids.add_flow(term.item, triplets);
-        break;
+      case TermKind::contact: system.terms[t] = std::move(joints[item][term.part].matrix); continue;
+      case TermKind::coolant_wall: fluids.add_wall(mesh, term.item, term.part, triplets); break;
+      case TermKind::coolant_flow: fluids.add_flow(term.item, triplets); break;
       case TermKind::volume_exchange: {
         const int one = fluids.volume(term.item);
         triplets.emplace_back(one, one, 1.0);
-        const std::string& with = machine.volumes[item].exchanges[static_cast<std::size_t>(term.part)].with;
+        const std::string& with = machine.volumes[item].exchanges[term.part].with;
         if (const int other = machine.volume_index(with); other >= 0) {
           const int two = fluids.volume(other);
           triplets.emplace_back(two, two, 1.0);
@@ -168,46 +160,39 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
 
   for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
     const Input& input = system.layout.inputs[k];
-    const int column = static_cast<int>(k);
-    const auto item = static_cast<std::size_t>(input.item);
+    const int column = k;
+    const std::size_t item = input.item;
     switch (input.kind) {
       case InputKind::film_ambient:
         for (const std::string& surface : machine.films[item].surfaces)
           put_column(inputs, column, surface_load(face_set(mesh, surface)));
         break;
-      case InputKind::contact_ambient:
-        put_column(inputs, column, joints[item][static_cast<std::size_t>(input.node)].slave_load);
-        break;
+      case InputKind::contact_ambient: put_column(inputs, column, joints[item][input.node].slave_load); break;
       case InputKind::film_gradient: {
-        const double level = machine.ambients[static_cast<std::size_t>(machine.ambient_index(machine.films[item].ambient))].height;
+        const double level = machine.ambients[machine.ambient_index(machine.films[item].ambient)].height;
         for (const std::string& surface : machine.films[item].surfaces)
           put_column(inputs, column, surface_height_load(face_set(mesh, surface), level));
         break;
       }
-      case InputKind::coolant_inlet:
-        put_column(inputs, column, fluids.inlet(input.item));
-        break;
+      case InputKind::coolant_inlet: put_column(inputs, column, fluids.inlet(input.item)); break;
       case InputKind::volume_ambient:
-      case InputKind::volume_given:
-        inputs.emplace_back(fluids.volume(input.item), column, 1.0);
-        break;
+      case InputKind::volume_given: inputs.emplace_back(fluids.volume(input.item), column, 1.0); break;
       case InputKind::source: {
-        const mesh::SourcePlace& place = machine.sources[item].places[static_cast<std::size_t>(input.place)];
+        const mesh::SourcePlace& place = machine.sources[item].places[input.place];
         if (!place.volume.empty()) {
           inputs.emplace_back(fluids.volume(machine.volume_index(place.volume)), column, 1.0);
         } else if (place.joint.empty()) {
           const FaceSet set = face_set(mesh, place.surface);
           put_column(inputs, column, surface_load(set), 1.0 / set.area);
         } else {
-          const auto j = static_cast<std::size_t>(machine.joint_index(place.joint));
-          put_column(inputs, column,
-                     joint_source(mesh, machine.joints[j], place, joints[j][static_cast<std::size_t>(input.node)]));
+          const std::size_t j = machine.joint_index(place.joint);
+          put_column(inputs, column, joint_source(mesh, machine.joints[j], place, joints[j][input.node]));
         }
         break;
       }
     }
   }
-  system.inputs = from_triplets(n, static_cast<Index>(system.layout.inputs.size()), inputs);
+  system.inputs = from_triplets(n, std::ssize(system.layout.inputs), inputs);
   if (auto local = std::make_shared<LocalTerms>(mesh, n); !local->empty()) system.local = std::move(local);
   system.sensors = assemble_sensors(mesh, system.layout, fluids, joints, n);
   return system;

@@ -9,6 +9,7 @@
 namespace thermotwin::solver {
 
 /// @throws InputError (a joint without any contact over the travel, a surface of zero area)
-ThermalSystem assemble_thermal(const mesh::MachineMesh& mesh);  // local terms refer to the mesh, which must outlive them
+ThermalSystem assemble_thermal(
+    const mesh::MachineMesh& mesh);  // local terms refer to the mesh, which must outlive them
 
 }  // namespace thermotwin::solver

@@ -2,6 +2,7 @@
 #include "solver/thermal/direct.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 
@@ -29,16 +30,16 @@ void ThermalDirectSolver::factorise(const Eigen::VectorXd& p, double shift) {
   const double rcond = impl_->blocks.factor().rcond();
   if (shift == 0.0 && rcond < 1e-13)
     throw core::SolverError(fmt::format(
-        "steady state: the conduction matrix is singular (pivot ratio {:.1e}); a body has no path to any ambient", rcond));
+        "steady state: the conduction matrix is singular (pivot ratio {:.1e}); a body has no path to any ambient",
+        rcond));
 }
 
 Eigen::MatrixXd ThermalDirectSolver::solve(const Eigen::MatrixXd& right_hand_side, bool transpose) const {
   const BlockSolver& blocks = impl_->blocks;
   Eigen::MatrixXd x(right_hand_side.rows(), right_hand_side.cols());
   blocks.solve_bodies(right_hand_side, x);
-  core::parallel_for(0, static_cast<std::size_t>(x.cols()), [&](std::size_t j) {
-    blocks.finish(x.col(static_cast<Eigen::Index>(j)), blocks.own_fluid_factor(), transpose);
-  });
+  core::parallel_for(0, x.cols(),
+                     [&](std::size_t j) { blocks.finish(x.col(j), blocks.own_fluid_factor(), transpose); });
   return x;
 }
 
@@ -47,8 +48,8 @@ double ThermalDirectSolver::memory_bytes() const { return impl_->blocks.factor()
 MemoryNeed heat_memory_need(const ThermalSystem& system, SolverChoice choice, bool& wide) {
   const ThermalOperator op(system);
   SparseMatrix block;
-  op.body_block(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(system.terms.size())), 1.0, block);
-  const auto n = static_cast<double>(system.size), matrix = 12.0 * static_cast<double>(block.nonZeros());
+  op.body_block(Eigen::VectorXd::Ones(std::ssize(system.terms)), 1.0, block);
+  const double n = system.size, matrix = 12.0 * block.nonZeros();
   MemoryNeed need;
   if (choice != SolverChoice::iterative) {
     const SparseAnalysis analysis = analyse(block);

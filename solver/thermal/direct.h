@@ -11,7 +11,7 @@
 namespace thermotwin::solver {
 
 class ThermalDirectSolver {
- public:
+public:
   /// @param system  must outlive this object
   explicit ThermalDirectSolver(const ThermalSystem& system);
   ~ThermalDirectSolver();
@@ -26,7 +26,7 @@ class ThermalDirectSolver {
 
   double memory_bytes() const;  ///< of the factor
 
- private:
+private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -14,7 +14,7 @@ namespace thermotwin::solver {
 using SparseMatrix = Eigen::SparseMatrix<double>;  ///< column major, both triangles stored
 
 class ElementMatrix {
- public:
+public:
   /// @param row_block, column_block  unknowns a node, numbered block * node + i
   explicit ElementMatrix(const mesh::TetMesh& mesh, int row_block = 1, int column_block = 1);
 
@@ -24,7 +24,7 @@ class ElementMatrix {
 
   SparseMatrix take();
 
- private:
+private:
   int row_block_, column_block_;
   std::vector<int> first_, neighbour_;  ///< nodes that share an element with node i, rising
   std::vector<double> values_;

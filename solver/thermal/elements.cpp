@@ -55,7 +55,8 @@ SparseMatrix lumped_capacity(const TetMesh& body, const Eigen::VectorXd& shares,
 SparseMatrix one_of_two(const SparseMatrix& stacked, Index which) {
   SparseMatrix matrix(stacked.cols(), stacked.cols());
   matrix.resizeNonZeros(stacked.nonZeros() / 2);
-  for (Index column = 0; column <= stacked.cols(); ++column) matrix.outerIndexPtr()[column] = stacked.outerIndexPtr()[column] / 2;
+  for (Index column = 0; column <= stacked.cols(); ++column)
+    matrix.outerIndexPtr()[column] = stacked.outerIndexPtr()[column] / 2;
   for (Index i = 0; i < matrix.nonZeros(); ++i) {
     matrix.innerIndexPtr()[i] = stacked.innerIndexPtr()[2 * i + which] / 2;
     matrix.valuePtr()[i] = stacked.valuePtr()[2 * i + which];
@@ -132,8 +133,8 @@ SparseColumn interpolation_at(const TetMesh& body, const Vector3d& p) {
   Index nearest = 0;
   Vector3d on = p;
   for (Index f = 0; f < body.face_count(); ++f) {
-    const Vector3d q = mesh::nearest_on_triangle(p, body.points.col(body.faces(0, f)), body.points.col(body.faces(1, f)),
-                                                 body.points.col(body.faces(2, f)));
+    const Vector3d q = mesh::nearest_on_triangle(p, body.points.col(body.faces(0, f)),
+                                                 body.points.col(body.faces(1, f)), body.points.col(body.faces(2, f)));
     if ((q - p).norm() < best) best = (q - p).norm(), nearest = f, on = q;
   }
   Vector3d at = mesh::face_barycentric(body, nearest, on).cwiseMax(0.0);

@@ -33,7 +33,7 @@ double place_along(const std::vector<Vector3d>& path, const Vector3d& p) {
 
 }  // namespace
 
-FluidNodes::FluidNodes(const mesh::Machine& machine, Index first) : machine_(machine), first_(static_cast<int>(first)) {
+FluidNodes::FluidNodes(const mesh::Machine& machine, Index first) : machine_(machine), first_(first) {
   int next = first_;
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
     networks_.push_back(mesh::flow_network(coolant, machine.path.string() + " coolant " + coolant.id));
@@ -49,24 +49,24 @@ FluidNodes::FluidNodes(const mesh::Machine& machine, Index first) : machine_(mac
 }
 
 int FluidNodes::node(int coolant, int segment, int cell, int end) const {
-  return first_node_[static_cast<std::size_t>(coolant)][static_cast<std::size_t>(segment)] + 2 * cell + end;
+  return first_node_[coolant][segment] + 2 * cell + end;
 }
 
 std::vector<double> FluidNodes::capacities() const {
   std::vector<double> values;
   for (const mesh::CoolantSpec& coolant : machine_.coolants)
     for (const mesh::CoolantSegment& segment : coolant.segments)
-      values.insert(values.end(), static_cast<std::size_t>(2 * segment.cells),
+      values.insert(values.end(), 2 * segment.cells,
                     0.5 * coolant.density * coolant.specific_heat * segment.volume / segment.cells);
   for (const mesh::VolumeSpec& volume : machine_.volumes) values.push_back(volume.capacity.value);
   return values;
 }
 
 void FluidNodes::add_flow(int coolant, Triplets& triplets) const {
-  const auto c = static_cast<std::size_t>(coolant);
+  const std::size_t c = coolant;
   const mesh::CoolantSpec& spec = machine_.coolants[c];
-  for (int s = 0; s < static_cast<int>(spec.segments.size()); ++s) {
-    const auto i = static_cast<std::size_t>(s);
+  for (int s = 0; s < std::ssize(spec.segments); ++s) {
+    const std::size_t i = s;
     const double flow = spec.specific_heat * networks_[c].share[i];
     for (int cell = 0; cell < spec.segments[i].cells; ++cell) {
       const int in = node(coolant, s, cell, 0), out = node(coolant, s, cell, 1);
@@ -80,15 +80,15 @@ void FluidNodes::add_flow(int coolant, Triplets& triplets) const {
       }
       for (const auto& [before, share] : networks_[c].inflow[i])
         if (before >= 0)
-          triplets.emplace_back(in, node(coolant, before, spec.segments[static_cast<std::size_t>(before)].cells - 1, 1), -flow * share);
+          triplets.emplace_back(in, node(coolant, before, spec.segments[before].cells - 1, 1), -flow * share);
     }
   }
 }
 
 void FluidNodes::add_wall(const mesh::MachineMesh& mesh, int coolant, int segment, Triplets& triplets) const {
-  const mesh::CoolantSegment& spec = machine_.coolants[static_cast<std::size_t>(coolant)].segments[static_cast<std::size_t>(segment)];
-  const auto surface = static_cast<std::size_t>(machine_.surface_index(spec.surface));
-  const auto body = static_cast<std::size_t>(machine_.body_index(machine_.surfaces[surface].body));
+  const mesh::CoolantSegment& spec = machine_.coolants[coolant].segments[segment];
+  const std::size_t surface = machine_.surface_index(spec.surface);
+  const std::size_t body = machine_.body_index(machine_.surfaces[surface].body);
   const mesh::TetMesh& tets = mesh.bodies[body];
   const auto first = static_cast<int>(mesh.first_node[body]);
   const int fluids = 2 * spec.cells, fluid = node(coolant, segment, 0, 0);
@@ -115,7 +115,8 @@ void FluidNodes::add_wall(const mesh::MachineMesh& mesh, int coolant, int segmen
         const double along = place_along(spec.path, p) * spec.cells;
         const int cell = std::clamp(static_cast<int>(along), 0, spec.cells - 1);
         const Eigen::Vector2d phi(1.0 - (along - cell), along - cell);
-        to_nodes.middleCols<2>(2 * cell) += area * point.share * mesh::face_shape(tets.order(), point.at) * phi.transpose();
+        to_nodes.middleCols<2>(2 * cell) +=
+            area * point.share * mesh::face_shape(tets.order(), point.at) * phi.transpose();
         of_fluid.block<2, 2>(2 * cell, 2 * cell) += area * point.share * phi * phi.transpose();
       }
     }
@@ -135,19 +136,20 @@ void FluidNodes::add_wall(const mesh::MachineMesh& mesh, int coolant, int segmen
 }
 
 SparseColumn FluidNodes::inlet(int coolant) const {
-  const auto c = static_cast<std::size_t>(coolant);
+  const std::size_t c = coolant;
   SparseColumn column;
   for (std::size_t s = 0; s < networks_[c].inflow.size(); ++s)
     for (const auto& [before, share] : networks_[c].inflow[s])
-      if (before < 0) column.emplace_back(node(coolant, static_cast<int>(s), 0, 0), machine_.coolants[c].specific_heat * networks_[c].share[s] * share);
+      if (before < 0)
+        column.emplace_back(node(coolant, s, 0, 0), machine_.coolants[c].specific_heat * networks_[c].share[s] * share);
   return column;
 }
 
 SparseColumn FluidNodes::outflow(int coolant) const {
-  const auto c = static_cast<std::size_t>(coolant);
+  const std::size_t c = coolant;
   SparseColumn column;
   for (const auto& [segment, share] : networks_[c].to_return)
-    column.emplace_back(node(coolant, segment, machine_.coolants[c].segments[static_cast<std::size_t>(segment)].cells - 1, 1), share);
+    column.emplace_back(node(coolant, segment, machine_.coolants[c].segments[segment].cells - 1, 1), share);
   return column;
 }
 

@@ -19,7 +19,7 @@
 namespace thermotwin::solver {
 
 class FluidNodes {
- public:
+public:
   /// @param first  number of the first of them
   FluidNodes(const mesh::Machine& machine, Eigen::Index first);
 
@@ -37,7 +37,7 @@ class FluidNodes {
   /// Temperature of the mixed return, as weights of unknowns.
   SparseColumn outflow(int coolant) const;
 
- private:
+private:
   int node(int coolant, int segment, int cell, int end) const;
 
   const mesh::Machine& machine_;

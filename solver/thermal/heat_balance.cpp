@@ -4,6 +4,7 @@
 #include "solver/operation/layout.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
   capacity_ = system.capacity.transpose() * ones;
   std::vector<double> signs;
   const auto item = [&](const std::string& name) {
-    const auto place = static_cast<std::size_t>(std::find(names_.begin(), names_.end(), name) - names_.begin());
+    const std::size_t place = std::find(names_.begin(), names_.end(), name) - names_.begin();
     if (place == names_.size()) {
       names_.push_back(name);
       const bool coolant = name.starts_with("coolant ");
@@ -30,12 +31,14 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
     return static_cast<int>(place);
   };
   const auto name_of = [&](TermKind kind, int index) {
-    const auto i = static_cast<std::size_t>(index);
+    const std::size_t i = index;
     switch (kind) {
       case TermKind::film: return "film " + machine.films[i].id;
       case TermKind::contact: return "joint " + machine.joints[i].id;
-      case TermKind::coolant_wall: case TermKind::coolant_flow: return "coolant " + machine.coolants[i].id;
-      case TermKind::volume_exchange: case TermKind::volume_given: return "volume " + machine.volumes[i].id;
+      case TermKind::coolant_wall:
+      case TermKind::coolant_flow: return "coolant " + machine.coolants[i].id;
+      case TermKind::volume_exchange:
+      case TermKind::volume_given: return "volume " + machine.volumes[i].id;
     }
     return std::string();
   };
@@ -52,37 +55,38 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
     if (const Term& term = system.layout.terms[j]; term.kind == TermKind::coolant_wall) {
       VectorXd on_bodies = ones;
       on_bodies.tail(system.size - system.nodes).setZero();
-      const mesh::CoolantSpec& coolant = machine.coolants[static_cast<std::size_t>(term.item)];
+      const mesh::CoolantSpec& coolant = machine.coolants[term.item];
       const VectorXd walls = system.terms[j].transpose() * on_bodies;
-      const std::string& segment = coolant.segments[static_cast<std::size_t>(term.part)].id;
-      segments_.push_back({"coolant." + coolant.id + "." + segment + ".cooling_power_W", j, walls.sparseView(1.0, least)});
+      const std::string& segment = coolant.segments[term.part].id;
+      segments_.push_back(
+          {"coolant." + coolant.id + "." + segment + ".cooling_power_W", j, walls.sparseView(1.0, least)});
     }
   }
   for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
     const Input& input = system.layout.inputs[k];
     const std::string name = input.kind == InputKind::source
-                                 ? "source " + machine.sources[static_cast<std::size_t>(input.item)].id
-                                 : name_of(system.layout.terms[static_cast<std::size_t>(input.term)].kind, input.item);
-    inputs_.emplace_back(system.inputs.col(static_cast<Index>(k)).sum(), item(name));
+                                 ? "source " + machine.sources[input.item].id
+                                 : name_of(system.layout.terms[input.term].kind, input.item);
+    inputs_.emplace_back(system.inputs.col(k).sum(), item(name));
   }
-  heat_ = VectorXd::Zero(static_cast<Index>(names_.size()));
+  heat_ = VectorXd::Zero(std::ssize(names_));
   sign_ = Eigen::Map<const VectorXd>(signs.data(), heat_.size());
-  carried_ = VectorXd::Zero(static_cast<Index>(segments_.size()));
+  carried_ = VectorXd::Zero(std::ssize(segments_));
 }
 
-void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd& mean, const VectorXd& p, const VectorXd& q,
-                      double step_s, const LocalTerms::Change* local) {
+void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd& mean, const VectorXd& p,
+                      const VectorXd& q, double step_s, const LocalTerms::Change* local) {
   const VectorXd rise = end - start;
   stored_ += capacity_.dot(rise);
   VectorXd heat = VectorXd::Zero(heat_.size());
   const auto flow = [&](int item, double power) { heat[item] += step_s * power; };
   for (std::size_t j = 0; j < terms_.size(); ++j)
-    if (const double coefficient = p[static_cast<Index>(j)]; coefficient != 0.0 && terms_[j].item >= 0)
+    if (const double coefficient = p[j]; coefficient != 0.0 && terms_[j].item >= 0)
       flow(terms_[j].item, -coefficient * terms_[j].of.dot(mean));
   for (std::size_t s = 0; s < segments_.size(); ++s)
-    carried_[static_cast<Index>(s)] += step_s * p[static_cast<Index>(segments_[s].term)] * segments_[s].walls.dot(mean);
+    carried_[s] += step_s * p[segments_[s].term] * segments_[s].walls.dot(mean);
   for (std::size_t k = 0; k < inputs_.size(); ++k)
-    if (const double amount = q[static_cast<Index>(k)]; amount != 0.0) flow(inputs_[k].second, amount * inputs_[k].first);
+    if (const double amount = q[k]; amount != 0.0) flow(inputs_[k].second, amount * inputs_[k].first);
   if (local && !local->empty()) {
     stored_ += (local->capacity * rise).sum();
     flow(local_item_, local->source.sum() - (local->conduction * mean).sum());
@@ -93,7 +97,7 @@ void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd
 
 std::vector<HeatBalance::Item> HeatBalance::items() const {
   std::vector<Item> list;
-  for (std::size_t i = 0; i < names_.size(); ++i) list.push_back({names_[i], heat_[static_cast<Index>(i)]});
+  for (std::size_t i = 0; i < names_.size(); ++i) list.push_back({names_[i], heat_[i]});
   return list;
 }
 
@@ -115,8 +119,8 @@ double HeatBalance::gap() const { return throughput_ > 0.0 ? std::abs(stored_ - 
 std::string HeatBalance::brief() const {
   double in = 0.0, out = 0.0;
   for (Index i = 0; i < heat_.size(); ++i) (heat_[i] > 0.0 ? in : out) += heat_[i];
-  return fmt::format("heat: {:.1f} kJ in, {:.1f} kJ out, {:.1f} kJ stored; {:.1e} of the throughput unaccounted for", 1e-3 * in, -1e-3 * out,
-                     1e-3 * stored_, gap());
+  return fmt::format("heat: {:.1f} kJ in, {:.1f} kJ out, {:.1f} kJ stored; {:.1e} of the throughput unaccounted for",
+                     1e-3 * in, -1e-3 * out, 1e-3 * stored_, gap());
 }
 
 void HeatBalance::save(core::BinaryWriter& out) const {

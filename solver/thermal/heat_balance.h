@@ -16,13 +16,13 @@
 namespace thermotwin::solver {
 
 class HeatBalance {
- public:
+public:
   HeatBalance(const mesh::Machine& machine, const ThermalSystem& system);
 
   /// @param start, end, mean  (size) temperatures   @param p, q  of the step, q its weighted mean
   /// @param local  what local terms changed in the step, or null
-  void add(const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Eigen::VectorXd& mean, const Eigen::VectorXd& p,
-           const Eigen::VectorXd& q, double step_s, const LocalTerms::Change* local);
+  void add(const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Eigen::VectorXd& mean,
+           const Eigen::VectorXd& p, const Eigen::VectorXd& q, double step_s, const LocalTerms::Change* local);
 
   /// Names of amounts() as powers, for a table of what flows between two times: stored_W, then power_W of
   /// sources, films, mounts and volumes' exchanges (into the machine) and, out of it,
@@ -31,12 +31,15 @@ class HeatBalance {
   /// so that stored = powers - cooling of the coolants. Segments are parts of their coolant, but for what
   /// the fluid itself stores; they do not count in that sum.
   std::vector<std::string> columns() const;
-  Eigen::VectorXd amounts() const;                ///< (columns) J since the start
+  Eigen::VectorXd amounts() const;  ///< (columns) J since the start
 
-  struct Item { std::string id; double heat; };   ///< J, into the machine
+  struct Item {
+    std::string id;
+    double heat;
+  };  ///< J, into the machine
   /// Sources, films, mounts, coolants, volumes' exchanges, in the order of the machine file.
   std::vector<Item> items() const;
-  double stored() const { return stored_; }       ///< J, more than at the start
+  double stored() const { return stored_; }          ///< J, more than at the start
   double throughput() const { return throughput_; }  ///< J, what passed through each item in each step, added up
   /// |stored - what came in| over the throughput.
   double gap() const;
@@ -45,16 +48,23 @@ class HeatBalance {
   void save(core::BinaryWriter& out) const;
   void load(core::BinaryReader& in);
 
- private:
-  struct Sum { Eigen::SparseVector<double> of; int item; };
-  Eigen::VectorXd capacity_;                      // column sums of E
-  std::vector<Sum> terms_;                        // column sums of each K_j
-  std::vector<std::pair<double, int>> inputs_;    // sum of each column of S, and its item
-  std::vector<std::string> names_, columns_;      // of items; of items as powers
-  Eigen::VectorXd heat_, sign_;                   // (items) J; -1: counted as it leaves
-  struct Segment { std::string column; std::size_t term; Eigen::SparseVector<double> walls; };
-  std::vector<Segment> segments_;                 // column sums of K_j over the bodies' rows
-  Eigen::VectorXd carried_;                       // (segments) J
+private:
+  struct Sum {
+    Eigen::SparseVector<double> of;
+    int item;
+  };
+  Eigen::VectorXd capacity_;                    // column sums of E
+  std::vector<Sum> terms_;                      // column sums of each K_j
+  std::vector<std::pair<double, int>> inputs_;  // sum of each column of S, and its item
+  std::vector<std::string> names_, columns_;    // of items; of items as powers
+  Eigen::VectorXd heat_, sign_;                 // (items) J; -1: counted as it leaves
+  struct Segment {
+    std::string column;
+    std::size_t term;
+    Eigen::SparseVector<double> walls;
+  };
+  std::vector<Segment> segments_;  // column sums of K_j over the bodies' rows
+  Eigen::VectorXd carried_;        // (segments) J
   int local_item_ = -1;
   double stored_ = 0, throughput_ = 0;
 };

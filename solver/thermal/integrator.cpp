@@ -2,6 +2,7 @@
 #include "solver/thermal/integrator.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <cmath>
@@ -19,20 +20,21 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int factor_price = 16;             // a factorisation costs about as much as this many iterations
+constexpr int factor_price = 16;  // a factorisation costs about as much as this many iterations
 constexpr std::size_t most_factors = 24;
 
 }  // namespace
 
 struct ThermalIntegrator::Work : ThermalIteration {
   explicit Work(const ThermalSystem& system, const IntegratorOptions& integrator_options)
-      : ThermalIteration(system), options(integrator_options) {}
+      : ThermalIteration(system),
+        options(integrator_options) {}
 
   IntegratorOptions options;
-  long excess = 0;               // iterations that new factors might have saved, since the last ones
-  bool settled = false;          // neither coefficients nor the step changed in this step
+  long excess = 0;       // iterations that new factors might have saved, since the last ones
+  bool settled = false;  // neither coefficients nor the step changed in this step
   SideBySide temperature, source, q, ex, kx, imbalance;
-  MatrixXd step_mean;            // of the step's stages, if it is kept
+  MatrixXd step_mean;  // of the step's stages, if it is kept
 
   /// What the factors should be made of now: while everything stands, the coefficients of each set
   /// of loads that share them, if there are not too many of these; else the mean of all loads.
@@ -43,10 +45,11 @@ struct ThermalIntegrator::Work : ThermalIteration {
     const double memory = factors.empty() ? 0.0 : factors.front()->solver.memory_bytes();
     if (settled) {
       for (std::size_t l = 0; l < loads.size(); ++l) {
-        wanted[l] = static_cast<std::size_t>(std::find(sets.begin(), sets.end(), loads[l].p) - sets.begin());
+        wanted[l] = std::find(sets.begin(), sets.end(), loads[l].p) - sets.begin();
         if (wanted[l] == sets.size()) sets.push_back(loads[l].p);
       }
-      if (sets.size() == 1 || (sets.size() <= most_factors && memory * static_cast<double>(sets.size()) <= options.factor_memory))
+      if (sets.size() == 1 ||
+          (sets.size() <= most_factors && memory * static_cast<double>(sets.size()) <= options.factor_memory))
         return sets;
       wanted.assign(loads.size(), 0);
     }
@@ -116,7 +119,9 @@ struct ThermalIntegrator::Work : ThermalIteration {
 };
 
 ThermalIntegrator::ThermalIntegrator(const ThermalSystem& system, const IntegratorOptions& options)
-    : system_(system), options_(options), work_(std::make_unique<Work>(system, options)) {}
+    : system_(system),
+      options_(options),
+      work_(std::make_unique<Work>(system, options)) {}
 
 ThermalIntegrator::~ThermalIntegrator() = default;
 
@@ -127,21 +132,21 @@ MatrixXd ThermalIntegrator::sensors(const MatrixXd& state) const { return system
 void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>& c, double step_s) {
   Work& work = *work_;
   const Index loads = state.cols();
-  if (static_cast<Index>(c.size()) != loads || state.rows() != size() || !(step_s > 0.0))
-    throw core::SolverError(fmt::format("thermal step: {} x {} states, {} sets of coefficients, step {} s", state.rows(),
-                                        loads, c.size(), step_s));
+  if (std::ssize(c) != loads || state.rows() != size() || !(step_s > 0.0))
+    throw core::SolverError(fmt::format("thermal step: {} x {} states, {} sets of coefficients, step {} s",
+                                        state.rows(), loads, c.size(), step_s));
   const double gamma = options_.backward_euler ? 1.0 : sdirk_gamma;
   const bool shift_changed = std::abs(gamma * step_s * work.shift - 1.0) > Work::same_shift;
   if (shift_changed) work.shift = 1.0 / (gamma * step_s);
   const double shift = work.shift;
-  work.loads.resize(static_cast<std::size_t>(loads));
+  work.loads.resize(loads);
   put_side_by_side(state, work.temperature);
   SideBySide q(c.front().q.size(), loads);
   std::vector<char> changed(c.size());
   for (std::size_t l = 0; l < c.size(); ++l) {
     changed[l] = work.set_coefficients(l, c[l].p);
     if (shift_changed) work.loads[l].changed = true;
-    q.col(static_cast<Index>(l)) = c[l].q;
+    q.col(l) = c[l].q;
   }
   if (q.rows() != work.q.rows() || q.cols() != work.q.cols() || q != work.q) {
     work.source = system_.inputs * q;
@@ -150,7 +155,7 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
   for (std::size_t l = 0; l < c.size(); ++l)
     if (!work.loads[l].local.empty()) {
       // Another one in the next step: the product above must then be made anew.
-      work.source.col(static_cast<Index>(l)) += work.loads[l].local.source;
+      work.source.col(l) += work.loads[l].local.source;
       work.q.resize(0, 0);
     }
 
@@ -167,7 +172,8 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
   work.residual.resize(size(), loads);
   double *imbalance = work.imbalance.data(), *temperature = work.temperature.data();
   over_entries(work.imbalance, [&](Index first, Index last) {
-    for (Index i = first; i < last; ++i) work.residual.data()[i] = imbalance[i] = work.source.data()[i] - work.kx.data()[i];
+    for (Index i = first; i < last; ++i)
+      work.residual.data()[i] = imbalance[i] = work.source.data()[i] - work.kx.data()[i];
   });
   work.solve(scale, !options_.backward_euler, statistics_);
   if (!options_.backward_euler) {
@@ -186,7 +192,8 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
     // The first stage ends at T + d.
     if (options_.keep_mean) work.step_mean = (1.0 - gamma) * (work.temperature - (a - 1.0) * work.increment);
     // Factors that have just been seen to solve this matrix at once need no second look.
-    const bool seen = work.factors_are_exact() && std::all_of(work.loads.begin(), work.loads.end(), [](const auto& load) { return load.iterations == 1; });
+    const bool seen = work.factors_are_exact() && std::all_of(work.loads.begin(), work.loads.end(),
+                                                              [](const auto& load) { return load.iterations == 1; });
     if (seen) {
       work.solve_once();
       work.count_iterations(statistics_);
@@ -194,9 +201,13 @@ void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>
       work.solve(scale, false, statistics_);
     }
   }
-  over_rows(size(), [&](Index first, Index last) {
-    state.middleRows(first, last - first) = work.temperature.middleRows(first, last - first) + work.increment.middleRows(first, last - first);
-  }, 256);
+  over_rows(
+      size(),
+      [&](Index first, Index last) {
+        state.middleRows(first, last - first) =
+            work.temperature.middleRows(first, last - first) + work.increment.middleRows(first, last - first);
+      },
+      256);
   if (options_.keep_mean) {
     if (options_.backward_euler)
       work.step_mean = state;
@@ -215,9 +226,7 @@ const LocalTerms::Change* ThermalIntegrator::local_change(std::size_t load) cons
 void ThermalIntegrator::linearise(const MatrixXd& start, const MatrixXd& end, const std::vector<Coefficients>& c) {
   if (!system_.local) return;
   work_->loads.resize(c.size());
-  core::parallel_for(0, c.size(), [&](std::size_t l) {
-    work_->linearise(l, start.col(static_cast<Index>(l)), end.col(static_cast<Index>(l)), c[l]);
-  });
+  core::parallel_for(0, c.size(), [&](std::size_t l) { work_->linearise(l, start.col(l), end.col(l), c[l]); });
 }
 
 void ThermalIntegrator::save(core::BinaryWriter& out) const {
@@ -249,10 +258,10 @@ void ThermalIntegrator::load(core::BinaryReader& in) {
     work.factors.push_back(std::move(factor));
   }
   work.loads.clear();
-  work.loads.resize(static_cast<std::size_t>(in.count()));
+  work.loads.resize(in.count());
   for (std::size_t l = 0; l < work.loads.size(); ++l) {
     work.set_coefficients(l, in.matrix());
-    work.loads[l].factor = static_cast<std::size_t>(in.count());
+    work.loads[l].factor = in.count();
   }
   for (long* value : {&statistics_.steps, &statistics_.factorisations, &statistics_.iterations}) *value = in.count();
 }

@@ -15,7 +15,7 @@ namespace thermotwin::solver {
 inline constexpr double sdirk_gamma = 0.29289321881345254;
 
 struct IntegratorOptions {
-  double tolerance = 1e-9;      ///< residual relative to the right-hand side
+  double tolerance = 1e-9;  ///< residual relative to the right-hand side
   int max_iterations = 60;
   int refactor_above = 8;       ///< iterations worth a new factor while coefficients keep changing
   bool keep_mean = false;       ///< for a HeatBalance
@@ -28,7 +28,7 @@ struct IntegratorOptions {
 /// its own coefficients, their solves in one block. Where coefficients stand for long, each set of
 /// loads that share them gets a factor of its own, as far as memory allows.
 class ThermalIntegrator final : public ThermalStepper {
- public:
+public:
   explicit ThermalIntegrator(const ThermalSystem& system, const IntegratorOptions& options = {});
   ~ThermalIntegrator() override;
 
@@ -44,10 +44,12 @@ class ThermalIntegrator final : public ThermalStepper {
   void save(core::BinaryWriter& out) const override;
   void load(core::BinaryReader& in) override;
 
-  struct Statistics { long steps = 0, factorisations = 0, iterations = 0; };
+  struct Statistics {
+    long steps = 0, factorisations = 0, iterations = 0;
+  };
   const Statistics& statistics() const { return statistics_; }
 
- private:
+private:
   const ThermalSystem& system_;
   IntegratorOptions options_;
   Statistics statistics_;

@@ -17,10 +17,8 @@ using Eigen::Index;
 
 /// Unknowns that exchange heat with each other.
 class Groups {
- public:
-  explicit Groups(Index size) : root_(static_cast<std::size_t>(size)) {
-    std::iota(root_.begin(), root_.end(), Index{0});
-  }
+public:
+  explicit Groups(Index size) : root_(size) { std::iota(root_.begin(), root_.end(), Index{0}); }
   Index find(Index i) {
     while (at(i) != i) i = at(i) = at(at(i));
     return i;
@@ -31,8 +29,8 @@ class Groups {
         if (it.value() != 0.0) at(find(it.row())) = find(j);
   }
 
- private:
-  Index& at(Index i) { return root_[static_cast<std::size_t>(i)]; }
+private:
+  Index& at(Index i) { return root_[i]; }
   std::vector<Index> root_;
 };
 
@@ -47,8 +45,7 @@ std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const The
   for (Index i = 0; i < thermal.size; ++i) leads_away.emplace(groups.find(i), false);
   for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k) {
     if (thermal.layout.inputs[k].term < 0) continue;
-    for (SparseMatrix::InnerIterator it(thermal.inputs, static_cast<Index>(k)); it; ++it)
-      leads_away[groups.find(it.row())] = true;
+    for (SparseMatrix::InnerIterator it(thermal.inputs, k); it; ++it) leads_away[groups.find(it.row())] = true;
   }
   struct Part {
     Index nodes = 0;

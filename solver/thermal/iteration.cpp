@@ -2,6 +2,7 @@
 #include "solver/thermal/iteration.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <algorithm>
 #include <limits>
@@ -32,11 +33,11 @@ void ThermalIteration::multiply(const SideBySide& x, SideBySide& ex, SideBySide&
   add_local(nullptr, 0.0, x, &ex, &kx);
 }
 
-void ThermalIteration::add_local(const std::vector<std::size_t>* load_of, double at_shift, const SideBySide& x, SideBySide* ex,
-                                 SideBySide* ax) const {
+void ThermalIteration::add_local(const std::vector<std::size_t>* load_of, double at_shift, const SideBySide& x,
+                                 SideBySide* ex, SideBySide* ax) const {
   if (!local_) return;
   for (Index column = 0; column < x.cols(); ++column) {
-    const LocalTerms::Change& local = loads[load_of ? (*load_of)[static_cast<std::size_t>(column)] : static_cast<std::size_t>(column)].local;
+    const LocalTerms::Change& local = loads[load_of ? (*load_of)[column] : static_cast<std::size_t>(column)].local;
     if (local.empty()) continue;
     const VectorXd of = x.col(column), stored = local.capacity * of;
     if (ex) ex->col(column) += stored;
@@ -45,8 +46,8 @@ void ThermalIteration::add_local(const std::vector<std::size_t>* load_of, double
 }
 
 SideBySide ThermalIteration::coefficients() const {
-  SideBySide p(loads.front().p.size(), static_cast<Index>(loads.size()));
-  for (std::size_t l = 0; l < loads.size(); ++l) p.col(static_cast<Index>(l)) = loads[l].p;
+  SideBySide p(loads.front().p.size(), std::ssize(loads));
+  for (std::size_t l = 0; l < loads.size(); ++l) p.col(l) = loads[l].p;
   return p;
 }
 
@@ -81,7 +82,7 @@ void ThermalIteration::update_fluid_factors() {
 void ThermalIteration::start(const VectorXd& scale, double tolerance) {
   const VectorXd norm = norms(residual);
   for (std::size_t l = 0; l < loads.size(); ++l)
-    loads[l].threshold = std::max(tolerance * norm[static_cast<Index>(l)], rounding * scale[static_cast<Index>(l)]);
+    loads[l].threshold = std::max(tolerance * norm[l], rounding * scale[l]);
   increment.setZero(residual.rows(), residual.cols());
   capacity_increment.setZero(residual.rows(), residual.cols());
   started_ = true;
@@ -91,14 +92,14 @@ void ThermalIteration::borrow(const VectorXd& norm) {
   Working& w = working_;
   w.load.clear();
   for (std::size_t l = 0; l < loads.size(); ++l)
-    if (!(norm[static_cast<Index>(l)] <= loads[l].threshold)) w.load.push_back(l);
+    if (!(norm[l] <= loads[l].threshold)) w.load.push_back(l);
   w.all = w.load.size() == loads.size();
   // Loads of one factor side by side: it is read once for all of them.
   const auto by_factor = [&](std::size_t a, std::size_t b) { return loads[a].factor < loads[b].factor; };
   w.all = w.all && std::is_sorted(w.load.begin(), w.load.end(), by_factor);
   std::stable_sort(w.load.begin(), w.load.end(), by_factor);
-  w.p.resize(loads.front().p.size(), static_cast<Index>(w.load.size()));
-  for (std::size_t c = 0; c < w.load.size(); ++c) w.p.col(static_cast<Index>(c)) = loads[w.load[c]].p;
+  w.p.resize(loads.front().p.size(), std::ssize(w.load));
+  for (std::size_t c = 0; c < w.load.size(); ++c) w.p.col(c) = loads[w.load[c]].p;
   if (w.all) {
     w.residual.swap(residual);
     w.increment.swap(increment);
@@ -125,8 +126,8 @@ void ThermalIteration::drop_finished(const VectorXd& norm) {
   std::vector<Index> kept;
   std::vector<std::size_t> still;
   for (std::size_t c = 0; c < w.load.size(); ++c)
-    if (!(norm[static_cast<Index>(c)] <= loads[w.load[c]].threshold)) {
-      kept.push_back(static_cast<Index>(c));
+    if (!(norm[c] <= loads[w.load[c]].threshold)) {
+      kept.push_back(c);
       still.push_back(w.load[c]);
     }
   if (kept.size() == w.load.size()) return;
@@ -147,7 +148,7 @@ void ThermalIteration::drop_finished(const VectorXd& norm) {
   }
   keep(w.p);
   for (Direction& direction : w.directions) {
-    if (direction.z.cols() != static_cast<Index>(w.load.size())) continue;  // of an earlier call
+    if (direction.z.cols() != std::ssize(w.load)) continue;  // of an earlier call
     keep(direction.z);
     keep(direction.az);
     direction.weight = Eigen::ArrayXd(direction.weight(kept));
@@ -163,10 +164,11 @@ void ThermalIteration::precondition(SideBySide& z) const {
     if (c == 0 || loads[w.load[c]].factor != loads[w.load[c - 1]].factor) first.push_back(c);
   first.push_back(w.load.size());
   core::parallel_for(0, first.size() - 1, [&](std::size_t g) {
-    const auto begin = static_cast<Index>(first[g]), width = static_cast<Index>(first[g + 1] - first[g]);
+    const Index begin = first[g], width = first[g + 1] - first[g];
     std::vector<const BlockSolver::FluidFactor*> fluids;
     for (std::size_t c = first[g]; c < first[g + 1]; ++c) fluids.push_back(&loads[w.load[c]].fluids);
-    factors[loads[w.load[first[g]]].factor]->solver.precondition(w.residual.middleCols(begin, width), z.middleCols(begin, width), fluids);
+    factors[loads[w.load[first[g]]].factor]->solver.precondition(w.residual.middleCols(begin, width),
+                                                                 z.middleCols(begin, width), fluids);
   });
 }
 
@@ -199,16 +201,18 @@ VectorXd ThermalIteration::step(int iteration, bool with_capacity) {
   fresh.weight = (square > 0.0).select(square.inverse(), 0.0);
   const Eigen::ArrayXd length = along * fresh.weight;
   double* e = ez_.data();
-  return sum_rows(rows, width, [&](Index i, double* sum, auto w_constant, Index begin) {
-    for (int k = 0; k < w_constant; ++k) {
-      const Index at = i * width + begin + k;
-      const double step = length[begin + k];
-      x[at] += step * z[at];
-      r[at] -= step * az[at];
-      if (with_capacity) e[at] *= step;
-      sum[k] += r[at] * r[at];
-    }
-  }).sqrt();
+  return sum_rows(rows, width,
+                  [&](Index i, double* sum, auto w_constant, Index begin) {
+                    for (int k = 0; k < w_constant; ++k) {
+                      const Index at = i * width + begin + k;
+                      const double step = length[begin + k];
+                      x[at] += step * z[at];
+                      r[at] -= step * az[at];
+                      if (with_capacity) e[at] *= step;
+                      sum[k] += r[at] * r[at];
+                    }
+                  })
+      .sqrt();
 }
 
 bool ThermalIteration::iterate(int limit, bool want_capacity) {
@@ -246,7 +250,7 @@ bool ThermalIteration::factors_are_exact() const {
 void ThermalIteration::solve_once() {
   for (Load& load : loads) load.iterations = 1;
   increment.resize(residual.rows(), residual.cols());
-  borrow(VectorXd::Constant(static_cast<Index>(loads.size()), std::numeric_limits<double>::infinity()));
+  borrow(VectorXd::Constant(std::ssize(loads), std::numeric_limits<double>::infinity()));
   precondition(working_.increment);
   give_back();
 }
@@ -254,11 +258,11 @@ void ThermalIteration::solve_once() {
 void ThermalIteration::require_done(int limit) const {
   const VectorXd norm = norms(residual);
   for (std::size_t l = 0; l < loads.size(); ++l) {
-    const double left = norm[static_cast<Index>(l)];
+    const double left = norm[l];
     if (!(left <= loads[l].threshold))
       throw core::SolverError(fmt::format(
-          "thermal step: load {} of {} has a residual of {:.2e} W where {:.2e} W is allowed, after {} iterations", l + 1,
-          loads.size(), left, loads[l].threshold, limit));
+          "thermal step: load {} of {} has a residual of {:.2e} W where {:.2e} W is allowed, after {} iterations",
+          l + 1, loads.size(), left, loads[l].threshold, limit));
   }
 }
 

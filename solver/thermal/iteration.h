@@ -17,7 +17,7 @@
 namespace thermotwin::solver {
 
 class ThermalIteration {
- public:
+public:
   /// @param system  must outlive this object
   explicit ThermalIteration(const ThermalSystem& system);
 
@@ -30,13 +30,13 @@ class ThermalIteration {
   };
 
   struct Load {
-    Eigen::VectorXd p;                   ///< coefficients
+    Eigen::VectorXd p;  ///< coefficients
     BlockSolver::FluidFactor fluids;
-    std::size_t factor = 0;              ///< index of the one that serves as preconditioner
-    double threshold = 0;                ///< residual norm that ends the iteration
+    std::size_t factor = 0;  ///< index of the one that serves as preconditioner
+    double threshold = 0;    ///< residual norm that ends the iteration
     int iterations = 0;
-    bool changed = false;                ///< the fluid factor is to be made anew
-    LocalTerms::Change local;            ///< of the next step; empty: none
+    bool changed = false;      ///< the fluid factor is to be made anew
+    LocalTerms::Change local;  ///< of the next step; empty: none
   };
 
   static constexpr double same_shift = 1e-11;  ///< relative; steps between times that are not round
@@ -44,8 +44,8 @@ class ThermalIteration {
   ThermalOperator op;
   std::vector<Load> loads;
   std::vector<std::unique_ptr<Factor>> factors;
-  double shift = 0;                      ///< of the matrices now
-  bool single_precision = false;         ///< of the values of factors, see SparseFactorOptions
+  double shift = 0;               ///< of the matrices now
+  bool single_precision = false;  ///< of the values of factors, see SparseFactorOptions
   /// (size x loads): right-hand sides, then what is left of them; d; E d
   SideBySide residual, increment, capacity_increment;
 
@@ -71,7 +71,9 @@ class ThermalIteration {
   /// @param want_capacity  else capacity_increment holds nothing of use
   bool iterate(int limit, bool want_capacity = true);
   /// Whether a factor was made for this shift, but for rounding.
-  static bool fits(const Factor& factor, double at_shift) { return std::abs(factor.shift / at_shift - 1.0) <= same_shift; }
+  static bool fits(const Factor& factor, double at_shift) {
+    return std::abs(factor.shift / at_shift - 1.0) <= same_shift;
+  }
   /// Whether every load's factor is that of its own matrix, and solves with it are direct.
   bool factors_are_exact() const;
   /// d = A^-1 times the right-hand sides by such factors; what is left of these is not looked at.
@@ -79,17 +81,17 @@ class ThermalIteration {
   /// @throws SolverError naming the first load that is not done
   void require_done(int limit) const;
 
- private:
+private:
   struct Direction {
     SideBySide z, az;
-    Eigen::ArrayXd weight;               ///< 1 / |A z|^2; 0 where nothing is to be gained
+    Eigen::ArrayXd weight;  ///< 1 / |A z|^2; 0 where nothing is to be gained
   };
   /// The loads that are not done yet, those of one factor side by side.
   struct Working {
-    std::vector<std::size_t> load;       ///< of each column
+    std::vector<std::size_t> load;  ///< of each column
     SideBySide residual, increment, p;
-    std::vector<Direction> directions;   ///< the oldest is overwritten
-    bool all = false;                    ///< the members' own blocks, lent
+    std::vector<Direction> directions;  ///< the oldest is overwritten
+    bool all = false;                   ///< the members' own blocks, lent
   };
 
   void borrow(const Eigen::VectorXd& norm);
@@ -101,12 +103,13 @@ class ThermalIteration {
   Eigen::VectorXd step(int iteration, bool with_capacity);
 
   /// To E X and (shift E + K) X what is local to the load of each column (all loads: null).
-  void add_local(const std::vector<std::size_t>* load_of, double at_shift, const SideBySide& x, SideBySide* ex, SideBySide* ax) const;
+  void add_local(const std::vector<std::size_t>* load_of, double at_shift, const SideBySide& x, SideBySide* ex,
+                 SideBySide* ax) const;
 
   const LocalTerms* local_;
   Working working_;
   SideBySide ez_;
-  bool started_ = false;                 ///< d is still zero
+  bool started_ = false;  ///< d is still zero
 };
 
 }  // namespace thermotwin::solver

@@ -21,12 +21,12 @@ namespace {
 
 /// Sums over points of contact that share their nodes: they are added up before they take memory.
 class SideBlock {
- public:
+public:
   using Values = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
   SideBlock(const MachineMesh& mesh, int body, int face)
-      : body_(mesh.bodies[static_cast<std::size_t>(body)]),
-        nodes_(mesh::face_nodes(body_, face).array() + static_cast<int>(mesh.first_node[static_cast<std::size_t>(body)])),
+      : body_(mesh.bodies[body]),
+        nodes_(mesh::face_nodes(body_, face).array() + static_cast<int>(mesh.first_node[body])),
         mass_(Values::Zero(nodes_.size(), nodes_.size())),
         load_(mesh::FaceValues::Zero(nodes_.size())) {}
 
@@ -43,22 +43,24 @@ class SideBlock {
     }
   }
 
- private:
+private:
   const mesh::TetMesh& body_;
   mesh::FaceNodes nodes_;
   Values mass_;
   mesh::FaceValues load_;
 };
 
-JointTerm joint_term(const MachineMesh& mesh, const mesh::JointSpec& joint, const ContactSearch& search, double position, Index size) {
+JointTerm joint_term(const MachineMesh& mesh, const mesh::JointSpec& joint, const ContactSearch& search,
+                     double position, Index size) {
   const mesh::Machine& machine = mesh.machine;
   mesh::Pose pose = mesh::home_pose(machine);
   if (!joint.axis.empty()) pose[machine.axis_index(joint.axis)] = position;
   const auto body_of = [&](const std::string& surface) {
-    return machine.body_index(machine.surfaces[static_cast<std::size_t>(machine.surface_index(surface))].body);
+    return machine.body_index(machine.surfaces[machine.surface_index(surface)].body);
   };
   const int slave = body_of(joint.slave), master = body_of(joint.master);
-  const std::vector<ContactPoint> contact = search.at(mesh::body_transform(machine, slave, pose), mesh::body_transform(machine, master, pose));
+  const std::vector<ContactPoint> contact =
+      search.at(mesh::body_transform(machine, slave, pose), mesh::body_transform(machine, master, pose));
   JointTerm term;
   Triplets triplets;
   for (std::size_t i = 0; i < contact.size();) {
@@ -69,7 +71,8 @@ JointTerm joint_term(const MachineMesh& mesh, const mesh::JointSpec& joint, cons
       SideBlock::Values mixed = SideBlock::Values::Zero(of_slave.nodes().size(), of_master.nodes().size());
       for (; i < contact.size() && contact[i].slave_face == slave_face && contact[i].master_face == master_face; ++i) {
         const double area = contact[i].area;
-        const mesh::FaceValues s = of_slave.shape(contact[i].slave_weights), m = of_master.shape(contact[i].master_weights);
+        const mesh::FaceValues s = of_slave.shape(contact[i].slave_weights),
+                               m = of_master.shape(contact[i].master_weights);
         of_slave.add(s, area);
         of_master.add(m, area);
         mixed += area * s * m.transpose();
@@ -102,7 +105,8 @@ JointTerm ground_term(const MachineMesh& mesh, const mesh::JointSpec& joint, Ele
 
 }  // namespace
 
-std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const std::vector<JointGrid>& grids, ElementRules rules, Index size) {
+std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const std::vector<JointGrid>& grids,
+                                                ElementRules rules, Index size) {
   std::vector<std::vector<JointTerm>> terms;
   std::vector<std::pair<std::size_t, std::size_t>> tasks;
   for (std::size_t j = 0; j < grids.size(); ++j) {
@@ -114,7 +118,8 @@ std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const s
   core::parallel_for(0, tasks.size(), [&](std::size_t i) {
     const auto [j, node] = tasks[i];
     const mesh::JointSpec& joint = mesh.machine.joints[j];
-    terms[j][node] = joint.master.empty() ? ground_term(mesh, joint, rules, size) : joint_term(mesh, joint, searches[j], grids[j].positions[node], size);
+    terms[j][node] = joint.master.empty() ? ground_term(mesh, joint, rules, size)
+                                          : joint_term(mesh, joint, searches[j], grids[j].positions[node], size);
   });
   for (std::size_t j = 0; j < terms.size(); ++j) {
     const mesh::JointSpec& joint = mesh.machine.joints[j];
@@ -129,8 +134,8 @@ std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const s
                              fmt::format("'{}' and '{}' touch nowhere over the travel", joint.slave, joint.master),
                              fmt::format("surfaces that face each other within reach_mm = {:.4g}", joint.reach * 1e3));
     if (open > 0)
-      core::warn(fmt::format("joint {}: no contact at {} of {} positions of its axis {}", joint.id, open, terms[j].size(),
-                             joint.axis));
+      core::warn(fmt::format("joint {}: no contact at {} of {} positions of its axis {}", joint.id, open,
+                             terms[j].size(), joint.axis));
   }
   return terms;
 }
@@ -156,7 +161,7 @@ std::vector<JointGrid> joint_grids(const MachineMesh& mesh) {
   for (const mesh::JointSpec& joint : mesh.machine.joints) {
     JointGrid grid;
     grid.axis = joint.axis.empty() ? -1 : mesh.machine.axis_index(joint.axis);
-    grid.periodic = grid.axis >= 0 && mesh.machine.axes[static_cast<std::size_t>(grid.axis)].endless;
+    grid.periodic = grid.axis >= 0 && mesh.machine.axes[grid.axis].endless;
     grid.positions = contact_grid(mesh, joint);
     grids.push_back(std::move(grid));
   }

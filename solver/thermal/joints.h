@@ -21,8 +21,8 @@ std::vector<JointGrid> joint_grids(const mesh::MachineMesh& mesh);
 /// The joints at all nodes of their grids, in parallel. @param rules  for those with the ground, which
 /// are films   @param size  of the system
 /// @throws InputError for a joint that touches nowhere
-std::vector<std::vector<JointTerm>> joint_terms(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids, ElementRules rules,
-                                                Eigen::Index size);
+std::vector<std::vector<JointTerm>> joint_terms(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids,
+                                                ElementRules rules, Eigen::Index size);
 
 /// Frictional heat of one W at a joint: shares of both sides, sum 1 whatever the contact area is.
 SparseColumn joint_source(const mesh::MachineMesh& mesh, const mesh::JointSpec& joint, const mesh::SourcePlace& place,

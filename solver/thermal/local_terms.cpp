@@ -23,7 +23,8 @@ constexpr double same_K = 1e-4;  // closer than that the secant is the value in 
 LocalTerms::Curve LocalTerms::make_curve(const mesh::Curve& table, double nominal, double reference_C) {
   Curve curve{table, {0.0}, nominal, nominal / table(reference_C)};
   for (std::size_t i = 1; i < table.at.size(); ++i)
-    curve.integral.push_back(curve.integral.back() + 0.5 * (table.value[i] + table.value[i - 1]) * (table.at[i] - table.at[i - 1]));
+    curve.integral.push_back(curve.integral.back() +
+                             0.5 * (table.value[i] + table.value[i - 1]) * (table.at[i] - table.at[i - 1]));
   return curve;
 }
 
@@ -40,21 +41,29 @@ double LocalTerms::Curve::secant(double from_C, double to_C) const {
   return factor * (integral_to(*this, to_C) - integral_to(*this, from_C)) / (to_C - from_C);
 }
 
-LocalTerms::LocalTerms(const mesh::MachineMesh& mesh, Index size) : reference_C_(mesh.machine.reference_C), lumped_(mesh.machine.lumped_capacity) {
+LocalTerms::LocalTerms(const mesh::MachineMesh& mesh, Index size)
+    : reference_C_(mesh.machine.reference_C),
+      lumped_(mesh.machine.lumped_capacity) {
   const mesh::Machine& machine = mesh.machine;
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const mesh::Material& material = machine.material(machine.bodies[b].material);
-    Body body{&mesh.bodies[b], static_cast<int>(mesh.first_node[b]), material.density, !material.conductivity_table.at.empty(),
-              !material.specific_heat_table.at.empty(), {}, {}};
-    if (body.has_conductivity) body.conductivity = make_curve(material.conductivity_table, material.conductivity, reference_C_);
+    Body body{&mesh.bodies[b],
+              static_cast<int>(mesh.first_node[b]),
+              material.density,
+              !material.conductivity_table.at.empty(),
+              !material.specific_heat_table.at.empty(),
+              {},
+              {}};
+    if (body.has_conductivity)
+      body.conductivity = make_curve(material.conductivity_table, material.conductivity, reference_C_);
     if (body.has_heat) body.heat = make_curve(material.specific_heat_table, material.specific_heat.value, reference_C_);
     if (body.has_conductivity || body.has_heat) bodies_.push_back(std::move(body));
   }
   for (std::size_t f = 0; f < machine.films.size(); ++f) {
     if (!(machine.films[f].emissivity > 0.0 && machine.films[f].exact_radiation)) continue;
     for (const std::string& id : machine.films[f].surfaces) {
-      const auto surface = static_cast<std::size_t>(machine.surface_index(id));
-      const auto body = static_cast<std::size_t>(machine.body_index(machine.surfaces[surface].body));
+      const std::size_t surface = machine.surface_index(id);
+      const std::size_t body = machine.body_index(machine.surfaces[surface].body);
       for (const int face : mesh.surfaces[surface])
         faces_.push_back({&mesh.bodies[body], face, static_cast<int>(mesh.first_node[body]), static_cast<int>(f)});
     }
@@ -83,7 +92,8 @@ void LocalTerms::make_pattern(Index size) {
   pattern_.setFromTriplets(entries.begin(), entries.end());
   pattern_.makeCompressed();
   const auto place = [&](int row, int column) {
-    const int *first = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column], *last = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column + 1];
+    const int *first = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column],
+              *last = pattern_.innerIndexPtr() + pattern_.outerIndexPtr()[column + 1];
     return static_cast<int>(std::lower_bound(first, last, row) - pattern_.innerIndexPtr());
   };
   visit([&](int row, int column) { element_places_.push_back(place(row, column)); },
@@ -125,7 +135,8 @@ void LocalTerms::evaluate(const VectorXd& start, const VectorXd& end, const Coef
         const Eigen::Matrix4d g = volume * gradients * gradients.transpose();
         for (std::size_t q = 0; q < rule.size(); ++q) {
           const double T = 0.5 * shapes[q].dot(before + after);
-          k += rule[q].share * (body.conductivity.value(T) - body.conductivity.nominal) * slopes[q] * g * slopes[q].transpose();
+          k += rule[q].share * (body.conductivity.value(T) - body.conductivity.nominal) * slopes[q] * g *
+               slopes[q].transpose();
         }
       }
       if (body.has_heat && lumped_) {
@@ -149,7 +160,8 @@ void LocalTerms::evaluate(const VectorXd& start, const VectorXd& end, const Coef
   place = face_places_.data();
   for (const Face& face : faces_) {
     const mesh::FaceNodes nodes = mesh::face_nodes(*face.mesh, face.face).array() + face.first_node;
-    const auto of_film = std::find_if(c.radiation.begin(), c.radiation.end(), [&](const auto& r) { return r.film == face.film; });
+    const auto of_film =
+        std::find_if(c.radiation.begin(), c.radiation.end(), [&](const auto& r) { return r.film == face.film; });
     const Index corners = nodes.size();
     if (of_film == c.radiation.end()) {
       place += corners * corners;
@@ -161,7 +173,8 @@ void LocalTerms::evaluate(const VectorXd& start, const VectorXd& end, const Coef
       const mesh::FaceValues shape = mesh::face_shape(face.mesh->order(), point.at);
       double T = 0.0;
       for (Index i = 0; i < corners; ++i) T += 0.5 * shape[i] * (start[nodes[i]] + end[nodes[i]]);
-      const double h = radiation_between(of_film->emissivity, T + reference_K, of_film->surroundings_K + reference_K) - of_film->film_coefficient;
+      const double h = radiation_between(of_film->emissivity, T + reference_K, of_film->surroundings_K + reference_K) -
+                       of_film->film_coefficient;
       const double weight = area * point.share * h;
       k += weight * shape * shape.transpose();
       for (Index i = 0; i < corners; ++i) change.source[nodes[i]] += weight * shape[i] * of_film->surroundings_K;

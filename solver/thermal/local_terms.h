@@ -20,20 +20,20 @@
 namespace thermotwin::solver {
 
 class LocalTerms {
- public:
+public:
   /// @param mesh  must outlive this object   @param size  of the system: nodes and fluids
   LocalTerms(const mesh::MachineMesh& mesh, Eigen::Index size);
   bool empty() const { return bodies_.empty() && faces_.empty(); }
 
   struct Change {
-    SparseMatrix conduction, capacity;     ///< (size x size), to be added to K and E
-    Eigen::VectorXd source;                ///< (size) W
+    SparseMatrix conduction, capacity;  ///< (size x size), to be added to K and E
+    Eigen::VectorXd source;             ///< (size) W
     bool empty() const { return source.size() == 0; }
   };
   /// @param start, end  (size) K above the reference
   void evaluate(const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c, Change& change) const;
 
- private:
+private:
   /// A property over temperature, with its integral.
   struct Curve {
     mesh::Curve table;
@@ -52,13 +52,16 @@ class LocalTerms {
     bool has_conductivity, has_heat;
     Curve conductivity, heat;
   };
-  struct Face { const mesh::TetMesh* mesh; int face, first_node, film; };
+  struct Face {
+    const mesh::TetMesh* mesh;
+    int face, first_node, film;
+  };
 
   void make_pattern(Eigen::Index size);
 
   std::vector<Body> bodies_;
   std::vector<Face> faces_;
-  SparseMatrix pattern_;                         // all entries 0
+  SparseMatrix pattern_;                           // all entries 0
   std::vector<int> element_places_, face_places_;  // of the entries in the pattern's values
   double reference_C_;
   bool lumped_;

@@ -35,25 +35,29 @@ void decide(MemoryPlan& plan, SolverChoice choice, double available) {
     return solver == LinearSolver::direct ? need.direct_total() : need.iterative_total();
   };
   const auto total = [&] { return ask(plan.heat_solver, plan.heat) + ask(plan.elastic_solver, plan.elastic); };
-  plan.heat_solver = plan.elastic_solver = choice == SolverChoice::iterative ? LinearSolver::iterative : LinearSolver::direct;
+  plan.heat_solver = plan.elastic_solver =
+      choice == SolverChoice::iterative ? LinearSolver::iterative : LinearSolver::direct;
   if (choice == SolverChoice::automatic && total() > room) {
     plan.elastic_solver = LinearSolver::iterative;
     if (total() > room) plan.heat_solver = LinearSolver::iterative;
   }
   if (total() > available)
-    throw core::SolverError(fmt::format(
-        "memory: {:.2f} GiB are needed ({} solvers), {:.2f} GiB are available; {}", total() / GiB,
-        plan.elastic_solver == LinearSolver::direct ? "direct" : "iterative", available / GiB,
-        choice == SolverChoice::direct ? "--solver iterative or a coarser --size needs less" : "a coarser --size needs less"));
+    throw core::SolverError(
+        fmt::format("memory: {:.2f} GiB are needed ({} solvers), {:.2f} GiB are available; {}", total() / GiB,
+                    plan.elastic_solver == LinearSolver::direct ? "direct" : "iterative", available / GiB,
+                    choice == SolverChoice::direct ? "--solver iterative or a coarser --size needs less"
+                                                   : "a coarser --size needs less"));
 }
 
 std::string MemoryPlan::brief() const {
   const auto word = [](LinearSolver solver) { return solver == LinearSolver::direct ? "direct" : "iterative"; };
   return fmt::format(
-      "memory: {:.2f} GiB available; direct needs {:.2f} GiB (factors: elasticity {:.2f}, heat {:.2f}{}), iterative {:.2f} GiB; "
+      "memory: {:.2f} GiB available; direct needs {:.2f} GiB (factors: elasticity {:.2f}, heat {:.2f}{}), iterative "
+      "{:.2f} GiB; "
       "elasticity {}, heat {}",
       available / GiB, (heat.direct_total() + elastic.direct_total()) / GiB, elastic.factors / GiB, heat.factors / GiB,
-      wide ? ", 64-bit indices" : "", (heat.iterative_total() + elastic.iterative_total()) / GiB, word(elastic_solver), word(heat_solver));
+      wide ? ", 64-bit indices" : "", (heat.iterative_total() + elastic.iterative_total()) / GiB, word(elastic_solver),
+      word(heat_solver));
 }
 
 }  // namespace thermotwin::solver

@@ -24,10 +24,10 @@ struct MemoryNeed {
 };
 
 struct MemoryPlan {
-  double available = 0;            ///< bytes when it was made
+  double available = 0;  ///< bytes when it was made
   MemoryNeed heat, elastic;
   LinearSolver heat_solver = LinearSolver::direct, elastic_solver = LinearSolver::direct;
-  bool wide = false;               ///< a factor needs 64-bit indices
+  bool wide = false;  ///< a factor needs 64-bit indices
   std::string brief() const;
 };
 

@@ -2,6 +2,7 @@
 #include "solver/thermal/operator.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "core/thread_pool.h"
 
@@ -13,7 +14,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int few_columns = 16;  // the factor is read once for all of them
+constexpr int few_columns = 16;           // the factor is read once for all of them
 constexpr double body_tolerance = 1e-11;  // of a solve by multigrid that counts as exact
 
 template <class Visit>
@@ -26,120 +27,124 @@ void visit_entries(const SparseMatrix& matrix, const Visit& visit) {
 }  // namespace
 
 ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) {
-  const auto size = static_cast<std::size_t>(system.size);
+  const std::size_t size = system.size;
   const auto sort = [](std::vector<int>& columns) {
     std::sort(columns.begin(), columns.end());
     columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   };
   const auto place = [](const std::vector<int>& outer, const std::vector<int>& inner, int row, int column) {
-    const auto first = inner.begin() + outer[static_cast<std::size_t>(row)], last = inner.begin() + outer[static_cast<std::size_t>(row) + 1];
+    const auto first = inner.begin() + outer[row], last = inner.begin() + outer[row + 1];
     return static_cast<int>(std::lower_bound(first, last, column) - inner.begin());
   };
 
   std::vector<std::vector<int>> rows(size);
-  const auto note = [&](int row, int column, double) { rows[static_cast<std::size_t>(row)].push_back(column); };
+  const auto note = [&](int row, int column, double) { rows[row].push_back(column); };
   visit_entries(system.capacity, note);
   visit_entries(system.conduction, note);
   outer_.push_back(0);
   for (std::vector<int>& columns : rows) {
     sort(columns);
     inner_.insert(inner_.end(), columns.begin(), columns.end());
-    outer_.push_back(static_cast<int>(inner_.size()));
+    outer_.push_back(inner_.size());
   }
   e_.assign(inner_.size(), 0.0);
   k_.assign(inner_.size(), 0.0);
-  visit_entries(system.capacity, [&](int r, int c, double v) { e_[static_cast<std::size_t>(place(outer_, inner_, r, c))] += v; });
-  visit_entries(system.conduction, [&](int r, int c, double v) { k_[static_cast<std::size_t>(place(outer_, inner_, r, c))] += v; });
+  visit_entries(system.capacity, [&](int r, int c, double v) { e_[place(outer_, inner_, r, c)] += v; });
+  visit_entries(system.conduction, [&](int r, int c, double v) { k_[place(outer_, inner_, r, c)] += v; });
 
   // Terms by rows; a row has a term's entries next to each other since terms come one after the other.
   std::vector<int> next(size + 1, 0);
-  for (const SparseMatrix& term : system.terms) visit_entries(term, [&](int r, int, double) { ++next[static_cast<std::size_t>(r) + 1]; });
+  for (const SparseMatrix& term : system.terms) visit_entries(term, [&](int r, int, double) { ++next[r + 1]; });
   for (std::size_t r = 0; r < size; ++r) next[r + 1] += next[r];
-  term_inner_.resize(static_cast<std::size_t>(next.back()));
+  term_inner_.resize(next.back());
   term_values_.resize(term_inner_.size());
   std::vector<int> of_term(term_inner_.size());
   const std::vector<int> first = next;
   for (std::size_t t = 0; t < system.terms.size(); ++t)
     visit_entries(system.terms[t], [&](int r, int c, double v) {
-      const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(r)]++);
+      const std::size_t at = next[r]++;
       term_inner_[at] = c;
       term_values_[at] = v;
-      of_term[at] = static_cast<int>(t);
+      of_term[at] = t;
     });
   for (std::size_t r = 0; r < size; ++r) {
-    segment_outer_.push_back(static_cast<int>(segments_.size()));
+    segment_outer_.push_back(segments_.size());
     for (int i = first[r]; i < first[r + 1]; ++i)
-      if (i == first[r] || of_term[static_cast<std::size_t>(i)] != of_term[static_cast<std::size_t>(i) - 1])
-        segments_.push_back({of_term[static_cast<std::size_t>(i)], i});
+      if (i == first[r] || of_term[i] != of_term[i - 1]) segments_.push_back({of_term[i], i});
   }
-  segment_outer_.push_back(static_cast<int>(segments_.size()));
+  segment_outer_.push_back(segments_.size());
   segments_.push_back({-1, static_cast<int>(term_inner_.size())});
 
   // Body block, symmetric: its rows are its columns.
   for (const SparseMatrix& term : system.terms) {
     visit_entries(term, [&](int r, int c, double) {
-      rows[static_cast<std::size_t>(r)].push_back(c);
-      rows[static_cast<std::size_t>(c)].push_back(r);
+      rows[r].push_back(c);
+      rows[c].push_back(r);
     });
   }
   const auto nodes = static_cast<int>(system.nodes);
   body_outer_.push_back(0);
   for (int row = 0; row < nodes; ++row) {
-    std::vector<int>& columns = rows[static_cast<std::size_t>(row)];
+    std::vector<int>& columns = rows[row];
     sort(columns);
     body_inner_.insert(body_inner_.end(), columns.begin(), std::lower_bound(columns.begin(), columns.end(), nodes));
-    body_outer_.push_back(static_cast<int>(body_inner_.size()));
+    body_outer_.push_back(body_inner_.size());
     std::vector<int>().swap(columns);
   }
-  const auto in_body = [&](int r, int c) { return r < nodes && c < nodes ? place(body_outer_, body_inner_, r, c) : -1; };
+  const auto in_body = [&](int r, int c) {
+    return r < nodes && c < nodes ? place(body_outer_, body_inner_, r, c) : -1;
+  };
   for (int row = 0; row < static_cast<int>(size); ++row)
-    for (int i = outer_[static_cast<std::size_t>(row)]; i < outer_[static_cast<std::size_t>(row) + 1]; ++i)
-      volume_places_.push_back(in_body(row, inner_[static_cast<std::size_t>(i)]));
+    for (int i = outer_[row]; i < outer_[row + 1]; ++i) volume_places_.push_back(in_body(row, inner_[i]));
   for (const SparseMatrix& term : system.terms) {
     std::vector<int> places;
-    places.reserve(static_cast<std::size_t>(term.nonZeros()));
+    places.reserve(term.nonZeros());
     visit_entries(term, [&](int r, int c, double) { places.push_back(in_body(r, c)); });
     term_places_.push_back(std::move(places));
   }
 }
 
 template <ThermalOperator::Wanted wanted>
-void ThermalOperator::multiply_rows(const SideBySide& p, double shift, const SideBySide& x, double* e, double* k) const {
+void ThermalOperator::multiply_rows(const SideBySide& p, double shift, const SideBySide& x, double* e,
+                                    double* k) const {
   constexpr bool conduct = wanted != Wanted::capacity;
   std::vector<char> used(system_.terms.size());
   if constexpr (conduct)
-    for (std::size_t t = 0; t < used.size(); ++t) used[t] = (p.row(static_cast<Index>(t)).array() != 0.0).any();
+    for (std::size_t t = 0; t < used.size(); ++t) used[t] = (p.row(t).array() != 0.0).any();
   const Index stride = x.cols();
   over_columns(stride, [&](auto width, Index begin) {
     constexpr int w = decltype(width)::value;
     const double *from = x.data() + begin, *coefficients = p.data() + begin;
-    over_rows(size(), [&](Index first, Index last) {
-      for (Index row = first; row < last; ++row) {
-        RowSum<w> stored, conducted;
-        const auto r = static_cast<std::size_t>(row);
-        for (auto i = static_cast<std::size_t>(outer_[r]); i < static_cast<std::size_t>(outer_[r + 1]); ++i) {
-          const double* value = from + inner_[i] * stride;
-          if constexpr (wanted == Wanted::sum) {
-            conducted.add(shift * e_[i] + k_[i], value);
-          } else {
-            stored.add(e_[i], value);
-            if constexpr (conduct) conducted.add(k_[i], value);
+    over_rows(
+        size(),
+        [&](Index first, Index last) {
+          for (Index row = first; row < last; ++row) {
+            RowSum<w> stored, conducted;
+            const std::size_t r = row;
+            for (std::size_t i = outer_[r]; i < static_cast<std::size_t>(outer_[r + 1]); ++i) {
+              const double* value = from + inner_[i] * stride;
+              if constexpr (wanted == Wanted::sum) {
+                conducted.add(shift * e_[i] + k_[i], value);
+              } else {
+                stored.add(e_[i], value);
+                if constexpr (conduct) conducted.add(k_[i], value);
+              }
+            }
+            if constexpr (conduct)
+              for (std::size_t s = segment_outer_[r]; s < static_cast<std::size_t>(segment_outer_[r + 1]); ++s) {
+                const int term = segments_[s].term;
+                if (!used[term]) continue;
+                RowSum<w> of_term;
+                for (std::size_t i = segments_[s].begin; i < static_cast<std::size_t>(segments_[s + 1].begin); ++i)
+                  of_term.add(term_values_[i], from + term_inner_[i] * stride);
+                conducted.add(coefficients + term * stride, of_term);
+              }
+            if constexpr (wanted == Wanted::both) conducted.add(shift, stored);
+            if constexpr (wanted != Wanted::sum) stored.put(e + row * stride + begin);
+            if constexpr (conduct) conducted.put(k + row * stride + begin);
           }
-        }
-        if constexpr (conduct)
-          for (auto s = static_cast<std::size_t>(segment_outer_[r]); s < static_cast<std::size_t>(segment_outer_[r + 1]); ++s) {
-            const int term = segments_[s].term;
-            if (!used[static_cast<std::size_t>(term)]) continue;
-            RowSum<w> of_term;
-            for (auto i = static_cast<std::size_t>(segments_[s].begin); i < static_cast<std::size_t>(segments_[s + 1].begin); ++i)
-              of_term.add(term_values_[i], from + term_inner_[i] * stride);
-            conducted.add(coefficients + term * stride, of_term);
-          }
-        if constexpr (wanted == Wanted::both) conducted.add(shift, stored);
-        if constexpr (wanted != Wanted::sum) stored.put(e + row * stride + begin);
-        if constexpr (conduct) conducted.put(k + row * stride + begin);
-      }
-    }, 1024);
+        },
+        1024);
   });
 }
 
@@ -147,7 +152,8 @@ void ThermalOperator::multiply(const SideBySide& p, const SideBySide& x, SideByS
   multiply_shifted(p, 0.0, x, &ex, kx);
 }
 
-void ThermalOperator::multiply_shifted(const SideBySide& p, double shift, const SideBySide& x, SideBySide* ex, SideBySide& ax) const {
+void ThermalOperator::multiply_shifted(const SideBySide& p, double shift, const SideBySide& x, SideBySide* ex,
+                                       SideBySide& ax) const {
   ax.resize(x.rows(), x.cols());
   if (ex == nullptr) return multiply_rows<Wanted::sum>(p, shift, x, nullptr, ax.data());
   ex->resize(x.rows(), x.cols());
@@ -160,9 +166,9 @@ void ThermalOperator::multiply_capacity(const SideBySide& x, SideBySide& ex) con
 }
 
 void ThermalOperator::body_block(const VectorXd& p, double shift, SparseMatrix& block) const {
-  if (block.cols() != nodes() || block.nonZeros() != static_cast<Index>(body_inner_.size())) {
+  if (block.cols() != nodes() || block.nonZeros() != std::ssize(body_inner_)) {
     const std::vector<double> zeros(body_inner_.size(), 0.0);
-    block = Eigen::Map<const SparseMatrix>(nodes(), nodes(), static_cast<Index>(body_inner_.size()), body_outer_.data(),
+    block = Eigen::Map<const SparseMatrix>(nodes(), nodes(), std::ssize(body_inner_), body_outer_.data(),
                                            body_inner_.data(), zeros.data());
     block.makeCompressed();
   }
@@ -171,7 +177,7 @@ void ThermalOperator::body_block(const VectorXd& p, double shift, SparseMatrix& 
   for (std::size_t i = 0; i < volume_places_.size(); ++i)
     if (volume_places_[i] >= 0) values[volume_places_[i]] = shift * e_[i] + k_[i];
   for (std::size_t t = 0; t < term_places_.size(); ++t) {
-    const double coefficient = p[static_cast<Index>(t)];
+    const double coefficient = p[t];
     if (coefficient == 0.0) continue;
     const double* of_term = system_.terms[t].valuePtr();
     const std::vector<int>& places = term_places_[t];
@@ -182,10 +188,10 @@ void ThermalOperator::body_block(const VectorXd& p, double shift, SparseMatrix& 
 
 template <class Visit>
 void ThermalOperator::visit_row(Index row, const VectorXd& p, const Visit& visit) const {
-  const auto r = static_cast<std::size_t>(row);
-  for (auto i = static_cast<std::size_t>(outer_[r]); i < static_cast<std::size_t>(outer_[r + 1]); ++i) visit(inner_[i], e_[i], k_[i]);
-  for (auto s = static_cast<std::size_t>(segment_outer_[r]); s < static_cast<std::size_t>(segment_outer_[r + 1]); ++s)
-    for (auto i = static_cast<std::size_t>(segments_[s].begin); i < static_cast<std::size_t>(segments_[s + 1].begin); ++i)
+  const std::size_t r = row;
+  for (std::size_t i = outer_[r]; i < static_cast<std::size_t>(outer_[r + 1]); ++i) visit(inner_[i], e_[i], k_[i]);
+  for (std::size_t s = segment_outer_[r]; s < static_cast<std::size_t>(segment_outer_[r + 1]); ++s)
+    for (std::size_t i = segments_[s].begin; i < static_cast<std::size_t>(segments_[s + 1].begin); ++i)
       visit(term_inner_[i], 0.0, p[segments_[s].term] * term_values_[i]);
 }
 
@@ -202,7 +208,7 @@ SparseMatrix ThermalOperator::coupling(const VectorXd& p) const {
   std::vector<Eigen::Triplet<double, int>> entries;
   for (Index row = nodes(); row < size(); ++row)
     visit_row(row, p, [&](Index column, double, double k) {
-      if (column < nodes()) entries.emplace_back(static_cast<int>(column), static_cast<int>(row - nodes()), k);
+      if (column < nodes()) entries.emplace_back(column, row - nodes(), k);
     });
   SparseMatrix block(nodes(), fluids());
   block.setFromTriplets(entries.begin(), entries.end());
@@ -256,7 +262,7 @@ void BlockSolver::precondition(const Eigen::Ref<const SideBySide>& b, Eigen::Ref
     for (SparseMatrix::InnerIterator it(coupling_, column); it; ++it) right.row(column) -= it.value() * x.row(it.row());
   for (Index l = 0; l < x.cols(); ++l) {
     const VectorXd of_load = right.col(l);
-    right.col(l) = fluids[static_cast<std::size_t>(l)]->solve(of_load);
+    right.col(l) = fluids[l]->solve(of_load);
   }
   x.bottomRows(count) = right;
   over_rows(nodes_, [&](Index first, Index last) {

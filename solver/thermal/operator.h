@@ -16,7 +16,7 @@
 namespace thermotwin::solver {
 
 class ThermalOperator {
- public:
+public:
   /// @param system  must outlive this object
   explicit ThermalOperator(const ThermalSystem& system);
 
@@ -39,7 +39,7 @@ class ThermalOperator {
   /// (nodes x fluids) block of K; the block below the diagonal is its transpose.
   SparseMatrix coupling(const Eigen::VectorXd& p) const;
 
- private:
+private:
   enum class Wanted { capacity, both, sum };
   /// e := E X; both: k := shift E X + K X too; sum: only that
   template <Wanted wanted>
@@ -52,9 +52,11 @@ class ThermalOperator {
   // By rows, columns sorted: E and K0 on one pattern; then each term's entries of the row.
   std::vector<int> outer_, inner_;
   std::vector<double> e_, k_;
-  struct Segment { int term, begin; };
+  struct Segment {
+    int term, begin;
+  };
   std::vector<int> segment_outer_, term_inner_;
-  std::vector<Segment> segments_;             // one more, the end
+  std::vector<Segment> segments_;  // one more, the end
   std::vector<double> term_values_;
   // Body block: where the entries of E and K0, then of each term, go.
   std::vector<int> body_outer_, body_inner_, volume_places_;
@@ -64,7 +66,7 @@ class ThermalOperator {
 /// Factor at given coefficients. apply() solves with the fluid block of another operator of the
 /// same walls: exact for those coefficients, a good preconditioner for others.
 class BlockSolver {
- public:
+public:
   /// @param single_precision  of the values of a direct factor, the same each time: see SparseFactorOptions
   void factorise(const ThermalOperator& op, const Eigen::VectorXd& p, double shift, bool single_precision = false);
   /// Takes over the analysis of another solver of the same operator, to be factorised anew.
@@ -86,7 +88,7 @@ class BlockSolver {
   const SpdSolver& factor() const { return *factor_; }
   double memory_bytes() const { return factor_->memory_bytes(); }
 
- private:
+private:
   std::optional<SpdSolver> factor_;
   SparseMatrix block_;
   SparseMatrix coupling_;  // A_bf

@@ -13,7 +13,7 @@ namespace thermotwin::solver {
 
 /// Advances temperatures by one step; the full and the reduced model each have one.
 class ThermalStepper {
- public:
+public:
   virtual ~ThermalStepper() = default;
   virtual Eigen::Index size() const = 0;
   virtual const Layout& layout() const = 0;
@@ -22,12 +22,12 @@ class ThermalStepper {
   /// @param state  (size x loads), overwritten by the state at the end of the step
   /// @param c      (loads) coefficients, constant over the step   @param step_s  > 0
   /// @throws SolverError if the iteration does not converge
-  virtual void advance(Eigen::MatrixXd& state, const std::vector<Coefficients>& c,
-                       double step_s) = 0;
+  virtual void advance(Eigen::MatrixXd& state, const std::vector<Coefficients>& c, double step_s) = 0;
   /// Whether matrices depend on the temperature from place to place. Then linearise() says between
   /// which states the next step is expected to go, and the step is repeated until it does.
   virtual bool is_nonlinear() const { return false; }
-  virtual void linearise(const Eigen::MatrixXd& /*start*/, const Eigen::MatrixXd& /*end*/, const std::vector<Coefficients>&) {}
+  virtual void linearise(const Eigen::MatrixXd& /*start*/, const Eigen::MatrixXd& /*end*/,
+                         const std::vector<Coefficients>&) {}
   /// Temperatures whose heat flows the last step had, (size x loads), see HeatBalance; null: not kept.
   virtual const Eigen::MatrixXd* mean_over_step() const { return nullptr; }
   /// What was local to a load in the last step; null: nothing.

@@ -17,10 +17,9 @@ SparseMatrix from_triplets(Index rows, Index columns, const Triplets& triplets) 
 
 FaceSet face_set(const MachineMesh& mesh, const std::string& id) {
   const int surface = mesh.machine.surface_index(id);
-  const mesh::SurfaceSpec& spec = mesh.machine.surfaces[static_cast<std::size_t>(surface)];
+  const mesh::SurfaceSpec& spec = mesh.machine.surfaces[surface];
   const int body = mesh.machine.body_index(spec.body);
-  FaceSet set{&mesh.bodies[static_cast<std::size_t>(body)], &mesh.surfaces[static_cast<std::size_t>(surface)],
-              static_cast<int>(mesh.first_node[static_cast<std::size_t>(body)]), 0.0};
+  FaceSet set{&mesh.bodies[body], &mesh.surfaces[surface], static_cast<int>(mesh.first_node[body]), 0.0};
   for (int face : *set.faces) set.area += set.body->face_area(face);
   if (!(set.area > 0.0))
     throw core::InputError(spec.place, "surface '" + id + "' with an area of 0", "a surface with triangles");

@@ -22,13 +22,13 @@ namespace thermotwin::solver {
 
 struct ThermalSystem {
   Layout layout;
-  Eigen::Index nodes = 0;            ///< of the bodies
-  Eigen::Index size = 0;             ///< nodes + fluid nodes
-  SparseMatrix capacity, conduction; ///< E in J/K, K0 in W/K
-  std::vector<SparseMatrix> terms;   ///< K_j for p_j = 1
-  SparseMatrix inputs;               ///< (size x inputs) s_k for q_k = 1
-  std::shared_ptr<const LocalTerms> local;  ///< what depends on temperature from place to place; null: nothing
-  SparseMatrix sensors;              ///< (sensors + layout.observed x size) their temperatures
+  Eigen::Index nodes = 0;                      ///< of the bodies
+  Eigen::Index size = 0;                       ///< nodes + fluid nodes
+  SparseMatrix capacity, conduction;           ///< E in J/K, K0 in W/K
+  std::vector<SparseMatrix> terms;             ///< K_j for p_j = 1
+  SparseMatrix inputs;                         ///< (size x inputs) s_k for q_k = 1
+  std::shared_ptr<const LocalTerms> local;     ///< what depends on temperature from place to place; null: nothing
+  SparseMatrix sensors;                        ///< (sensors + layout.observed x size) their temperatures
   LinearSolver solver = LinearSolver::direct;  ///< of the nodes of the bodies, for all that solve
 };
 

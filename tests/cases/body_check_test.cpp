@@ -23,7 +23,8 @@ TEST(BodyCheck, UnconnectedPiecesAreAnErrorUnlessStated) {
   own.blocks("block", {low, high});
   const Result two = own.run({"mesh", own.path()});
   EXPECT_EQ(two.status, 3);
-  for (const char* words : {"machine.toml", "body 'block' falls into 2 pieces", "(298.8 cm3", "around [50, 30, 75.1] mm", "0.2 mm from the others", "pieces = 2"})
+  for (const char* words : {"machine.toml", "body 'block' falls into 2 pieces", "(298.8 cm3",
+                            "around [50, 30, 75.1] mm", "0.2 mm from the others", "pieces = 2"})
     EXPECT_SAYS(two.err, words);
   const OwnCase stated(body_text("block", 60, "pieces = 2"));
   stated.blocks("block", {low, high});
@@ -33,7 +34,8 @@ TEST(BodyCheck, UnconnectedPiecesAreAnErrorUnlessStated) {
   stated.blocks("block", {low});
   const Result one = stated.run({"mesh", stated.path()});
   EXPECT_EQ(one.status, 3);
-  EXPECT_SAYS(one.err, "body 'block' has 1 unconnected piece; allowed: pieces = 2 as machine.toml states, or pieces = 1");
+  EXPECT_SAYS(one.err,
+              "body 'block' has 1 unconnected piece; allowed: pieces = 2 as machine.toml states, or pieces = 1");
 }
 
 TEST(BodyCheck, APartThatNothingTakesHeatFromIsWarnedOf) {
@@ -69,7 +71,9 @@ TEST(BodyCheck, TwoBodiesInOnePlaceAreAnError) {
   own.blocks("ram", {{{20, 20, 40}, {80, 80, 90}}});  // 10 mm deep in the bed
   const Result result = own.run({"mesh", own.path()});
   EXPECT_EQ(result.status, 3);
-  for (const char* words : {"bodies 'bed' and 'ram'", "fill the same place around [", "% of the smaller one", "bed.stl"}) EXPECT_SAYS(result.err, words);
+  for (const char* words :
+       {"bodies 'bed' and 'ram'", "fill the same place around [", "% of the smaller one", "bed.stl"})
+    EXPECT_SAYS(result.err, words);
   own.blocks("ram", {high});
   EXPECT_EQ(own.run({"mesh", own.path()}).status, 0);
 }
@@ -113,7 +117,9 @@ TEST(BodyCheck, PoorElementsAreWarnedOf) {
   machine.replace(machine.find(".stl"), 4, ".inp");
   const OwnCase own(machine);
   // One tetrahedron of 100 mm and one on its base that is 0.02 mm high.
-  own.write("cad/plate.inp", "*NODE\n1, 0, 0, 0\n2, 100, 0, 0\n3, 0, 100, 0\n4, 0, 0, 100\n5, 30, 30, -0.02\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n2, 1, 3, 2, 5\n");
+  own.write("cad/plate.inp",
+            "*NODE\n1, 0, 0, 0\n2, 100, 0, 0\n3, 0, 100, 0\n4, 0, 0, 100\n5, 30, 30, -0.02\n*ELEMENT, TYPE=C3D4\n1, 1, "
+            "2, 3, 4\n2, 1, 3, 2, 5\n");
   const Result result = own.run({"mesh", own.path()});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_SAYS(result.err, "body 'plate': the worst element has a quality of 0.0");
@@ -126,7 +132,9 @@ TEST(Import, DamagedFilesAreErrors) {
   machine.replace(machine.find(".stl"), 4, ".vtu");
   const OwnCase own(machine);
   // Cells that refer to points which do not exist.
-  own.write("cad/plate.vtu", R"(<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian"><UnstructuredGrid>
+  own.write(
+      "cad/plate.vtu",
+      R"(<?xml version="1.0"?><VTKFile type="UnstructuredGrid" version="0.1" byte_order="LittleEndian"><UnstructuredGrid>
 <Piece NumberOfPoints="4" NumberOfCells="1"><Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points>
 <Cells><DataArray type="Int64" Name="connectivity" format="ascii">0 1 2 900000000000</DataArray><DataArray type="Int64" Name="offsets" format="ascii">-400000000</DataArray>
 <DataArray type="UInt8" Name="types" format="ascii">10</DataArray></Cells></Piece></UnstructuredGrid></VTKFile>)");
@@ -140,22 +148,26 @@ TEST(Import, AMeshThatWouldBeTooLargeIsRefusedBefore) {
   own.blocks("block", {low});
   const Result result = own.run({"mesh", own.path()});
   EXPECT_EQ(result.status, 3) << result.err;
-  for (const char* words : {"body 'block'", "about 3.5e+09 tetrahedra", "element_size_mm = 0.1", "max_elements = 4e+06", "element_size_mm of 0.956"}) EXPECT_SAYS(result.err, words);
+  for (const char* words : {"body 'block'", "about 3.5e+09 tetrahedra", "element_size_mm = 0.1", "max_elements = 4e+06",
+                            "element_size_mm of 0.956"})
+    EXPECT_SAYS(result.err, words);
 }
 
 TEST(Import, SlipsOfASurfaceFileAreRepaired) {
   const OwnCase own(body_text("block", 60));
   std::string stl = stl_of({low});
-  const std::size_t first = stl.find("facet"), second = stl.find("facet normal", first + 5), end = stl.rfind("endsolid");
+  const std::size_t first = stl.find("facet"), second = stl.find("facet normal", first + 5),
+                    end = stl.rfind("endsolid");
   const std::string triangle = stl.substr(first, second - first);
   own.write("cad/block.stl", std::string(stl).insert(end, triangle));
   const Result twice = own.run({"mesh", own.path()});
   EXPECT_EQ(twice.status, 0) << twice.err;
   EXPECT_SAYS(twice.err, "body 'block': the surface was repaired: 1 duplicate triangles dropped");
   // The edge from (0,0,0) to (100,100,0) of the bottom's two triangles, with a corner in its middle on one side only.
-  const std::string split = "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 100 0\nvertex 50 50 0\nendloop\nendfacet\n"
-                            "facet normal 0 0 0\nouter loop\nvertex 50 50 0\nvertex 0 100 0\nvertex 100 100 0\nendloop\nendfacet\n"
-                            "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 50 0\nvertex 100 100 0\nendloop\nendfacet\n";
+  const std::string split =
+      "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 100 0\nvertex 50 50 0\nendloop\nendfacet\n"
+      "facet normal 0 0 0\nouter loop\nvertex 50 50 0\nvertex 0 100 0\nvertex 100 100 0\nendloop\nendfacet\n"
+      "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 50 0\nvertex 100 100 0\nendloop\nendfacet\n";
   own.write("cad/block.stl", std::string(stl).replace(first, second - first, split));
   const Result sliver = own.run({"mesh", own.path()});
   EXPECT_EQ(sliver.status, 0) << sliver.err;
@@ -179,8 +191,7 @@ std::string turned(const std::string& stl, const std::vector<int>& which) {
   std::vector<std::string> lines;
   std::istringstream in(stl);
   for (std::string line; std::getline(in, line);) lines.push_back(line);
-  for (const int number : which)
-    std::swap(lines[static_cast<std::size_t>(7 * number + 4)], lines[static_cast<std::size_t>(7 * number + 5)]);
+  for (const int number : which) std::swap(lines[7 * number + 4], lines[7 * number + 5]);
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   return text;

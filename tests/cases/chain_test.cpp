@@ -33,12 +33,14 @@ TEST(WholeChain, Runs) {
 
 TEST(WholeChain, LeavesAllFiles) {
   const auto files = files_in(toy_run());
-  for (const char* name : {"model.rom.h5", "summary.json", "measurement/channels.toml", "measurement/data.csv",
-                           "diagnosis/diagnosis.json", "diagnosis/report.html", "diagnosis/extended/machine.toml",
-                           "diagnosis/extended/model.rom.h5", "fields/warm_up.pvd", "fields/warm_up.vtu", "fields/poses.vtp"})
+  for (const char* name :
+       {"model.rom.h5", "summary.json", "measurement/channels.toml", "measurement/data.csv", "diagnosis/diagnosis.json",
+        "diagnosis/report.html", "diagnosis/extended/machine.toml", "diagnosis/extended/model.rom.h5",
+        "fields/warm_up.pvd", "fields/warm_up.vtu", "fields/poses.vtp"})
     EXPECT_EQ(files.count(name), 1U) << name;
   for (const std::string load : {"ambient", "warm_up", "mixed"})
-    for (const char* table : {"/tcp.csv", "/sensors.csv"}) EXPECT_EQ(files.count("campaign/" + load + table), 1U) << load << table;
+    for (const char* table : {"/tcp.csv", "/sensors.csv"})
+      EXPECT_EQ(files.count("campaign/" + load + table), 1U) << load << table;
   EXPECT_EQ(files.count("machine.png"), std::getenv("DISPLAY") != nullptr ? 1U : 0U);
   for (const auto& [name, bytes] : files) {
     EXPECT_EQ(name.find("part-"), std::string::npos) << name;
@@ -78,7 +80,10 @@ TEST(WholeChain, TablesHaveTheirColumnsAndRows) {
   EXPECT_EQ(poses.size(), 27U);
   // error = tool side - table side
   for (const std::string quantity : {"dx_um", "dz_um", "rb_um_per_m"})
-    EXPECT_LT((tcp.column(quantity) - tcp.column(quantity + "_tool") + tcp.column(quantity + "_table")).cwiseAbs().maxCoeff(), 1e-4) << quantity;
+    EXPECT_LT(
+        (tcp.column(quantity) - tcp.column(quantity + "_tool") + tcp.column(quantity + "_table")).cwiseAbs().maxCoeff(),
+        1e-4)
+        << quantity;
 }
 
 void expect_keys(const json& object, const std::set<std::string>& keys, const std::string& place) {
@@ -90,7 +95,9 @@ void expect_keys(const json& object, const std::set<std::string>& keys, const st
 // The schema that other programs rely on: required keys and the types of their values.
 TEST(WholeChain, DiagnosisHasItsSchema) {
   const json d = parsed(toy_run() / "diagnosis/diagnosis.json");
-  expect_keys(d, {"verdict", "causes", "ranking", "ambiguous_set", "residual", "gain", "next_measurement", "extended_machine"}, "top");
+  expect_keys(
+      d, {"verdict", "causes", "ranking", "ambiguous_set", "residual", "gain", "next_measurement", "extended_machine"},
+      "top");
   const std::set<std::string> verdicts{"explained", "no_discrepancy", "ambiguous", "unexplained"};
   EXPECT_EQ(verdicts.count(d["verdict"]), 1U);
   for (const json& cause : d["causes"]) {
@@ -98,7 +105,8 @@ TEST(WholeChain, DiagnosisHasItsSchema) {
     EXPECT_TRUE(cause["probability"].is_number());
     for (const auto& [name, parameter] : cause["parameters"].items()) {
       expect_keys(parameter, {"value", "std", "unit"}, name);
-      EXPECT_TRUE(parameter["value"].is_number() && parameter["std"].is_number() && parameter["unit"].is_string()) << name;
+      EXPECT_TRUE(parameter["value"].is_number() && parameter["std"].is_number() && parameter["unit"].is_string())
+          << name;
     }
   }
   std::set<std::string> kinds;
@@ -114,7 +122,8 @@ TEST(WholeChain, DiagnosisHasItsSchema) {
   ASSERT_EQ(d["residual"]["per_channel"].size(), 10U);  // four sensors, three displacements at two poses
   for (const json& channel : d["residual"]["per_channel"])
     expect_keys(channel, {"id", "rms_before", "rms_after", "unit", "p_value_white"}, "residual");
-  expect_keys(d["gain"], {"heldout_rms_before_um", "heldout_rms_after_um", "reduction_percent", "ci95_percent"}, "gain");
+  expect_keys(d["gain"], {"heldout_rms_before_um", "heldout_rms_after_um", "reduction_percent", "ci95_percent"},
+              "gain");
   EXPECT_EQ(d["gain"]["ci95_percent"].size(), 2U);
   expect_keys(d["next_measurement"], {"load", "channel", "why"}, "next_measurement");
   EXPECT_EQ(d["extended_machine"], "extended/machine.toml");
@@ -136,7 +145,8 @@ TEST(WholeChain, ParaviewFilesOpenAgain) {
   const VtkFile fields = read_vtk(toy_run() / "fields/warm_up.vtu");
   EXPECT_EQ(fields.points, nodes);
   EXPECT_EQ(fields.cells, parsed(toy_run() / "summary.json")["mesh"]["elements"]);
-  EXPECT_EQ(fields.point_arrays, (std::vector<std::string>{"temperature_C", "displacement_um", "stress_MPa", "von_mises_MPa"}));
+  EXPECT_EQ(fields.point_arrays,
+            (std::vector<std::string>{"temperature_C", "displacement_um", "stress_MPa", "von_mises_MPa"}));
   EXPECT_TRUE(fields.finite);
   EXPECT_GT(fields.time, 0);
   EXPECT_GT(fields.highest_C, 30);
@@ -151,7 +161,8 @@ TEST(WholeChain, ParaviewFilesOpenAgain) {
 
 TEST(WholeChain, SimulationGivesASeriesOfFields) {
   const Toy toy;
-  const Result result = toy.run({"simulate", toy.path(), "--load", "ambient", "--pose", "X=100,Z=20,B=45", "--fields-every", "7200"});
+  const Result result =
+      toy.run({"simulate", toy.path(), "--load", "ambient", "--pose", "X=100,Z=20,B=45", "--fields-every", "7200"});
   ASSERT_EQ(result.status, 0) << result.err;
   const fs::path folder = toy.result("simulate/ambient");
   const std::string series = read(folder / "fields.pvd");
@@ -181,7 +192,8 @@ TEST(WholeChain, ExtendedMachineCanBeMeshedAndMeasuresBetter) {
   }
 
   const auto rms = [&](const std::string& model) {
-    const Result result = toy.run({"evaluate", "--data", (toy_run() / "measurement").string(), "--model", (toy_run() / model).string(), "--models", "static_regression", "--json"});
+    const Result result = toy.run({"evaluate", "--data", (toy_run() / "measurement").string(), "--model",
+                                   (toy_run() / model).string(), "--models", "static_regression", "--json"});
     EXPECT_EQ(result.status, 0) << result.err;
     const json summary = json::parse(result.out);
     for (const json& row : summary["rows"])
@@ -195,7 +207,10 @@ TEST(WholeChain, ExtendedMachineStandsByItself) {
   const Toy toy;
   toy.take_results();
   toy.take_measurement();
-  ASSERT_EQ(toy.run({"diagnose", toy.path(), "--data", toy.path() + "/measurement", "--model", toy.result("model.rom.h5").string()}).status, 0);
+  ASSERT_EQ(toy.run({"diagnose", toy.path(), "--data", toy.path() + "/measurement", "--model",
+                     toy.result("model.rom.h5").string()})
+                .status,
+            0);
   // What a diagnosis reads it must not replace.
   const auto before = files_in(toy.result("diagnosis/extended"));
   const Result again = toy.run({"diagnose", "--data", toy.path() + "/measurement", "--model",
@@ -217,7 +232,9 @@ TEST(WholeChain, DoesNotDependOnThreads) {
     const Toy toy;
     ASSERT_EQ(toy.run({"reduce", toy_case().string(), "--threads", threads}).status, 0);
     ASSERT_EQ(toy.run({"diagnose", toy_case().string(), "--model", toy.result("model.rom.h5").string(), "--data",
-                       (toy_run() / "measurement").string(), "--threads", threads}).status, 0);
+                       (toy_run() / "measurement").string(), "--threads", threads})
+                  .status,
+              0);
     for (const auto& [name, bytes] : files_in(toy.out())) {
       if (name.starts_with("cache/")) continue;
       ASSERT_EQ(expected.count(name), 1U) << name;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `export --matrices`, and back through `reduce --matrices`: the same equation, the same reduced model.
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -69,21 +70,21 @@ TEST(ExportMatrices, ComeBackAsTheSameReducedModel) {
     const double value = films[j].number("value");
     own_a -= value * system.terms[j];
     const auto at = std::find(film_names.begin(), film_names.end(), films[j].text("name")) - film_names.begin();
-    back_a += value * back.films[static_cast<std::size_t>(at)];
+    back_a += value * back.films[at];
   }
   // A source of 1 W, and an ambient of 1 K above the reference.
-  Eigen::MatrixXd drive = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(inputs.size()), 2);
+  Eigen::MatrixXd drive = Eigen::MatrixXd::Zero(std::ssize(inputs), 2);
   for (std::size_t k = 0; k < inputs.size(); ++k) {
     const std::string name = inputs[k].text("name");
-    if (name.starts_with("source.")) drive(static_cast<Eigen::Index>(k), 0) = 1.0;
+    if (name.starts_with("source.")) drive(k, 0) = 1.0;
     for (const core::Node& film : films)
-      if (name == film.text("name") + ".ambient") drive(static_cast<Eigen::Index>(k), 1) = film.number("value");
+      if (name == film.text("name") + ".ambient") drive(k, 1) = film.number("value");
   }
   ASSERT_GT(drive.col(0).sum(), 0.0);
   ASSERT_GT(drive.col(1).sum(), 0.0);
-  const auto sensors = static_cast<Eigen::Index>(own.machine.sensors.size());
+  const auto sensors = std::ssize(own.machine.sensors);
   ASSERT_EQ(outputs.size(), static_cast<std::size_t>(sensors) + 6);
-  EXPECT_EQ(outputs[static_cast<std::size_t>(sensors)].text("name"), "dx_um");
+  EXPECT_EQ(outputs[sensors].text("name"), "dx_um");
   for (const double frequency : {0.0, 1e-5, 1e-4, 1e-3}) {
     const MatrixXcd a =
         transfer(system.capacity, own_a, system.inputs * drive, system.sensors.topRows(sensors), frequency);
@@ -106,17 +107,16 @@ TEST(ExportMatrices, AreTheEquationOfTheMachine) {
   EXPECT_TRUE(same(read.base.E, full.thermal.capacity));
   EXPECT_TRUE(same(read.base.A, -full.thermal.conduction));
   EXPECT_TRUE(same(read.base.B, full.thermal.inputs));
-  const auto sensors = static_cast<Eigen::Index>(full.mesh.machine.sensors.size());
+  const auto sensors = std::ssize(full.mesh.machine.sensors);
   EXPECT_TRUE(same(read.base.C.topRows(sensors), full.thermal.sensors.topRows(sensors)));
-  const solver::MatrixNames names = solver::matrix_names(
-      full.thermal, full.mesh.machine, mesh::Pose::Zero(static_cast<Eigen::Index>(full.mesh.machine.axes.size())));
+  const solver::MatrixNames names =
+      solver::matrix_names(full.thermal, full.mesh.machine, mesh::Pose::Zero(std::ssize(full.mesh.machine.axes)));
   ASSERT_EQ(read.films.size(), full.thermal.terms.size());
   for (const reduction::ParameterMatrix& film : read.films) {
     const auto at = std::find_if(names.films.begin(), names.films.end(),
                                  [&](const auto& named) { return named.name == film.name; });
     ASSERT_NE(at, names.films.end()) << film.name;
-    EXPECT_TRUE(same(film.matrix, -full.thermal.terms[static_cast<std::size_t>(at - names.films.begin())]))
-        << film.name;
+    EXPECT_TRUE(same(film.matrix, -full.thermal.terms[at - names.films.begin()])) << film.name;
     EXPECT_EQ(film.value, at->value) << film.name;
   }
 }

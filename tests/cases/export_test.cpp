@@ -13,7 +13,8 @@ namespace {
 
 TEST(Export, CalculiXRunsTheDecksOfAMachine) {
   const Toy toy;
-  const Result result = toy.run({"export", toy.path(), "--calculix", "--load", "warm_up", "--time-step", "1800", "--pose", "X=20,B=30", "--json", "--quiet"});
+  const Result result = toy.run({"export", toy.path(), "--calculix", "--load", "warm_up", "--time-step", "1800",
+                                 "--pose", "X=20,B=30", "--json", "--quiet"});
   ASSERT_EQ(result.status, 0) << result.err;
   const auto json = nlohmann::json::parse(result.out);
   EXPECT_EQ(json["files"], nlohmann::json({"mesh.inp", "heat_only.inp", "static.inp", "heat.inp"}));
@@ -36,7 +37,8 @@ TEST(Export, CalculiXRunsTheDecksOfAMachine) {
 
 TEST(Export, OneBodyIsADeckOfItsOwn) {
   const Toy toy;
-  const Result result = toy.run({"export", toy.file("machine.toml"), "--calculix", "--body", "column", "--mesh-order", "2"});
+  const Result result =
+      toy.run({"export", toy.file("machine.toml"), "--calculix", "--body", "column", "--mesh-order", "2"});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_SAYS(result.out, "C3D10");
   EXPECT_SAYS(result.out, "held at three nodes");

@@ -37,7 +37,8 @@ TEST(FromCampaign, TablesSufficeAndTheModelSaysWhatItsNumbersAre) {
   EXPECT_EQ(system.B.cols(), summary["inputs"].get<Eigen::Index>());
   EXPECT_TRUE(films.empty());
   EXPECT_LT(system.A.eigenvalues().real().maxCoeff(), 0.0);
-  for (const char* name : {"A.mtx", "B.mtx", "C.mtx", "E.mtx", "order.svg"}) EXPECT_TRUE(fs::exists(toy.result(name))) << name;
+  for (const char* name : {"A.mtx", "B.mtx", "C.mtx", "E.mtx", "order.svg"})
+    EXPECT_TRUE(fs::exists(toy.result(name))) << name;
 
   const Result fixed = toy.run({"reduce", toy.path(), "--from-campaign", toy.file("tables"), "--order", "4", "--json"});
   EXPECT_EQ(json::parse(fixed.out)["order"], 4);
@@ -48,7 +49,8 @@ TEST(FromCampaign, WhatIsMissingOrDoesNotFitIsNamed) {
   const Result none = toy.run({"reduce", toy.path(), "--from-campaign"});
   EXPECT_EQ(none.status, 3);
   EXPECT_SAYS(none.err, "campaign/ambient/inputs.csv: no such file");
-  for (const char* option : {"--bound", "--resume", "--compare"}) EXPECT_EQ(toy.run({"reduce", toy.path(), "--from-campaign", "x", option}).status, 2) << option;
+  for (const char* option : {"--bound", "--resume", "--compare"})
+    EXPECT_EQ(toy.run({"reduce", toy.path(), "--from-campaign", "x", option}).status, 2) << option;
   EXPECT_EQ(toy.run({"reduce", "--from-campaign", "x"}).status, 2);
   EXPECT_EQ(toy.run({"reduce", toy.path(), "--order", "many"}).status, 2);
   EXPECT_EQ(toy.run({"reduce", toy.path(), "--from-campaign", "x", "--order", "observer"}).status, 2);
@@ -72,13 +74,15 @@ TEST(Reduce, TellsErrorsBetweenStoredPosesItsTimeAndTheObserver) {
   }
   const json& building = summary["building"];
   EXPECT_GT(building["transient_s"].get<double>(), 0.0);
-  EXPECT_NEAR(building["ratio"].get<double>(), building["all_s"].get<double>() / building["transient_s"].get<double>(), 1e-9);
+  EXPECT_NEAR(building["ratio"].get<double>(), building["all_s"].get<double>() / building["transient_s"].get<double>(),
+              1e-9);
   ASSERT_EQ(summary["off_grid"].size(), 1U);
   const json& between = summary["off_grid"][0];
   EXPECT_GT(between["peak_um"].get<double>(), 10.0);
   EXPECT_GT(between["max_um"].get<double>(), 0.0);
   EXPECT_LT(between["max_um"].get<double>(), 0.2 * between["peak_um"].get<double>());
-  EXPECT_LT(between["own_rows_max_um"].get<double>(), 1.5 * summary["heldout"][0]["max_um"].get<double>()) << "with rows of their own, these poses are as the stored ones";
+  EXPECT_LT(between["own_rows_max_um"].get<double>(), 1.5 * summary["heldout"][0]["max_um"].get<double>())
+      << "with rows of their own, these poses are as the stored ones";
   const std::string table = read(toy.result("off_grid.csv"));
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 12);
   EXPECT_SAYS(table, "load,X_mm,Y_mm,Z_mm,B_deg,C_deg,peak_um,max_um,rms_um,own_rows_max_um\nmixed,");

@@ -68,13 +68,17 @@ TEST(FullDisk, Diagnosis) {
   const Toy toy;
   toy.take_results();
   toy.take_measurement();
-  EXPECT_SAYS(run_without_room(toy, {"diagnose", toy.path(), "--data", toy.file("measurement"), "--model",
-                                     (toy_run() / "model.rom.h5").string()}, 200000), "extended/model.rom.h5");
+  EXPECT_SAYS(run_without_room(toy,
+                               {"diagnose", toy.path(), "--data", toy.file("measurement"), "--model",
+                                (toy_run() / "model.rom.h5").string()},
+                               200000),
+              "extended/model.rom.h5");
 }
 
 TEST(FullDisk, Offsets) {
   const Toy toy;
-  const std::string model = (toy_run() / "model.rom.h5").string(), rows = (toy_run() / "campaign/mixed/inputs.csv").string();
+  const std::string model = (toy_run() / "model.rom.h5").string(),
+                    rows = (toy_run() / "campaign/mixed/inputs.csv").string();
   toy.write("offsets.csv", "earlier offsets\n");
   const std::string offsets = toy.file("offsets.csv");
   Surroundings surroundings;
@@ -93,14 +97,15 @@ TEST(FullDisk, StandardOutput) {
   const Result mesh = toy.run({"mesh", toy.path(), "--json"}, surroundings);
   EXPECT_EQ(mesh.status, 3);
   EXPECT_SAYS(mesh.err, "standard output");
-  const Result offsets = thermotwin({"compensate", (toy_run() / "model.rom.h5").string()}, "time_s\n0\n60\n", surroundings);
+  const Result offsets =
+      thermotwin({"compensate", (toy_run() / "model.rom.h5").string()}, "time_s\n0\n60\n", surroundings);
   EXPECT_EQ(offsets.status, 3);
   EXPECT_SAYS(offsets.err, "cannot be written");
 }
 
 /// A file system of its own, gone at the end.
 class SmallDisk {
- public:
+public:
   explicit SmallDisk(const std::string& folder, const char* size) : folder_(folder) {
     std::filesystem::create_directories(folder);
     mounted_ = ::mount("toy", folder.c_str(), "tmpfs", 0, size) == 0;
@@ -112,7 +117,7 @@ class SmallDisk {
   SmallDisk& operator=(const SmallDisk&) = delete;
   bool is_mounted() const { return mounted_; }
 
- private:
+private:
   std::string folder_;
   bool mounted_ = false;
 };

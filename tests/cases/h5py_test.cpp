@@ -50,7 +50,8 @@ feed_mm_min = 9000
   const std::string file = (toy_run() / "model.rom.h5").string();
   const Result run = toy.run({"campaign", toy.path(), "--reduced", "--model", file, "--load", "one_step"});
   ASSERT_EQ(run.status, 0) << run.err;
-  const core::Table sensors = core::read_csv(toy.result("campaign_reduced/one_step/sensors.csv")), tcp = core::read_csv(toy.result("campaign_reduced/one_step/tcp.csv"));
+  const core::Table sensors = core::read_csv(toy.result("campaign_reduced/one_step/sensors.csv")),
+                    tcp = core::read_csv(toy.result("campaign_reduced/one_step/tcp.csv"));
 
   // What drove the step, by the laws of machine.toml; coefficients that follow temperatures are iterated to 1e-7 K.
   const reduction::ReducedModel model = reduction::read_model(file);
@@ -59,10 +60,15 @@ feed_mm_min = 9000
   reduction::simulate_reduced(model, model.machine, load, {}, {.tell = false, .record = &record});
   ASSERT_EQ(record.steps.size(), 1U);
   const solver::Coefficients& c = record.steps[0].c;
-  std::ofstream(toy.file("step.json")) << json{{"p", std::vector<double>(c.p.begin(), c.p.end())}, {"q", std::vector<double>(c.q.begin(), c.q.end())},
-                                               {"initial_K", record.initial_K}, {"step_s", record.steps[0].length_s}};
+  std::ofstream(toy.file("step.json")) << json{{"p", std::vector<double>(c.p.begin(), c.p.end())},
+                                               {"q", std::vector<double>(c.q.begin(), c.q.end())},
+                                               {"initial_K", record.initial_K},
+                                               {"step_s", record.steps[0].length_s}};
   const std::string answer = toy.file("answer.json");
-  ASSERT_EQ(std::system((python() + " " THERMOTWIN_CASES_DIR "/read_model.py '" + file + "' '" + toy.file("step.json") + "' > '" + answer + "'").c_str()), 0);
+  ASSERT_EQ(std::system((python() + " " THERMOTWIN_CASES_DIR "/read_model.py '" + file + "' '" + toy.file("step.json") +
+                         "' > '" + answer + "'")
+                            .c_str()),
+            0);
   const json read_back = json::parse(read(answer));
   EXPECT_EQ(read_back["format"], "thermotwin reduced model");
   EXPECT_EQ(read_back["order"], model.system.order());
@@ -71,20 +77,21 @@ feed_mm_min = 9000
   ASSERT_EQ(sensors.rows(), 2);
   double moved = 0;
   for (Eigen::Index s = 0; s < 4; ++s) {
-    const double program = sensors.values(1, 1 + s) - model.machine.reference_C - model.machine.sensors[static_cast<std::size_t>(s)].offset;
-    EXPECT_NEAR(read_back["sensors_K"][static_cast<std::size_t>(s)], program, 1e-7);
+    const double program = sensors.values(1, 1 + s) - model.machine.reference_C - model.machine.sensors[s].offset;
+    EXPECT_NEAR(read_back["sensors_K"][s], program, 1e-7);
     moved = std::max(moved, std::abs(program - record.initial_K));
   }
   EXPECT_GT(moved, 1e-4) << "a step in which nothing happens proves nothing";
   const Eigen::Index poses = tcp.rows() / 2;
   ASSERT_GE(static_cast<Eigen::Index>(read_back["tool_um"].size()), poses) << "the grid comes first";
-  const char* columns[] = {"dx_um_tool", "dy_um_tool", "dz_um_tool", "ra_um_per_m_tool", "rb_um_per_m_tool", "rc_um_per_m_tool"};
+  const char* columns[] = {"dx_um_tool",       "dy_um_tool",       "dz_um_tool",
+                           "ra_um_per_m_tool", "rb_um_per_m_tool", "rc_um_per_m_tool"};
   double largest = 0;
   for (std::size_t k = 0; k < 6; ++k) {
     const Eigen::VectorXd program = tcp.column(columns[k]).tail(poses), before = tcp.column(columns[k]).head(poses);
     largest = std::max(largest, (program - before).cwiseAbs().maxCoeff());
     for (Eigen::Index i = 0; i < poses; ++i)
-      EXPECT_NEAR(read_back["tool_um"][static_cast<std::size_t>(i)][k], program(i), 1e-6) << columns[k] << " at pose " << i;
+      EXPECT_NEAR(read_back["tool_um"][i][k], program(i), 1e-6) << columns[k] << " at pose " << i;
   }
   EXPECT_GT(largest, 1e-2);
 }

@@ -39,7 +39,7 @@ double imbalance(const core::Table& heat) {
     double in = 0.0, flowed = 0.0;
     for (std::size_t c = 2; c < heat.columns.size(); ++c) {
       const std::string& name = heat.columns[c];
-      const double power = heat.values(i, static_cast<Index>(c));
+      const double power = heat.values(i, c);
       if (name == "coolant.main.cooling_power_W")
         in -= power;
       else if (name.starts_with("coolant."))

@@ -50,7 +50,8 @@ TEST(Interrupt, ACampaignGoesOnWhereItStopped) {
   auto left = files_in(toy.result("campaign"));
   EXPECT_GT(std::erase_if(left, [](const auto& file) { return is_checkpoint(file.first); }), 0U);
   EXPECT_EQ(left.size(), 10U) << "two loads with four tables and their stamp";
-  for (const char* name : {"ambient/done", "ambient/tcp.csv", "warm_up/done", "warm_up/sensors.csv"}) EXPECT_EQ(left.count(name), 1U) << name;
+  for (const char* name : {"ambient/done", "ambient/tcp.csv", "warm_up/done", "warm_up/sensors.csv"})
+    EXPECT_EQ(left.count(name), 1U) << name;
   const auto written = fs::last_write_time(toy.result("campaign/warm_up/tcp.csv"));
 
   arguments.push_back("--resume");
@@ -110,14 +111,16 @@ struct Busy {
 };
 
 class InterruptAnywhere : public testing::TestWithParam<std::tuple<int, int>> {
- protected:
+protected:
   std::vector<Busy> all() {
     const std::string pipe = (folder_ / "pipe").string();
     EXPECT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
     const std::string model = (toy_run() / "model.rom.h5").string(), out = (folder_ / "out").string();
     return {{"mesh", {"mesh", pipe, "--out", out}},
             {"offsets", {"offsets", "--chain", "V [w b Y X Z (C1) t]", "--in", pipe, "--out", out + "/offsets.csv"}},
-            {"diagnose", {"diagnose", toy_case().string(), "--data", (toy_run() / "measurement").string(), "--model", model, "--out", out}},
+            {"diagnose",
+             {"diagnose", toy_case().string(), "--data", (toy_run() / "measurement").string(), "--model", model,
+              "--out", out}},
             {"reduce", {"reduce", toy_case().string(), "--size", "0.7", "--out", out}}};
   }
   const core::TemporaryFolder folder_;
@@ -125,7 +128,7 @@ class InterruptAnywhere : public testing::TestWithParam<std::tuple<int, int>> {
 
 TEST_P(InterruptAnywhere, EndsWithinTwoSeconds) {
   const auto [which, signal] = GetParam();
-  const Busy busy = all()[static_cast<std::size_t>(which)];
+  const Busy busy = all()[which];
   Program program(busy.arguments);
   ASSERT_FALSE(program.ends_within(0.7)) << busy.name << " needs more to do";
   program.send(signal);
@@ -137,7 +140,8 @@ TEST_P(InterruptAnywhere, EndsWithinTwoSeconds) {
   for (const auto& [file, bytes] : files_in(folder_ / "out")) EXPECT_EQ(file.find("part-"), std::string::npos) << file;
 }
 
-INSTANTIATE_TEST_SUITE_P(Verbs, InterruptAnywhere, testing::Combine(testing::Range(0, 4), testing::Values(SIGINT, SIGTERM)));
+INSTANTIATE_TEST_SUITE_P(Verbs, InterruptAnywhere,
+                         testing::Combine(testing::Range(0, 4), testing::Values(SIGINT, SIGTERM)));
 
 // A killed program cannot tidy up; the next one does, and leaves alone what another writes meanwhile.
 TEST(Interrupt, PartsOfKilledProgramsGo) {
@@ -150,7 +154,8 @@ TEST(Interrupt, PartsOfKilledProgramsGo) {
   if (ended == 0) ::_exit(0);
   ::waitpid(ended, nullptr, 0);
   const std::string dead = here + std::to_string(ended), alive = here + std::to_string(::getpid());
-  for (const std::string& name : {"cache/bed." + dead + ".mesh", "campaign/ambient/" + dead + "/tcp.csv", "cache/bed." + alive + ".mesh"}) {
+  for (const std::string& name :
+       {"cache/bed." + dead + ".mesh", "campaign/ambient/" + dead + "/tcp.csv", "cache/bed." + alive + ".mesh"}) {
     fs::create_directories(toy.result(name).parent_path());
     std::ofstream(toy.result(name)) << "half";
   }
@@ -171,7 +176,8 @@ TEST(OutOfMemory, EndsWithAMessage) {
     Surroundings surroundings;
     surroundings.memory = megabytes << 20;
     for (const char* solver : {"direct", "iterative"}) {
-      Program program({"reduce", toy_case().string(), "--solver", solver, "--out", (folder / "out").string()}, surroundings);
+      Program program({"reduce", toy_case().string(), "--solver", solver, "--out", (folder / "out").string()},
+                      surroundings);
       EXPECT_TRUE(program.ends_within(30.0)) << megabytes << " MB, " << solver;
       program.send(SIGKILL);
       const Result result = program.wait();
@@ -179,7 +185,8 @@ TEST(OutOfMemory, EndsWithAMessage) {
       ++failed;
       EXPECT_EQ(result.status, 4) << megabytes << " MB, " << solver << ": " << result.err;
       EXPECT_SAYS(result.err, "memory");
-      for (const auto& [file, bytes] : files_in(folder / "out")) EXPECT_EQ(file.find("part-"), std::string::npos) << file;
+      for (const auto& [file, bytes] : files_in(folder / "out"))
+        EXPECT_EQ(file.find("part-"), std::string::npos) << file;
     }
   }
   EXPECT_GT(failed, 0) << "none of the limits was one";

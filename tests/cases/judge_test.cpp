@@ -25,13 +25,15 @@ void write_drift(const Toy& toy) {
     const double time = 300.0 * i, hall = 20 + 2 * std::sin(time / 20000.0);
     frame += (hall - frame) * 0.02;
     z = 5 * (frame - 20) - 2 * (hall - 20);
-    data += std::to_string(time) + "," + std::to_string(hall) + "," + std::to_string(frame) + "," + std::to_string(z) + "\n";
+    data += std::to_string(time) + "," + std::to_string(hall) + "," + std::to_string(frame) + "," + std::to_string(z) +
+            "\n";
   }
   toy.write("drift/data.csv", data);
-  toy.write("drift/channels.toml",
-            "[[channel]]\nid = \"T_hall\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.05\nsensor = \"hall\"\n"
-            "[[channel]]\nid = \"T_frame\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.05\nsensor = \"frame\"\n"
-            "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\ndirection = \"z\"\n");
+  toy.write(
+      "drift/channels.toml",
+      "[[channel]]\nid = \"T_hall\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.05\nsensor = \"hall\"\n"
+      "[[channel]]\nid = \"T_frame\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.05\nsensor = \"frame\"\n"
+      "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\ndirection = \"z\"\n");
 }
 
 TEST(Evaluate, NeedsNoMachine) {
@@ -48,7 +50,8 @@ TEST(Evaluate, NeedsNoMachine) {
       EXPECT_GT(row["rms_reduction_percent"], 99.0) << row;
     }
   }
-  for (const char* model : {"static_regression", "first_order", "grey_box", "arx", "armax", "output_error", "heating_cooling", "composite", "feed_forward", "memory_network"}) {
+  for (const char* model : {"static_regression", "first_order", "grey_box", "arx", "armax", "output_error",
+                            "heating_cooling", "composite", "feed_forward", "memory_network"}) {
     EXPECT_TRUE(models.contains(model)) << model;
   }
   // What needs several poses says so instead of taking part.
@@ -65,20 +68,22 @@ TEST(Evaluate, NeedsNoMachine) {
 TEST(Evaluate, JudgesTheMachineBesideTheDataModels) {
   const Toy toy;
   const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();
-  const Result result = toy.run({"evaluate", toy.path(), "--data", data, "--model", model, "--train-until", "3", "--models", "static_regression,grey_box_all", "--json"});
+  const Result result = toy.run({"evaluate", toy.path(), "--data", data, "--model", model, "--train-until", "3",
+                                 "--models", "static_regression,grey_box_all", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   std::set<std::string> models;
   const json summary = json::parse(result.out);
   for (const json& row : summary["rows"]) models.insert(row["model"]);
-  EXPECT_EQ(models, (std::set<std::string>{"grey_box_all", "static_regression", "reduced_model", "reduced_model_sensors"}));
+  EXPECT_EQ(models,
+            (std::set<std::string>{"grey_box_all", "static_regression", "reduced_model", "reduced_model_sensors"}));
 }
 
 TEST(Evaluate, JudgesTheExtendedModelBesideTheNominalOne) {
   const Toy toy;
   const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();
   const std::string extended = (toy_run() / "diagnosis/extended/model.rom.h5").string();
-  const Result result =
-      toy.run({"evaluate", toy.path(), "--data", data, "--model", model, "--extended", extended, "--train-until", "3", "--models", "static_regression", "--json"});
+  const Result result = toy.run({"evaluate", toy.path(), "--data", data, "--model", model, "--extended", extended,
+                                 "--train-until", "3", "--models", "static_regression", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   std::map<std::string, double> removed;  // of the channel that moves most
   double largest = 0;
@@ -93,7 +98,8 @@ TEST(Evaluate, JudgesTheExtendedModelBesideTheNominalOne) {
   ASSERT_TRUE(removed.contains("extended_model") && removed.contains("extended_model_sensors")) << result.out;
   EXPECT_GT(removed["extended_model"], removed["reduced_model"] + 5.0);
   EXPECT_GT(removed["extended_model_sensors"], removed["reduced_model_sensors"]);
-  const Result both = toy.run({"evaluate", toy.path(), "--data", data, "--extended", extended, "--fitted", toy.file("models.toml")});
+  const Result both =
+      toy.run({"evaluate", toy.path(), "--data", data, "--extended", extended, "--fitted", toy.file("models.toml")});
   EXPECT_EQ(both.status, 2);
   for (const char* words : {"--fitted", "--extended"}) EXPECT_SAYS(both.err, words);
 }
@@ -101,8 +107,9 @@ TEST(Evaluate, JudgesTheExtendedModelBesideTheNominalOne) {
 TEST(Evaluate, ModelsCarryToAnotherRecordAndCross) {
   const Toy toy;
   write_drift(toy);
-  const Result first = toy.run({"evaluate", "--data", toy.file("drift"), "--models", "static_regression,first_order", "--also", toy.file("drift"), "--cross",
-                                "--length-study", "first_order", "z", "--json"});
+  const Result first =
+      toy.run({"evaluate", "--data", toy.file("drift"), "--models", "static_regression,first_order", "--also",
+               toy.file("drift"), "--cross", "--length-study", "first_order", "z", "--json"});
   ASSERT_EQ(first.status, 0) << first.err;
   const json summary = json::parse(first.out);
   EXPECT_EQ(summary["cross"]["programs"].size(), 3U) << "days 0, 1 and 2";
@@ -111,12 +118,14 @@ TEST(Evaluate, ModelsCarryToAnotherRecordAndCross) {
   bool judged_elsewhere = false;
   for (const json& row : summary["rows"]) judged_elsewhere = judged_elsewhere || row["part"] == "drift";
   EXPECT_TRUE(judged_elsewhere);
-  const Result carried = toy.run({"evaluate", "--data", toy.file("drift"), "--fitted", toy.result("evaluation/models.toml").string(), "--json"});
+  const Result carried = toy.run(
+      {"evaluate", "--data", toy.file("drift"), "--fitted", toy.result("evaluation/models.toml").string(), "--json"});
   ASSERT_EQ(carried.status, 0) << carried.err;
   std::set<std::string> models;
   const json elsewhere = json::parse(carried.out);
   for (const json& row : elsewhere["rows"]) models.insert(row["model"]);
-  EXPECT_EQ(models, (std::set<std::string>{"static_regression_as_is", "static_regression_corrected", "first_order_as_is", "first_order_corrected"}));
+  EXPECT_EQ(models, (std::set<std::string>{"static_regression_as_is", "static_regression_corrected",
+                                           "first_order_as_is", "first_order_corrected"}));
   const Result unknown = toy.run({"evaluate", "--data", toy.file("drift"), "--models", "grey_bocks"});
   EXPECT_EQ(unknown.status, 3);
   for (const char* words : {"grey_bocks", "nearest: grey_box"}) EXPECT_SAYS(unknown.err, words);
@@ -154,7 +163,8 @@ TEST(Diagnose, DataOfAnotherMachineAreRefused) {
   // Refused at once: nothing is meshed or simulated for it.
   const Result foreign = toy.run({"diagnose", toy.path(), "--data", toy.file("drift")});
   EXPECT_EQ(foreign.status, 3);
-  for (const char* words : {"channels.toml", "'hall'", "T1, T2, T3, T4", "thermotwin diagnose --data "}) EXPECT_SAYS(foreign.err, words);
+  for (const char* words : {"channels.toml", "'hall'", "T1, T2, T3, T4", "thermotwin diagnose --data "})
+    EXPECT_SAYS(foreign.err, words);
   EXPECT_TRUE(files_in(toy.out()).empty());
 }
 

@@ -26,8 +26,10 @@ TEST(Lock, ASecondProgramOnAUnitIsRefused) {
   wait_for(first, toy.result("campaign/mixed/lock"));
   const Result second = thermotwin(mixed);
   EXPECT_EQ(second.status, 3) << second.err;
-  for (const char* words : {"campaign/mixed", "process ", "writes here", "another --out"}) EXPECT_SAYS(second.err, words);
-  EXPECT_EQ(thermotwin({"campaign", toy.path(), "--load", "ambient", "--out", toy.out()}).status, 0) << "a unit of its own";
+  for (const char* words : {"campaign/mixed", "process ", "writes here", "another --out"})
+    EXPECT_SAYS(second.err, words);
+  EXPECT_EQ(thermotwin({"campaign", toy.path(), "--load", "ambient", "--out", toy.out()}).status, 0)
+      << "a unit of its own";
   first.send(SIGKILL);
   EXPECT_EQ(first.wait().status, -SIGKILL);
   toy.edit("loads/mixed.toml", "time_step_s = 2", "time_step_s = 600");

@@ -18,7 +18,7 @@ const std::string coordinate = "%%MatrixMarket matrix coordinate real general\n"
 
 /// Three states: gains 1 and 1/2 at rest, Hankel singular values known for each alone.
 class Matrices {
- public:
+public:
   Matrices() {
     write("A", coordinate + "3 3 3\n1 1 -1\n2 2 -10\n3 3 -1000\n");
     write("B", coordinate + "3 1 3\n1 1 1\n2 1 1\n3 1 0.001\n");
@@ -33,7 +33,7 @@ class Matrices {
     return thermotwin(all);
   }
 
- private:
+private:
   core::TemporaryFolder folder_;
 };
 
@@ -52,12 +52,15 @@ TEST(Matrices, AreReducedToFilesOfTheSameForm) {
   EXPECT_DOUBLE_EQ(json["bound"].get<double>(), 2 * json["hankel_singular_values"][2].get<double>());
   EXPECT_LE(json["hinf_error_sampled"].get<double>(), json["bound"].get<double>() * (1 + 1e-6));
   EXPECT_NEAR(json["hinf_norm_sampled"].get<double>(), 1.0 + 0.1 + 1e-6, 1e-12);
-  for (const char* name : {"E.mtx", "A.mtx", "B.mtx", "C.mtx", "system.rom.h5"}) EXPECT_TRUE(std::filesystem::exists(matrices.out() / name)) << name;
+  for (const char* name : {"E.mtx", "A.mtx", "B.mtx", "C.mtx", "system.rom.h5"})
+    EXPECT_TRUE(std::filesystem::exists(matrices.out() / name)) << name;
 
   // What was written is read again, and cannot be reduced without loss.
-  const Result again = thermotwin({"reduce", "--matrices", matrices.out().string(), "--out", (matrices.out() / "again").string(), "--json", "--quiet", "--order", "2"});
+  const Result again = thermotwin({"reduce", "--matrices", matrices.out().string(), "--out",
+                                   (matrices.out() / "again").string(), "--json", "--quiet", "--order", "2"});
   ASSERT_EQ(again.status, 0) << again.err;
-  EXPECT_NEAR(nlohmann::json::parse(again.out)["hankel_singular_values"][0].get<double>(), json["hankel_singular_values"][0].get<double>(), 1e-12);
+  EXPECT_NEAR(nlohmann::json::parse(again.out)["hankel_singular_values"][0].get<double>(),
+              json["hankel_singular_values"][0].get<double>(), 1e-12);
 }
 
 TEST(Matrices, TheTextSaysOrderBoundAndTrueError) {
@@ -65,7 +68,8 @@ TEST(Matrices, TheTextSaysOrderBoundAndTrueError) {
   for (const char* method : {"balanced", "modal", "krylov"}) {
     const Result result = matrices.reduce({"--method", method, "--order", "1"});
     EXPECT_EQ(result.status, 0) << result.err;
-    for (const char* words : {"3 states", "Hankel", "bound", "true error", "order 1 by", method}) EXPECT_SAYS(result.out, words);
+    for (const char* words : {"3 states", "Hankel", "bound", "true error", "order 1 by", method})
+      EXPECT_SAYS(result.out, words);
   }
 }
 
@@ -89,7 +93,9 @@ TEST(Matrices, FilmsHaveNamesAndValues) {
 
 /// A rod of n lumps, free at both ends: A is singular.
 void write_free_rod(const Matrices& matrices, int n) {
-  std::string a = fmt::format("{}{} {} {}\n", coordinate, n, n, 3 * n - 2), b = fmt::format("{}{} 1 1\n1 1 1\n", coordinate, n), c = fmt::format("{}1 {} 1\n1 {} 1\n", coordinate, n, n);
+  std::string a = fmt::format("{}{} {} {}\n", coordinate, n, n, 3 * n - 2),
+              b = fmt::format("{}{} 1 1\n1 1 1\n", coordinate, n),
+              c = fmt::format("{}1 {} 1\n1 {} 1\n", coordinate, n, n);
   for (int i = 1; i <= n; ++i) {
     a += fmt::format("{} {} {}\n", i, i, i == 1 || i == n ? -1 : -2);
     if (i < n) a += fmt::format("{} {} 1\n{} {} 1\n", i, i + 1, i + 1, i);
@@ -105,7 +111,8 @@ TEST(Matrices, ASingularAIsNamedOnBothRoutes) {
     write_free_rod(matrices, n);
     const Result result = matrices.reduce();
     EXPECT_EQ(result.status, 3) << result.err;
-    for (const char* words : {"not stable", "A is singular", "zero within rounding", "needs a support"}) EXPECT_SAYS(result.err, words);
+    for (const char* words : {"not stable", "A is singular", "zero within rounding", "needs a support"})
+      EXPECT_SAYS(result.err, words);
   }
 }
 
@@ -161,18 +168,27 @@ TEST_P(BadMatrices, AreRefusedAndLeaveEarlierResults) {
   EXPECT_FALSE(std::filesystem::exists(matrices.out()));
 }
 
-INSTANTIATE_TEST_SUITE_P(Slips, BadMatrices, testing::ValuesIn(std::vector<BadMatrix>{
-    {"NoSuchFile", "B", "", {"B.mtx", "no such file"}},
-    {"NoBanner", "A", "3 3 0\n", {"A.mtx:1", "%%MatrixMarket"}},
-    {"NotANumber", "A", coordinate + "3 3 1\n1 1 nan\n", {"A.mtx:3", "'nan'", "a finite number"}},
-    {"NotSquare", "A", coordinate + "3 4 1\n1 1 1\n", {"A.mtx", "3 x 4", "square"}},
-    {"OtherSize", "C", coordinate + "1 4 1\n1 1 1\n", {"C.mtx", "1 x 4", "1 x 3"}},
-    {"NoInput", "B", coordinate + "3 1 0\n", {"B.mtx", "nothing drives"}},
-    {"NoOutput", "C", coordinate + "1 3 0\n", {"C.mtx", "nothing is seen"}},
-    {"Unstable", "A", coordinate + "3 3 3\n1 1 -1\n2 2 0.25\n3 3 -1000\n", {"not stable", "eigenvalue 0.25"}},
-    {"Oscillating", "A", coordinate + "3 3 5\n1 1 -1\n2 2 0.5\n2 3 2\n3 2 -2\n3 3 0.5\n", {"not stable", "0.5 +- 2 i"}},
-    {"SingularE", "E", coordinate + "3 3 2\n1 1 1\n2 2 1\n", {"E.mtx", "singular", "1 of its 3 rows are empty", "Schur complement"}},
-}), [](const auto& bad) { return bad.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Slips, BadMatrices,
+    testing::ValuesIn(std::vector<BadMatrix>{
+        {"NoSuchFile", "B", "", {"B.mtx", "no such file"}},
+        {"NoBanner", "A", "3 3 0\n", {"A.mtx:1", "%%MatrixMarket"}},
+        {"NotANumber", "A", coordinate + "3 3 1\n1 1 nan\n", {"A.mtx:3", "'nan'", "a finite number"}},
+        {"NotSquare", "A", coordinate + "3 4 1\n1 1 1\n", {"A.mtx", "3 x 4", "square"}},
+        {"OtherSize", "C", coordinate + "1 4 1\n1 1 1\n", {"C.mtx", "1 x 4", "1 x 3"}},
+        {"NoInput", "B", coordinate + "3 1 0\n", {"B.mtx", "nothing drives"}},
+        {"NoOutput", "C", coordinate + "1 3 0\n", {"C.mtx", "nothing is seen"}},
+        {"Unstable", "A", coordinate + "3 3 3\n1 1 -1\n2 2 0.25\n3 3 -1000\n", {"not stable", "eigenvalue 0.25"}},
+        {"Oscillating",
+         "A",
+         coordinate + "3 3 5\n1 1 -1\n2 2 0.5\n2 3 2\n3 2 -2\n3 3 0.5\n",
+         {"not stable", "0.5 +- 2 i"}},
+        {"SingularE",
+         "E",
+         coordinate + "3 3 2\n1 1 1\n2 2 1\n",
+         {"E.mtx", "singular", "1 of its 3 rows are empty", "Schur complement"}},
+    }),
+    [](const auto& bad) { return bad.param.name; });
 
 TEST(Matrices, TheirOwnFolderIsNoPlaceForResults) {
   const Matrices matrices;

@@ -14,12 +14,16 @@ constexpr const char* chain = "V [w C' B' b Y X Z (C1) t]";
 
 TEST(Offsets, TablesOfErrorsBecomeTablesOfOffsets) {
   const Toy toy;
-  toy.write("errors.csv", "time_s,B_deg,point_x_mm,point_y_mm,point_z_mm,Y0C_um,Z0T_um,A0C_um_per_m\n0,0,0,200,0,10,5,0\n60,90,0,200,0,10,5,20\n");
+  toy.write("errors.csv",
+            "time_s,B_deg,point_x_mm,point_y_mm,point_z_mm,Y0C_um,Z0T_um,A0C_um_per_m\n0,0,0,200,0,10,5,0\n60,90,0,200,"
+            "0,10,5,20\n");
   const std::string file = toy.result("offsets.csv").string();
-  const Result result = thermotwin({"offsets", "--chain", chain, "--with-letter", "B,C", "--in", toy.file("errors.csv"), "--out", file, "--json"});
+  const Result result = thermotwin(
+      {"offsets", "--chain", chain, "--with-letter", "B,C", "--in", toy.file("errors.csv"), "--out", file, "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const nlohmann::json summary = nlohmann::json::parse(result.out);
-  EXPECT_NEAR(summary["largest_orientation_left_um_per_m"].get<double>(), 20.0, 1e-6) << "no axis turns the table about X";
+  EXPECT_NEAR(summary["largest_orientation_left_um_per_m"].get<double>(), 20.0, 1e-6)
+      << "no axis turns the table about X";
   const core::Table offsets = core::read_csv(file);
   EXPECT_NEAR(offsets.column("offset_Y_um")[0], 10.0, 1e-6);
   EXPECT_NEAR(offsets.column("offset_Z_um")[0], 5.0, 1e-6);

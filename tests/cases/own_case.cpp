@@ -19,7 +19,8 @@ std::string stl_of(const std::vector<Block>& blocks) {
       text += "facet normal 0 0 0\nouter loop\n";
       for (const int corner : triangle) {
         text += "vertex";
-        for (std::size_t k = 0; k < 3; ++k) text += fmt::format(" {}", (corner >> k & 1) != 0 ? block.high[k] : block.low[k]);
+        for (std::size_t k = 0; k < 3; ++k)
+          text += fmt::format(" {}", (corner >> k & 1) != 0 ? block.high[k] : block.low[k]);
         text += "\n";
       }
       text += "endloop\nendfacet\n";
@@ -28,14 +29,21 @@ std::string stl_of(const std::vector<Block>& blocks) {
 }
 
 std::string body_text(const std::string& id, double element_size_mm, const std::string& more) {
-  return fmt::format("[[body]]\nid = \"{0}\"\nmaterial = \"steel\"\ncad = \"cad/{0}.stl\"\nelement_size_mm = {1}\n{2}\n", id, element_size_mm, more);
+  return fmt::format(
+      "[[body]]\nid = \"{0}\"\nmaterial = \"steel\"\ncad = \"cad/{0}.stl\"\nelement_size_mm = {1}\n{2}\n", id,
+      element_size_mm, more);
 }
 
 OwnCase::OwnCase(const std::string& machine) {
-  write("machine.toml", "schema = 1\nname = \"own\"\nreference_C = 20\n[[material]]\nid = \"steel\"\ndensity_kg_m3 = 7850\n"
-                        "specific_heat_J_kgK = 470\nconductivity_W_mK = 45\nexpansion_1_K = 11.5e-6\nyoung_GPa = 208\npoisson = 0.29\n" + machine);
+  write(
+      "machine.toml",
+      "schema = 1\nname = \"own\"\nreference_C = 20\n[[material]]\nid = \"steel\"\ndensity_kg_m3 = 7850\n"
+      "specific_heat_J_kgK = 470\nconductivity_W_mK = 45\nexpansion_1_K = 11.5e-6\nyoung_GPa = 208\npoisson = 0.29\n" +
+          machine);
   write("case.toml", "schema = 1\nmachine = \"machine.toml\"\ntrain = [\"hour\"]\n");
-  write("loads/hour.toml", "schema = 1\ntitle = \"an hour\"\ninitial_C = 20\ntime_step_s = 60\noutput_s = 600\n[[phase]]\nduration_h = 1\n");
+  write(
+      "loads/hour.toml",
+      "schema = 1\ntitle = \"an hour\"\ninitial_C = 20\ntime_step_s = 60\noutput_s = 600\n[[phase]]\nduration_h = 1\n");
 }
 
 void OwnCase::write(const std::string& name, const std::string& text) const {
@@ -44,7 +52,9 @@ void OwnCase::write(const std::string& name, const std::string& text) const {
   std::ofstream(file, std::ios::binary) << text;
 }
 
-void OwnCase::blocks(const std::string& id, const std::vector<Block>& of) const { write("cad/" + id + ".stl", stl_of(of)); }
+void OwnCase::blocks(const std::string& id, const std::vector<Block>& of) const {
+  write("cad/" + id + ".stl", stl_of(of));
+}
 
 Result OwnCase::run(std::vector<std::string> arguments) const {
   arguments.insert(arguments.end(), {"--out", (folder_ / "out").string()});

@@ -22,7 +22,7 @@ std::string stl_of(const std::vector<Block>& blocks);
 std::string body_text(const std::string& id, double element_size_mm, const std::string& more = "");
 
 class OwnCase {
- public:
+public:
   /// @param machine  what comes after name and material "steel" in machine.toml
   explicit OwnCase(const std::string& machine);
   /// cad/<id>.stl
@@ -34,7 +34,7 @@ class OwnCase {
   /// thermotwin VERB ... --out of this case
   Result run(std::vector<std::string> arguments) const;
 
- private:
+private:
   core::TemporaryFolder folder_;
 };
 

@@ -36,7 +36,8 @@ point_mm = [5, 5, 5]
 constexpr Block cube{{0, 0, 0}, {100, 100, 100}};
 
 struct HeatedCube : OwnCase {
-  explicit HeatedCube(const std::string& more, const std::string& of_body = "") : OwnCase(body_text("block", 60, of_body) + heated_skin + more) {
+  explicit HeatedCube(const std::string& more, const std::string& of_body = "")
+      : OwnCase(body_text("block", 60, of_body) + heated_skin + more) {
     blocks("block", {cube});
   }
 };
@@ -48,7 +49,8 @@ TEST(OwnMachine, HeatNeedsNoTcpAndNoElasticBody) {
   ASSERT_EQ(simulated.status, 0) << simulated.err;
   EXPECT_SAYS(simulated.out, "no [tcp] in machine.toml");
   const auto folder = own.result("simulate/hour");
-  for (const char* file : {"fields.pvd", "heat.csv", "sensors.csv"}) EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  for (const char* file : {"fields.pvd", "heat.csv", "sensors.csv"})
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
   EXPECT_FALSE(std::filesystem::exists(folder / "tcp.csv"));
   EXPECT_EQ(read(folder / "fields/000000.vtu").find("displacement"), std::string::npos);
   // A lumped capacity of 0.001 m^3 steel behind a film of 20 W/(m^2 K) on 0.06 m^2, heated by 10 W.
@@ -76,7 +78,8 @@ TEST(OwnMachine, SmallMassesPrintInGramsAndALightDensityIsWarnedOf) {
 
 TEST(OwnMachine, HeatAloneIsADeckThatCalculiXRuns) {
   const HeatedCube own("", "elastic = false");
-  const Result exported = own.run({"export", own.path(), "--calculix", "--load", "hour", "--time-step", "600", "--json"});
+  const Result exported =
+      own.run({"export", own.path(), "--calculix", "--load", "hour", "--time-step", "600", "--json"});
   ASSERT_EQ(exported.status, 0) << exported.err;
   const auto json = nlohmann::json::parse(exported.out);
   EXPECT_EQ(json["files"], nlohmann::json({"mesh.inp", "heat_only.inp", "heat.inp"}));
@@ -115,7 +118,9 @@ TEST(OwnMachine, VerbsOfTheTcpErrorNameWhatTheyNeed) {
     std::vector<std::string> arguments = verb;
     arguments.insert(arguments.begin() + 1, own.path());
     if (verb[0] == "diagnose") {
-      own.write("channels.toml", "schema = 1\n[[channel]]\nid = \"T1\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.1\nsensor = \"T1\"\n");
+      own.write("channels.toml",
+                "schema = 1\n[[channel]]\nid = \"T1\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = "
+                "0.1\nsensor = \"T1\"\n");
       own.write("data.csv", "time_s,T1\n0,20\n600,21\n1200,22\n");
     }
     const Result result = own.run(arguments);
@@ -142,7 +147,8 @@ stiffness_tangential_N_mm3 = 20
 )");
   const Result result = own.run({"simulate", own.path(), "--load", "hour"});
   EXPECT_NE(result.status, 0);
-  for (const char* words : {"body 'block'", "about ", "'feet' with divide = [1, 1, 1]", "one pad holds no rotation", "2 x 2", "[2, 2, 1]", "sectors"})
+  for (const char* words : {"body 'block'", "about ", "'feet' with divide = [1, 1, 1]", "one pad holds no rotation",
+                            "2 x 2", "[2, 2, 1]", "sectors"})
     EXPECT_SAYS(result.err, words);
 }
 

@@ -21,7 +21,8 @@ namespace {
 constexpr std::int64_t patience_ms = 120'000;
 
 std::int64_t now_ms() {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
 struct Pipe {
@@ -66,7 +67,8 @@ Program::Program(const std::vector<std::string>& arguments, const Surroundings& 
   std::vector<std::string> variables = environment(surroundings.display);
   const std::vector<char*> argv = pointers(words), envp = pointers(variables);
   Pipe in, out, err;
-  const int redirected = surroundings.output.empty() ? out.write : ::open(surroundings.output.c_str(), O_WRONLY | O_CLOEXEC);
+  const int redirected =
+      surroundings.output.empty() ? out.write : ::open(surroundings.output.c_str(), O_WRONLY | O_CLOEXEC);
   if (redirected < 0) throw std::runtime_error(surroundings.output + " cannot be opened");
   deadline_ms_ = now_ms() + patience_ms;
   child_ = ::fork();
@@ -188,7 +190,8 @@ Result Program::wait() {
   return result_;
 }
 
-Result thermotwin(const std::vector<std::string>& arguments, const std::string& input, const Surroundings& surroundings) {
+Result thermotwin(const std::vector<std::string>& arguments, const std::string& input,
+                  const Surroundings& surroundings) {
   Program program(arguments, surroundings);
   program.write(input);
   return program.wait();

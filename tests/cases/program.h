@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-
 namespace thermotwin::cases {
 
 struct Result {
@@ -26,7 +25,7 @@ struct Surroundings {
 
 /// Killed after two minutes, which no test needs.
 class Program {
- public:
+public:
   explicit Program(const std::vector<std::string>& arguments, const Surroundings& surroundings = {});
   ~Program();
   Program(const Program&) = delete;
@@ -34,13 +33,13 @@ class Program {
 
   void write(const std::string& text);  ///< to its standard input
   void close_input();
-  std::string read_line();              ///< next line of its standard output, without the end; waits
+  std::string read_line();  ///< next line of its standard output, without the end; waits
   void send(int signal);
-  bool is_running();                    ///< also keeps its outputs from filling up
+  bool is_running();  ///< also keeps its outputs from filling up
   bool ends_within(double seconds);
-  Result wait();                        ///< closes the input, reads on to the end
+  Result wait();  ///< closes the input, reads on to the end
 
- private:
+private:
   void pump(int milliseconds);
   void reap(bool block);
 
@@ -49,7 +48,7 @@ class Program {
   std::int64_t deadline_ms_ = 0;
   bool ended_ = false;
   Result result_;
-  std::size_t taken_ = 0;               ///< of result_.out by read_line
+  std::size_t taken_ = 0;  ///< of result_.out by read_line
 };
 
 /// Runs the program to its end.

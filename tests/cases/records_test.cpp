@@ -27,7 +27,8 @@ struct Row {
 
 /// A record of one displacement z and temperatures T1, T2, ... each five minutes; a row without temperatures is left
 /// out.
-void write_record(const Toy& toy, const std::string& name, double hours, const std::function<Row(double hour)>& row_at) {
+void write_record(const Toy& toy, const std::string& name, double hours,
+                  const std::function<Row(double hour)>& row_at) {
   std::string data, channels = "[[channel]]\nid = \"z\"\nkind = \"displacement\"\nunit = \"um\"\nuncertainty = 0.1\n";
   for (int i = 0; i * interval_s < 3600.0 * hours; ++i) {
     const Row row = row_at(i * interval_s / 3600.0);
@@ -36,7 +37,8 @@ void write_record(const Toy& toy, const std::string& name, double hours, const s
       for (std::size_t k = 1; k <= row.temperatures.size(); ++k) {
         const std::string id = "T" + std::to_string(k);
         data += "," + id;
-        channels += "[[channel]]\nid = \"" + id + "\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.02\nsensor = \"" + id + "\"\n";
+        channels += "[[channel]]\nid = \"" + id +
+                    "\"\nkind = \"temperature\"\nunit = \"degC\"\nuncertainty = 0.02\nsensor = \"" + id + "\"\n";
       }
       data += "\n";
     }
@@ -64,7 +66,8 @@ TEST(EvaluateRecord, RefusesAModelThatDiverges) {
     const double warm = 20 + 2 * std::sin(hour / 3);
     return Row{{warm, warm + (hour < 20 ? 1e-4 * normal(random) : 1.0)}, 5 * (warm - 20) + normal(random)};
   });
-  const Result result = toy.run({"evaluate", "--data", toy.file("twins"), "--train-until", "20", "--models", "static_regression,first_order,selected_regression", "--cross", "--json"});
+  const Result result = toy.run({"evaluate", "--data", toy.file("twins"), "--train-until", "20", "--models",
+                                 "static_regression,first_order,selected_regression", "--cross", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json summary = json::parse(result.out);
   EXPECT_SAYS(all(summary["notes"]), "refused: static_regression z: diverges");
@@ -81,11 +84,13 @@ TEST(EvaluateRecord, CrossFitsNoStartThatHasRunOff) {
   std::normal_distribution<double> normal;
   double slow = 0;
   write_record(toy, "days", 72, [&](double hour) {
-    const double hall = 2 * std::sin(2 * std::numbers::pi * hour / 24) + std::sin(hour), frame = 1.3 * std::sin(2 * std::numbers::pi * (hour - 3) / 24) + 0.3 * std::sin(hour);
+    const double hall = 2 * std::sin(2 * std::numbers::pi * hour / 24) + std::sin(hour),
+                 frame = 1.3 * std::sin(2 * std::numbers::pi * (hour - 3) / 24) + 0.3 * std::sin(hour);
     slow += (hall - slow) * interval_s / 7200.0;
     return Row{{20 + hall, 20 + frame}, 4 * slow - 2 * frame + 0.1 * normal(random)};
   });
-  const Result result = toy.run({"evaluate", "--data", toy.file("days"), "--models", "heating_cooling,static_regression", "--cross", "--json"});
+  const Result result = toy.run(
+      {"evaluate", "--data", toy.file("days"), "--models", "heating_cooling,static_regression", "--cross", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json summary = json::parse(result.out);
   int judged = 0;
@@ -108,22 +113,26 @@ TEST(EvaluateRecord, RanksAFitAtABoundLastAndSaysWhy) {
     slow += (warm - slow) * interval_s / (60 * 3600.0);
     return Row{{20 + warm, 20 + 0.5 * std::sin(1.7 * hour)}, 10 * slow};
   });
-  const Result result = toy.run({"evaluate", "--data", toy.file("slow"), "--models", "first_order,static_regression", "--json"});
+  const Result result =
+      toy.run({"evaluate", "--data", toy.file("slow"), "--models", "first_order,static_regression", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json board = json::parse(result.out)["leaderboard"];
   ASSERT_EQ(board.size(), 2U);
   EXPECT_EQ(board[1]["model"], "first_order");
-  EXPECT_GT(board[1]["rms_reduction_percent"].get<double>(), board[0]["rms_reduction_percent"].get<double>()) << "last although it is nearer";
+  EXPECT_GT(board[1]["rms_reduction_percent"].get<double>(), board[0]["rms_reduction_percent"].get<double>())
+      << "last although it is nearer";
   EXPECT_SAYS(board[1]["caution"].get<std::string>(), "at the bound of the search");
   EXPECT_EQ(board[0]["caution"], "");
   EXPECT_SAYS(read(toy.result("evaluation/tables.txt")), "first_order ranked last: z: time constant of");
   // The reason stays with the model.
-  const Result carried = toy.run({"evaluate", "--data", toy.file("slow"), "--fitted", toy.result("evaluation/models.toml").string(), "--json"});
+  const Result carried = toy.run(
+      {"evaluate", "--data", toy.file("slow"), "--fitted", toy.result("evaluation/models.toml").string(), "--json"});
   ASSERT_EQ(carried.status, 0) << carried.err;
   bool said = false;
   const json elsewhere = json::parse(carried.out);
   for (const json& standing : elsewhere["leaderboard"])
-    said = said || (standing["model"] == "first_order_as_is" && standing["caution"].get<std::string>().find("at the bound") != std::string::npos);
+    said = said || (standing["model"] == "first_order_as_is" &&
+                    standing["caution"].get<std::string>().find("at the bound") != std::string::npos);
   EXPECT_TRUE(said) << carried.out;
 }
 
@@ -136,7 +145,8 @@ TEST(EvaluateRecord, ASelectionWithoutInputFallsBackAndSaysSo) {
     const double hall = 20 + 5 * normal(random), apart = 0.05 * std::sin(hour / 2);
     return Row{{hall, hall + apart}, 100 * apart};
   });
-  const Result result = toy.run({"evaluate", "--data", toy.file("difference"), "--models", "selected_regression,static_regression", "--json"});
+  const Result result = toy.run(
+      {"evaluate", "--data", toy.file("difference"), "--models", "selected_regression,static_regression", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json board = json::parse(result.out)["leaderboard"];
   for (const json& standing : board) {
@@ -153,7 +163,8 @@ TEST(EvaluateRecord, ShowsTheFitWhereAllRowsTrain) {
     const double warm = 2 * std::sin(hour);
     return Row{{20 + warm, 20 + std::cos(hour)}, 5 * warm};
   });
-  const Result result = toy.run({"evaluate", "--data", toy.file("short"), "--train-until", "1000", "--models", "static_regression,ridge_regression", "--json"});
+  const Result result = toy.run({"evaluate", "--data", toy.file("short"), "--train-until", "1000", "--models",
+                                 "static_regression,ridge_regression", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const json summary = json::parse(result.out);
   ASSERT_EQ(summary["leaderboard"].size(), 2U);
@@ -365,7 +376,8 @@ TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {
   EXPECT_SAYS(d["next_measurement"]["load"].get<std::string>(), "apart from the other inputs");
   EXPECT_FALSE(d["next_measurement"]["why"].get<std::string>().empty());
   const std::string page = read(toy.result("diagnosis/report.html"));
-  for (const char* words : {"<p>This record cannot tell", "To decide, measure", "none: nothing changed"}) EXPECT_SAYS(page, words);
+  for (const char* words : {"<p>This record cannot tell", "To decide, measure", "none: nothing changed"})
+    EXPECT_SAYS(page, words);
   // The same machine, used in the first third as later, does tell.
   std::mt19937_64 again(3);
   write_record(toy, "told", 48, [&](double hour) { return uninformative(hour + 16, again); });
@@ -376,8 +388,11 @@ TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {
 /// A drift from the 20th hour on that no sensor follows.
 Row drifting(double hour, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
-  const double hall = 1.5 * std::sin(2 * std::numbers::pi * hour / 24) + 0.7 * std::sin(hour) + 0.4 * std::sin(2.7 * hour + 1), frame = 0.6 * std::sin(1.9 * hour) + 0.3 * hall;
-  return {{20 + hall + 0.02 * normal(random), 20 + frame + 0.02 * normal(random)}, 6 * hall - 4 * frame + (hour < 20 ? 0.0 : 0.4 * (hour - 20)) + 0.1 * normal(random)};
+  const double hall = 1.5 * std::sin(2 * std::numbers::pi * hour / 24) + 0.7 * std::sin(hour) +
+                      0.4 * std::sin(2.7 * hour + 1),
+               frame = 0.6 * std::sin(1.9 * hour) + 0.3 * hall;
+  return {{20 + hall + 0.02 * normal(random), 20 + frame + 0.02 * normal(random)},
+          6 * hall - 4 * frame + (hour < 20 ? 0.0 : 0.4 * (hour - 20)) + 0.1 * normal(random)};
 }
 
 TEST(DiagnoseRecord, OffersADailySwingFromThreeDaysOn) {
@@ -414,7 +429,8 @@ TEST(DiagnoseRecord, SpeaksOfTheRecordAlone) {
   const std::string page = read(toy.result("diagnosis/report.html"));
   const std::string body = std::regex_replace(page.substr(page.find("</style>")), std::regex("<svg[^]*?</svg>"), "");
   for (const std::string& text : {result.out, body})
-    for (const char* words : {"TCP", "mesh", "machine.toml", "± 0 ", "stated uncertainty", "nominal"}) EXPECT_EQ(text.find(words), std::string::npos) << words << "\n" << text;
+    for (const char* words : {"TCP", "mesh", "machine.toml", "± 0 ", "stated uncertainty", "nominal"})
+      EXPECT_EQ(text.find(words), std::string::npos) << words << "\n" << text;
   // Both tables say the same of the drift: change of the channel's RMS on held-out time.
   const double explains = std::stod(cell(page, "probe_drift", 5)), change = std::stod(cell(page, "z", 6));
   EXPECT_GT(explains, 50.0);

@@ -57,7 +57,8 @@ TEST(ReducedCampaign, IsNeverTakenForTheFullOne) {
 
   // Tables of another make in the full campaign's place, as an earlier version left them: they are run anew.
   const std::string full = read(toy.result("campaign/mixed/tcp.csv"));
-  fs::copy_file(toy.result("campaign_reduced/mixed/tcp.csv"), toy.result("campaign/mixed/tcp.csv"), fs::copy_options::overwrite_existing);
+  fs::copy_file(toy.result("campaign_reduced/mixed/tcp.csv"), toy.result("campaign/mixed/tcp.csv"),
+                fs::copy_options::overwrite_existing);
   const Result resumed = toy.run({"campaign", toy.path(), "--resume"});
   ASSERT_EQ(resumed.status, 0) << resumed.err;
   EXPECT_EQ(read(toy.result("campaign/mixed/tcp.csv")), full);
@@ -65,7 +66,8 @@ TEST(ReducedCampaign, IsNeverTakenForTheFullOne) {
 
 TEST(ReducedCampaign, WhatDoesNotFitIsRefused) {
   const Toy toy;
-  for (const std::vector<std::string>& option : {std::vector<std::string>{"--resume"}, {"--size", "0.5"}, {"--solver", "direct"}, {"--order", "2"}}) {
+  for (const std::vector<std::string>& option :
+       {std::vector<std::string>{"--resume"}, {"--size", "0.5"}, {"--solver", "direct"}, {"--order", "2"}}) {
     std::vector<std::string> words{"campaign", toy.path(), "--reduced", "--model", model()};
     words.insert(words.end(), option.begin(), option.end());
     EXPECT_EQ(toy.run(words).status, 2) << option.front();

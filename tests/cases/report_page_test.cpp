@@ -20,14 +20,19 @@ std::string browser() {
   return "";
 }
 
-struct Page { std::string document, log; };
+struct Page {
+  std::string document, log;
+};
 
 /// @param folder  for the browser's own files: other tests copy the run's while it writes
 Page opened(const std::filesystem::path& file, const std::string& hash, const std::filesystem::path& folder) {
   const std::filesystem::path out = folder / "page.html", log = folder / "page.log", home = folder / "browser";
-  const std::string command = browser() + " --headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking --disable-component-update --disable-sync --enable-logging=stderr --user-data-dir='" + home.string() +
-                              "' --virtual-time-budget=5000 --dump-dom 'file://" + std::filesystem::absolute(file).string() + hash + "' >'" + out.string() +
-                              "' 2>'" + log.string() + "'";
+  const std::string command =
+      browser() +
+      " --headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
+      "--disable-component-update --disable-sync --enable-logging=stderr --user-data-dir='" +
+      home.string() + "' --virtual-time-budget=5000 --dump-dom 'file://" + std::filesystem::absolute(file).string() +
+      hash + "' >'" + out.string() + "' 2>'" + log.string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0);
   Page page{core::read_file(out), core::read_file(log)};
   std::filesystem::remove_all(home);

@@ -37,7 +37,8 @@ TEST(Stream, PipesAndFilesGiveTheSameBytes) {
   EXPECT_EQ(piped.status, 0);
   EXPECT_SAYS(piped.err, "91 rows");
   EXPECT_EQ(thermotwin({"compensate", model(), "--in", inputs()}).out, piped.out);
-  const Result filed = thermotwin({"compensate", model(), "--in", inputs(), "--out", toy.file("offsets.csv"), "--json"});
+  const Result filed =
+      thermotwin({"compensate", model(), "--in", inputs(), "--out", toy.file("offsets.csv"), "--json"});
   EXPECT_EQ(filed.status, 0);
   EXPECT_SAYS(filed.out, "\"rows\":91");
   EXPECT_EQ(read(toy.file("offsets.csv")), piped.out);
@@ -80,7 +81,8 @@ TEST(Stream, UnknownColumnIsRefusedBeforeAnyAnswer) {
   const Result result = thermotwin({"compensate", model()}, "time_s,spindle.speed\n0,6000\n");
   EXPECT_EQ(result.status, 3);
   EXPECT_EQ(result.out, "");
-  for (const char* words : {"standard input:1 column 2", "'spindle.speed'", "allowed: ", "nearest: spindle.speed_rpm"}) EXPECT_SAYS(result.err, words);
+  for (const char* words : {"standard input:1 column 2", "'spindle.speed'", "allowed: ", "nearest: spindle.speed_rpm"})
+    EXPECT_SAYS(result.err, words);
 }
 
 /// Answers of a run: time, offsets and status of each row.
@@ -117,7 +119,10 @@ TEST(Stream, AHotStartDoesNotJump) {
   const Result result = thermotwin({"compensate", model()}, rows);
   ASSERT_EQ(result.status, 0);
   double largest = 0, rate = 0, fastest = 0;
-  ASSERT_EQ(std::sscanf(result.err.c_str(), "offsets: at most %lf um, %lf um/s while the axes stand, %lf", &largest, &rate, &fastest), 3) << result.err;
+  ASSERT_EQ(std::sscanf(result.err.c_str(), "offsets: at most %lf um, %lf um/s while the axes stand, %lf", &largest,
+                        &rate, &fastest),
+            3)
+      << result.err;
   const Answers all = answers(result.out);
   ASSERT_EQ(all.offset.size(), 600U);
   EXPECT_EQ(all.offset[0], (std::array<double, 3>{0, 0, 0}));
@@ -132,7 +137,8 @@ TEST(Stream, AHotStartDoesNotJump) {
   EXPECT_GT(reached, 20);
   EXPECT_LE(reached, largest);
   // Stated limits hold instead.
-  for (const auto& row : answers(thermotwin({"compensate", model(), "--largest-offset", "7", "--offset-rate", "0.5"}, rows).out).offset)
+  for (const auto& row :
+       answers(thermotwin({"compensate", model(), "--largest-offset", "7", "--offset-rate", "0.5"}, rows).out).offset)
     for (const double value : row) EXPECT_LE(std::abs(value), 7.0);
 }
 
@@ -145,7 +151,7 @@ TEST(Stream, CleanReadingsAreNotNamed) {
     std::string line, joined;
     std::getline(lines, line);
     joined = line;
-    for (int s = 0; s < count; ++s) joined += "," + sensors.columns[static_cast<std::size_t>(s + 1)];
+    for (int s = 0; s < count; ++s) joined += "," + sensors.columns[s + 1];
     joined += "\n";
     for (Eigen::Index i = 0; std::getline(lines, line); ++i) {
       ASSERT_EQ(in.values(i, 0), sensors.values(i, 0));
@@ -180,7 +186,7 @@ std::string rows_from(Eigen::Index first) {
 TEST(Stream, AWarmStartAccusesNoSensorAndFindsTheError) {
   const Answers cold = answers(thermotwin({"compensate", model()}, rows_from(0)).out);
   for (const std::size_t first : {22, 45, 68, 72}) {
-    const Answers warm = answers(thermotwin({"compensate", model()}, rows_from(static_cast<Eigen::Index>(first))).out);
+    const Answers warm = answers(thermotwin({"compensate", model()}, rows_from(first)).out);
     for (const std::string& status : warm.status) EXPECT_EQ(status.find("sensor_failed"), std::string::npos) << status;
     constexpr std::size_t half_an_hour = 8;
     double truth = 0, error = 0, deviations = 0;
@@ -241,7 +247,9 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
   EXPECT_EQ(all.status[2], "input_missing row=unreadable");
   EXPECT_EQ(all.time[2], 60);
   EXPECT_EQ(all.status[3], "no_sensors");
-  for (const char* words : {"standard input:3 spindle.speed_rpm: 'fast'", "standard input:4: 3 cells", "2 of them unreadable"}) EXPECT_SAYS(result.err, words);
+  for (const char* words :
+       {"standard input:3 spindle.speed_rpm: 'fast'", "standard input:4: 3 cells", "2 of them unreadable"})
+    EXPECT_SAYS(result.err, words);
   const Result filed = thermotwin({"compensate", model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
   EXPECT_EQ(filed.status, 0);
   EXPECT_SAYS(filed.out, "\"unreadable\":2");
@@ -251,7 +259,8 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
 TEST(Stream, ALineWithoutEndIsRefused) {
   const Result result = thermotwin({"compensate", model()}, "time_s\n0\n" + std::string(3000000, '7'));
   EXPECT_EQ(result.status, 3);
-  for (const char* words : {"standard input:3", "more than 262143 characters", "allowed: "}) EXPECT_SAYS(result.err, words);
+  for (const char* words : {"standard input:3", "more than 262143 characters", "allowed: "})
+    EXPECT_SAYS(result.err, words);
   EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 2);
 }
 
@@ -261,7 +270,8 @@ TEST(Stream, RowsOfAnotherMachineAreNoticed) {
   const std::string words = "begin with '";
   const std::size_t at = unnamed.err.find(words);
   ASSERT_NE(at, std::string::npos) << unnamed.err;
-  const std::string own = unnamed.err.substr(at + words.size(), unnamed.err.find("'", at + words.size()) - at - words.size());
+  const std::string own =
+      unnamed.err.substr(at + words.size(), unnamed.err.find("'", at + words.size()) - at - words.size());
   ASSERT_TRUE(own.starts_with("# machine toy ")) << own;
   const Result named = thermotwin({"compensate", model()}, own + "\n" + rows);
   EXPECT_EQ(named.status, 0);

@@ -58,7 +58,9 @@ void Toy::make_affine() const {
   edit("machine.toml", "guide_sensor = \"T3\"", "guide_ambient = \"air\"");
 }
 
-void Toy::take_measurement() const { fs::copy(toy_run() / "measurement", file("measurement"), fs::copy_options::recursive); }
+void Toy::take_measurement() const {
+  fs::copy(toy_run() / "measurement", file("measurement"), fs::copy_options::recursive);
+}
 
 std::string read(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -81,7 +83,8 @@ bool is_checkpoint(const std::string& name) {
   return own.starts_with("checkpoint_") || own.starts_with("snapshots_");
 }
 
-std::vector<std::string> changes(const std::map<std::string, std::string>& before, const std::map<std::string, std::string>& after) {
+std::vector<std::string> changes(const std::map<std::string, std::string>& before,
+                                 const std::map<std::string, std::string>& after) {
   std::vector<std::string> found;
   for (const auto& [name, bytes] : before) {
     const auto now = after.find(name);

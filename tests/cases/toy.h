@@ -30,7 +30,7 @@ Result make_toy_run();
 
 /// A copy of the case in a folder of the test's own, with a place for results.
 class Toy {
- public:
+public:
   Toy();
   /// Replaces the one place that reads so; the test fails where there is none.
   void edit(const std::string& file, const std::string& old, const std::string& with) const;
@@ -50,7 +50,7 @@ class Toy {
   /// thermotwin VERB ... --out out()
   Result run(std::vector<std::string> arguments, const Surroundings& surroundings = {}) const;
 
- private:
+private:
   core::TemporaryFolder folder_;
 };
 
@@ -62,7 +62,8 @@ bool is_checkpoint(const std::string& name);
 
 /// Names of the earlier files that are gone or changed, and of new ones but for meshes of the cache
 /// and checkpoints.
-std::vector<std::string> changes(const std::map<std::string, std::string>& before, const std::map<std::string, std::string>& after);
+std::vector<std::string> changes(const std::map<std::string, std::string>& before,
+                                 const std::map<std::string, std::string>& after);
 
 std::string read(const std::filesystem::path& file);
 

@@ -31,7 +31,8 @@ std::vector<std::string> verbs() {
 
 TEST(Usage, EveryVerbExplainsItselfWithAnExample) {
   const std::vector<std::string> all = verbs();
-  for (const char* verb : {"run", "mesh", "simulate", "campaign", "reduce", "compensate", "evaluate", "diagnose", "export"})
+  for (const char* verb :
+       {"run", "mesh", "simulate", "campaign", "reduce", "compensate", "evaluate", "diagnose", "export"})
     EXPECT_NE(std::find(all.begin(), all.end(), verb), all.end()) << verb;
   for (const std::string& verb : all) {
     const Result help = thermotwin({verb, "--help"});

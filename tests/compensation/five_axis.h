@@ -244,7 +244,7 @@ inline reduction::ReducedSystem lumped_system(const mesh::Machine& machine, cons
     if (axis < 0) {
       grids.push_back({-1, false, {0.0}});
     } else {
-      const mesh::Axis& a = machine.axes[static_cast<std::size_t>(axis)];
+      const mesh::Axis& a = machine.axes[axis];
       if (a.endless) {
         grids.push_back({axis, true, {0.0, 2.0943951, 4.1887902}});
       } else {
@@ -258,7 +258,7 @@ inline reduction::ReducedSystem lumped_system(const mesh::Machine& machine, cons
   const int r = lumps + 1;  // the last one is fluid
   const auto lump = [](int body, int i) { return body * lumps_a_body + i; };
   const auto surface_body = [&](const std::string& surface) {
-    return machine.body_index(machine.surfaces[static_cast<std::size_t>(machine.surface_index(surface))].body);
+    return machine.body_index(machine.surfaces[machine.surface_index(surface)].body);
   };
   Eigen::VectorXd capacity(r);
   Eigen::MatrixXd conduction = Eigen::MatrixXd::Zero(r, r);
@@ -269,25 +269,27 @@ inline reduction::ReducedSystem lumped_system(const mesh::Machine& machine, cons
     k(b, a) -= g;
   };
   for (int b = 0; b < bodies; ++b) {
-    const double size = machine.bodies[static_cast<std::size_t>(b)].id == "spindle" ? 1.2e4 : b < 2 ? 2e5 : 5e4;
+    const double size = machine.bodies[b].id == "spindle" ? 1.2e4 : b < 2 ? 2e5 : 5e4;
     for (int i = 0; i < lumps_a_body; ++i) {
       capacity[lump(b, i)] = variation.capacity * size * (1.0 + variation.unevenness * std::sin(3.0 * b + 5.0 * i));
-      if (i > 0) connect(conduction, lump(b, i - 1), lump(b, i), variation.conduction * 60.0 * (1.0 + variation.unevenness * std::cos(2.0 * b + i)));
+      if (i > 0)
+        connect(conduction, lump(b, i - 1), lump(b, i),
+                variation.conduction * 60.0 * (1.0 + variation.unevenness * std::cos(2.0 * b + i)));
     }
   }
   capacity[r - 1] = 0.001 * 815 * 1940;
 
   std::vector<Eigen::MatrixXd> terms;
-  Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(r, static_cast<Eigen::Index>(system.layout.inputs.size()));
+  Eigen::MatrixXd inputs = Eigen::MatrixXd::Zero(r, std::ssize(system.layout.inputs));
   for (std::size_t t = 0; t < system.layout.terms.size(); ++t) {
     const solver::Term& term = system.layout.terms[t];
     Eigen::MatrixXd k = Eigen::MatrixXd::Zero(r, r);
     Eigen::VectorXd ground = Eigen::VectorXd::Zero(r);
-    const auto item = static_cast<std::size_t>(term.item);
+    const std::size_t item = term.item;
     if (term.kind == TermKind::film) {
       for (const std::string& surface : machine.films[item].surfaces) {
         const int b = surface_body(surface);
-        for (int i = 0; i < lumps_a_body; ++i) ground[lump(b, i)] += machine.bodies[static_cast<std::size_t>(b)].id == "spindle" ? 0.2 : 0.8;
+        for (int i = 0; i < lumps_a_body; ++i) ground[lump(b, i)] += machine.bodies[b].id == "spindle" ? 0.2 : 0.8;
       }
       k.diagonal() += ground;
     } else if (term.kind == TermKind::contact) {
@@ -306,26 +308,26 @@ inline reduction::ReducedSystem lumped_system(const mesh::Machine& machine, cons
       ground[r - 1] = 1940;
     }
     for (std::size_t n = 0; n < system.layout.inputs.size(); ++n) {
-      if (system.layout.inputs[n].term == static_cast<int>(t)) inputs.col(static_cast<Eigen::Index>(n)) = ground;
+      if (system.layout.inputs[n].term == static_cast<int>(t)) inputs.col(n) = ground;
     }
     terms.push_back(std::move(k));
   }
   for (std::size_t n = 0; n < system.layout.inputs.size(); ++n) {
     const solver::Input& input = system.layout.inputs[n];
     if (input.kind != InputKind::source) continue;
-    const mesh::SourcePlace& place = machine.sources[static_cast<std::size_t>(input.item)].places[static_cast<std::size_t>(input.place)];
-    auto column = inputs.col(static_cast<Eigen::Index>(n));
+    const mesh::SourcePlace& place = machine.sources[input.item].places[input.place];
+    auto column = inputs.col(n);
     if (place.joint.empty()) {
       column[lump(surface_body(place.surface), 1)] = 1.0;
     } else {
-      const mesh::JointSpec& joint = machine.joints[static_cast<std::size_t>(machine.joint_index(place.joint))];
+      const mesh::JointSpec& joint = machine.joints[machine.joint_index(place.joint)];
       column[lump(surface_body(joint.slave), 0)] = place.slave_share;
       column[lump(surface_body(joint.master), input.node)] += 1.0 - place.slave_share;
     }
   }
-  Eigen::MatrixXd sensors = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(machine.sensors.size()), r);
+  Eigen::MatrixXd sensors = Eigen::MatrixXd::Zero(std::ssize(machine.sensors), r);
   for (std::size_t s = 0; s < machine.sensors.size(); ++s) {
-    sensors(static_cast<Eigen::Index>(s), lump(machine.body_index(machine.sensors[s].body), static_cast<int>(s) % lumps_a_body)) = 1.0;
+    sensors(s, lump(machine.body_index(machine.sensors[s].body), static_cast<int>(s) % lumps_a_body)) = 1.0;
   }
   // States scaled by the root of the capacity, as a reduction leaves them: E = 1.
   const Eigen::VectorXd root = capacity.cwiseSqrt(), inverse = root.cwiseInverse();

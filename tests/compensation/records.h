@@ -17,7 +17,7 @@ struct Record {
 
 /// Numbers between 0 and 1, the same on every machine.
 class Uniform {
- public:
+public:
   explicit Uniform(std::uint64_t seed) : engine_(seed) {}
   double operator()() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
   /// Sum of twelve: near to normal.
@@ -27,7 +27,7 @@ class Uniform {
     return sum;
   }
 
- private:
+private:
   std::mt19937_64 engine_;
 };
 
@@ -38,7 +38,8 @@ inline Record wandering(Eigen::Index n, unsigned seed) {
   double t = 100.0;
   for (Eigen::Index i = 0; i < n; ++i) {
     record.time[i] = t;
-    record.temperatures.row(i) << 20 + std::sin(t / 4000), 21 + 2 * std::cos(t / 9000), 22 + 0.5 * std::sin(t / 700) * uniform();
+    record.temperatures.row(i) << 20 + std::sin(t / 4000), 21 + 2 * std::cos(t / 9000),
+        22 + 0.5 * std::sin(t / 700) * uniform();
     t += 5.0 + 20.0 * uniform();
   }
   return record;
@@ -51,9 +52,12 @@ inline std::vector<InputInfo> temperature_inputs(Eigen::Index count) {
 }
 
 inline void fit(ChannelModel& model, const Record& record, const Eigen::VectorXd& target, Eigen::Index rows) {
-  model.fit({"test", temperature_inputs(record.temperatures.cols()), record.time.head(rows), record.temperatures.topRows(rows), target.head(rows)});
+  model.fit({"test", temperature_inputs(record.temperatures.cols()), record.time.head(rows),
+             record.temperatures.topRows(rows), target.head(rows)});
 }
 
-inline Eigen::VectorXd predict(const ChannelModel& model, const Record& record) { return model.predict(record.time, record.temperatures); }
+inline Eigen::VectorXd predict(const ChannelModel& model, const Record& record) {
+  return model.predict(record.time, record.temperatures);
+}
 
 }  // namespace thermotwin::compensation::test

@@ -14,7 +14,7 @@
 namespace thermotwin::compensation::test {
 
 class Scratch {
- public:
+public:
   Scratch() {
     static int count = 0;
     path_ = std::filesystem::temp_directory_path() /
@@ -30,7 +30,7 @@ class Scratch {
   const std::filesystem::path& path() const { return path_; }
   void write(const std::string& name, const std::string& text) const { core::write_file(path_ / name, text); }
 
- private:
+private:
   std::filesystem::path path_;
 };
 

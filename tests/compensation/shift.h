@@ -33,21 +33,22 @@ inline Eigen::VectorXd shift_row(const solver::Channels& channels, double time) 
 /// A machine run through the shift: its state, sensors (readings) and errors at poses.
 struct Truth {
   std::vector<double> time;
-  std::vector<Eigen::VectorXd> rows;              ///< that held since the last time
+  std::vector<Eigen::VectorXd> rows;  ///< that held since the last time
   std::vector<Eigen::VectorXd> readings_C;
   std::vector<std::vector<solver::TcpError>> errors;
 };
 
 /// @param machine  parameters of the truth; @param system, outputs  of the truth
-inline Truth run_truth(const mesh::Machine& machine, const reduction::ReducedModel& structure, double step, int rows_every,
-                       double duration, const std::vector<mesh::Pose>& poses, double start_C = 20.0) {
+inline Truth run_truth(const mesh::Machine& machine, const reduction::ReducedModel& structure, double step,
+                       int rows_every, double duration, const std::vector<mesh::Pose>& poses, double start_C = 20.0) {
   reduction::ReducedStepper stepper(structure.system);
   const solver::OperatingModel operating(machine, structure.system.layout);
   Eigen::VectorXd state = stepper.uniform(start_C - machine.reference_C);
   const auto readings_K = [&] { return Eigen::VectorXd(structure.system.sensors * state); };
   Eigen::VectorXd row = shift_row(operating.channels(), 0.5 * step);
-  solver::Chiller chiller(machine, operating.layout(), operating.channels(),
-                          solver::chiller_set_points(machine, operating.layout(), readings_K(), operating.guide_K(row)));
+  solver::Chiller chiller(
+      machine, operating.layout(), operating.channels(),
+      solver::chiller_set_points(machine, operating.layout(), readings_K(), operating.guide_K(row)));
   Truth truth;
   const auto record = [&](double time) {
     truth.time.push_back(time);
@@ -60,7 +61,7 @@ inline Truth run_truth(const mesh::Machine& machine, const reduction::ReducedMod
   record(0.0);
   const long steps = std::lround(duration / step);
   for (long i = 1; i <= steps; ++i) {
-    row = shift_row(operating.channels(), (static_cast<double>(i) - 0.5) * step);
+    row = shift_row(operating.channels(), (i - 0.5) * step);
     const Eigen::VectorXd outlet = chiller.advance(row, readings_K(), operating.guide_K(row), step);
     stepper.advance(state, operating.coefficients(row, outlet), step);
     if (i % rows_every == 0) record(static_cast<double>(i) * step);

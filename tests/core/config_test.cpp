@@ -147,14 +147,15 @@ TEST(Config, WrongTypesAreRefused) {
   expect_holds(refusal("a = 1", [](const Node& root) { root.table("a"); }), {"[a]"});
   expect_holds(refusal("[a]", [](const Node& root) { root.tables("a"); }), {"[[a]]"});
   expect_holds(refusal("[[a]]", [](const Node& root) { root.table("a"); }), {"one table"});
-  expect_holds(refusal("a = \"flim\"", [](const Node& root) { root.choice("a", {"film", "joint"}); }),
+  expect_holds(refusal("a = \"flim\"",
+                       [](const Node& root) {
+                         root.choice("a", {"film", "joint"});
+                       }),
                {"machine.toml:1 a", "\"flim\"", "one of: film, joint"});
 }
 
 TEST(Config, RangesAreInclusiveAndNeverHoldNan) {
-  const auto within = [](double low, double high) {
-    return [=](const Node& root) { root.number("a", {low, high}); };
-  };
+  const auto within = [](double low, double high) { return [=](const Node& root) { root.number("a", {low, high}); }; };
   EXPECT_EQ(refusal("a = 0", within(0, 1)), "");
   EXPECT_EQ(refusal("a = 1.0", within(0, 1)), "");
   expect_holds(refusal("a = 1.01", within(0, 1)), {"1.01", "a number from 0 to 1"});
@@ -177,9 +178,7 @@ TEST(Config, PlacesOfNestedTables) {
 }
 
 TEST(Config, BrokenFilesSayLineAndColumn) {
-  const auto problem = [](const std::string& text) {
-    return message_of<InputError>([&] { config_of(text); });
-  };
+  const auto problem = [](const std::string& text) { return message_of<InputError>([&] { config_of(text); }); };
   expect_holds(problem("a = 1\nb = \n"), {"machine.toml:2:"});
   expect_holds(problem("a = 1\na = 2\n"), {"machine.toml:2:"});
   expect_holds(problem("a = 1\nb = \"\xCC\x83\xCC\""), {"machine.toml:2:8", "0xcc", "UTF-8"});

@@ -53,14 +53,15 @@ std::vector<std::string> layer_names() {
 }
 
 int layer_of(const fs::path& path) {
-  const auto found = std::find_if(house.begin(), house.end(), [&](const Layer& layer) { return layer.name == path.begin()->string(); });
+  const auto found = std::find_if(house.begin(), house.end(),
+                                  [&](const Layer& layer) { return layer.name == path.begin()->string(); });
   return found == house.end() ? -1 : static_cast<int>(found - house.begin());
 }
 
 int room_of(const fs::path& path) {
   const int layer = layer_of(path);
   if (layer < 0) return -1;
-  const auto& order = house[static_cast<std::size_t>(layer)].rooms;
+  const auto& order = house[layer].rooms;
   const fs::path folder = path.parent_path();
   if (folder == *path.begin() || order.empty()) return static_cast<int>(order.size());
   const auto found = std::find(order.begin(), order.end(), std::next(path.begin())->string());

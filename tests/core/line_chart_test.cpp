@@ -18,7 +18,8 @@ std::size_t count(const std::string& text, const std::string& what) {
 TEST(LineChart, DrawsEveryPointAndBreaksAtGaps) {
   LineChart chart;
   chart.title = "a < b";
-  chart.lines = {{"one", {{0, 1}, {1, 10}, {2, std::numeric_limits<double>::quiet_NaN()}, {3, 100}}}, {"two", {{0, 2}, {3, 0}}}};
+  chart.lines = {{"one", {{0, 1}, {1, 10}, {2, std::numeric_limits<double>::quiet_NaN()}, {3, 100}}},
+                 {"two", {{0, 2}, {3, 0}}}};
   chart.log_y = true;
   const std::string svg = chart.svg();
   EXPECT_EQ(count(svg, "<circle"), 4u) << "neither the gap nor the 0 of a logarithmic axis";
@@ -33,7 +34,8 @@ TEST(LineChart, LargerValuesAreHigherUp) {
   chart.lines = {{"one", {{0, 1}, {1, 5}}}};
   std::smatch match;
   const std::string svg = chart.svg();
-  ASSERT_TRUE(std::regex_search(svg, match, std::regex("d=\"M([0-9.]+) ([0-9.]+)L([0-9.]+) ([0-9.]+)\" fill=\"none\"")));
+  ASSERT_TRUE(
+      std::regex_search(svg, match, std::regex("d=\"M([0-9.]+) ([0-9.]+)L([0-9.]+) ([0-9.]+)\" fill=\"none\"")));
   EXPECT_LT(std::stod(match[1]), std::stod(match[3]));
   EXPECT_GT(std::stod(match[2]), std::stod(match[4]));
 }

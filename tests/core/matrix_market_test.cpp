@@ -21,7 +21,9 @@ Eigen::MatrixXd square(double a, double b, double c, double d) {
 std::string coordinate(const std::string& rest) { return "%%MatrixMarket matrix coordinate " + rest; }
 
 TEST(MatrixMarket, ReadsEveryKind) {
-  const auto same = [](const std::string& text, const Eigen::MatrixXd& wanted) { EXPECT_EQ(parse(text), wanted) << text; };
+  const auto same = [](const std::string& text, const Eigen::MatrixXd& wanted) {
+    EXPECT_EQ(parse(text), wanted) << text;
+  };
   same(coordinate("real general\n% a comment\n\n2 2 3\n1 1 1.5\n2 1 -2e-1\n1 2 3\n"), square(1.5, 3, -0.2, 0));
   same(coordinate("real symmetric\n2 2 2\n1 1 1\n2 1 2\n"), square(1, 2, 2, 0));
   same(coordinate("real skew-symmetric\n2 2 1\n2 1 2\n"), square(0, -2, 2, 0));
@@ -34,8 +36,10 @@ TEST(MatrixMarket, ReadsEveryKind) {
 }
 
 TEST(MatrixMarket, NumbersAsProgramsWriteThem) {
-  EXPECT_EQ(parse(coordinate("real general\n2 2 4\n1 1 +1.5\n1 2 1.5D-3\n2 1 2d0\n2 2 1e-400\n")), square(1.5, 1.5e-3, 2, 0));
-  EXPECT_EQ(parse(coordinate("real general\n  2   2 2\n1 1 1\n\n  1 1   2.5  ")), square(3.5, 0, 0, 0)) << "entries given twice are summed";
+  EXPECT_EQ(parse(coordinate("real general\n2 2 4\n1 1 +1.5\n1 2 1.5D-3\n2 1 2d0\n2 2 1e-400\n")),
+            square(1.5, 1.5e-3, 2, 0));
+  EXPECT_EQ(parse(coordinate("real general\n  2   2 2\n1 1 1\n\n  1 1   2.5  ")), square(3.5, 0, 0, 0))
+      << "entries given twice are summed";
 }
 
 TEST(MatrixMarket, WhatIsWrittenIsReadAgainBitByBit) {

@@ -22,8 +22,7 @@ TEST(Progress, QuietSilencesLogLinesButNotWarnings) {
   log_line("hidden");
   warn("film bed.skin is not used");
   set_quiet(false);
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "thermal: 12 steps\nwarning: film bed.skin is not used\n");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "thermal: 12 steps\nwarning: film bed.skin is not used\n");
 }
 
 TEST(Progress, ShortWorkSaysNothing) {

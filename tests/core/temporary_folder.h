@@ -11,7 +11,7 @@
 namespace thermotwin::core {
 
 class TemporaryFolder {
- public:
+public:
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "thermotwin_test_XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder: " + name);
@@ -27,7 +27,7 @@ class TemporaryFolder {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
 
- private:
+private:
   std::filesystem::path path_;
 };
 

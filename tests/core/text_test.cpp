@@ -47,20 +47,23 @@ TEST(Text, Utf8) {
   };
   EXPECT_EQ(bad_at(""), -1);
   EXPECT_EQ(bad_at("aµ€😀\xED\x9F\xBF\xEE\x80\x80\xF4\x8F\xBF\xBF"), -1);
-  EXPECT_EQ(bad_at("a\x80"), 1);                  // continuation alone
-  EXPECT_EQ(bad_at("ab\xC3"), 2);                 // cut off
-  EXPECT_EQ(bad_at("\xC3(") , 0);
-  EXPECT_EQ(bad_at("\xC0\xAF"), 0);               // overlong
-  EXPECT_EQ(bad_at("\xE0\x9F\xBF"), 0);           // overlong
-  EXPECT_EQ(bad_at("\xF0\x8F\xBF\xBF"), 0);       // overlong
-  EXPECT_EQ(bad_at("\xED\xA0\x80"), 0);           // surrogate
-  EXPECT_EQ(bad_at("\xF4\x90\x80\x80"), 0);       // above U+10FFFF
+  EXPECT_EQ(bad_at("a\x80"), 1);   // continuation alone
+  EXPECT_EQ(bad_at("ab\xC3"), 2);  // cut off
+  EXPECT_EQ(bad_at("\xC3("), 0);
+  EXPECT_EQ(bad_at("\xC0\xAF"), 0);          // overlong
+  EXPECT_EQ(bad_at("\xE0\x9F\xBF"), 0);      // overlong
+  EXPECT_EQ(bad_at("\xF0\x8F\xBF\xBF"), 0);  // overlong
+  EXPECT_EQ(bad_at("\xED\xA0\x80"), 0);      // surrogate
+  EXPECT_EQ(bad_at("\xF4\x90\x80\x80"), 0);  // above U+10FFFF
   EXPECT_EQ(bad_at("\xF8\x88\x80\x80\x80"), 0);
 }
 
 TEST(Text, OtherLettersMayStandInQuotesAndComments) {
-  for (const char* good : {"", "a = 1", "\xEF\xBB\xBF" "a = 1", "a = \"ä\"", "a = 'ä' # µm", "# ä\na = 1",
-                           "a = \"\"\"\nä \"\" ä\"\"\"", "a = \"\\\"ä\"", "a = '\\'\nb = 'ä'", "a = \"\"\"ä\"\"\"\"\"\n"})
+  for (const char* good : {"", "a = 1",
+                           "\xEF\xBB\xBF"
+                           "a = 1",
+                           "a = \"ä\"", "a = 'ä' # µm", "# ä\na = 1", "a = \"\"\"\nä \"\" ä\"\"\"", "a = \"\\\"ä\"",
+                           "a = '\\'\nb = 'ä'", "a = \"\"\"ä\"\"\"\"\"\n"})
     EXPECT_EQ(find_bare_non_ascii(good), std::nullopt) << good;
   EXPECT_EQ(find_bare_non_ascii("ä = 1"), 0U);
   EXPECT_EQ(find_bare_non_ascii("a = 1 ä"), 6U);

@@ -19,7 +19,7 @@ namespace thermotwin::core {
 namespace {
 
 class ThreadPool : public testing::TestWithParam<int> {
- protected:
+protected:
   void SetUp() override { set_thread_count(GetParam()); }
   void TearDown() override { set_thread_count(0); }
 };
@@ -29,7 +29,8 @@ TEST_P(ThreadPool, CountIsAsSet) { EXPECT_EQ(thread_count(), GetParam()); }
 TEST_P(ThreadPool, VisitsEachIndexOnce) {
   for (const std::size_t grain : {1, 3, 7, 1000, 5000}) {
     std::vector<std::atomic<int>> visits(1003);
-    parallel_for(3, visits.size(), [&](std::size_t i) { ++visits[i]; }, grain);
+    parallel_for(
+        3, visits.size(), [&](std::size_t i) { ++visits[i]; }, grain);
     for (std::size_t i = 0; i < visits.size(); ++i) ASSERT_EQ(visits[i], i < 3 ? 0 : 1) << i;
   }
 }
@@ -42,9 +43,7 @@ TEST_P(ThreadPool, EmptyAndReversedRangesDoNothing) {
 TEST_P(ThreadPool, NestedCallsFinish) {
   std::atomic<int> leaves{0};
   parallel_for(0, 8, [&](std::size_t) {
-    parallel_for(0, 8, [&](std::size_t) {
-      parallel_for(0, 8, [&](std::size_t) { ++leaves; });
-    });
+    parallel_for(0, 8, [&](std::size_t) { parallel_for(0, 8, [&](std::size_t) { ++leaves; }); });
   });
   EXPECT_EQ(leaves, 512);
 }
@@ -74,11 +73,13 @@ TEST_P(ThreadPool, RethrowsTheSmallestFailure) {
 }
 
 TEST_P(ThreadPool, ExceptionOfANestedCallReachesTheOuterCaller) {
-  EXPECT_THROW(parallel_for(0, 4, [](std::size_t i) {
-                 parallel_for(0, 4, [i](std::size_t j) {
-                   if (i == 2 && j == 3) throw SolverError("inner");
-                 });
-               }), SolverError);
+  EXPECT_THROW(parallel_for(0, 4,
+                            [](std::size_t i) {
+                              parallel_for(0, 4, [i](std::size_t j) {
+                                if (i == 2 && j == 3) throw SolverError("inner");
+                              });
+                            }),
+               SolverError);
 }
 
 TEST_P(ThreadPool, ReduceGivesTheSameBitsAsOneThread) {

@@ -29,15 +29,14 @@ TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
     for (const auto& item : object.items()) result.insert(item.key());
     return result;
   };
-  EXPECT_EQ(keys(json), (std::set<std::string>{"verdict", "causes", "ranking", "ambiguous_set", "residual",
-                                               "gain", "next_measurement", "extended_machine"}));
+  EXPECT_EQ(keys(json), (std::set<std::string>{"verdict", "causes", "ranking", "ambiguous_set", "residual", "gain",
+                                               "next_measurement", "extended_machine"}));
   ASSERT_EQ(json["causes"].size(), 1u);
   EXPECT_EQ(keys(json["causes"][0]), (std::set<std::string>{"kind", "where", "probability", "parameters"}));
   EXPECT_EQ(json["causes"][0]["kind"], "source_power");
   EXPECT_EQ(json["causes"][0]["where"], "motor");
   EXPECT_EQ(keys(json["causes"][0]["parameters"]["factor"]), (std::set<std::string>{"value", "std", "unit"}));
-  EXPECT_EQ(keys(json["ranking"][0]),
-            (std::set<std::string>{"kind", "where", "probability", "log_evidence"}));
+  EXPECT_EQ(keys(json["ranking"][0]), (std::set<std::string>{"kind", "where", "probability", "log_evidence"}));
   ASSERT_EQ(json["residual"]["per_channel"].size(), 10u);
   EXPECT_EQ(keys(json["residual"]["per_channel"][0]),
             (std::set<std::string>{"id", "rms_before", "rms_after", "unit", "p_value_white"}));

@@ -68,31 +68,25 @@ TEST_P(DiagnoseFault, is_found) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, DiagnoseFault,
-                         ::testing::Values(Fault{"source_power", "motor", 1.6, 0.2},
-                                           Fault{"source_power", "guide_friction", 2.0, 0.3},
-                                           Fault{"film_coefficient", "column.film", 2.2, 0.5},
-                                           Fault{"film_coefficient", "head.film", 0.3, 0.3},
-                                           Fault{"ambient_offset", "air", 1.5, 0.4},
-                                           Fault{"foundation_temperature", "foundation", -2.5, 0.8},
-                                           Fault{"contact_conductance", "Z_guide", 0.25, 0.15},
-                                           Fault{"sensor_offset", "T4_reading", 0.9, 0.15},
-                                           Fault{"sensor_drift", "T2_reading", 0.06, 0.015},
-                                           Fault{"sensor_lag", "T5_reading", 1500, 400},
-                                           Fault{"sensor_detached", "T4_reading", 0.6, 0.15},
-                                           Fault{"probe_drift", "dz_low", 0.8, 0.25},
-                                           Fault{"clock_shift", "displacement", 1500, 300},
-                                           Fault{"clock_shift", "dz_high", 2400, 400},
-                                           Fault{"source_speed_law", "motor", 0.9, 0.4},
-                                           Fault{"standstill_power", "motor", 60, 15},
-                                           Fault{"radiation_load", "head.film", 90, 30},
-                                           Fault{"coolant_coupling", "main.jacket", 0.3, 0.2}),
-                         [](const auto& test) {
-                           std::string name = std::string(test.param.kind) + "_" + test.param.where;
-                           std::replace_if(
-                               name.begin(), name.end(), [](char c) { return c == '.'; }, '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, DiagnoseFault,
+    ::testing::Values(Fault{"source_power", "motor", 1.6, 0.2}, Fault{"source_power", "guide_friction", 2.0, 0.3},
+                      Fault{"film_coefficient", "column.film", 2.2, 0.5},
+                      Fault{"film_coefficient", "head.film", 0.3, 0.3}, Fault{"ambient_offset", "air", 1.5, 0.4},
+                      Fault{"foundation_temperature", "foundation", -2.5, 0.8},
+                      Fault{"contact_conductance", "Z_guide", 0.25, 0.15},
+                      Fault{"sensor_offset", "T4_reading", 0.9, 0.15}, Fault{"sensor_drift", "T2_reading", 0.06, 0.015},
+                      Fault{"sensor_lag", "T5_reading", 1500, 400}, Fault{"sensor_detached", "T4_reading", 0.6, 0.15},
+                      Fault{"probe_drift", "dz_low", 0.8, 0.25}, Fault{"clock_shift", "displacement", 1500, 300},
+                      Fault{"clock_shift", "dz_high", 2400, 400}, Fault{"source_speed_law", "motor", 0.9, 0.4},
+                      Fault{"standstill_power", "motor", 60, 15}, Fault{"radiation_load", "head.film", 90, 30},
+                      Fault{"coolant_coupling", "main.jacket", 0.3, 0.2}),
+    [](const auto& test) {
+      std::string name = std::string(test.param.kind) + "_" + test.param.where;
+      std::replace_if(
+          name.begin(), name.end(), [](char c) { return c == '.'; }, '_');
+      return name;
+    });
 
 TEST(Diagnose, a_sensor_is_told_from_physics) {
   const auto truth = find("sensor_offset", "T5_reading");
@@ -101,8 +95,8 @@ TEST(Diagnose, a_sensor_is_told_from_physics) {
   ASSERT_EQ(d.verdict, "explained") << listed(d);
   // It says nothing about the displacements, yet its own readings come right.
   EXPECT_NEAR(d.reduction_percent, 0.0, 1e-9);
-  const auto own = std::find_if(d.residuals.begin(), d.residuals.end(),
-                                [](const auto& r) { return r.id == "T5_reading"; });
+  const auto own =
+      std::find_if(d.residuals.begin(), d.residuals.end(), [](const auto& r) { return r.id == "T5_reading"; });
   EXPECT_LT(own->rms_after, 0.3 * own->rms_before);
   EXPECT_FALSE(d.extended_machine_text.empty());
 }
@@ -197,7 +191,8 @@ TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
 /// Half more heat than stated, and a sensor whose reading swings as no kind describes.
 compensation::Measurement heat_and_a_swinging_sensor(double heat = 1.6) {
   compensation::Measurement m = lumped::measure({{find("source_power", "motor"), heat}}, {.seed = 61});
-  for (Eigen::Index i = 0; i < m.data.rows(); ++i) m.data.values(i, m.channels[3].column) += 0.8 * std::sin(1.9 * m.data.values(i, 0) / 3600.0);
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i)
+    m.data.values(i, m.channels[3].column) += 0.8 * std::sin(1.9 * m.data.values(i, 0) / 3600.0);
   return m;
 }
 
@@ -212,15 +207,19 @@ TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open
   EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
   EXPECT_NE(d.sentence.find("something beside it that no kind describes"), std::string::npos) << d.sentence;
   EXPECT_TRUE(d.extended_machine_text.empty());
-  EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) { return note.find("one channel alone: T4_reading") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) {
+    return note.find("one channel alone: T4_reading") != std::string::npos;
+  }));
 }
 
 /// Each column plus a share of another one.
-compensation::Measurement mixed(compensation::Measurement m, const std::string& into, const std::string& from, double share) {
+compensation::Measurement mixed(compensation::Measurement m, const std::string& into, const std::string& from,
+                                double share) {
   const auto column = [&](const std::string& id) {
     return std::find_if(m.channels.begin(), m.channels.end(), [&](const auto& c) { return c.id == id; })->column;
   };
-  const Eigen::VectorXd added = share * (m.data.values.col(column(from)).array() - (from.starts_with("T") ? 20.0 : 0.0));
+  const Eigen::VectorXd added =
+      share * (m.data.values.col(column(from)).array() - (from.starts_with("T") ? 20.0 : 0.0));
   m.data.values.col(column(into)) += added;
   return m;
 }
@@ -231,7 +230,8 @@ TEST(Diagnose, a_mesh_that_turns_the_motion_a_little_is_no_discrepancy) {
   for (const std::uint64_t seed : {301U, 302U, 303U, 304U}) {
     const compensation::Measurement clean = lumped::measure({}, {.seed = seed});
     for (const double sign : {-1.0, 1.0}) {
-      const Diagnosis little = run(mixed(mixed(clean, "dx_low", "dz_low", 0.1 * sign), "dx_high", "dz_high", 0.1 * sign));
+      const Diagnosis little =
+          run(mixed(mixed(clean, "dx_low", "dz_low", 0.1 * sign), "dx_high", "dz_high", 0.1 * sign));
       if (little.verdict != "no_discrepancy") ++alarms, std::cout << listed(little);
     }
     seen += run(mixed(mixed(clean, "dx_low", "dz_low", 0.3), "dx_high", "dz_high", 0.3)).verdict != "no_discrepancy";
@@ -333,8 +333,8 @@ TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_w
     const diagnosis::Response response(model, seen);
     const diagnosis::Problem problem = diagnosis::make_problem(machine, m, seen, response, {});
     diagnosis::Hypothesis h;
-    for (int i = 0; i < static_cast<int>(problem.parameters.size()); ++i)
-      if (problem.parameters[static_cast<std::size_t>(i)].kind == truth.kind && problem.parameters[static_cast<std::size_t>(i)].where == truth.where) h.members = {i};
+    for (int i = 0; i < std::ssize(problem.parameters); ++i)
+      if (problem.parameters[i].kind == truth.kind && problem.parameters[i].where == truth.where) h.members = {i};
     h.value = Eigen::VectorXd::Constant(1, 1.6);
     diagnosis::linearise(h, problem, response, machine);
     return diagnosis::strain_of(problem, h);
@@ -350,7 +350,8 @@ TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_w
 TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
   compensation::Measurement m = lumped::measure({}, {.seed = 5});
   const auto says = [](const Diagnosis& d, const std::string& words) {
-    return std::any_of(d.warnings.begin(), d.warnings.end(), [&](const std::string& w) { return w.find(words) != std::string::npos; });
+    return std::any_of(d.warnings.begin(), d.warnings.end(),
+                       [&](const std::string& w) { return w.find(words) != std::string::npos; });
   };
   const Diagnosis whole = run(m);
   EXPECT_FALSE(says(whole, "spindle.speed_rpm"));
@@ -379,20 +380,25 @@ TEST(Diagnose, a_pose_that_leaves_an_axis_out_is_said) {
   problem.observations = diagnosis::observe(m, lumped::machine(), solver::Channels(lumped::machine()), {});
   const auto said = [&] {
     const std::vector<std::string> warnings = diagnosis::warnings_of(machine, m, problem);
-    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) { return w.find("dz_low leaves out Y") != std::string::npos; });
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [](const std::string& w) { return w.find("dz_low leaves out Y") != std::string::npos; });
   };
   EXPECT_TRUE(said());
-  for (diagnosis::ObservedChannel& observed : problem.observations.channels) observed.channel.pose_text = " Z = 100 , Y = 5";
+  for (diagnosis::ObservedChannel& observed : problem.observations.channels)
+    observed.channel.pose_text = " Z = 100 , Y = 5";
   EXPECT_FALSE(said());
 }
 
 TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
   const auto truth = find("source_power", "motor");
-  const Diagnosis d = run(contradicted(lumped::measure({{truth, 1.6}}, {.seed = 61}), lumped::measure({{truth, 0.4}}, {.seed = 61})));
+  const Diagnosis d =
+      run(contradicted(lumped::measure({{truth, 1.6}}, {.seed = 61}), lumped::measure({{truth, 0.4}}, {.seed = 61})));
   EXPECT_EQ(d.verdict, "unexplained") << listed(d);
   EXPECT_TRUE(d.causes.empty() && d.extended_machine_text.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
-  EXPECT_TRUE(std::any_of(d.warnings.begin(), d.warnings.end(), [](const std::string& note) { return note.find("held-out time") != std::string::npos && note.find("not named") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(d.warnings.begin(), d.warnings.end(), [](const std::string& note) {
+    return note.find("held-out time") != std::string::npos && note.find("not named") != std::string::npos;
+  }));
 }
 
 TEST(Diagnose, nor_is_it_named_beside_something_unknown) {
@@ -418,8 +424,7 @@ TEST(Diagnose, probabilities_add_up) {
     kinds.insert(r.parameter.kind);
   }
   EXPECT_TRUE(kinds.count("none") && kinds.count("unknown"));
-  for (std::size_t i = 1; i < d.ranking.size(); ++i)
-    EXPECT_GE(d.ranking[i - 1].probability, d.ranking[i].probability);
+  for (std::size_t i = 1; i < d.ranking.size(); ++i) EXPECT_GE(d.ranking[i - 1].probability, d.ranking[i].probability);
 }
 
 TEST(Diagnose, is_the_same_for_any_threads) {
@@ -453,7 +458,8 @@ TEST(Diagnose, a_third_of_the_values_may_be_missing) {
 }
 
 bool says(const Diagnosis& d, const std::string& words) {
-  return std::any_of(d.notes.begin(), d.notes.end(), [&](const std::string& note) { return note.find(words) != std::string::npos; });
+  return std::any_of(d.notes.begin(), d.notes.end(),
+                     [&](const std::string& note) { return note.find(words) != std::string::npos; });
 }
 
 TEST(Diagnose, a_channel_without_data_is_named_and_not_missed) {
@@ -469,7 +475,8 @@ TEST(Diagnose, what_nothing_excites_is_named) {
   // Nothing runs: what the spindle heats cannot be judged.
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .seed = 83});
   for (const auto& channel : m.channels)
-    if (channel.input.ends_with("_rpm") || channel.input.ends_with("_mm_min")) m.data.values.col(channel.column).setZero();
+    if (channel.input.ends_with("_rpm") || channel.input.ends_with("_mm_min"))
+      m.data.values.col(channel.column).setZero();
   const Diagnosis d = run(m);
   EXPECT_TRUE(says(d, "source_power of motor") && says(d, "source_speed_law of motor")) << listed(d);
   for (const auto& r : d.ranking) EXPECT_FALSE(r.parameter.kind == "source_power" && r.parameter.where == "motor");
@@ -483,7 +490,8 @@ TEST(Diagnose, a_short_record_says_so) {
 TEST(Diagnose, residuals_say_when_and_what_they_follow) {
   const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.8}}, {.seed = 85}));
   ASSERT_EQ(d.analysis.size(), d.residuals.size());
-  const auto own = std::find_if(d.analysis.begin(), d.analysis.end(), [](const auto& a) { return a.id == "T5_reading"; });
+  const auto own =
+      std::find_if(d.analysis.begin(), d.analysis.end(), [](const auto& a) { return a.id == "T5_reading"; });
   ASSERT_NE(own, d.analysis.end());
   EXPECT_GT(own->ratio, 2.0);
   EXPECT_EQ(own->follows, "spindle.speed_rpm");

@@ -33,9 +33,9 @@ inline std::string listed(const Diagnosis& d) {
   std::string text = d.verdict + ": " + d.sentence + "\n";
   for (std::size_t i = 0; i < std::min<std::size_t>(6, d.ranking.size()); ++i) {
     const auto& r = d.ranking[i];
-    text += "  " + r.parameter.kind + " " + r.parameter.where + " p " + std::to_string(r.probability) +
-            " log " + std::to_string(r.log_evidence) + " value " + std::to_string(r.value) + " +- " +
-            std::to_string(r.std) + "\n";
+    text += "  " + r.parameter.kind + " " + r.parameter.where + " p " + std::to_string(r.probability) + " log " +
+            std::to_string(r.log_evidence) + " value " + std::to_string(r.value) + " +- " + std::to_string(r.std) +
+            "\n";
   }
   return text;
 }

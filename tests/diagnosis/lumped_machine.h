@@ -215,7 +215,7 @@ inline const std::vector<Rod> rods = {{1.0, 0.24, 2.2}, {1.2, 0.08, 1.5}, {0.6, 
 
 /// @param cells  nodes a rod
 inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
-  const auto n = static_cast<Index>(cells);
+  const Index n = cells;
   const Index fluid = 3 * n, size = fluid + 1;
   const double rho = 7200, heat = 500, k = 46, alpha = 11e-6;
   reduction::ReducedModel result;
@@ -233,7 +233,7 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
   // Linear elements, nodes at both ends of a rod, lumped capacity.
   const auto node_share = [&](Index i) { return (i == 0 || i + 1 == n ? 0.5 : 1.0) / (cells - 1); };
   for (Index b = 0; b < 3; ++b) {
-    const Rod& rod = rods[static_cast<std::size_t>(b)];
+    const Rod& rod = rods[b];
     const double g = k * rod.section * (cells - 1) / rod.length;
     for (Index i = 0; i < n; ++i) {
       s.capacity(b * n + i, b * n + i) = rho * heat * rod.section * rod.length * node_share(i);
@@ -254,7 +254,7 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
   };
   const auto skin = [&](Index rod) {
     Eigen::VectorXd row = Eigen::VectorXd::Zero(size);
-    for (Index i = 0; i < n; ++i) row[rod * n + i] = rods[static_cast<std::size_t>(rod)].skin * node_share(i);
+    for (Index i = 0; i < n; ++i) row[rod * n + i] = rods[rod].skin * node_share(i);
     return row;
   };
   const Eigen::VectorXd wet = Eigen::VectorXd::Unit(size, fluid);
@@ -272,20 +272,18 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
     } else if (term.item == 0) {
       s.terms.push_back(exchange(spot(0, 1.0), spot(1, 0.0), 0.05));
     } else if (term.item == 1) {
-      s.terms.push_back(exchange(spot(2, 0.25), spot(1, z[static_cast<std::size_t>(term.part)]), 0.02));
+      s.terms.push_back(exchange(spot(2, 0.25), spot(1, z[term.part]), 0.02));
     } else {
       s.terms.push_back(0.08 * spot(0, 0.125) * spot(0, 0.125).transpose());
     }
   }
-  s.inputs.setZero(size, static_cast<Index>(s.layout.inputs.size()));
+  s.inputs.setZero(size, std::ssize(s.layout.inputs));
   for (Index i = 0; i < s.inputs.cols(); ++i) {
-    const solver::Input& input = s.layout.inputs[static_cast<std::size_t>(i)];
+    const solver::Input& input = s.layout.inputs[i];
     if (input.kind == solver::InputKind::source) {
-      const mesh::SourcePlace& place =
-          m.sources[static_cast<std::size_t>(input.item)].places[static_cast<std::size_t>(input.place)];
+      const mesh::SourcePlace& place = m.sources[input.item].places[input.place];
       if (!place.joint.empty())
-        s.inputs.col(i) = place.slave_share * spot(2, 0.25) +
-                          (1 - place.slave_share) * spot(1, z[static_cast<std::size_t>(input.node)]);
+        s.inputs.col(i) = place.slave_share * spot(2, 0.25) + (1 - place.slave_share) * spot(1, z[input.node]);
       else
         s.inputs.col(i) = place.surface == "head.motor" ? spot(2, 1.0) : spot(1, 0.125);
     } else if (input.kind == solver::InputKind::film_ambient) {
@@ -296,9 +294,9 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
       s.inputs.col(i) = 1940.0 * wet;
     }
   }
-  s.sensors.resize(static_cast<Index>(m.sensors.size()), size);
+  s.sensors.resize(std::ssize(m.sensors), size);
   for (Index i = 0; i < s.sensors.rows(); ++i) {
-    const mesh::SensorSpec& sensor = m.sensors[static_cast<std::size_t>(i)];
+    const mesh::SensorSpec& sensor = m.sensors[i];
     s.sensors.row(i) = spot(m.body_index(sensor.body), sensor.point.z()).transpose();
   }
   s.one_kelvin = Eigen::VectorXd::Ones(size);
@@ -307,7 +305,7 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
     result.outputs.tool_poses.push_back(Eigen::VectorXd::Constant(1, 0.2 * p));
     Eigen::MatrixXd tool = Eigen::MatrixXd::Zero(6, size);
     // The column grows up to where the head hangs: straight lines between the nodes, exactly.
-    const double top = z[static_cast<std::size_t>(p)];
+    const double top = z[p];
     for (Index e = 0; e + 1 < n; ++e) {
       const double low = static_cast<double>(e) / (cells - 1), width = 1.0 / (cells - 1);
       const double part = std::clamp((top - low) / width, 0.0, 1.0);
@@ -324,8 +322,7 @@ inline reduction::ReducedModel model(const mesh::Machine& m, int cells) {
   }
   result.outputs.table_poses = reduction::OutputGrid(m).table_poses();
   Eigen::MatrixXd table = Eigen::MatrixXd::Zero(6, size);
-  for (Index i = 0; i < n; ++i)
-    table(2, i) = 0.4 * alpha * node_share(i), table(0, i) = 0.1 * alpha * node_share(i);
+  for (Index i = 0; i < n; ++i) table(2, i) = 0.4 * alpha * node_share(i), table(0, i) = 0.1 * alpha * node_share(i);
   result.outputs.table_axis = {table};
   result.outputs.table_own = {Eigen::MatrixXd::Zero(7, size)};
   return result;
@@ -362,17 +359,20 @@ inline void spoil(compensation::Measurement& m, const diagnosis::Parameter& faul
   for (const auto& channel : m.channels)
     if (channel.input == "air.T_C") air = channel.column;
   for (const auto& channel : m.channels) {
-    const bool group = (fault.where == "displacement" && !channel.quantity.empty()) || (fault.where == "temperature" && !channel.sensor.empty());
+    const bool group = (fault.where == "displacement" && !channel.quantity.empty()) ||
+                       (fault.where == "temperature" && !channel.sensor.empty());
     if (channel.id != fault.where && !group) continue;
     auto column = m.data.values.col(channel.column);
     const Eigen::VectorXd before = column;
     for (Index i = 0; i < time.size(); ++i) {
-      if (fault.kind == "sensor_drift" || fault.kind == "probe_drift") column[i] += value * (time[i] - time[0]) / 3600.0;
+      if (fault.kind == "sensor_drift" || fault.kind == "probe_drift")
+        column[i] += value * (time[i] - time[0]) / 3600.0;
       if (fault.kind == "sensor_detached") column[i] += value * (m.data.values(i, air) - before[i]);
       if (fault.kind == "sensor_lag" && i > 0) {
         double y = column[i - 1];  // a hundred Euler steps a sample
         const double h = (time[i] - time[i - 1]) / 100.0;
-        for (int k = 0; k < 100; ++k) y += h / value * (before[i - 1] + (before[i] - before[i - 1]) * (k + 0.5) / 100.0 - y);
+        for (int k = 0; k < 100; ++k)
+          y += h / value * (before[i - 1] + (before[i] - before[i - 1]) * (k + 0.5) / 100.0 - y);
         column[i] = y;
       }
       if (fault.kind == "clock_shift") {
@@ -407,7 +407,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
     if (parameter.kind == "ambient_offset" && parameter.where == "air")
       air_offset = value;
     else if (parameter.kind == "sensor_offset")
-      sensor_fault[static_cast<std::size_t>(m.sensor_index(parameter.item))] = value;
+      sensor_fault[m.sensor_index(parameter.item)] = value;
     else if (!diagnosis::acts_on_readings(parameter.kind))
       m = diagnosis::with_parameter(m, parameter, value);
   }
@@ -418,7 +418,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
   Eigen::VectorXd state = stepper.uniform(options.start_C - m.reference_C);
   const auto readings = [&] {
     Eigen::VectorXd values = truth.system.sensors * state;
-    for (Index i = 0; i < values.size(); ++i) values[i] += m.sensors[static_cast<std::size_t>(i)].offset;
+    for (Index i = 0; i < values.size(); ++i) values[i] += m.sensors[i].offset;
     return values;
   };
 
@@ -431,7 +431,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
     c.kind = kind;
     c.unit = unit;
     c.uncertainty = uncertainty;
-    c.column = static_cast<Index>(out.channels.size()) + 1;
+    c.column = std::ssize(out.channels) + 1;
     out.channels.push_back(c);
     return out.channels.size() - 1;
   };
@@ -441,15 +441,14 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
   std::vector<mesh::Pose> poses;
   for (const char* pose : {"Z=50", "Z=350"})
     for (const char* quantity : {"dx", "dz"}) {
-      auto& c = out.channels[add(std::string(quantity) + "_" + (poses.size() < 2 ? "low" : "high"),
-                                 Kind::displacement, "um", options.noise_um)];
+      auto& c = out.channels[add(std::string(quantity) + "_" + (poses.size() < 2 ? "low" : "high"), Kind::displacement,
+                                 "um", options.noise_um)];
       c.quantity = quantity;
       c.pose_text = pose;
       c.zero = compensation::Zero::first;
       poses.push_back(mesh::parse_pose(m, pose, "test"));
     }
-  const std::vector<std::string> inputs = {"spindle.speed_rpm", "axis.Z.feed_mm_min", "axis.Z.position_mm",
-                                           "air.T_C"};
+  const std::vector<std::string> inputs = {"spindle.speed_rpm", "axis.Z.feed_mm_min", "axis.Z.position_mm", "air.T_C"};
   const char* units[] = {"rpm", "mm_min", "mm", "degC"};
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (inputs[i] == "air.T_C" && !options.measure_air) continue;
@@ -465,12 +464,13 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
   for (const auto& channel : out.channels) out.data.columns.push_back(channel.id);
 
   const auto samples = static_cast<Index>(options.hours * 3600 / options.sample_s) + 1;
-  out.data.values.resize(samples, static_cast<Index>(out.data.columns.size()));
+  out.data.values.resize(samples, std::ssize(out.data.columns));
   Eigen::VectorXd row = channels.defaults();
   set_inputs(0, channels, row, options.air_swing);
   const Eigen::VectorXd guide0 = operating.guide_K(row).array() + air_offset;
-  solver::Chiller chiller(m, operating.layout(), channels, solver::chiller_set_points(m, operating.layout(), readings(), guide0));
-  Eigen::VectorXd zero = Eigen::VectorXd::Zero(static_cast<Index>(poses.size()));
+  solver::Chiller chiller(m, operating.layout(), channels,
+                          solver::chiller_set_points(m, operating.layout(), readings(), guide0));
+  Eigen::VectorXd zero = Eigen::VectorXd::Zero(std::ssize(poses));
   for (Index s = 0; s < samples; ++s) {
     const double time = static_cast<double>(s) * options.sample_s;
     set_inputs(time / 3600.0, channels, row, options.air_swing);
@@ -481,17 +481,15 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
       const compensation::MeasuredChannel& channel = out.channels[c];
       double value = 0;
       if (!channel.sensor.empty()) {
-        const auto i = static_cast<std::size_t>(m.sensor_index(channel.sensor));
-        value =
-            m.reference_C + read[static_cast<Index>(i)] + sensor_fault[i] + options.noise_K * normal(random);
+        const std::size_t i = m.sensor_index(channel.sensor);
+        value = m.reference_C + read[i] + sensor_fault[i] + options.noise_K * normal(random);
       } else if (!channel.quantity.empty()) {
         const auto p = c - m.sensors.size();
         const double um = 1e6 * truth.tcp(state, poses[p]).error[channel.quantity == "dx" ? 0 : 2];
-        if (s == 0) zero[static_cast<Index>(p)] = um;
-        value = um - zero[static_cast<Index>(p)] + options.noise_um * normal(random);
+        if (s == 0) zero[p] = um;
+        value = um - zero[p] + options.noise_um * normal(random);
       } else {
-        value =
-            row[channels.index(channel.input)] + (channel.input == "air.T_C" ? 0.02 * normal(random) : 0.0);
+        value = row[channels.index(channel.input)] + (channel.input == "air.T_C" ? 0.02 * normal(random) : 0.0);
       }
       values[channel.column] = value;
     }

@@ -30,7 +30,8 @@ inline std::string machine_text() {
   std::string text = test::small_machine_text;
   text = replaced(text, "id = \"X\"\nkind = \"linear\"\n", "id = \"X\"\nkind = \"linear\"\nfeedback = \"screw\"\n");
   text = replaced(text, "id = \"Z_guide\"\nkind = \"bolted\"\n", "id = \"Z_guide\"\nkind = \"guide\"\n");
-  text = replaced(text, "conductance_W_m2K = 100\nstiffness_normal_N_mm3 = 30\nstiffness_tangential_N_mm3 = 300\n", "conductance_W_m2K = 100\n");
+  text = replaced(text, "conductance_W_m2K = 100\nstiffness_normal_N_mm3 = 30\nstiffness_tangential_N_mm3 = 300\n",
+                  "conductance_W_m2K = 100\n");
   for (const char* power : {"id = \"bearing\"\n", "id = \"X_friction\"\n"})
     text = replaced(text, power, std::string(power) + "scale = {value = 1.0, std_percent = 5}\n");
   text = replaced(text, "conductance_W_m2K = 800\n", "conductance_W_m2K = {value = 800, std_percent = 20}\n");
@@ -122,7 +123,9 @@ inline solver::LoadProgram load(const mesh::Machine& machine, const std::string&
   const test::Scratch scratch;
   core::set_quiet(true);
   const auto file = scratch.path() / (name + ".toml");
-  core::write_file(file, "schema = 1\ninitial_C = 20.0\ntime_step_s = 120\noutput_s = 600\nposition = { X_mm = 0, Z_mm = 0 }\n" + phases);
+  core::write_file(
+      file,
+      "schema = 1\ninitial_C = 20.0\ntime_step_s = 120\noutput_s = 600\nposition = { X_mm = 0, Z_mm = 0 }\n" + phases);
   return solver::LoadProgram::read(file, machine);
 }
 

@@ -13,8 +13,7 @@ template <class Read>
 void attempt(const Read& read) {
   try {
     read();
-  } catch (const InputError&) {
-  }
+  } catch (const InputError&) {}
 }
 
 void read_all(const Node& node, int depth) {

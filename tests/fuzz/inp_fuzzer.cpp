@@ -16,7 +16,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     options.body = "fuzz";
     options.unit_m = 1.0;
     thermotwin::mesh::finish(raw, options);
-  } catch (const thermotwin::core::InputError&) {
-  }
+  } catch (const thermotwin::core::InputError&) {}
   return 0;
 }

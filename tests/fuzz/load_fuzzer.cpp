@@ -24,7 +24,8 @@ void use(const solver::LoadProgram& program, const mesh::Machine& machine, const
   for (std::size_t i = 0; i < steps.size(); ++i) require(steps[i] > (i == 0 ? 0.0 : steps[i - 1]), "steps rise");
   for (const double time : program.output_times()) {
     const auto near = std::lower_bound(steps.begin(), steps.end(), time - 2e-9 * end);
-    require(time <= 2e-9 * end || (near != steps.end() && std::abs(*near - time) <= 2e-9 * end), "an output is a step's end");
+    require(time <= 2e-9 * end || (near != steps.end() && std::abs(*near - time) <= 2e-9 * end),
+            "an output is a step's end");
   }
   const int x = channels.index("axis.X.position_mm"), speed = channels.index("spindle.speed_rpm");
   const std::size_t stride = std::max<std::size_t>(1, steps.size() / 50);
@@ -43,8 +44,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const mesh::Machine machine = compensation::test::five_axis_machine();
   static const solver::Channels channels(machine);
   try {
-    use(solver::LoadProgram::parse(std::string(reinterpret_cast<const char*>(data), size), "fuzz.toml", machine), machine, channels);
-  } catch (const core::InputError&) {
-  }
+    use(solver::LoadProgram::parse(std::string(reinterpret_cast<const char*>(data), size), "fuzz.toml", machine),
+        machine, channels);
+  } catch (const core::InputError&) {}
   return 0;
 }

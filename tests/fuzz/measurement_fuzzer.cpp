@@ -20,7 +20,8 @@ using namespace thermotwin;
 namespace {
 
 struct Folder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / ("thermotwin_fuzz_" + std::to_string(::getpid()));
+  std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("thermotwin_fuzz_" + std::to_string(::getpid()));
   Folder() { std::filesystem::create_directories(path); }
   ~Folder() {
     std::error_code ignored;
@@ -43,7 +44,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const compensation::Measurement measurement = compensation::read_measurement(folder.path);
     const compensation::Evaluation evaluation = compensation::evaluate(measurement, nullptr, {});
     require(!evaluation.predictions.values.array().isInf().any(), "predictions are finite or missing");
-  } catch (const core::InputError&) {
-  }
+  } catch (const core::InputError&) {}
   return 0;
 }

@@ -20,7 +20,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     thermotwin::reduction::read_model(file);
     require(false, "bytes that are no model are refused");
   } catch (const thermotwin::core::InputError& error) {
-    require(std::string(error.what()).find(file.filename().string()) != std::string::npos, "the message names the file");
+    require(std::string(error.what()).find(file.filename().string()) != std::string::npos,
+            "the message names the file");
   }
   return 0;
 }

@@ -23,8 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     options.unbuffered = true;
     options.log = options.warn = [](const std::string&) {};
     rows = compensation::compensate_stream(compensator, model.machine, in, "rows.csv", out, options).rows;
-  } catch (const core::InputError&) {
-  }
+  } catch (const core::InputError&) {}
   // What was written before an error counts too: a control has used it.
   std::istringstream lines(out.str());
   long written = 0;

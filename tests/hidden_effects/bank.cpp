@@ -46,7 +46,8 @@ double drawn_value(const Parameter& p, Random& random) {
   return value < p.low ? by : value;
 }
 
-std::vector<Parameter> candidates(const Specimen& specimen, const std::string& load, const reduction::ReducedModel& model) {
+std::vector<Parameter> candidates(const Specimen& specimen, const std::string& load,
+                                  const reduction::ReducedModel& model) {
   return diagnosis::candidate_parameters(specimen.nominal(), specimen.blank(load), model.parts.has_value());
 }
 
@@ -60,19 +61,22 @@ Truth drawn_spot(const Specimen& specimen, const std::string& load, Random& rand
   const Followable& input = inputs[random.index(inputs.size())];
   source->follows = input.channel;
   source->at = source->most = input.most;
-  truth.parameter.where = fmt::format("{} at {:.0f} {:.0f} {:.0f} mm following {}", source->body, 1e3 * source->centre.x(), 1e3 * source->centre.y(),
-                                      1e3 * source->centre.z(), input.channel);
+  truth.parameter.where =
+      fmt::format("{} at {:.0f} {:.0f} {:.0f} mm following {}", source->body, 1e3 * source->centre.x(),
+                  1e3 * source->centre.y(), 1e3 * source->centre.z(), input.channel);
   truth.parameter.missing = std::move(source);
   truth.value = 15.0 * std::pow(10.0, random.uniform());
   return truth;
 }
 
-Truth drawn_truth(const Specimen& specimen, const std::string& load, const std::vector<Parameter>& all, const std::string& kind, Random& random) {
+Truth drawn_truth(const Specimen& specimen, const std::string& load, const std::vector<Parameter>& all,
+                  const std::string& kind, Random& random) {
   if (kind == "source_missing") return drawn_spot(specimen, load, random);
   std::vector<Parameter> places;
   for (const Parameter& p : all)
     if (p.kind == kind) places.push_back(p);
-  if (places.empty()) throw core::UsageError(fmt::format("kind {}: the machine has no place for it under the load {}", kind, load));
+  if (places.empty())
+    throw core::UsageError(fmt::format("kind {}: the machine has no place for it under the load {}", kind, load));
   Truth truth;
   truth.parameter = places[random.index(places.size())];
   truth.value = drawn_value(truth.parameter, random);
@@ -84,23 +88,27 @@ double heldout_square(const diagnosis::Problem& problem, const VectorXd& predict
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
     const diagnosis::ObservedChannel& channel = problem.observations.channels[k];
     const Index first = problem.first_row(k) + channel.fitted, n = channel.size() - channel.fitted;
-    sum += ((problem.measured - predicted).segment(first, n).array() / std::max(channel.channel.uncertainty, 1e-9)).square().sum();
+    sum += ((problem.measured - predicted).segment(first, n).array() / std::max(channel.channel.uncertainty, 1e-9))
+               .square()
+               .sum();
   }
   return sum;
 }
 
 }  // namespace
 
-std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load, const reduction::ReducedModel& model) {
+std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load,
+                                       const reduction::ReducedModel& model) {
   std::vector<std::string> kinds;
   for (const Parameter& p : candidates(specimen, load, model))
-    if (p.kind != "process_heat" && std::find(kinds.begin(), kinds.end(), p.kind) == kinds.end()) kinds.push_back(p.kind);
+    if (p.kind != "process_heat" && std::find(kinds.begin(), kinds.end(), p.kind) == kinds.end())
+      kinds.push_back(p.kind);
   if (!model.patches.items.empty()) kinds.push_back("source_missing");
   return kinds;
 }
 
-Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, const std::string& kind, const std::string& load,
-              std::uint64_t seed) {
+Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, const std::string& kind,
+              const std::string& load, std::uint64_t seed) {
   Random random(seed * 2654435761u + 17);
   Draw draw;
   draw.load = load;
@@ -142,7 +150,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
                   const reduction::ReducedModel& model, const Beside& beside, const std::vector<double>& effective) {
   Line line;
   line.id = id;
-  line.group = group_names[static_cast<int>(group)];
+  line.group = group_names[group];
   const auto began = std::chrono::steady_clock::now();
   const diagnosis::Diagnosis d = diagnosis::diagnose(model, measurement, beside.how);
   line.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -161,11 +169,13 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   }
   std::set<std::string> named;
   for (const auto* list : {&d.causes, &d.ambiguous_set})
-    for (const diagnosis::RankedCause& cause : *list) named.insert(words(cause.parameter).first + " " + words(cause.parameter).second);
+    for (const diagnosis::RankedCause& cause : *list)
+      named.insert(words(cause.parameter).first + " " + words(cause.parameter).second);
   for (const std::string& name : named) line.set += (line.set.empty() ? "" : "; ") + name;
   if (group == Group::outside) {
-    static constexpr const char* names[] = {"none", "hysteretic_joint", "humid_film", "slipping_cable", "jumping_bearing"};
-    line.kind = names[static_cast<int>(draw.outside)];
+    static constexpr const char* names[] = {"none", "hysteretic_joint", "humid_film", "slipping_cable",
+                                            "jumping_bearing"};
+    line.kind = names[draw.outside];
     line.where = draw.outside_where;
   }
   const mesh::Machine& machine = model.machine;
@@ -173,9 +183,11 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     // What is left of the effect when every nominal uncertainty has taken what it can.
     const Seen without(model, *beside.unaffected, {}, beside.how);
     const diagnosis::Problem& problem = without.problem();
-    const VectorXd effect = diagnosis::observe(*beside.affected, machine, solver::Channels(machine), {}).stacked() - problem.measured;
+    const VectorXd effect =
+        diagnosis::observe(*beside.affected, machine, solver::Channels(machine), {}).stacked() - problem.measured;
     const diagnosis::Whitener whitener(problem.fitted_covariance());
-    const diagnosis::LinearEvidence evidence(whitener.whiten(problem.fitted(problem.columns)), whitener.whiten(problem.fitted(effect)), problem.prior_std);
+    const diagnosis::LinearEvidence evidence(whitener.whiten(problem.fitted(problem.columns)),
+                                             whitener.whiten(problem.fitted(effect)), problem.prior_std);
     line.against_none = line.against_rival = evidence.chi_square();
     for (std::size_t i = 0; i < problem.parameters.size(); ++i) {
       const int which[] = {static_cast<int>(i)};
@@ -211,7 +223,8 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.where2 = draw.truths[1].parameter.where;
     line.second_named = named.count(line.kind2 + " " + line.where2) > 0;
     const Seen seen(model, measurement, {}, beside.how);
-    const Truth first{truth.parameter, line.value}, second{draw.truths[1].parameter, effective.size() > 1 ? effective[1] : draw.truths[1].value};
+    const Truth first{truth.parameter, line.value},
+        second{draw.truths[1].parameter, effective.size() > 1 ? effective[1] : draw.truths[1].value};
     const Factors one = seen.factors_beside(first, second), two = seen.factors_beside(second, first);
     line.against_none = std::min(one.against_none, two.against_none);
     line.against_rival = std::min(one.against_rival, two.against_rival);
@@ -228,7 +241,8 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     if (d.verdict == "explained") found = diagnosis::with_parameter(found, cause.parameter, cause.value);
   const mesh::Machine right = diagnosis::with_parameter(machine, on_model(truth.parameter, model), line.value);
   if (d.verdict == "explained") {
-    const double before = heldout_square(seen.problem(), seen.problem().predicted), after = heldout_square(seen.problem(), seen.response().predict(found)),
+    const double before = heldout_square(seen.problem(), seen.problem().predicted),
+                 after = heldout_square(seen.problem(), seen.response().predict(found)),
                  best = heldout_square(seen.problem(), seen.response().predict(right));
     if (before > 1.05 * best) line.gain = (before - after) / (before - best);
   }

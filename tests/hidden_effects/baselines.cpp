@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace thermotwin::hidden {
@@ -32,9 +33,9 @@ Library library(const Seen& seen, const compensation::Measurement& measurement, 
       if (rows.col(c).maxCoeff() - rows.col(c).minCoeff() > 1e-6) moving.push_back(c);
   Library result;
   result.time = obs.points;
-  result.inputs.resize(obs.points.size(), static_cast<Index>(moving.size()));
+  result.inputs.resize(obs.points.size(), std::ssize(moving));
   for (Index i = 0; i < result.time.size(); ++i)
-    for (std::size_t c = 0; c < moving.size(); ++c) result.inputs(i, static_cast<Index>(c)) = rows(std::max<Index>(i - 1, 0), moving[c]);
+    for (std::size_t c = 0; c < moving.size(); ++c) result.inputs(i, c) = rows(std::max<Index>(i - 1, 0), moving[c]);
   const VectorXd time = measurement.time();
   for (const compensation::MeasuredChannel& channel : measurement.channels) {
     if (channel.sensor.empty()) continue;
@@ -43,8 +44,8 @@ Library library(const Seen& seen, const compensation::Measurement& measurement, 
     for (Index i = 0; i < values.size(); ++i)
       if (std::isfinite(values[i])) at.push_back(time[i]), value.push_back(values[i] - obs.start_C);
     result.sensors.conservativeResize(result.time.size(), result.sensors.cols() + 1);
-    result.sensors.rightCols(1) = Library::at(Eigen::Map<VectorXd>(at.data(), static_cast<Index>(at.size())),
-                                              Eigen::Map<VectorXd>(value.data(), static_cast<Index>(value.size())), result.time);
+    result.sensors.rightCols(1) = Library::at(Eigen::Map<VectorXd>(at.data(), std::ssize(at)),
+                                              Eigen::Map<VectorXd>(value.data(), std::ssize(value)), result.time);
   }
   return result;
 }
@@ -75,7 +76,9 @@ MatrixXd joined(const MatrixXd& a, const MatrixXd& b) {
 /// Zero mean and unit deviation by the fitted part; what does not move there is dropped to zero.
 struct Scale {
   Eigen::RowVectorXd mean, width;
-  explicit Scale(const MatrixXd& x) : mean(x.colwise().mean()), width((x.rowwise() - mean).colwise().norm() / std::sqrt(static_cast<double>(std::max<Index>(x.rows(), 1)))) {}
+  explicit Scale(const MatrixXd& x)
+      : mean(x.colwise().mean()),
+        width((x.rowwise() - mean).colwise().norm() / std::sqrt(std::max<Index>(x.rows(), 1))) {}
   MatrixXd operator()(const MatrixXd& x) const {
     MatrixXd result = x.rowwise() - mean;
     for (Index c = 0; c < x.cols(); ++c) result.col(c) *= width[c] > 1e-9 ? 1.0 / width[c] : 0.0;
@@ -93,7 +96,8 @@ VectorXd sparse_sum(const MatrixXd& x, const VectorXd& y, const MatrixXd& other)
   const double most = std::sqrt((y.array() - y.mean()).square().mean());
   double best = std::numeric_limits<double>::infinity(), chosen = most;
   for (double penalty = most; penalty > 1e-3 * most; penalty *= 0.6) {
-    const double left = (fit(x.topRows(first), y.head(first), x.bottomRows(n - first), penalty) - y.tail(n - first)).squaredNorm();
+    const double left =
+        (fit(x.topRows(first), y.head(first), x.bottomRows(n - first), penalty) - y.tail(n - first)).squaredNorm();
     if (left < best) best = left, chosen = penalty;
   }
   return fit(x, y, other, chosen);
@@ -109,9 +113,10 @@ Refit refit(const Seen& seen, const mesh::Machine& machine) {
   const diagnosis::Problem& problem = seen.problem();
   Refit fit;
   for (const Parameter& p : problem.parameters)
-    if (p.kind == "source_power" || p.kind == "film_coefficient" || p.kind == "contact_conductance" || p.kind == "coolant_flow" || p.kind == "coolant_coupling")
+    if (p.kind == "source_power" || p.kind == "film_coefficient" || p.kind == "contact_conductance" ||
+        p.kind == "coolant_flow" || p.kind == "coolant_coupling")
       fit.parameters.push_back(p);
-  const auto count = static_cast<Index>(fit.parameters.size());
+  const auto count = std::ssize(fit.parameters);
   // Means weigh by their noise; zero: the last third of what may be fitted.
   VectorXd early = VectorXd::Zero(problem.measured.size()), late = early;
   for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
@@ -125,7 +130,8 @@ Refit refit(const Seen& seen, const mesh::Machine& machine) {
     for (int iteration = 0; iteration < 3; ++iteration) {
       const diagnosis::Response::Linear linear = seen.response().linearise(machine, fit.parameters, at, false);
       const MatrixXd a = weight.asDiagonal() * linear.sensitivity;
-      const VectorXd b = weight.cwiseProduct(problem.measured - linear.predicted + linear.sensitivity * (at - VectorXd::Ones(count)));
+      const VectorXd b =
+          weight.cwiseProduct(problem.measured - linear.predicted + linear.sensitivity * (at - VectorXd::Ones(count)));
       MatrixXd normal = a.transpose() * a;
       normal.diagonal().array() += 1.0 / (width * width);
       at = (VectorXd::Ones(count) + normal.llt().solve(a.transpose() * b)).cwiseMax(0.05).cwiseMin(8.0);
@@ -135,7 +141,9 @@ Refit refit(const Seen& seen, const mesh::Machine& machine) {
   double best = std::numeric_limits<double>::infinity(), chosen = 0.1;
   for (const double width : {0.03, 0.1, 0.3}) {
     const VectorXd at = fitted(early, width);
-    const double left = late.cwiseProduct(problem.measured - seen.response().predict(diagnosis::with_parameters(machine, fit.parameters, at))).squaredNorm();
+    const double left = late.cwiseProduct(problem.measured - seen.response().predict(diagnosis::with_parameters(
+                                                                 machine, fit.parameters, at)))
+                            .squaredNorm();
     if (left < best) best = left, chosen = width;
   }
   fit.values = fitted(early + late, chosen);
@@ -174,8 +182,8 @@ VectorXd gaussian_process(const MatrixXd& x, const VectorXd& y, const MatrixXd& 
       k.diagonal().array() += noise * noise;
       const Eigen::LLT<MatrixXd> factor(k);
       const VectorXd solved = factor.solve(centred);
-      const double variance = std::max(centred.dot(solved) / static_cast<double>(n), 1e-12);  // its best
-      const double log = -0.5 * static_cast<double>(n) * std::log(variance) - factor.matrixLLT().diagonal().array().log().sum();
+      const double variance = std::max(centred.dot(solved) / n, 1e-12);  // its best
+      const double log = -0.5 * n * std::log(variance) - factor.matrixLLT().diagonal().array().log().sum();
       if (log > best) best = log, length = l, weights = solved;
     }
   const MatrixXd cross = (-0.5 / (length * length) * distances(other).array()).exp();
@@ -183,14 +191,15 @@ VectorXd gaussian_process(const MatrixXd& x, const VectorXd& y, const MatrixXd& 
 }
 
 VectorXd lasso(const MatrixXd& x, const VectorXd& y, double penalty) {
-  const double n = static_cast<double>(x.rows());
+  const double n = x.rows();
   VectorXd b = VectorXd::Zero(x.cols()), left = y;
   const VectorXd square = x.colwise().squaredNorm().transpose() / n;
   for (int sweep = 0; sweep < 500; ++sweep) {
     double moved = 0.0;
     for (Index c = 0; c < x.cols(); ++c) {
       if (square[c] <= 1e-12) continue;
-      const double z = x.col(c).dot(left) / n + square[c] * b[c], next = std::copysign(std::max(std::abs(z) - penalty, 0.0), z) / square[c];
+      const double z = x.col(c).dot(left) / n + square[c] * b[c],
+                   next = std::copysign(std::max(std::abs(z) - penalty, 0.0), z) / square[c];
       if (next == b[c]) continue;
       left -= (next - b[c]) * x.col(c);
       moved = std::max(moved, std::abs(next - b[c]));
@@ -208,7 +217,8 @@ double displacement_rms(const Seen& seen, const VectorXd& predicted, bool heldou
     const ObservedChannel& channel = problem.observations.channels[k];
     if (!is_displacement(channel)) continue;
     const std::string& id = channel.channel.id;
-    if (const std::size_t pose = std::stoul(id.substr(id.find('@') + 1)); pose < poses.first || pose > poses.last) continue;
+    if (const std::size_t pose = std::stoul(id.substr(id.find('@') + 1)); pose < poses.first || pose > poses.last)
+      continue;
     const Index from = heldout ? channel.fitted : 0, n = channel.size() - from;
     sum += (problem.measured - predicted).segment(problem.first_row(k) + from, n).squaredNorm();
     count += static_cast<double>(n);
@@ -221,19 +231,21 @@ std::vector<Corrected> baselines(const Seen& seen, const compensation::Measureme
   const std::size_t poses = [&] {
     std::size_t most = 0;
     for (const ObservedChannel& c : seen.problem().observations.channels)
-      if (is_displacement(c)) most = std::max<std::size_t>(most, std::stoul(c.channel.id.substr(c.channel.id.find('@') + 1)));
+      if (is_displacement(c))
+        most = std::max<std::size_t>(most, std::stoul(c.channel.id.substr(c.channel.id.find('@') + 1)));
     return most;
   }();
   std::vector<Corrected> all;
   const auto add = [&](const char* method, const VectorXd& here, const VectorXd& there) -> Corrected& {
-    return all.emplace_back(Corrected{method, displacement_rms(seen, here, true, {1, poses}), displacement_rms(program, there, false, {1, poses}), "", ""});
+    return all.emplace_back(Corrected{method, displacement_rms(seen, here, true, {1, poses}),
+                                      displacement_rms(program, there, false, {1, poses}), "", ""});
   };
   const Refit fit = refit(seen, machine);
   const mesh::Machine refitted = diagnosis::with_parameters(machine, fit.parameters, fit.values);
   Corrected& named = add("refit", seen.response().predict(refitted), program.response().predict(refitted));
   double most = 0.0;
   for (std::size_t i = 0; i < fit.parameters.size(); ++i)
-    if (const double change = std::abs(fit.values[static_cast<Index>(i)] - 1.0) / fit.parameters[i].nominal_std; change > most)
+    if (const double change = std::abs(fit.values[i] - 1.0) / fit.parameters[i].nominal_std; change > most)
       most = change, named.kind = fit.parameters[i].kind, named.where = fit.parameters[i].where;
 
   std::vector<Index> moving;
@@ -241,28 +253,35 @@ std::vector<Corrected> baselines(const Seen& seen, const compensation::Measureme
   const MatrixXd own_filtered = filtered(own), other_filtered = filtered(other);
   const MatrixXd own_seen = joined(own.inputs, own.sensors), other_seen = joined(other.inputs, other.sensors);
   const diagnosis::Problem &here = seen.problem(), &there = program.problem();
-  VectorXd process = here.predicted, process_there = there.predicted, sparse = here.predicted, sparse_there = there.predicted;
+  VectorXd process = here.predicted, process_there = there.predicted, sparse = here.predicted,
+           sparse_there = there.predicted;
   for (std::size_t k = 0; k < here.observations.channels.size(); ++k) {
     const ObservedChannel& channel = here.observations.channels[k];
     if (!is_displacement(channel)) continue;
     std::size_t twin = 0;
-    while (twin < there.observations.channels.size() && there.observations.channels[twin].channel.id != channel.channel.id) ++twin;
+    while (twin < there.observations.channels.size() &&
+           there.observations.channels[twin].channel.id != channel.channel.id)
+      ++twin;
     if (twin == there.observations.channels.size()) continue;
     const Index row = here.first_row(k), n = channel.size(), other_row = there.first_row(twin);
     const VectorXd &when = channel.time, &other_when = there.observations.channels[twin].time;
     const VectorXd left = (here.measured - here.predicted).segment(row, channel.fitted);
-    const auto both = [&](const MatrixXd& a, const MatrixXd& b) { return std::pair(Library::at(own.time, a, when), Library::at(other.time, b, other_when)); };
-    const auto correct = [&](const std::pair<MatrixXd, MatrixXd>& x, const auto& learn, VectorXd& at, VectorXd& at_other) {
+    const auto both = [&](const MatrixXd& a, const MatrixXd& b) {
+      return std::pair(Library::at(own.time, a, when), Library::at(other.time, b, other_when));
+    };
+    const auto correct = [&](const std::pair<MatrixXd, MatrixXd>& x, const auto& learn, VectorXd& at,
+                             VectorXd& at_other) {
       const MatrixXd fitted = x.first.topRows(channel.fitted);
       at.segment(row, n) += learn(fitted, left, x.first);
       at_other.segment(other_row, other_when.size()) += learn(fitted, left, x.second);
     };
-    correct(both(own_seen, other_seen),
-            [](const MatrixXd& x, const VectorXd& y, const MatrixXd& elsewhere) {
-              const Scale scale(x);
-              return gaussian_process(scale(x), y, scale(elsewhere));
-            },
-            process, process_there);
+    correct(
+        both(own_seen, other_seen),
+        [](const MatrixXd& x, const VectorXd& y, const MatrixXd& elsewhere) {
+          const Scale scale(x);
+          return gaussian_process(scale(x), y, scale(elsewhere));
+        },
+        process, process_there);
     correct(both(own_filtered, other_filtered), sparse_sum, sparse, sparse_there);
   }
   add("process", process, process_there);

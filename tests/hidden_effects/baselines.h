@@ -41,7 +41,9 @@ std::vector<Corrected> baselines(const Seen& seen, const compensation::Measureme
                                  const compensation::Measurement& unseen, const mesh::Machine& machine);
 
 /// RMS of the displacements at some of a record's poses, um; of its held-out part or of all.
-struct PoseRange { std::size_t first = 1, last = 1000; };  ///< as channels count them
+struct PoseRange {
+  std::size_t first = 1, last = 1000;
+};  ///< as channels count them
 double displacement_rms(const Seen& seen, const Eigen::VectorXd& predicted, bool heldout, PoseRange poses);
 
 }  // namespace thermotwin::hidden

@@ -36,10 +36,10 @@ struct Factors {
 
 /// A record as the diagnosis sees it.
 class Seen {
- public:
+public:
   /// The model must outlive it. @param inputs  that a missing source may follow
-  Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement, const std::vector<Followable>& inputs,
-       const diagnosis::DiagnoseOptions& how = {});
+  Seen(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
+       const std::vector<Followable>& inputs, const diagnosis::DiagnoseOptions& how = {});
   Factors factors(const Truth& truth) const;
   /// The same of one of two causes where the other is there too, and known to be: against the other alone, and against
   /// the other with the best rival. Zero where one of them is a missing source.
@@ -47,7 +47,7 @@ class Seen {
   const diagnosis::Problem& problem() const { return problem_; }
   const diagnosis::Response& response() const { return *response_; }
 
- private:
+private:
   /// What a truth changes per unit, from nominal to its value, white.
   Eigen::VectorXd secant(const Truth& truth) const;
   /// What nuisances take of a white signal: inner products are less by those of it.
@@ -62,27 +62,30 @@ class Seen {
 
   const reduction::ReducedModel& model_;
   std::vector<Followable> inputs_;
-  Eigen::MatrixXd series_;                       ///< (steps x inputs) of their largest value
+  Eigen::MatrixXd series_;  ///< (steps x inputs) of their largest value
   std::unique_ptr<diagnosis::Observations> observations_;
   std::unique_ptr<diagnosis::Response> response_;
   diagnosis::Problem problem_;
   std::unique_ptr<diagnosis::Whitener> whitener_;
-  Eigen::MatrixXd columns_, nuisances_;          ///< white; the second in units of their priors
-  std::vector<Eigen::Index> patches_;            ///< of the model, those that are looked at
-  Eigen::MatrixXd spots_, spots_taken_;          ///< white; what nuisances take of them
+  Eigen::MatrixXd columns_, nuisances_;  ///< white; the second in units of their priors
+  std::vector<Eigen::Index> patches_;    ///< of the model, those that are looked at
+  Eigen::MatrixXd spots_, spots_taken_;  ///< white; what nuisances take of them
   Eigen::LLT<Eigen::MatrixXd> taken_;
 };
 
 /// What a clean machine of the type shows, for choosing what can be seen.
 class Expectations {
- public:
+public:
   /// Both must outlive it.
-  Expectations(const Specimen& specimen, const reduction::ReducedModel& model, const diagnosis::DiagnoseOptions& how = {})
-      : specimen_(specimen), model_(model), how_(how) {}
+  Expectations(const Specimen& specimen, const reduction::ReducedModel& model,
+               const diagnosis::DiagnoseOptions& how = {})
+      : specimen_(specimen),
+        model_(model),
+        how_(how) {}
   Factors of(const Truth& truth, const std::string& load);
   const reduction::ReducedModel& model() const { return model_; }
 
- private:
+private:
   const Specimen& specimen_;
   const reduction::ReducedModel& model_;
   diagnosis::DiagnoseOptions how_;

@@ -28,7 +28,8 @@ VectorXd follower(const VectorXd& time, const VectorXd& values, double tau) {
 
 }  // namespace
 
-VectorXd spoilt_reading(const std::string& kind, double value, const VectorXd& time, const VectorXd& air, VectorXd values) {
+VectorXd spoilt_reading(const std::string& kind, double value, const VectorXd& time, const VectorXd& air,
+                        VectorXd values) {
   const double length = time[time.size() - 1] - time[0];
   if (kind == "sensor_lag") return follower(time, follower(time, values, 0.7 * value), 0.3 * value);
   VectorXd out = values;
@@ -41,29 +42,35 @@ VectorXd spoilt_reading(const std::string& kind, double value, const VectorXd& t
       const double at = std::clamp(time[i] - value, time[0], time[time.size() - 1]);
       const double* next = std::lower_bound(time.data() + 1, time.data() + time.size() - 1, at);
       const Index right = next - time.data();
-      out[i] = values[right - 1] + (values[right] - values[right - 1]) * (at - time[right - 1]) / (time[right] - time[right - 1]);
+      out[i] = values[right - 1] +
+               (values[right] - values[right - 1]) * (at - time[right - 1]) / (time[right] - time[right - 1]);
     }
   }
   return out;
 }
 
-OutsideEffect::OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine, const solver::Layout& layout, Random& random)
-    : effect_(effect), where_(std::move(where)), machine_(machine), layout_(layout), random_(random) {}
+OutsideEffect::OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine,
+                             const solver::Layout& layout, Random& random)
+    : effect_(effect),
+      where_(std::move(where)),
+      machine_(machine),
+      layout_(layout),
+      random_(random) {}
 
 void OutsideEffect::act(solver::Coefficients& c, const VectorXd&, double, double step) {
   const auto scale_terms = [&](solver::TermKind kind, int item, double factor) {
     for (std::size_t t = 0; t < layout_.terms.size(); ++t) {
       if (layout_.terms[t].kind != kind || layout_.terms[t].item != item) continue;
-      c.p[static_cast<Index>(t)] *= factor;
+      c.p[t] *= factor;
       for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
-        if (layout_.inputs[k].term == static_cast<int>(t)) c.q[static_cast<Index>(k)] *= factor;
+        if (layout_.inputs[k].term == static_cast<int>(t)) c.q[k] *= factor;
     }
   };
   if (effect_ == Outside::hysteretic_joint) {
     // Conducts well once the machine has warmed up, and keeps doing so until it has stood long.
     double heat = 0.0;
     for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
-      if (layout_.inputs[k].kind == solver::InputKind::source) heat += c.q[static_cast<Index>(k)];
+      if (layout_.inputs[k].kind == solver::InputKind::source) heat += c.q[k];
     last_heat_ += step / 5400.0 * (heat - last_heat_);
     if (heat > 1.3 * last_heat_) open_ = true;
     if (heat < 0.5 * last_heat_) open_ = false;
@@ -71,13 +78,15 @@ void OutsideEffect::act(solver::Coefficients& c, const VectorXd&, double, double
   } else if (effect_ == Outside::humid_film) {
     humidity_ += -step / 7200.0 * humidity_ + std::sqrt(2.0 * step / 7200.0) * random_.normal();
     for (std::size_t f = 0; f < machine_.films.size(); ++f)
-      if (machine_.films[f].id == where_) scale_terms(solver::TermKind::film, static_cast<int>(f), std::exp(std::clamp(1.0 * humidity_, -2.5, 2.0)));
+      if (machine_.films[f].id == where_)
+        scale_terms(solver::TermKind::film, f, std::exp(std::clamp(1.0 * humidity_, -2.5, 2.0)));
   } else if (effect_ == Outside::jumping_bearing) {
-    if (random_.uniform() < step / 4000.0) level_ = random_.uniform() < 0.5 ? random_.uniform(0.1, 0.5) : random_.uniform(2.0, 4.0);
+    if (random_.uniform() < step / 4000.0)
+      level_ = random_.uniform() < 0.5 ? random_.uniform(0.1, 0.5) : random_.uniform(2.0, 4.0);
     for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
       if (layout_.inputs[k].kind == solver::InputKind::source && layout_.inputs[k].item >= 0 &&
-          machine_.sources[static_cast<std::size_t>(layout_.inputs[k].item)].id == where_)
-        c.q[static_cast<Index>(k)] *= level_;
+          machine_.sources[layout_.inputs[k].item].id == where_)
+        c.q[k] *= level_;
   }
 }
 
@@ -85,7 +94,8 @@ VectorXd OutsideEffect::reading(const std::string& sensor, const VectorXd& time,
   if (effect_ != Outside::slipping_cable || sensor != where_) return values;
   double offset = 0.0;
   for (Index i = 1; i < values.size(); ++i) {
-    if (random_.uniform() < (time[i] - time[i - 1]) / 5000.0) offset = random_.uniform() < 0.35 ? 0.0 : random_.uniform(-2.5, 2.5);
+    if (random_.uniform() < (time[i] - time[i - 1]) / 5000.0)
+      offset = random_.uniform() < 0.35 ? 0.0 : random_.uniform(-2.5, 2.5);
     values[i] += offset;
   }
   return values;

@@ -12,17 +12,18 @@
 namespace thermotwin::hidden {
 
 /// A lag is two elements in a row, a drift bends, a loose sensor swings a little.
-Eigen::VectorXd spoilt_reading(const std::string& kind, double value, const Eigen::VectorXd& time, const Eigen::VectorXd& air,
-                               Eigen::VectorXd values);
+Eigen::VectorXd spoilt_reading(const std::string& kind, double value, const Eigen::VectorXd& time,
+                               const Eigen::VectorXd& air, Eigen::VectorXd values);
 
 class OutsideEffect {
- public:
-  OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine, const solver::Layout& layout, Random& random);
+public:
+  OutsideEffect(Outside effect, std::string where, const mesh::Machine& machine, const solver::Layout& layout,
+                Random& random);
   /// Changes the coefficients of a step.
   void act(solver::Coefficients& c, const Eigen::VectorXd& row, double time, double step);
   Eigen::VectorXd reading(const std::string& sensor, const Eigen::VectorXd& time, Eigen::VectorXd values);
 
- private:
+private:
   Outside effect_;
   std::string where_;
   const mesh::Machine& machine_;

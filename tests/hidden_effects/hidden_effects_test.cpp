@@ -78,27 +78,31 @@ TEST(HiddenEffects, WhatSeveralParametersDoTogetherIsNoCause) {
 }
 
 hidden::Truth truth(const std::string& kind, const std::string& where, double value) {
-  for (const diagnosis::Parameter& p : diagnosis::candidate_parameters(bench().specimen.nominal(), bench().specimen.blank("mixed"), true))
+  for (const diagnosis::Parameter& p :
+       diagnosis::candidate_parameters(bench().specimen.nominal(), bench().specimen.blank("mixed"), true))
     if (p.kind == kind && p.where == where) return {p, value};
   throw std::runtime_error("no " + kind + " of " + where);
 }
 
 TEST(HiddenEffects, WhatIsHiddenIsNamed) {
   std::uint64_t seed = 30;
-  for (const hidden::Truth& t : {truth("source_power", "spindle.bearings", 2.0), truth("ambient_offset", "air", 2.2), truth("sensor_offset", "T3", -1.5),
-                                truth("expansion_coefficient", "z_slide", 1.3)}) {
+  for (const hidden::Truth& t : {truth("source_power", "spindle.bearings", 2.0), truth("ambient_offset", "air", 2.2),
+                                 truth("sensor_offset", "T3", -1.5), truth("expansion_coefficient", "z_slide", 1.3)}) {
     hidden::Draw draw;
     draw.load = "mixed";
     draw.seed = ++seed;
     draw.truths = {t};
     const hidden::Line line = run(hidden::Group::single, draw);
     EXPECT_TRUE(line.identifiable()) << line.text();
-    EXPECT_TRUE(line.verdict == "explained" || (line.verdict == "ambiguous" && line.named_probability > 0.9)) << line.text();
-    EXPECT_EQ(line.named_kind + " of " + line.named_where, t.parameter.kind + " of " + t.parameter.where) << line.text();
+    EXPECT_TRUE(line.verdict == "explained" || (line.verdict == "ambiguous" && line.named_probability > 0.9))
+        << line.text();
+    EXPECT_EQ(line.named_kind + " of " + line.named_where, t.parameter.kind + " of " + t.parameter.where)
+        << line.text();
   }
 }
 
-hidden::Truth heat_on(const std::string& body, const Eigen::Vector3d& centre, const std::string& follows, double at, double power_W) {
+hidden::Truth heat_on(const std::string& body, const Eigen::Vector3d& centre, const std::string& follows, double at,
+                      double power_W) {
   hidden::Truth t{diagnosis::make_parameter("source_missing", body), power_W};
   auto source = std::make_shared<diagnosis::MissingSource>();
   source->body = body;
@@ -119,7 +123,8 @@ TEST(HiddenEffects, HeatThatNoSourceHasIsFoundWhereItIs) {
   const hidden::Record record = bench().specimen.record(draw);
   ASSERT_EQ(record.effective.size(), 1U);
   EXPECT_NEAR(record.effective[0], 120.0, 0.25 * 120.0);
-  const hidden::Line line = hidden::diagnose_set("test", hidden::Group::single, draw, record.measurement, bench().model, beside, record.effective);
+  const hidden::Line line = hidden::diagnose_set("test", hidden::Group::single, draw, record.measurement, bench().model,
+                                                 beside, record.effective);
   EXPECT_TRUE(line.identifiable()) << line.text();
   EXPECT_EQ(line.verdict, "explained") << line.text();
   EXPECT_EQ(line.named_kind, "source_missing") << line.text();
@@ -132,8 +137,10 @@ TEST(HiddenEffects, ACauseIsHarderToTellBesideOneLikeIt) {
   draw.load = "mixed";
   draw.seed = 6;
   const hidden::Seen seen(bench().model, bench().specimen.measure(draw), {});
-  const hidden::Truth offset = truth("sensor_offset", "T3", -1.5), drift = truth("sensor_drift", "T3", 0.2), elsewhere = truth("sensor_offset", "T1", 1.5);
-  const hidden::Factors alone = seen.factors(offset), beside = seen.factors_beside(offset, elsewhere), by_its_like = seen.factors_beside(offset, drift);
+  const hidden::Truth offset = truth("sensor_offset", "T3", -1.5), drift = truth("sensor_drift", "T3", 0.2),
+                      elsewhere = truth("sensor_offset", "T1", 1.5);
+  const hidden::Factors alone = seen.factors(offset), beside = seen.factors_beside(offset, elsewhere),
+                        by_its_like = seen.factors_beside(offset, drift);
   EXPECT_GT(alone.against_none, 20.0);
   EXPECT_NEAR(beside.against_none, alone.against_none, 0.03 * alone.against_none);
   EXPECT_LT(by_its_like.against_none, 0.95 * alone.against_none);
@@ -187,7 +194,7 @@ TEST(HiddenEffects, ASpotWarmsItsPlaceByOneWatt) {
     const auto [body, centre] = hidden::drawn_place(mesh, random);
     const Eigen::VectorXd heat = specimen.warmth_at(body, centre);
     EXPECT_NEAR(heat.sum(), 1.0, 1e-12);
-    const auto b = static_cast<std::size_t>(mesh.machine.body_index(body));
+    const std::size_t b = mesh.machine.body_index(body);
     const Eigen::VectorXd own = heat.segment(mesh.first_node[b], mesh.bodies[b].nodes());
     EXPECT_NEAR(own.sum(), 1.0, 1e-12);
     EXPECT_LE((mesh.bodies[b].points * own - centre).norm(), 0.06);
@@ -205,7 +212,9 @@ TEST(HiddenEffects, ATapeThatGrowsMoreChangesWhatIsReadAlongItAndNothingElse) {
   ASSERT_EQ(record.effective.size(), 1U);
   EXPECT_NEAR(record.effective[0], 2.0, 0.2);
   const std::size_t poses = bench().specimen.measured_poses() + 2;
-  EXPECT_EQ(std::count_if(right.channels.begin(), right.channels.end(), [](const auto& c) { return c.id.starts_with("dx@"); }), static_cast<long>(poses));
+  EXPECT_EQ(std::count_if(right.channels.begin(), right.channels.end(),
+                          [](const auto& c) { return c.id.starts_with("dx@"); }),
+            static_cast<long>(poses));
   for (const compensation::MeasuredChannel& channel : right.channels) {
     const double change = (wrong.values(channel) - right.values(channel)).cwiseAbs().maxCoeff();
     if (channel.kind == compensation::ChannelKind::temperature) {
@@ -227,7 +236,8 @@ TEST(HiddenEffects, WhatEachOfTwoAmountsToCountsTheMachinesOwnDeviation) {
   const std::vector<double> effective = bench().specimen.record(draw).effective;
   ASSERT_EQ(effective.size(), 2U);
   EXPECT_EQ(effective[0], 1.0);
-  const double own = compensation::perturbed(nominal, draw.seed).sources.front().scale.value / nominal.sources.front().scale.value;
+  const double own =
+      compensation::perturbed(nominal, draw.seed).sources.front().scale.value / nominal.sources.front().scale.value;
   EXPECT_GT(std::abs(own - 1.0), 0.005);
   EXPECT_NEAR(effective[1], 1.5 * own, 1e-12);
 }
@@ -245,7 +255,7 @@ TEST(HiddenEffects, ARecordDiffersFromItsNoiselessOneByNoiseAlone) {
     const Eigen::ArrayXd noisy = record.measurement.values(channel), clean = record.noiseless.values(channel);
     EXPECT_TRUE((noisy.isNaN() == clean.isNaN()).all()) << channel.id;
     const Eigen::ArrayXd noise = noisy.isNaN().select(0.0, noisy - clean);
-    const double rms = std::sqrt(noise.square().sum() / static_cast<double>((!noisy.isNaN()).count()));
+    const double rms = std::sqrt(noise.square().sum() / ((!noisy.isNaN()).count()));
     EXPECT_GT(rms, 0.5 * channel.uncertainty) << channel.id;
     EXPECT_LT(rms, 1.5 * channel.uncertainty) << channel.id;
   }
@@ -263,11 +273,14 @@ TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {
     hidden::Beside beside;
     beside.affected = &spoilt.noiseless;
     beside.unaffected = &clean.noiseless;
-    const hidden::Line line = hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt.measurement, bench().model, beside);
+    const hidden::Line line =
+        hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt.measurement, bench().model, beside);
     EXPECT_TRUE(line.visible() && line.unlike_any()) << line.text();
     EXPECT_EQ(line.verdict, "unexplained") << line.text();
     const std::vector<std::string> notes = diagnosis::diagnose(bench().model, spoilt.measurement, {}).notes;
-    EXPECT_EQ(std::count(notes.begin(), notes.end(), std::string("What no kind describes shows best in one channel alone: ") + sensor + "."), 1);
+    EXPECT_EQ(std::count(notes.begin(), notes.end(),
+                         std::string("What no kind describes shows best in one channel alone: ") + sensor + "."),
+              1);
   }
 }
 
@@ -285,7 +298,8 @@ TEST(Baselines, LearnWhatTheyCan) {
   EXPECT_GT(hidden::lasso(x, y, 0.0)[1], b[1]);
   EXPECT_EQ(hidden::lasso(x, y, 100.0).norm(), 0.0);
   // A smooth function between its samples.
-  const Eigen::MatrixXd at = Eigen::VectorXd::LinSpaced(21, -2.0, 2.0), between = Eigen::VectorXd::LinSpaced(8, -1.8, 1.7);
+  const Eigen::MatrixXd at = Eigen::VectorXd::LinSpaced(21, -2.0, 2.0),
+                        between = Eigen::VectorXd::LinSpaced(8, -1.8, 1.7);
   const Eigen::VectorXd smooth = at.array().sin() + 3.0, expected = between.array().sin() + 3.0;
   EXPECT_LT((hidden::gaussian_process(at, smooth, between) - expected).cwiseAbs().maxCoeff(), 0.05);
 }
@@ -306,7 +320,8 @@ TEST(HiddenEffects, LinesAreReadAsTheyWereWritten) {
 }
 
 TEST(HiddenEffects, TheScoreCountsWhatItSays) {
-  const auto line = [](const char* group, const char* verdict, const char* named, double against_none, double probability) {
+  const auto line = [](const char* group, const char* verdict, const char* named, double against_none,
+                       double probability) {
     hidden::Line l;
     l.id = "x";
     l.group = group;
@@ -318,15 +333,18 @@ TEST(HiddenEffects, TheScoreCountsWhatItSays) {
     l.rank = 1;
     return l;
   };
-  const std::string table = hidden::score({line("single", "explained", "source_power", 50, 0.95), line("single", "explained", "film_coefficient", 50, 0.95),
-                                           line("single", "no_discrepancy", "source_power", 5, 0.3), line("clean", "explained", "source_power", 0, 0.95)});
+  const std::string table = hidden::score(
+      {line("single", "explained", "source_power", 50, 0.95), line("single", "explained", "film_coefficient", 50, 0.95),
+       line("single", "no_discrepancy", "source_power", 5, 0.3), line("clean", "explained", "source_power", 0, 0.95)});
   EXPECT_NE(table.find("| >= 60 % | 66.7 % (2 of 3) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| >= 95 % | 50.0 % (1 of 2) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| 0 of 200 | 100.0 % (1 of 1) |"), std::string::npos) << table;
   hidden::Line like_one = line("outside", "explained", "source_power", 500, 0.95);
   like_one.against_rival = 3;
-  const std::string outside = hidden::score({line("outside", "unexplained", "source_power", 50, 0.0), line("outside", "unexplained", "source_power", 29, 0.0), like_one});
-  EXPECT_NE(outside.find("called unexplained or ambiguous | >= 80 % | 50.0 % (1 of 2) |"), std::string::npos) << outside;
+  const std::string outside = hidden::score({line("outside", "unexplained", "source_power", 50, 0.0),
+                                             line("outside", "unexplained", "source_power", 29, 0.0), like_one});
+  EXPECT_NE(outside.find("called unexplained or ambiguous | >= 80 % | 50.0 % (1 of 2) |"), std::string::npos)
+      << outside;
   EXPECT_NE(outside.find("leaves some of it | - | 100.0 % (1 of 1) |"), std::string::npos) << outside;
   hidden::Line spot = line("single", "explained", "source_missing", 50, 0.95);
   spot.kind = "source_missing", spot.place_error = 60.0, spot.region = 40.0, spot.follows_right = 1.0;

@@ -75,8 +75,10 @@ std::string Line::text() const {
   std::string text;
   for (const Column& column : columns()) {
     if (&column != &columns().front()) text += '\t';
-    if (const auto* words = std::get_if<std::string Line::*>(&column.member)) text += this->**words;
-    else text += fmt::format("{:.6g}", this->*std::get<double Line::*>(column.member));
+    if (const auto* words = std::get_if<std::string Line::*>(&column.member))
+      text += this->**words;
+    else
+      text += fmt::format("{:.6g}", this->*std::get<double Line::*>(column.member));
   }
   return text;
 }
@@ -88,8 +90,10 @@ Line Line::parse(const std::string& text) {
   Line line;
   if (cells.size() != columns().size()) return line;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (const auto* words = std::get_if<std::string Line::*>(&columns()[i].member)) line.**words = cells[i];
-    else line.*std::get<double Line::*>(columns()[i].member) = std::stod(cells[i]);
+    if (const auto* words = std::get_if<std::string Line::*>(&columns()[i].member))
+      line.** words = cells[i];
+    else
+      line.*std::get<double Line::*>(columns()[i].member) = std::stod(cells[i]);
   }
   return line;
 }

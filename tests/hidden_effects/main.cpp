@@ -23,7 +23,25 @@ using namespace thermotwin;
 
 /// --name value pairs.
 std::map<std::string, std::string> read_options(int argc, char** argv) {
-  static const std::set<std::string> known = {"case", "model", "out", "seed", "draws", "clean", "pairs", "outside", "size", "loads", "cache", "kinds", "write", "unseen", "refine", "mesh-order", "tolerance", "displacement-error", "temperature-error"};
+  static const std::set<std::string> known = {"case",
+                                              "model",
+                                              "out",
+                                              "seed",
+                                              "draws",
+                                              "clean",
+                                              "pairs",
+                                              "outside",
+                                              "size",
+                                              "loads",
+                                              "cache",
+                                              "kinds",
+                                              "write",
+                                              "unseen",
+                                              "refine",
+                                              "mesh-order",
+                                              "tolerance",
+                                              "displacement-error",
+                                              "temperature-error"};
   std::map<std::string, std::string> options;
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string name = std::string(argv[i]).substr(2);
@@ -31,8 +49,10 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
     options[name] = argv[i + 1];
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
-    throw core::UsageError("hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
-                           "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
+    throw core::UsageError(
+        "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
+        "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen "
+        "LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
   return options;
 }
 
@@ -40,8 +60,10 @@ std::vector<std::string> parts_of(const std::string& list) {
   std::vector<std::string> parts;
   std::string part;
   for (const char c : list + ",")
-    if (c != ',') part += c;
-    else if (!part.empty()) parts.push_back(part), part.clear();
+    if (c != ',')
+      part += c;
+    else if (!part.empty())
+      parts.push_back(part), part.clear();
   return parts;
 }
 
@@ -60,7 +82,8 @@ int score(int count, char** files) {
   std::vector<hidden::Line> lines;
   for (int i = 0; i < count; ++i) {
     const std::vector<hidden::Line> more = read_lines(files[i]);
-    if (more.empty()) throw core::UsageError(std::string("--score ") + files[i] + ": holds no sets; give files bank_SEED.tsv");
+    if (more.empty())
+      throw core::UsageError(std::string("--score ") + files[i] + ": holds no sets; give files bank_SEED.tsv");
     lines.insert(lines.end(), more.begin(), more.end());
   }
   if (lines.empty()) throw core::UsageError("--score: give files bank_SEED.tsv");
@@ -76,13 +99,15 @@ int run(int argc, char** argv) {
     const std::string& text = options.at(name);
     double value = 0.0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !(value >= 0.0)) throw core::UsageError("--" + name + " " + text + ": a number, not negative");
+    if (error != std::errc() || end != text.data() + text.size() || !(value >= 0.0))
+      throw core::UsageError("--" + name + " " + text + ": a number, not negative");
     return value;
   };
   const auto seed = static_cast<std::uint64_t>(number("seed", 1000));
   solver::Case machine_case = solver::read_case(options.at("case"));
-  machine_case.machine.order = static_cast<int>(number("mesh-order", machine_case.machine.order));
-  if (machine_case.machine.order != 1 && machine_case.machine.order != 2) throw core::UsageError("--mesh-order " + options.at("mesh-order") + ": allowed are 1 and 2");
+  machine_case.machine.order = number("mesh-order", machine_case.machine.order);
+  if (machine_case.machine.order != 1 && machine_case.machine.order != 2)
+    throw core::UsageError("--mesh-order " + options.at("mesh-order") + ": allowed are 1 and 2");
   const reduction::ReducedModel model = reduction::read_model(options.at("model"));
   const std::filesystem::path out = options.at("out");
   std::filesystem::create_directories(out);
@@ -117,7 +142,8 @@ int run(int argc, char** argv) {
     const hidden::Draw draw = hidden::draw_set(specimen, expectations, group, kind, loads[serial % loads.size()], own);
     try {
       const hidden::Record record = specimen.record(draw);
-      if (options.count("write")) compensation::write_measurement(std::filesystem::path(options.at("write")) / id, record.measurement);
+      if (options.count("write"))
+        compensation::write_measurement(std::filesystem::path(options.at("write")) / id, record.measurement);
       hidden::Draw other = draw;
       other.outside = hidden::Outside::none;
       hidden::Beside beside;
@@ -140,18 +166,25 @@ int run(int argc, char** argv) {
     }
     const hidden::Line& line = lines.back();
     log << line.text() << std::endl;
-    std::cerr << fmt::format("{} {} {} {:.3g}: {} {} {} ({:.2f}), truth {:.2f}; 2lnB {:.0f}/{:.0f} {}\n", id, line.kind, line.where, line.value, line.verdict,
-                             line.named_kind, line.named_where, line.named_probability, line.probability, line.against_none, line.against_rival, line.rival);
+    std::cerr << fmt::format("{} {} {} {:.3g}: {} {} {} ({:.2f}), truth {:.2f}; 2lnB {:.0f}/{:.0f} {}\n", id, line.kind,
+                             line.where, line.value, line.verdict, line.named_kind, line.named_where,
+                             line.named_probability, line.probability, line.against_none, line.against_rival,
+                             line.rival);
   };
-  const std::vector<std::string> kinds = options.count("kinds") ? parts_of(options.at("kinds")) : hidden::offered_kinds(specimen, loads.front(), model);
+  const std::vector<std::string> kinds =
+      options.count("kinds") ? parts_of(options.at("kinds")) : hidden::offered_kinds(specimen, loads.front(), model);
   for (int i = 0; i < static_cast<int>(number("draws", 10)); ++i)
     for (const std::string& kind : kinds) one(hidden::Group::single, kind, fmt::format("{}_{}", kind, i));
-  for (int i = 0; i < static_cast<int>(number("clean", 200)); ++i) one(hidden::Group::clean, "", fmt::format("clean_{}", i));
-  for (int i = 0; i < static_cast<int>(number("pairs", 40)); ++i) one(hidden::Group::pair, "", fmt::format("pair_{}", i));
-  for (int i = 0; i < static_cast<int>(number("outside", 40)); ++i) one(hidden::Group::outside, "", fmt::format("outside_{}", i));
+  for (int i = 0; i < static_cast<int>(number("clean", 200)); ++i)
+    one(hidden::Group::clean, "", fmt::format("clean_{}", i));
+  for (int i = 0; i < static_cast<int>(number("pairs", 40)); ++i)
+    one(hidden::Group::pair, "", fmt::format("pair_{}", i));
+  for (int i = 0; i < static_cast<int>(number("outside", 40)); ++i)
+    one(hidden::Group::outside, "", fmt::format("outside_{}", i));
   std::cout << hidden::score(lines);
   if (failed.empty()) return 0;
-  std::cout << fmt::format("\n{} sets are not in the table, since they failed: {}\n", failed.size(), fmt::join(failed, ", "));
+  std::cout << fmt::format("\n{} sets are not in the table, since they failed: {}\n", failed.size(),
+                           fmt::join(failed, ", "));
   return 3;
 }
 

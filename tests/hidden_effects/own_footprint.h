@@ -16,11 +16,12 @@ namespace thermotwin::hidden {
 Eigen::VectorXd unevenness(const solver::FullModel& full, double phase);
 
 class OwnFootprint {
- public:
+public:
   /// @param rows    of the load: what differs between right and wrong in some of them gets a footprint of its own
   /// @param uneven  (size) of films
   OwnFootprint(const solver::FullModel& full, const solver::OperatingModel& right, const solver::OperatingModel& wrong,
-               const std::vector<Eigen::VectorXd>& rows, const std::vector<const Truth*>& spots, const Eigen::VectorXd& uneven);
+               const std::vector<Eigen::VectorXd>& rows, const std::vector<const Truth*>& spots,
+               const Eigen::VectorXd& uneven);
 
   /// The machine's matrices with the effect's own inputs and terms behind its own.
   const solver::ThermalSystem& system() const { return thermal_; }
@@ -28,12 +29,13 @@ class OwnFootprint {
   /// Of system(): as right, and what the wrong machine changes at its own place.
   /// @param size    of the effect at this time, 1 in the mean
   /// @param spot_W  (spots)
-  solver::Coefficients coefficients(const solver::Coefficients& right, const solver::Coefficients& wrong, double size, const Eigen::VectorXd& spot_W) const;
+  solver::Coefficients coefficients(const solver::Coefficients& right, const solver::Coefficients& wrong, double size,
+                                    const Eigen::VectorXd& spot_W) const;
 
- private:
+private:
   solver::ThermalSystem thermal_;
-  Eigen::Index terms_, inputs_, spots_;          ///< the machine's own, sources that it has not
-  std::vector<Eigen::Index> input_of_source_;    ///< (inputs) its spread twin or itself
+  Eigen::Index terms_, inputs_, spots_;                     ///< the machine's own, sources that it has not
+  std::vector<Eigen::Index> input_of_source_;               ///< (inputs) its spread twin or itself
   std::vector<Eigen::Index> term_of_film_, input_of_film_;  ///< (terms) its uneven twin or itself, the twin's input
 };
 

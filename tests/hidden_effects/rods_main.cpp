@@ -34,7 +34,8 @@ double drawn_value(const Parameter& p, hidden::Random& random) {
 
 int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& only) {
   const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
-  const std::vector<Parameter> all = diagnosis::candidate_parameters(lumped::machine(), lumped::measure({}, {.hours = 0.1}));
+  const std::vector<Parameter> all =
+      diagnosis::candidate_parameters(lumped::machine(), lumped::measure({}, {.hours = 0.1}));
   std::map<std::string, std::vector<Parameter>> kinds;
   for (const Parameter& p : all)
     if (only.empty() || p.kind == only) kinds[p.kind].push_back(p);
@@ -47,7 +48,8 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
     draw.seed = ++seed;
     std::vector<std::pair<Parameter, double>> faults;
     for (const hidden::Truth& truth : truths) faults.emplace_back(truth.parameter, truth.value);
-    lines.push_back(hidden::diagnose_set(id, group, draw, lumped::measure(faults, {.seed = draw.seed, .spread = 1.0}), model, beside));
+    lines.push_back(hidden::diagnose_set(id, group, draw, lumped::measure(faults, {.seed = draw.seed, .spread = 1.0}),
+                                         model, beside));
     std::cerr << lines.back().text() << "\n";
   };
   for (int i = 0; i < draws; ++i)
@@ -60,7 +62,8 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
   for (int i = 0; i < pairs; ++i) {
     hidden::Random random(77 * (seed + 1) + static_cast<std::uint64_t>(i));
     const Parameter &a = all[random.index(all.size())], &b = all[random.index(all.size())];
-    if (a.kind != b.kind) one(hidden::Group::pair, {{a, drawn_value(a, random)}, {b, drawn_value(b, random)}}, fmt::format("pair_{}", i));
+    if (a.kind != b.kind)
+      one(hidden::Group::pair, {{a, drawn_value(a, random)}, {b, drawn_value(b, random)}}, fmt::format("pair_{}", i));
   }
   std::cout << hidden::score(lines);
   return 0;
@@ -70,7 +73,9 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
 
 int main(int argc, char** argv) {
   try {
-    if (argc >= 5) return run(std::stoi(argv[1]), std::stoi(argv[2]), std::stoi(argv[3]), std::stoull(argv[4]), argc > 5 ? argv[5] : "");
+    if (argc >= 5)
+      return run(std::stoi(argv[1]), std::stoi(argv[2]), std::stoi(argv[3]), std::stoull(argv[4]),
+                 argc > 5 ? argv[5] : "");
     std::cerr << "usage: hidden_effects_rods DRAWS CLEAN PAIRS SEED [KIND]\n";
     return 2;
   } catch (const std::exception& error) {

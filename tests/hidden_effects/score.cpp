@@ -37,7 +37,9 @@ struct Relative {
     values.push_back((before - after) / (before - truth));
     negative.count(after > before);
   }
-  std::string text() const { return values.empty() ? "-" : fmt::format("{:.2f} ({} sets)", median(values), values.size()); }
+  std::string text() const {
+    return values.empty() ? "-" : fmt::format("{:.2f} ({} sets)", median(values), values.size());
+  }
 };
 
 /// The first one named is the truth: explained, or sure beside a second cause that is not.
@@ -54,13 +56,18 @@ std::string score(const std::vector<Line>& lines) {
   std::vector<double> gains, seconds, place_errors;
   Share near, region_holds, follows_right;
   Relative program, poses;
-  struct Method { Relative heldout, program; };
+  struct Method {
+    Relative heldout, program;
+  };
   Method diagnosis, refit, process, sparse;
   Share refit_right;
-  struct Bin { double claimed = 0; int right = 0, of = 0; };
+  struct Bin {
+    double claimed = 0;
+    int right = 0, of = 0;
+  };
   std::vector<Bin> bins(10);
-  std::map<std::string, std::pair<Share, Share>> by_kind;   // identifiable, first named right
-  std::map<int, Share> by_size;                             // log2 of the expected factor
+  std::map<std::string, std::pair<Share, Share>> by_kind;  // identifiable, first named right
+  std::map<int, Share> by_size;                            // log2 of the expected factor
   std::map<std::string, int> outside_verdicts;
   int unseen = 0;
   for (const Line& line : lines) {
@@ -83,7 +90,8 @@ std::string score(const std::vector<Line>& lines) {
     if (line.group != "outside" && line.verdict != "no_discrepancy" && !line.named_kind.empty()) {
       Bin& bin = bins[static_cast<std::size_t>(std::clamp(static_cast<int>(10.0 * line.named_probability), 0, 9))];
       bin.claimed += line.named_probability;
-      const bool right = (line.named_kind == line.kind && line.named_where == line.where) || (line.named_kind == line.kind2 && line.named_where == line.where2);
+      const bool right = (line.named_kind == line.kind && line.named_where == line.where) ||
+                         (line.named_kind == line.kind2 && line.named_where == line.where2);
       bin.right += right;
       ++bin.of;
     }
@@ -111,8 +119,10 @@ std::string score(const std::vector<Line>& lines) {
       compare(refit, line.refit_heldout, line.refit_program);
       compare(process, line.process_heldout, line.process_program);
       compare(sparse, line.sparse_heldout, line.sparse_program);
-      static const char* const refitted[] = {"source_power", "film_coefficient", "contact_conductance", "coolant_flow", "coolant_coupling"};
-      if (line.refit_right != Line::absent && std::find(std::begin(refitted), std::end(refitted), line.kind) != std::end(refitted))
+      static const char* const refitted[] = {"source_power", "film_coefficient", "contact_conductance", "coolant_flow",
+                                             "coolant_coupling"};
+      if (line.refit_right != Line::absent &&
+          std::find(std::begin(refitted), std::end(refitted), line.kind) != std::end(refitted))
         refit_right.count(line.refit_right > 0.5);
       if (line.kind == "source_missing" && line.named_kind == "source_missing") {
         place_errors.push_back(line.place_error);
@@ -121,7 +131,8 @@ std::string score(const std::vector<Line>& lines) {
         follows_right.count(line.follows_right > 0.5);
       }
     } else {
-      other.count(line.verdict == "no_discrepancy" || named(line) || (line.verdict == "ambiguous" && in_set(line, line.kind, line.where)));
+      other.count(line.verdict == "no_discrepancy" || named(line) ||
+                  (line.verdict == "ambiguous" && in_set(line, line.kind, line.where)));
     }
   }
   double calibration = 0.0, verdicts = 0.0;
@@ -129,11 +140,14 @@ std::string score(const std::vector<Line>& lines) {
   for (const Bin& bin : bins)
     if (bin.of > 0) calibration += std::abs(bin.claimed - bin.right) / std::max(verdicts, 1.0);
   std::string text = "| measure | to reach | here |\n|---|---|---|\n";
-  const auto row = [&](const char* measure, const char* aim, const std::string& value) { text += fmt::format("| {} | {} | {} |\n", measure, aim, value); };
+  const auto row = [&](const char* measure, const char* aim, const std::string& value) {
+    text += fmt::format("| {} | {} | {} |\n", measure, aim, value);
+  };
   row("identifiable sets, share of singles", ">= 60 %", identifiable.text());
   row("first named cause right (kind and place), identifiable", ">= 95 %", first.text());
   row("other sets: no_discrepancy, or the truth named or in the set", ">= 90 %", other.text());
-  row("mean probability given to the truth, identifiable", ">= 0.85", first.of > 0 ? fmt::format("{:.2f}", probability / first.of) : "-");
+  row("mean probability given to the truth, identifiable", ">= 0.85",
+      first.of > 0 ? fmt::format("{:.2f}", probability / first.of) : "-");
   row("expected calibration error", "<= 0.05", fmt::format("{:.3f} ({:.0f} verdicts)", calibration, verdicts));
   row("truth within the first three, identifiable", ">= 99 %", third.text());
   row("false alarms on clean sets", "0 of 200", alarms.text());
@@ -142,32 +156,40 @@ std::string score(const std::vector<Line>& lines) {
   row("both of two causes named", ">= 85 %", both.text());
   row("the same where each can be told beside the other", "-", clear_both.text());
   row("95 % interval holds the truth, identifiable", "90-98 %", covered.text());
-  row("gain on held-out time relative to the truth's, median", ">= 0.9", gains.empty() ? "-" : fmt::format("{:.2f}", median(gains)));
+  row("gain on held-out time relative to the truth's, median", ">= 0.9",
+      gains.empty() ? "-" : fmt::format("{:.2f}", median(gains)));
   row("such gains that are negative", "<= 1 %", negative.text());
   row("gain on an unseen program relative to the truth's, median", ">= 0.9", program.text());
   row("such gains that are negative", "<= 1 %", program.negative.text());
   row("the same at unseen poses, median", ">= 0.9", poses.text());
   row("such gains that are negative", "<= 1 %", poses.negative.text());
-  row("place of a named missing source, median error", "-", place_errors.empty() ? "-" : fmt::format("{:.0f} mm", median(place_errors)));
+  row("place of a named missing source, median error", "-",
+      place_errors.empty() ? "-" : fmt::format("{:.0f} mm", median(place_errors)));
   row("place within 100 mm", ">= 80 %", near.text());
   row("its region of 95 % holds the truth", "90-98 %", region_holds.text());
   row("the input it follows is right", ">= 90 %", follows_right.text());
   row("seconds of a diagnosis, median", "-", fmt::format("{:.1f}", median(seconds)));
   if (!diagnosis.heldout.values.empty() || !diagnosis.program.values.empty()) {
-    text += "\n| method, all identifiable sets | gain on held-out time | negative | gain on an unseen program | negative |\n|---|---|---|---|---|\n";
+    text +=
+        "\n| method, all identifiable sets | gain on held-out time | negative | gain on an unseen program | negative "
+        "|\n|---|---|---|---|---|\n";
     const auto method = [&](const char* name, const Method& m) {
-      text += fmt::format("| {} | {} | {} | {} | {} |\n", name, m.heldout.text(), m.heldout.negative.text(), m.program.text(), m.program.negative.text());
+      text += fmt::format("| {} | {} | {} | {} | {} |\n", name, m.heldout.text(), m.heldout.negative.text(),
+                          m.program.text(), m.program.negative.text());
     };
     method("diagnosis", diagnosis);
     method("refit of all nominal values", refit);
     method("Gaussian process of what is left", process);
     method("sparse regression of what is left", sparse);
-    text += fmt::format("\nThe refit's largest change is the truth, where the truth is one of its kinds: {}\n", refit_right.text());
+    text += fmt::format("\nThe refit's largest change is the truth, where the truth is one of its kinds: {}\n",
+                        refit_right.text());
   }
   text += "\n| kind | identifiable | first named right |\n|---|---|---|\n";
-  for (const auto& [kind, shares] : by_kind) text += fmt::format("| {} | {} | {} |\n", kind, shares.first.text(), shares.second.text());
+  for (const auto& [kind, shares] : by_kind)
+    text += fmt::format("| {} | {} | {} |\n", kind, shares.first.text(), shares.second.text());
   text += "\n| expected 2 ln Bayes factor against none | named right |\n|---|---|\n";
-  for (const auto& [size, share] : by_size) text += fmt::format("| {:.0f} to {:.0f} | {} |\n", std::exp2(size), std::exp2(size + 1), share.text());
+  for (const auto& [size, share] : by_size)
+    text += fmt::format("| {:.0f} to {:.0f} | {} |\n", std::exp2(size), std::exp2(size + 1), share.text());
   text += fmt::format("\noutside effects: {} show less than chi-square 30;", unseen);
   for (const auto& [verdict, count] : outside_verdicts) text += fmt::format(" {} {},", count, verdict);
   if (text.ends_with(',')) text.back() = '\n';

@@ -54,20 +54,26 @@ struct Suffix {
   ChannelKind kind;
   const char* unit;
 };
-constexpr Suffix suffixes[] = {{"_mm_min", ChannelKind::speed, "mm_min"}, {"_deg_min", ChannelKind::speed, "deg_min"},
-                               {"_rpm", ChannelKind::speed, "rpm"},       {"_mm", ChannelKind::position, "mm"},
-                               {"_deg", ChannelKind::position, "deg"},    {"T_C", ChannelKind::temperature, "degC"},
+constexpr Suffix suffixes[] = {{"_mm_min", ChannelKind::speed, "mm_min"},
+                               {"_deg_min", ChannelKind::speed, "deg_min"},
+                               {"_rpm", ChannelKind::speed, "rpm"},
+                               {"_mm", ChannelKind::position, "mm"},
+                               {"_deg", ChannelKind::position, "deg"},
+                               {"T_C", ChannelKind::temperature, "degC"},
                                {"_W", ChannelKind::power, "W"}};
 
 /// A control knows speeds, positions, states, the air; of the other surroundings what the load sets is recorded.
-bool is_sent(const std::string& name, const mesh::Machine& machine, const solver::Channels& channels, const std::vector<VectorXd>& rows) {
+bool is_sent(const std::string& name, const mesh::Machine& machine, const solver::Channels& channels,
+             const std::vector<VectorXd>& rows) {
   const auto surroundings = [&](const auto& items) {
     return std::any_of(items.begin(), items.end(), [&](const auto& item) { return name == item.id + ".T_C"; });
   };
   if (surroundings(machine.ambients) || surroundings(machine.volumes)) {
     const int index = channels.index(name);
     const double unset = channels.defaults()[index];
-    return name == "air.T_C" || std::any_of(rows.begin(), rows.end(), [&](const VectorXd& row) { return std::isfinite(row[index]) && row[index] != unset; });
+    return name == "air.T_C" || std::any_of(rows.begin(), rows.end(), [&](const VectorXd& row) {
+             return std::isfinite(row[index]) && row[index] != unset;
+           });
   }
   return !name.ends_with(".inlet_T_C") && !name.ends_with("power_W") && !name.ends_with("gradient_K_m");
 }
@@ -82,9 +88,11 @@ std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine)
 /// Steps of a record's row with error control: shorter by halves until the estimate, which falls with their cube, is below the tolerance.
 /// Where it was far below and no coefficient or input has changed by 5 % since, only every fourth step takes one.
 class Steps {
- public:
+public:
   Steps(const solver::ThermalSystem& system, double longest, const SpecimenOptions& options)
-      : integrator_(system, {.tolerance = options.solved_to, .single_precision = options.solved_to > 1e-6}), size_(longest), tolerance_K_(options.tolerance_K) {}
+      : integrator_(system, {.tolerance = options.solved_to, .single_precision = options.solved_to > 1e-6}),
+        size_(longest),
+        tolerance_K_(options.tolerance_K) {}
 
   void advance(VectorXd& state, const solver::Coefficients& c, double span) {
     constexpr double shortest_s = 1.0;
@@ -92,7 +100,8 @@ class Steps {
     solver::AdaptiveIntegrator::Step step;
     for (double left = span; left > 1e-9 * span;) {
       // Whole shares of the row, so that factors come again.
-      const double parts = std::exp2(std::ceil(std::log2(span / std::min(size_, span)) - 1e-9)), size = std::min(span / parts, left);
+      const double parts = std::exp2(std::ceil(std::log2(span / std::min(size_, span)) - 1e-9)),
+                   size = std::min(span / parts, left);
       if (integrator_.is_nonlinear()) integrator_.linearise(state, state, c);
       const bool estimated = !known_good(c, size);
       integrator_.attempt(state, c.p, heat, size, true, step, estimated);
@@ -113,12 +122,19 @@ class Steps {
     }
   }
 
- private:
-  struct Estimate { solver::Coefficients c; double size, error_K; int steps; };
+private:
+  struct Estimate {
+    solver::Coefficients c;
+    double size, error_K;
+    int steps;
+  };
 
   bool known_good(const solver::Coefficients& c, double size) const {
-    const auto alike = [](const VectorXd& now, const VectorXd& then) { return ((now - then).array().abs() <= 0.05 * now.array().abs().max(then.array().abs())).all(); };
-    return seen_ && seen_->steps < 3 && seen_->error_K < 0.25 * tolerance_K_ && size <= seen_->size * (1.0 + 1e-9) && alike(c.p, seen_->c.p) && alike(c.q, seen_->c.q);
+    const auto alike = [](const VectorXd& now, const VectorXd& then) {
+      return ((now - then).array().abs() <= 0.05 * now.array().abs().max(then.array().abs())).all();
+    };
+    return seen_ && seen_->steps < 3 && seen_->error_K < 0.25 * tolerance_K_ && size <= seen_->size * (1.0 + 1e-9) &&
+           alike(c.p, seen_->c.p) && alike(c.q, seen_->c.q);
   }
 
   solver::AdaptiveIntegrator integrator_;
@@ -128,14 +144,13 @@ class Steps {
 
 }  // namespace
 
-double Random::normal() {
-  return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform());
-}
+double Random::normal() { return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform()); }
 
 Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& options)
     : case_(machine_case),
       options_(options),
-      full_(solver::build_full_model(with_own_materials(machine_case.machine, options.seed), {options.size_factor, options.cache})) {
+      full_(solver::build_full_model(with_own_materials(machine_case.machine, options.seed),
+                                     {options.size_factor, options.cache})) {
   poses_.push_back(mesh::home_pose(case_.machine));
   for (const mesh::Pose& pose : case_.check_points)
     if (poses_.size() < 4) poses_.push_back(pose);
@@ -145,7 +160,8 @@ Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& opti
   for (int i = 0; i < 2; ++i) {
     mesh::Pose pose = mesh::home_pose(case_.machine);
     for (std::size_t a = 0; a < case_.machine.axes.size(); ++a)
-      if (const mesh::Axis& axis = case_.machine.axes[a]; !axis.endless) pose[static_cast<Index>(a)] = axis.low + (axis.high - axis.low) * random.uniform(0.1, 0.9);
+      if (const mesh::Axis& axis = case_.machine.axes[a]; !axis.endless)
+        pose[a] = axis.low + (axis.high - axis.low) * random.uniform(0.1, 0.9);
     poses_.push_back(pose);
   }
   for (const mesh::Pose& pose : poses_) rows_.push_back(full_.elastic.output_rows(pose));
@@ -155,7 +171,7 @@ Measurement Specimen::described(const std::string& load, std::size_t poses) cons
   Measurement m;
   const std::vector<VectorXd> rows = rows_of(case_.load(load), options_.refine);
   const auto add = [&](MeasuredChannel channel) {
-    channel.column = static_cast<Index>(m.channels.size()) + 1;
+    channel.column = std::ssize(m.channels) + 1;
     m.channels.push_back(std::move(channel));
   };
   const solver::Channels channels(case_.machine);
@@ -203,18 +219,21 @@ Measurement Specimen::described(const std::string& load, std::size_t poses) cons
 
 Measurement Specimen::blank(const std::string& load) const {
   Measurement m = described(load, measured_poses_);
-  m.data.values.setZero(1, static_cast<Index>(m.data.columns.size()));
+  m.data.values.setZero(1, std::ssize(m.data.columns));
   return m;
 }
 
-VectorXd Specimen::warmth_at(const std::string& body, const Eigen::Vector3d& centre) const { return warm_spot(full_, body, centre); }
+VectorXd Specimen::warmth_at(const std::string& body, const Eigen::Vector3d& centre) const {
+  return warm_spot(full_, body, centre);
+}
 
 std::vector<Followable> Specimen::followable(const std::string& load) const {
   const std::vector<VectorXd> rows = rows_of(case_.load(load), 1.0);
   const solver::Channels channels(case_.machine);
   std::vector<Followable> found{{"machine.on", 1.0}};
   for (const MeasuredChannel& channel : described(load, 0).channels) {
-    if (channel.input == "machine.on" || (channel.kind != ChannelKind::speed && channel.kind != ChannelKind::state)) continue;
+    if (channel.input == "machine.on" || (channel.kind != ChannelKind::speed && channel.kind != ChannelKind::state))
+      continue;
     double low = 1e300, high = 0.0;
     for (const VectorXd& row : rows) {
       const double value = row[channels.index(channel.input)], size = std::isfinite(value) ? std::abs(value) : 0.0;
@@ -239,12 +258,14 @@ mesh::Machine Specimen::machine_of(std::uint64_t seed) const {
   return machine;
 }
 
-Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, Random& random, OutsideEffect& outside) const {
+Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
+                            Random& random, OutsideEffect& outside) const {
   const solver::LoadProgram load = case_.load(draw.load);
   mesh::Machine wrong = machine;
   std::vector<const Truth*> spots;
   for (const Truth& truth : draw.truths) {
-    if (truth.parameter.missing) spots.push_back(&truth);
+    if (truth.parameter.missing)
+      spots.push_back(&truth);
     else if (!diagnosis::needs_parts(truth.parameter.kind) && !diagnosis::acts_on_readings(truth.parameter.kind))
       wrong = diagnosis::with_parameter(wrong, truth.parameter, truth.value);
   }
@@ -254,7 +275,9 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
 
   const VectorXd uneven = unevenness(full_, random.uniform(0.0, 6.28));
   const double phase = random.uniform(0.0, 6.28), period = random.uniform(5.0, 11.0) * hour;
-  const auto size_at = [&](double time) { return 1.0 + 0.15 * std::sin(2.0 * std::numbers::pi * time / period + phase); };
+  const auto size_at = [&](double time) {
+    return 1.0 + 0.15 * std::sin(2.0 * std::numbers::pi * time / period + phase);
+  };
   const double bend = random.uniform(0.85, 1.15);  // heat follows a power of its input
   const std::vector<double> ends = load.step_ends(options_.refine);
   std::vector<VectorXd> some_rows;
@@ -269,21 +292,24 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
   const VectorXd offsets = solver::sensor_offsets(machine, layout);
   const auto readings = [&] { return VectorXd(thermal.sensors * state + offsets); };
   const VectorXd first_row = load.row(0.0, ends.front());
-  solver::Chiller right_chiller(machine, layout, channels, solver::chiller_set_points(machine, layout, readings(), right_model.guide_K(first_row)));
-  solver::Chiller wrong_chiller(wrong, layout, channels, solver::chiller_set_points(wrong, layout, readings(), wrong_model.guide_K(first_row)));
+  solver::Chiller right_chiller(
+      machine, layout, channels,
+      solver::chiller_set_points(machine, layout, readings(), right_model.guide_K(first_row)));
+  solver::Chiller wrong_chiller(wrong, layout, channels,
+                                solver::chiller_set_points(wrong, layout, readings(), wrong_model.guide_K(first_row)));
 
-  const auto steps = static_cast<Index>(ends.size());
-  const auto sensors = static_cast<Index>(machine.sensors.size());
+  const auto steps = std::ssize(ends);
+  const auto sensors = std::ssize(machine.sensors);
   Run run;
   run.time.resize(steps + 1);
   run.time << 0.0, Eigen::Map<const VectorXd>(ends.data(), steps);
   run.rows.resize(steps + 1, channels.size());
   run.temperatures.resize(steps + 1, sensors);
-  run.errors.resize(steps + 1, 3 * static_cast<Index>(poses.size()));
+  run.errors.resize(steps + 1, 3 * std::ssize(poses));
   const auto record = [&](Index i) {
     const double size = size_at(run.time[i]);
     run.temperatures.row(i) = ((thermal.sensors * state).head(sensors).array() + machine.reference_C).transpose();
-    for (Index s = 0; s < sensors; ++s) run.temperatures(i, s) += machine.sensors[static_cast<std::size_t>(s)].offset;
+    for (Index s = 0; s < sensors; ++s) run.temperatures(i, s) += machine.sensors[s].offset;
     for (std::size_t p = 0; p < poses.size(); ++p) {
       const solver::OutputRows& r = rows_[p];
       VectorXd tool = r.tool * state, axis = r.table_axis * state, own = r.table_own * state;
@@ -302,16 +328,21 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
     const double from = run.time[s], to = run.time[s + 1], step = to - from;
     const VectorXd row = load.row(from, to), read = readings();
     run.rows.row(s) = row.transpose();
-    const solver::Coefficients right = right_model.coefficients(row, right_chiller.advance(row, read, right_model.guide_K(row), step), read);
-    const solver::Coefficients other = wrong_model.coefficients(row, wrong_chiller.advance(row, read, wrong_model.guide_K(row), step), read);
+    const solver::Coefficients right =
+        right_model.coefficients(row, right_chiller.advance(row, read, right_model.guide_K(row), step), read);
+    const solver::Coefficients other =
+        wrong_model.coefficients(row, wrong_chiller.advance(row, read, wrong_model.guide_K(row), step), read);
     const double size = size_at(0.5 * (from + to));
-    double weight = step * ((other.q - right.q).cwiseAbs().sum() + (other.p - right.p).cwiseAbs().sum()), seen_size = size;
-    VectorXd spot_W(static_cast<Index>(spots.size()));
+    double weight = step * ((other.q - right.q).cwiseAbs().sum() + (other.p - right.p).cwiseAbs().sum()),
+           seen_size = size;
+    VectorXd spot_W(std::ssize(spots));
     for (std::size_t i = 0; i < spots.size(); ++i) {
       const diagnosis::MissingSource& missing = *spots[i]->parameter.missing;
-      const double value = row[channels.index(missing.follows)], share = std::isfinite(value) ? std::abs(value) / missing.at : 0.0;
-      spot_W[static_cast<Index>(i)] = spots[i]->value * size * std::pow(share, bend);
-      if (spots[i] == &draw.truths.front()) weight = step * share, seen_size = share > 0.0 ? size * std::pow(share, bend) / share : 1.0;
+      const double value = row[channels.index(missing.follows)],
+                   share = std::isfinite(value) ? std::abs(value) / missing.at : 0.0;
+      spot_W[i] = spots[i]->value * size * std::pow(share, bend);
+      if (spots[i] == &draw.truths.front())
+        weight = step * share, seen_size = share > 0.0 ? size * std::pow(share, bend) / share : 1.0;
     }
     if (!draw.truths.empty() && diagnosis::needs_parts(draw.truths.front().parameter.kind))
       weight = step, seen_size = draw.truths.front().parameter.kind == "heat_capacity" ? 1.0 : size;
@@ -328,32 +359,38 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
 }
 
 /// What an effect amounts to against the nominal machine, where its size in the mean over the record was so much.
-double Specimen::effective_value(const Truth& truth, const mesh::Machine& machine, const std::optional<double>& mean_size) const {
+double Specimen::effective_value(const Truth& truth, const mesh::Machine& machine,
+                                 const std::optional<double>& mean_size) const {
   if (truth.parameter.missing) return truth.value * mean_size.value_or(0.0);
   if (!mean_size || diagnosis::acts_on_readings(truth.parameter.kind)) return truth.value;
   mesh::Machine nominal = case_.machine, own = machine;
-  const auto before = diagnosis::machine_values(nominal, truth.parameter).front(), here = diagnosis::machine_values(own, truth.parameter).front();
+  const auto before = diagnosis::machine_values(nominal, truth.parameter).front(),
+             here = diagnosis::machine_values(own, truth.parameter).front();
   const double changed = truth.parameter.nominal + (truth.value - truth.parameter.nominal) * *mean_size;
-  return truth.parameter.ratio ? changed * *here.value / *before.value : changed + (*here.value - *before.value) / here.per_unit;
+  return truth.parameter.ratio ? changed * *here.value / *before.value
+                               : changed + (*here.value - *before.value) / here.per_unit;
 }
 
 Record Specimen::record(const Draw& draw, Recording recording) const {
   const bool exact = recording == Recording::exact;
-  const std::vector<mesh::Pose> poses(poses_.begin(), exact ? poses_.end() : poses_.begin() + static_cast<std::ptrdiff_t>(measured_poses_));
-  Random random(draw.seed), noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
+  const std::vector<mesh::Pose> poses(poses_.begin(), exact ? poses_.end() : poses_.begin() + measured_poses_);
+  Random random(draw.seed),
+      noise(draw.seed * 7919 + 5);  // of effects, of readings: two runs of a seed differ by the effect alone
   const mesh::Machine machine = machine_of(draw.seed);
   OutsideEffect outside(draw.outside, draw.outside_where, machine, full_.thermal.layout, random);
   const Run run = this->run(draw, machine, poses, random, outside);
   Record result;
-  for (std::size_t i = 0; i < draw.truths.size(); ++i)  // the second one's size is not followed: it wanders about what was drawn
-    result.effective.push_back(effective_value(draw.truths[i], machine, i == 0 ? run.mean_size : std::optional<double>(1.0)));
+  for (std::size_t i = 0; i < draw.truths.size();
+       ++i)  // the second one's size is not followed: it wanders about what was drawn
+    result.effective.push_back(
+        effective_value(draw.truths[i], machine, i == 0 ? run.mean_size : std::optional<double>(1.0)));
 
   const VectorXd& time = run.time;
   const solver::Channels channels(machine);
   VectorXd air = VectorXd::Constant(time.size(), machine.reference_C);
   if (const int index = channels.index("air.T_C"); index >= 0) air = run.rows.col(index);
   Measurement m = described(draw.load, poses.size());
-  m.data.values.resize(time.size(), static_cast<Index>(m.data.columns.size()));
+  m.data.values.resize(time.size(), std::ssize(m.data.columns));
   m.data.values.col(0) = time;
   MatrixXd noiseless = m.data.values;
   Index pose_column = 0;
@@ -367,7 +404,8 @@ Record Specimen::record(const Draw& draw, Recording recording) const {
       continue;
     }
     const bool is_sensor = !channel.sensor.empty();
-    VectorXd values = is_sensor ? VectorXd(run.temperatures.col(machine.sensor_index(channel.sensor))) : VectorXd(run.errors.col(pose_column++));
+    VectorXd values = is_sensor ? VectorXd(run.temperatures.col(machine.sensor_index(channel.sensor)))
+                                : VectorXd(run.errors.col(pose_column++));
     for (const Truth& truth : draw.truths) {
       if (!diagnosis::acts_on_readings(truth.parameter.kind)) continue;
       const std::string& where = truth.parameter.where;

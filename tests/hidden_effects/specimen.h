@@ -25,15 +25,15 @@ namespace thermotwin::hidden {
 
 /// The same numbers with every library: Box and Muller on the engine's bits.
 class Random {
- public:
+public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
   double uniform(double low = 0.0, double high = 1.0) {
-    return low + (high - low) * (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53;
+    return low + (high - low) * ((engine_() >> 11) + 0.5) * 0x1p-53;
   }
   double normal();
   std::size_t index(std::size_t count) { return static_cast<std::size_t>(engine_() % count); }
 
- private:
+private:
   std::mt19937_64 engine_;
 };
 
@@ -47,7 +47,7 @@ struct Truth {
 enum class Outside { none, hysteretic_joint, humid_film, slipping_cable, jumping_bearing };
 
 struct Draw {
-  std::vector<Truth> truths;           ///< none: a clean set
+  std::vector<Truth> truths;  ///< none: a clean set
   Outside outside = Outside::none;
   std::string outside_where;
   std::string load;
@@ -59,9 +59,10 @@ enum class Recording { measured, exact };
 
 struct Record {
   compensation::Measurement measurement;
-  compensation::Measurement noiseless;   ///< the same rows and gaps without noise and without a module's steps
-  std::vector<double> effective;         ///< (truths) what each effect amounts to against the nominal machine, in the mean over
-                                         ///< the record: its size wanders, and the specimen's own value is not the nominal one
+  compensation::Measurement noiseless;  ///< the same rows and gaps without noise and without a module's steps
+  std::vector<double>
+      effective;  ///< (truths) what each effect amounts to against the nominal machine, in the mean over
+                  ///< the record: its size wanders, and the specimen's own value is not the nominal one
 };
 
 /// An input that heat may follow, and its largest value under a load.
@@ -71,19 +72,19 @@ struct Followable {
 };
 
 struct SpecimenOptions {
-  double size_factor = 0.7, refine = 1.4;   ///< mesh; rows of the record relative to the load's own steps
-  double tolerance_K = 0.03;                ///< of a step, largest error at any node; a few nodes at a bearing have it
-  double solved_to = 1e-5;                  ///< of each right-hand side: against 1e-9 a record differs by less than 0.001 um
+  double size_factor = 0.7, refine = 1.4;  ///< mesh; rows of the record relative to the load's own steps
+  double tolerance_K = 0.03;               ///< of a step, largest error at any node; a few nodes at a bearing have it
+  double solved_to = 1e-5;  ///< of each right-hand side: against 1e-9 a record differs by less than 0.001 um
   double noise_K = 0.05, noise_um = 0.3;
-  double missing_share = 0.03;              ///< of values; half as many whole rows
-  std::uint64_t seed = 1;                   ///< of materials
+  double missing_share = 0.03;  ///< of values; half as many whole rows
+  std::uint64_t seed = 1;       ///< of materials
   std::filesystem::path cache;
 };
 
 class OutsideEffect;
 
 class Specimen {
- public:
+public:
   Specimen(const solver::Case& machine_case, const SpecimenOptions& options);
 
   const mesh::Machine& nominal() const { return case_.machine; }
@@ -91,7 +92,9 @@ class Specimen {
   compensation::Measurement blank(const std::string& load) const;
   /// @param recording  exact: without noise and gaps, at the poses of a measurement and two that none has seen
   Record record(const Draw& draw, Recording recording = Recording::measured) const;
-  compensation::Measurement measure(const Draw& draw, Recording recording = Recording::measured) const { return record(draw, recording).measurement; }
+  compensation::Measurement measure(const Draw& draw, Recording recording = Recording::measured) const {
+    return record(draw, recording).measurement;
+  }
   /// Speeds and states that a control sends and that change under the load, and the machine being on.
   std::vector<Followable> followable(const std::string& load) const;
   std::size_t measured_poses() const { return measured_poses_; }
@@ -100,23 +103,25 @@ class Specimen {
   const mesh::MachineMesh& mesh() const { return full_.mesh; }
   Eigen::Index nodes() const { return full_.mesh.nodes(); }
 
- private:
+private:
   /// What is true of a machine under a load, at every end of a row.
   struct Run {
-    Eigen::VectorXd time;                          ///< (n) s
-    Eigen::MatrixXd rows, temperatures, errors;    ///< (n x channels), (n x sensors) degC, (n x 3 poses) um
-    std::optional<double> mean_size;               ///< of the first effect, weighted by what it changes; none: it never acts
+    Eigen::VectorXd time;                        ///< (n) s
+    Eigen::MatrixXd rows, temperatures, errors;  ///< (n x channels), (n x sensors) degC, (n x 3 poses) um
+    std::optional<double> mean_size;  ///< of the first effect, weighted by what it changes; none: it never acts
   };
-  Run run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, Random& random, OutsideEffect& outside) const;
+  Run run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, Random& random,
+          OutsideEffect& outside) const;
   mesh::Machine machine_of(std::uint64_t seed) const;
-  double effective_value(const Truth& truth, const mesh::Machine& machine, const std::optional<double>& mean_size) const;
+  double effective_value(const Truth& truth, const mesh::Machine& machine,
+                         const std::optional<double>& mean_size) const;
   /// Channels and their columns; values follow.
   compensation::Measurement described(const std::string& load, std::size_t poses) const;
 
   solver::Case case_;
   SpecimenOptions options_;
   solver::FullModel full_;
-  std::vector<mesh::Pose> poses_;           ///< those of measurements first
+  std::vector<mesh::Pose> poses_;  ///< those of measurements first
   std::vector<solver::OutputRows> rows_;
   std::size_t measured_poses_ = 0;
 };

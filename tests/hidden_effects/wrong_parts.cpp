@@ -30,8 +30,9 @@ solver::SparseMatrix made_uneven(const solver::SparseMatrix& matrix, const Vecto
 
 }  // namespace
 
-WrongParts wrong_parts(const solver::FullModel& full, const std::vector<Truth>& truths, const std::vector<mesh::Pose>& poses,
-                       const std::vector<solver::OutputRows>& right, const VectorXd& uneven) {
+WrongParts wrong_parts(const solver::FullModel& full, const std::vector<Truth>& truths,
+                       const std::vector<mesh::Pose>& poses, const std::vector<solver::OutputRows>& right,
+                       const VectorXd& uneven) {
   WrongParts wrong;
   for (const Truth& truth : truths) {
     const std::string& kind = truth.parameter.kind;
@@ -48,7 +49,9 @@ WrongParts wrong_parts(const solver::FullModel& full, const std::vector<Truth>& 
     const VectorXd share = kind == "contact_stiffness" ? VectorXd::Ones(uneven.size()).eval() : uneven;
     for (std::size_t p = 0; p < poses.size(); ++p) {
       solver::OutputRows change = elastic.output_rows(poses[p]);
-      const auto differ = [&](Eigen::MatrixXd& rows, const Eigen::MatrixXd& before) { rows = ((rows - before) * share.asDiagonal()).eval(); };
+      const auto differ = [&](Eigen::MatrixXd& rows, const Eigen::MatrixXd& before) {
+        rows = ((rows - before) * share.asDiagonal()).eval();
+      };
       differ(change.tool, right[p].tool);
       differ(change.table_axis, right[p].table_axis);
       differ(change.table_own, right[p].table_own);
@@ -71,17 +74,19 @@ std::pair<std::string, Vector3d> drawn_place(const mesh::MachineMesh& mesh, Rand
   double left = total * random.uniform();
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
     for (Index f = 0; f < mesh.bodies[b].face_count(); ++f)
-      if ((left -= mesh.bodies[b].face_area(f)) <= 0.0) return {mesh.machine.bodies[b].id, mesh.bodies[b].face_centre(f)};
+      if ((left -= mesh.bodies[b].face_area(f)) <= 0.0)
+        return {mesh.machine.bodies[b].id, mesh.bodies[b].face_centre(f)};
   return {mesh.machine.bodies.back().id, mesh.bodies.back().face_centre(0)};
 }
 
 VectorXd warm_spot(const solver::FullModel& full, const std::string& body, const Vector3d& centre) {
-  const auto b = static_cast<std::size_t>(full.mesh.machine.body_index(body));
+  const std::size_t b = full.mesh.machine.body_index(body);
   const mesh::TetMesh& mesh = full.mesh.bodies[b];
   VectorXd heat = VectorXd::Zero(full.thermal.size);
   for (Index f = 0; f < mesh.face_count(); ++f) {
     const double distance = (mesh.face_centre(f) - centre).norm() / spot_m;
-    for (Index k = 0; k < 3; ++k) heat[full.mesh.first_node[b] + mesh.faces(k, f)] += mesh.face_area(f) * std::exp(-0.5 * distance * distance);
+    for (Index k = 0; k < 3; ++k)
+      heat[full.mesh.first_node[b] + mesh.faces(k, f)] += mesh.face_area(f) * std::exp(-0.5 * distance * distance);
   }
   return heat / heat.sum();
 }

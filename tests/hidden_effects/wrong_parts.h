@@ -16,14 +16,15 @@ namespace thermotwin::hidden {
 
 /// What truths of parts change in a specimen's matrices; empty where nothing does.
 struct WrongParts {
-  solver::SparseMatrix capacity;            ///< (size x size) J/K, added to E
-  std::vector<solver::OutputRows> rows;     ///< (poses) added to the output rows, at the effect's full size
+  solver::SparseMatrix capacity;         ///< (size x size) J/K, added to E
+  std::vector<solver::OutputRows> rows;  ///< (poses) added to the output rows, at the effect's full size
 };
 
 /// @param right   output rows of the specimen at the poses
 /// @param uneven  (size) a capacity or an expansion that is off is so by this share from place to place
-WrongParts wrong_parts(const solver::FullModel& full, const std::vector<Truth>& truths, const std::vector<mesh::Pose>& poses,
-                       const std::vector<solver::OutputRows>& right, const Eigen::VectorXd& uneven);
+WrongParts wrong_parts(const solver::FullModel& full, const std::vector<Truth>& truths,
+                       const std::vector<mesh::Pose>& poses, const std::vector<solver::OutputRows>& right,
+                       const Eigen::VectorXd& uneven);
 
 /// A place on the skin of the machine's bodies, all areas alike: its body and where, m, home frame.
 std::pair<std::string, Eigen::Vector3d> drawn_place(const mesh::MachineMesh& mesh, Random& random);

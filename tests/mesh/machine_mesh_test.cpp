@@ -19,16 +19,13 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-mesh::Machine small() {
-  return mesh::parse_machine(samples::machine_text(), "/there/machine.toml");
-}
+mesh::Machine small() { return mesh::parse_machine(samples::machine_text(), "/there/machine.toml"); }
 
 TEST(Kinematics, ChainOfParents) {
   const mesh::Machine m = small();
   mesh::Pose pose = mesh::home_pose(m);
   ASSERT_EQ(pose.size(), 3);
-  EXPECT_TRUE(
-      mesh::body_transform(m, m.body_index("table"), pose).isApprox(Eigen::Isometry3d::Identity(), 1e-15));
+  EXPECT_TRUE(mesh::body_transform(m, m.body_index("table"), pose).isApprox(Eigen::Isometry3d::Identity(), 1e-15));
   pose << 0.1, 45 * degree, 90 * degree;
   // By hand: C turns (0.01 + 0.3, 0, 0.1) about (0.01, 0) to (0.01, 0.3, 0.1); B about y through
   // z = 0.1 turns (0.01, 0) in x, z - 0.1 to (0.01 cos 45, -0.01 sin 45); X adds 0.1.
@@ -40,8 +37,7 @@ TEST(Kinematics, ChainOfParents) {
   // A point straight above the swivel axis goes towards +x for a positive turn about +y.
   const Vector3d above = mesh::body_transform(m, m.body_index("swivel"), pose) * Vector3d(0.0, 0.2, 1.1);
   EXPECT_TRUE(above.isApprox(Vector3d(0.1 + half, 0.2, 0.1 + half), 1e-14)) << above.transpose();
-  EXPECT_TRUE(
-      mesh::body_transform(m, m.body_index("bed"), pose).isApprox(Eigen::Isometry3d::Identity(), 0.0));
+  EXPECT_TRUE(mesh::body_transform(m, m.body_index("bed"), pose).isApprox(Eigen::Isometry3d::Identity(), 0.0));
 }
 
 TEST(Kinematics, Poses) {
@@ -175,8 +171,7 @@ TEST(MachineMesh, ARuleThatPicksNothingSaysWhatIsNear) {
     const mesh::Machine m = mesh::parse_machine(text, folder.path() / "machine.toml");
     return samples::message_of([&] { mesh::build_machine_mesh(m, {}); });
   };
-  const std::string message =
-      error(samples::replaced(two_blocks(), "[0, 0, 100], plane", "[0, 0, 112.3], plane"));
+  const std::string message = error(samples::replaced(two_blocks(), "[0, 0, 100], plane", "[0, 0, 112.3], plane"));
   EXPECT_NE(message.find("12.3 mm from the plane"), std::string::npos) << message;
   EXPECT_NE(message.find("machine.toml:"), std::string::npos) << message;
   const std::string nothing_left =

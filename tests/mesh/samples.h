@@ -16,10 +16,11 @@ namespace samples {
 
 /// A folder of this test's own, gone afterwards.
 class Folder {
- public:
+public:
   Folder() {
     static int count = 0;
-    path_ = std::filesystem::temp_directory_path() / ("thermotwin_mesh_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
+    path_ = std::filesystem::temp_directory_path() /
+            ("thermotwin_mesh_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
     std::filesystem::create_directories(path_);
   }
   ~Folder() {
@@ -34,7 +35,7 @@ class Folder {
   }
   const std::filesystem::path& path() const { return path_; }
 
- private:
+private:
   std::filesystem::path path_;
 };
 

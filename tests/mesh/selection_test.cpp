@@ -49,7 +49,8 @@ TEST(Selection, ConditionsHoldTogether) {
 }
 
 TEST(Selection, APlaneTakesNoFacesAtRightAnglesToIt) {
-  mesh::TetMesh strip = samples::box_mesh({0.2, 0.01, 0.003}, 4);  // triangles' centres on the sides from 0.25 mm above the plane
+  mesh::TetMesh strip =
+      samples::box_mesh({0.2, 0.01, 0.003}, 4);  // triangles' centres on the sides from 0.25 mm above the plane
   mesh::build_boundary(strip, "strip");
   mesh::Rule rule;
   rule.plane_point = Vector3d(0, 0, 0);

@@ -33,7 +33,8 @@ TEST(SensorCheck, InOnAndBesideTheBodyIsFine) {
 
 TEST(SensorCheck, FarOffIsRefusedWithItsDistance) {
   const std::string message = refused({0.2, 0.1, 0.15});
-  for (const char* words : {"machine.toml", "'T1'", "[200, 100, 150]", "50 mm outside body 'box'", "element_size_mm = 20"})
+  for (const char* words :
+       {"machine.toml", "'T1'", "[200, 100, 150]", "50 mm outside body 'box'", "element_size_mm = 20"})
     EXPECT_NE(message.find(words), std::string::npos) << words << " in: " << message;
   EXPECT_NE(refused({0.43, 0.21, 0.05}).find("31.6 mm"), std::string::npos) << "sqrt(30^2 + 10^2) beside an edge";
 }

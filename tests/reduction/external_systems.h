@@ -80,20 +80,24 @@ inline LinearSystem plate(int m, int inputs, double speed = 0.0) {
   const auto node = [side](int i, int j) { return i * side + j; };
   Triplets e, a;
   // Of a line element; the plate's are products.
-  const double mass[2][2] = {{h / 3, h / 6}, {h / 6, h / 3}}, stiff[2][2] = {{1 / h, -1 / h}, {-1 / h, 1 / h}}, along[2][2] = {{-0.5, 0.5}, {-0.5, 0.5}};
+  const double mass[2][2] = {{h / 3, h / 6}, {h / 6, h / 3}}, stiff[2][2] = {{1 / h, -1 / h}, {-1 / h, 1 / h}},
+               along[2][2] = {{-0.5, 0.5}, {-0.5, 0.5}};
   for (int i = 0; i < m; ++i)
     for (int j = 0; j < m; ++j)
       for (int p = 0; p < 4; ++p)
         for (int q = 0; q < 4; ++q) {
           const int row = node(i + p / 2, j + p % 2), column = node(i + q / 2, j + q % 2);
-          const auto product = [&](const double(&x)[2][2], const double(&y)[2][2]) { return x[p / 2][q / 2] * y[p % 2][q % 2]; };
+          const auto product = [&](const double(&x)[2][2], const double(&y)[2][2]) {
+            return x[p / 2][q / 2] * y[p % 2][q % 2];
+          };
           e.emplace_back(row, column, product(mass, mass));
           a.emplace_back(row, column, -product(stiff, mass) - product(mass, stiff) - speed * product(along, mass));
         }
   Eigen::MatrixXd b = Eigen::MatrixXd::Zero(n, inputs), c = Eigen::MatrixXd::Zero(3, n);
   for (int k = 0; k < m; ++k)
     for (const bool first : {true, false}) {
-      for (const auto& [low, high] : {std::pair(node(k, 0), node(k + 1, 0)), std::pair(node(k, m), node(k + 1, m)), std::pair(node(0, k), node(0, k + 1)), std::pair(node(m, k), node(m, k + 1))}) {
+      for (const auto& [low, high] : {std::pair(node(k, 0), node(k + 1, 0)), std::pair(node(k, m), node(k + 1, m)),
+                                      std::pair(node(0, k), node(0, k + 1)), std::pair(node(m, k), node(m, k + 1))}) {
         // Out of the plate the stream carries heat too: the film keeps x^T A x < 0.
         a.emplace_back(first ? low : high, first ? low : high, -(1.0 + speed) * h / 2);
       }

@@ -272,25 +272,23 @@ X_mm = [-200, 0, 200]
 Z_mm = [-100, 0, 100]
 )";
 
-inline mesh::Machine small_machine() {
-  return mesh::parse_machine(small_machine_text, "boxes/machine.toml");
-}
+inline mesh::Machine small_machine() { return mesh::parse_machine(small_machine_text, "boxes/machine.toml"); }
 
 /// @param finer  divides the elements
 inline mesh::MachineMesh small_machine_mesh(int finer = 1) {
   const auto box = [finer](const Eigen::Vector3d& low, const Eigen::Vector3d& high, const Eigen::Vector3i& cells) {
     return box_mesh(low, high, cells * finer);
   };
-  return machine_mesh(small_machine(), {box({-0.4, -0.2, -0.2}, {0.4, 0.4, 0.0}, {6, 5, 2}),
-                                        box({-0.15, -0.15, 0.0}, {0.15, 0.15, 0.15}, {3, 3, 2}),
-                                        box({-0.12, -0.12, 0.15}, {0.12, 0.12, 0.2}, {3, 3, 1}),
-                                        box({-0.12, 0.2, 0.0}, {0.12, 0.38, 0.55}, {2, 2, 5}),
-                                        box({-0.1, 0.05, 0.25}, {0.1, 0.2, 0.4}, {2, 2, 2})});
+  return machine_mesh(
+      small_machine(),
+      {box({-0.4, -0.2, -0.2}, {0.4, 0.4, 0.0}, {6, 5, 2}), box({-0.15, -0.15, 0.0}, {0.15, 0.15, 0.15}, {3, 3, 2}),
+       box({-0.12, -0.12, 0.15}, {0.12, 0.12, 0.2}, {3, 3, 1}), box({-0.12, 0.2, 0.0}, {0.12, 0.38, 0.55}, {2, 2, 5}),
+       box({-0.1, 0.05, 0.25}, {0.1, 0.2, 0.4}, {2, 2, 2})});
 }
 
 /// A folder of this test's own, gone afterwards.
 class Scratch {
- public:
+public:
   Scratch() {
     static int count = 0;
     path_ = std::filesystem::temp_directory_path() /
@@ -305,7 +303,7 @@ class Scratch {
   Scratch& operator=(const Scratch&) = delete;
   const std::filesystem::path& path() const { return path_; }
 
- private:
+private:
   std::filesystem::path path_;
 };
 

@@ -34,8 +34,8 @@ inline mesh::JointSpec elastic_joint(const std::string& id, const std::string& k
 }
 
 inline mesh::ScaleSpec scale(const std::string& axis, const std::string& carrier, const std::string& head_body,
-                             const Eigen::Vector3d& start, const Eigen::Vector3d& end,
-                             const Eigen::Vector3d& fixed_at, const Eigen::Vector3d& head, double expansion) {
+                             const Eigen::Vector3d& start, const Eigen::Vector3d& end, const Eigen::Vector3d& fixed_at,
+                             const Eigen::Vector3d& head, double expansion) {
   mesh::ScaleSpec s;
   s.axis = axis;
   s.carrier = carrier;
@@ -66,7 +66,7 @@ inline mesh::Machine box_machine(const BoxMachineOptions& options = {}) {
   turn.endless = true;
   turn.rapid = 10.0;
   machine.axes.push_back(turn);
-  machine.surfaces = {surface("bed.feet", "bed", {"z0"}),         surface("bed.top", "bed", {"z1"}),
+  machine.surfaces = {surface("bed.feet", "bed", {"z0"}),          surface("bed.top", "bed", {"z1"}),
                       surface("slide.carriages", "slide", {"z0"}), surface("slide.top", "slide", {"z1"}),
                       surface("table.seat", "table", {"z0"}),      surface("table.top", "table", {"z1"}),
                       surface("column.foot", "column", {"z0"}),    surface("column.rails", "column", {"y0"}),
@@ -80,8 +80,8 @@ inline mesh::Machine box_machine(const BoxMachineOptions& options = {}) {
   machine.joints[0].stiffness_tangential = {options.mount_tangential, 0.0};
   machine.scales = {scale("X", "bed", "slide", {-0.4, -0.38, -0.1}, {0.4, -0.38, -0.1}, {-0.4, -0.38, -0.1},
                           {0.0, -0.2, -0.05}, options.tape_expansion),
-                    scale("Z", "column", "head", {0.2, 0.25, 0.1}, {0.2, 0.25, 0.6}, {0.2, 0.25, 0.6},
-                          {0.1, 0.2, 0.4}, options.tape_expansion)};
+                    scale("Z", "column", "head", {0.2, 0.25, 0.1}, {0.2, 0.25, 0.6}, {0.2, 0.25, 0.6}, {0.1, 0.2, 0.4},
+                          options.tape_expansion)};
   machine.ambients = {ambient("air", 20.0), ambient("foundation", 20.0)};
   machine.films = {constant_film("bed.top", {"bed.top"}, 8.0)};
   machine.tcp.tool_body = "head";
@@ -100,11 +100,11 @@ inline mesh::MachineMesh box_machine_mesh(const BoxMachineOptions& options = {})
   const auto box = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& high, const Eigen::Vector3i& cells) {
     return box_mesh(low, high, cells * options.finer);
   };
-  return machine_mesh(box_machine(options), {box({-0.5, -0.4, -0.3}, {0.5, 0.4, -0.1}, {8, 6, 2}),
-                                             box({-0.2, -0.2, -0.1}, {0.2, 0.2, 0.0}, {4, 4, 2}),
-                                             box({-0.15, -0.15, 0.0}, {0.15, 0.15, 0.05}, {4, 4, 1}),
-                                             box({-0.2, 0.25, -0.1}, {0.2, 0.4, 0.6}, {4, 2, 7}),
-                                             box({-0.1, 0.0, 0.25}, {0.1, 0.25, 0.45}, {2, 3, 2})});
+  return machine_mesh(
+      box_machine(options),
+      {box({-0.5, -0.4, -0.3}, {0.5, 0.4, -0.1}, {8, 6, 2}), box({-0.2, -0.2, -0.1}, {0.2, 0.2, 0.0}, {4, 4, 2}),
+       box({-0.15, -0.15, 0.0}, {0.15, 0.15, 0.05}, {4, 4, 1}), box({-0.2, 0.25, -0.1}, {0.2, 0.4, 0.6}, {4, 2, 7}),
+       box({-0.1, 0.0, 0.25}, {0.1, 0.25, 0.45}, {2, 3, 2})});
 }
 
 inline mesh::Pose box_pose(double x, double z, double c = 0.0) {

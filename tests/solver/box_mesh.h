@@ -13,8 +13,7 @@
 namespace thermotwin::test {
 
 /// @param low, high  corners in m   @param cells  along x, y, z
-inline mesh::TetMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high,
-                              const Eigen::Vector3i& cells) {
+inline mesh::TetMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d& high, const Eigen::Vector3i& cells) {
   mesh::TetMesh box;
   const auto node = [&](int i, int j, int k) { return (k * (cells[1] + 1) + j) * (cells[0] + 1) + i; };
   box.points.resize(3, (cells[0] + 1) * (cells[1] + 1) * (cells[2] + 1));
@@ -22,7 +21,8 @@ inline mesh::TetMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d&
     for (int j = 0; j <= cells[1]; ++j)
       for (int i = 0; i <= cells[0]; ++i)
         box.points.col(node(i, j, k)) =
-            low + (high - low).cwiseProduct(Eigen::Vector3d(double(i) / cells[0], double(j) / cells[1], double(k) / cells[2]));
+            low + (high - low)
+                      .cwiseProduct(Eigen::Vector3d(double(i) / cells[0], double(j) / cells[1], double(k) / cells[2]));
   // Kuhn's division: each tetrahedron walks from corner 000 to 111 along the axes in one order.
   constexpr std::array<std::array<int, 3>, 6> walks{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
   box.tets.resize(4, 6 * cells.prod());
@@ -34,7 +34,7 @@ inline mesh::TetMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d&
           Eigen::Vector3i at(i, j, k);
           box.tets(0, t) = node(at[0], at[1], at[2]);
           for (int s = 0; s < 3; ++s) {
-            ++at[walk[static_cast<std::size_t>(s)]];
+            ++at[walk[s]];
             box.tets(s + 1, t) = node(at[0], at[1], at[2]);
           }
           if (box.volume(t) < 0) std::swap(box.tets(2, t), box.tets(3, t));
@@ -58,7 +58,7 @@ inline mesh::MachineMesh machine_mesh(mesh::Machine machine, std::vector<mesh::T
   result.first_node.push_back(0);
   for (const mesh::TetMesh& body : bodies) result.first_node.push_back(result.first_node.back() + body.nodes());
   for (const mesh::SurfaceSpec& surface : machine.surfaces) {
-    const mesh::TetMesh& body = bodies.at(static_cast<std::size_t>(machine.body_index(surface.body)));
+    const mesh::TetMesh& body = bodies.at(machine.body_index(surface.body));
     std::vector<int> faces;
     for (const mesh::Rule& rule : surface.any_of) {
       const std::vector<int>& group = body.groups.at(rule.group);
@@ -95,8 +95,8 @@ inline mesh::Material steel() {
   return m;
 }
 
-inline mesh::BodySpec body(const std::string& id, const std::string& material = "steel",
-                           const std::string& parent = "", const std::string& axis = "") {
+inline mesh::BodySpec body(const std::string& id, const std::string& material = "steel", const std::string& parent = "",
+                           const std::string& axis = "") {
   mesh::BodySpec b;
   b.id = id;
   b.material = material;
@@ -128,8 +128,8 @@ inline mesh::AmbientSpec ambient(const std::string& id, double default_C, const 
   return a;
 }
 
-inline mesh::FilmSpec constant_film(const std::string& id, const std::vector<std::string>& surfaces,
-                                    double coefficient, const std::string& ambient_id = "air") {
+inline mesh::FilmSpec constant_film(const std::string& id, const std::vector<std::string>& surfaces, double coefficient,
+                                    const std::string& ambient_id = "air") {
   mesh::FilmSpec f;
   f.id = id;
   f.surfaces = surfaces;

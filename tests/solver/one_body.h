@@ -19,9 +19,11 @@ struct Run {
 };
 
 class Bench {
- public:
+public:
   explicit Bench(mesh::MachineMesh machine_mesh)
-      : mesh(std::move(machine_mesh)), system(solver::assemble_thermal(mesh)), model(mesh.machine, system.layout) {}
+      : mesh(std::move(machine_mesh)),
+        system(solver::assemble_thermal(mesh)),
+        model(mesh.machine, system.layout) {}
 
   solver::LoadProgram program(const std::string& text) const {
     return solver::LoadProgram::parse("schema = 1\n" + text, "p.toml", mesh.machine);
@@ -81,7 +83,8 @@ inline mesh::MachineMesh bar_mesh(mesh::Machine machine, int order = 1, int fine
   return machine_mesh(std::move(machine), {std::move(bar)});
 }
 
-inline mesh::SourceSpec heat_source(const std::string& id, double power, const std::string& surface_id, const std::string& volume = "") {
+inline mesh::SourceSpec heat_source(const std::string& id, double power, const std::string& surface_id,
+                                    const std::string& volume = "") {
   mesh::SourceSpec source;
   source.id = id;
   source.laws = {{"machine.on", {0, 1}, {0, power}}};

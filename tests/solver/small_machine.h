@@ -40,10 +40,14 @@ inline mesh::Machine slide_machine() {
   m.materials = {steel()};
   m.bodies = {body("bed"), body("slide", "steel", "bed", "X")};
   m.axes = {linear_axis("X", Eigen::Vector3d::UnitX(), -0.2, 0.2)};
-  m.surfaces = {surface("bed.rail", "bed", {"z1"}),          surface("bed.feet", "bed", {"z0"}),
-                surface("bed.skin", "bed", {"x0", "x1", "y0", "y1"}), surface("slide.pad", "slide", {"z0"}),
-                surface("slide.top", "slide", {"z1"}),       surface("slide.left", "slide", {"y0"}),
-                surface("slide.right", "slide", {"y1"}),     surface("slide.front", "slide", {"x1"})};
+  m.surfaces = {surface("bed.rail", "bed", {"z1"}),
+                surface("bed.feet", "bed", {"z0"}),
+                surface("bed.skin", "bed", {"x0", "x1", "y0", "y1"}),
+                surface("slide.pad", "slide", {"z0"}),
+                surface("slide.top", "slide", {"z1"}),
+                surface("slide.left", "slide", {"y0"}),
+                surface("slide.right", "slide", {"y1"}),
+                surface("slide.front", "slide", {"x1"})};
   m.ambients = {ambient("air", 20.0), ambient("foundation", 20.0, "air", -1.0), ambient("cutting_fluid", 24.0)};
   mesh::FilmSpec skin = constant_film("bed.skin", {"bed.skin"}, 1.0);
   skin.kind = mesh::FilmKind::free_convection;
@@ -74,9 +78,11 @@ inline mesh::Machine slide_machine() {
   coolant.id = "main";
   coolant.flow = {0.02, 0.0};
   coolant.guide_sensor = "T1";
-  coolant.segments = {{"left", "slide.left", {800.0, 0.0}, 1e-4}, {"right", "slide.right", {600.0, 0.0}, 2e-4, 1, {"left"}}};
+  coolant.segments = {{"left", "slide.left", {800.0, 0.0}, 1e-4},
+                      {"right", "slide.right", {600.0, 0.0}, 2e-4, 1, {"left"}}};
   m.coolants = {coolant};
-  m.sources = {source("motor", "spindle.speed_rpm", {0, 6000, 12000}, {0, 100, 240}, {on_surface("slide.front", 0.4), at_joint("X_guide", 0.5, 0.3)}),
+  m.sources = {source("motor", "spindle.speed_rpm", {0, 6000, 12000}, {0, 100, 240},
+                      {on_surface("slide.front", 0.4), at_joint("X_guide", 0.5, 0.3)}),
                source("friction", "axis.X.feed_mm_min", {0, 30000}, {0, 90}, {at_joint("X_guide", 1.0, 0.5)}),
                source("cabinet", "machine.on", {0, 1}, {0, 40}, {on_surface("bed.skin")})};
   mesh::SensorSpec t1, t2;
@@ -94,8 +100,9 @@ inline mesh::Machine slide_machine() {
 
 /// @param refine  multiplies the number of cells along each edge
 inline mesh::MachineMesh slide_mesh(int refine = 1, mesh::Machine machine = slide_machine()) {
-  return machine_mesh(std::move(machine), {box_mesh({0, 0, 0}, {0.6, 0.12, 0.1}, refine * Eigen::Vector3i(9, 3, 2)),
-                                           box_mesh({0.25, 0.01, 0.101}, {0.35, 0.11, 0.16}, refine * Eigen::Vector3i(4, 5, 2))});
+  return machine_mesh(std::move(machine),
+                      {box_mesh({0, 0, 0}, {0.6, 0.12, 0.1}, refine * Eigen::Vector3i(9, 3, 2)),
+                       box_mesh({0.25, 0.01, 0.101}, {0.35, 0.11, 0.16}, refine * Eigen::Vector3i(4, 5, 2))});
 }
 
 }  // namespace thermotwin::test

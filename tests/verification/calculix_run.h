@@ -19,10 +19,11 @@ inline bool have_ccx() { return std::system("command -v ccx > /dev/null 2>&1") =
 
 /// A deck in a folder that goes with it.
 class CalculiX {
- public:
+public:
   CalculiX(const mesh::MachineMesh& mesh, const solver::DeckOptions& options) : nodes_(mesh.nodes()) {
     static int count = 0;
-    folder_ = std::filesystem::temp_directory_path() / ("thermotwin_ccx_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
+    folder_ = std::filesystem::temp_directory_path() /
+              ("thermotwin_ccx_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
     summary_ = solver::write_calculix_deck(folder_, mesh, options);
     run("heat");
     if (!options.heat_only) run("static");
@@ -35,8 +36,8 @@ class CalculiX {
   /// degC at the end of each step of heat.inp, one column a step
   Eigen::MatrixXd temperatures() const {
     const std::vector<Eigen::MatrixXd> blocks = read("heat", "NDTEMP", 1);
-    Eigen::MatrixXd all(nodes_, static_cast<Eigen::Index>(blocks.size()));
-    for (std::size_t i = 0; i < blocks.size(); ++i) all.col(static_cast<Eigen::Index>(i)) = blocks[i].row(0).transpose();
+    Eigen::MatrixXd all(nodes_, std::ssize(blocks));
+    for (std::size_t i = 0; i < blocks.size(); ++i) all.col(i) = blocks[i].row(0).transpose();
     return all;
   }
   /// m, (3 x nodes), in the machine's frame
@@ -45,9 +46,10 @@ class CalculiX {
     return blocks.empty() ? Eigen::MatrixXd() : blocks.back();
   }
 
- private:
+private:
   void run(const std::string& job) const {
-    const std::string command = "cd '" + folder_.string() + "' && OMP_NUM_THREADS=1 ccx " + job + " > " + job + ".log 2>&1";
+    const std::string command =
+        "cd '" + folder_.string() + "' && OMP_NUM_THREADS=1 ccx " + job + " > " + job + ".log 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0) << "see " << folder_.string() << "/" << job << ".log";
   }
 
@@ -65,7 +67,7 @@ class CalculiX {
       } else if (inside && line.starts_with(" -1")) {
         const long node = std::stol(line.substr(3, 10));
         if (node > nodes_) continue;
-        for (int i = 0; i < components; ++i) blocks.back()(i, node - 1) = std::stod(line.substr(static_cast<std::size_t>(13 + 12 * i), 12));
+        for (int i = 0; i < components; ++i) blocks.back()(i, node - 1) = std::stod(line.substr(13 + 12 * i, 12));
       }
     }
     return blocks;

@@ -3,6 +3,7 @@
 // our own temperatures and displacements at every node.
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/simulation.h"
@@ -33,16 +34,18 @@ double difference(const Eigen::VectorXd& theirs_C, const Eigen::VectorXd& ours_C
   return (theirs_C - ours_C).cwiseAbs().maxCoeff() / range;
 }
 
-void expect_temperatures(const std::string& name, const std::string& source, const Eigen::VectorXd& theirs_C, const Eigen::VectorXd& ours_C,
-                         const std::string& when, double bound = of_the_range) {
+void expect_temperatures(const std::string& name, const std::string& source, const Eigen::VectorXd& theirs_C,
+                         const Eigen::VectorXd& ours_C, const std::string& when, double bound = of_the_range) {
   const double found = difference(theirs_C, ours_C);
   if (bound > of_the_range)
-    expect_value({name, source, "largest difference of T" + when + ", % of its range"}, 0.0, 100.0 * found, 100.0 * bound);
+    expect_value({name, source, "largest difference of T" + when + ", % of its range"}, 0.0, 100.0 * found,
+                 100.0 * bound);
   else
     expect_below({name, source, "largest difference of T" + when + ", over its range"}, bound, found);
 }
 
-void expect_displacements(const std::string& name, const std::string& source, const Eigen::MatrixXd& theirs, const Eigen::MatrixXd& ours) {
+void expect_displacements(const std::string& name, const std::string& source, const Eigen::MatrixXd& theirs,
+                          const Eigen::MatrixXd& ours) {
   ASSERT_EQ(theirs.cols(), ours.cols());
   const double largest = ours.colwise().norm().maxCoeff();
   double found = 0.0;
@@ -56,7 +59,8 @@ solver::LoadProgram program(const std::string& text, const mesh::Machine& machin
 }
 
 /// Temperatures at the corners of the program, degC, by backward Euler at its steps.
-Eigen::MatrixXd transient(const mesh::MachineMesh& mesh, const solver::ThermalSystem& system, const solver::LoadProgram& load) {
+Eigen::MatrixXd transient(const mesh::MachineMesh& mesh, const solver::ThermalSystem& system,
+                          const solver::LoadProgram& load) {
   const solver::OperatingModel model(mesh.machine, system.layout);
   solver::IntegratorOptions options;
   options.backward_euler = true;
@@ -66,19 +70,23 @@ Eigen::MatrixXd transient(const mesh::MachineMesh& mesh, const solver::ThermalSy
   std::vector<Eigen::VectorXd> corners;
   double from = 0.0;
   for (const double end : load.step_ends()) {
-    integrator.advance(state, {model.coefficients(load.row(from, end), Eigen::VectorXd::Zero(static_cast<Index>(mesh.machine.coolants.size())))}, end - from);
-    if (load.is_corner(end)) corners.push_back((state.col(0).head(mesh.nodes()).array() + mesh.machine.reference_C).matrix());
+    integrator.advance(
+        state, {model.coefficients(load.row(from, end), Eigen::VectorXd::Zero(std::ssize(mesh.machine.coolants)))},
+        end - from);
+    if (load.is_corner(end))
+      corners.push_back((state.col(0).head(mesh.nodes()).array() + mesh.machine.reference_C).matrix());
     from = end;
   }
-  Eigen::MatrixXd all(mesh.nodes(), static_cast<Index>(corners.size()));
-  for (std::size_t i = 0; i < corners.size(); ++i) all.col(static_cast<Index>(i)) = corners[i];
+  Eigen::MatrixXd all(mesh.nodes(), std::ssize(corners));
+  for (std::size_t i = 0; i < corners.size(); ++i) all.col(i) = corners[i];
   return all;
 }
 
 /// L-shaped body: an upright wall on a foot, cut from a structured box.
 mesh::TetMesh angle_bracket(int order) {
-  const mesh::TetMesh box = order == 1 ? box_mesh({0, 0, 0}, {0.32, 0.12, 0.4}, {16, 6, 20}) : box_mesh({0, 0, 0}, {0.32, 0.12, 0.4}, {8, 2, 10});
-  std::vector<int> number(static_cast<std::size_t>(box.nodes()), -1);
+  const mesh::TetMesh box = order == 1 ? box_mesh({0, 0, 0}, {0.32, 0.12, 0.4}, {16, 6, 20})
+                                       : box_mesh({0, 0, 0}, {0.32, 0.12, 0.4}, {8, 2, 10});
+  std::vector<int> number(box.nodes(), -1);
   mesh::TetMesh bracket;
   std::vector<Index> kept;
   for (Index e = 0; e < box.elements(); ++e) {
@@ -86,24 +94,28 @@ mesh::TetMesh angle_bracket(int order) {
     for (int i = 0; i < 4; ++i) centre += 0.25 * box.points.col(box.tets(i, e));
     if (centre.x() < 0.12 || centre.z() < 0.12) kept.push_back(e);
   }
-  bracket.tets.resize(4, static_cast<Index>(kept.size()));
+  bracket.tets.resize(4, std::ssize(kept));
   int nodes = 0;
   for (std::size_t k = 0; k < kept.size(); ++k)
     for (int i = 0; i < 4; ++i) {
-      int& of = number[static_cast<std::size_t>(box.tets(i, kept[k]))];
+      int& of = number[box.tets(i, kept[k])];
       if (of < 0) of = nodes++;
-      bracket.tets(i, static_cast<Index>(k)) = of;
+      bracket.tets(i, k) = of;
     }
   bracket.points.resize(3, nodes);
   for (Index i = 0; i < box.nodes(); ++i)
-    if (number[static_cast<std::size_t>(i)] >= 0) bracket.points.col(number[static_cast<std::size_t>(i)]) = box.points.col(i);
+    if (number[i] >= 0) bracket.points.col(number[i]) = box.points.col(i);
   mesh::build_boundary(bracket, "bracket");
   for (int f = 0; f < static_cast<int>(bracket.face_count()); ++f) {
     const Vector3d normal = bracket.face_normal(f), centre = bracket.face_centre(f);
-    if (normal.z() < -0.9) bracket.groups["foot"].push_back(f);
-    else if (normal.z() > 0.9 && centre.z() > 0.39) bracket.groups["top"].push_back(f);
-    else if (normal.y() > 0.9) bracket.groups["side"].push_back(f);
-    else if (normal.x() > 0.9) bracket.groups["front"].push_back(f);
+    if (normal.z() < -0.9)
+      bracket.groups["foot"].push_back(f);
+    else if (normal.z() > 0.9 && centre.z() > 0.39)
+      bracket.groups["top"].push_back(f);
+    else if (normal.y() > 0.9)
+      bracket.groups["side"].push_back(f);
+    else if (normal.x() > 0.9)
+      bracket.groups["front"].push_back(f);
   }
   mesh::set_order(bracket, order);
   return bracket;
@@ -118,18 +130,20 @@ mesh::MachineMesh bracket_machine(int order) {
   machine.materials = {steel()};
   machine.materials[0].conductivity_tensor = Eigen::Matrix3d{{45, 4, 0}, {4, 40, -3}, {0, -3, 52}};
   machine.bodies = {body("bracket")};
-  machine.surfaces = {surface("foot", "bracket", {"foot"}), surface("side", "bracket", {"side"}), surface("top", "bracket", {"top"}),
-                      surface("front", "bracket", {"front"})};
+  machine.surfaces = {surface("foot", "bracket", {"foot"}), surface("side", "bracket", {"side"}),
+                      surface("top", "bracket", {"top"}), surface("front", "bracket", {"front"})};
   machine.ambients = {ambient("air", 23.0), ambient("foundation", 18.0)};
-  machine.films = {constant_film("side", {"side", "front"}, 25.0), constant_film("front", {"front", "top"}, 10.0, "foundation"),
+  machine.films = {constant_film("side", {"side", "front"}, 25.0),
+                   constant_film("front", {"front", "top"}, 10.0, "foundation"),
                    constant_film("foot", {"foot"}, 150.0, "foundation")};
   machine.sources = {source("motor", "machine.on", {0, 1}, {0, 40}, {on_surface("top")}),
-                     source("spindle", "spindle.speed_rpm", {0, 12000}, {0, 120}, {on_surface("top", 0.5), on_surface("front", 0.25)})};
+                     source("spindle", "spindle.speed_rpm", {0, 12000}, {0, 120},
+                            {on_surface("top", 0.5), on_surface("front", 0.25)})};
   return machine_mesh(machine, {angle_bracket(order)});
 }
 
 class CalculiXDeck : public ::testing::TestWithParam<int> {
- protected:
+protected:
   void SetUp() override {
     if (!have_ccx()) GTEST_SKIP() << "CalculiX (ccx) is not installed";
   }
@@ -140,7 +154,8 @@ TEST_P(CalculiXDeck, OfOneBodySteadyAndBent) {
   const mesh::MachineMesh mesh = bracket_machine(order);
   const solver::ThermalSystem system = solver::assemble_thermal(mesh, solver::ElementRules::reduced);
   const solver::OperatingModel model(mesh.machine, system.layout);
-  const Eigen::VectorXd temperature = solver::solve_steady(system, model.coefficients(model.channels().defaults(), Eigen::VectorXd(0)));
+  const Eigen::VectorXd temperature =
+      solver::solve_steady(system, model.coefficients(model.channels().defaults(), Eigen::VectorXd(0)));
   const solver::ElasticBody elastic = solver::assemble_elastic(mesh.bodies[0], mesh.machine.materials[0], "bracket");
   Eigen::MatrixXd load = elastic.thermal_load * temperature;
   solver::clear_fixed(elastic, load);
@@ -150,7 +165,8 @@ TEST_P(CalculiXDeck, OfOneBodySteadyAndBent) {
   const std::string name = of_order("bracket", order), source = "CalculiX, the same mesh of " + element(order);
   ASSERT_EQ(ccx.temperatures().cols(), 1);
   expect_temperatures(name, source, ccx.temperatures().col(0), temperature.array() + 20.0, ", steady");
-  expect_displacements(name, source, ccx.displacement(), Eigen::Map<const Eigen::MatrixXd>(motion.data(), 3, mesh.nodes()));
+  expect_displacements(name, source, ccx.displacement(),
+                       Eigen::Map<const Eigen::MatrixXd>(motion.data(), 3, mesh.nodes()));
 }
 
 TEST_P(CalculiXDeck, OfOneBodyOverALoadProgram) {
@@ -170,7 +186,8 @@ foundation_C = 16.0
 [[phase]]
 duration_s = 90
 machine_on = false
-)", mesh.machine);
+)",
+                                           mesh.machine);
   solver::DeckOptions options;
   options.program = &load;
   options.heat_only = true;
@@ -183,13 +200,16 @@ machine_on = false
   ASSERT_EQ(theirs.cols(), ours.cols());
   double worst = 0.0;
   for (Index i = 0; i < ours.cols(); ++i) worst = std::max(worst, difference(theirs.col(i), ours.col(i)));
-  expect_below({of_order("bracket", order), source, "largest difference of T at the ends of three phases, over its range"}, of_the_range, worst);
+  expect_below(
+      {of_order("bracket", order), source, "largest difference of T at the ends of three phases, over its range"},
+      of_the_range, worst);
   // What our own rules differ by: the error of either code on this mesh, which both lose with it.
   const double rules = difference(theirs.col(1), transient(mesh, solver::assemble_thermal(mesh), load).col(1));
   if (order == 1) {
     EXPECT_GT(rules, of_the_range) << "the reduced rules would not be needed";
   }
-  expect_value({of_order("bracket", order), source, "the same with our own, exact rules, after 2200 s, % of the range"}, 0.0, 100.0 * rules, 0.5);
+  expect_value({of_order("bracket", order), source, "the same with our own, exact rules, after 2200 s, % of the range"},
+               0.0, 100.0 * rules, 0.5);
 }
 
 TEST_P(CalculiXDeck, OfMaterialsOverTemperature) {
@@ -203,7 +223,10 @@ TEST_P(CalculiXDeck, OfMaterialsOverTemperature) {
   material.conductivity = material.conductivity_table(20.0);
   material.specific_heat = {material.specific_heat_table(20.0), 0.0};
   mesh.machine.sources[0].laws[0].power = {0, 700};
-  const solver::LoadProgram load = program("initial_C = 20\ntime_step_s = 600\noutput_s = 3600\n[time]\nscheme = \"backward_euler\"\n[[phase]]\nduration_s = 3600\n[[phase]]\nduration_s = 14400\n", mesh.machine);
+  const solver::LoadProgram load = program(
+      "initial_C = 20\ntime_step_s = 600\noutput_s = 3600\n[time]\nscheme = \"backward_euler\"\n[[phase]]\nduration_s "
+      "= 3600\n[[phase]]\nduration_s = 14400\n",
+      mesh.machine);
   const solver::ThermalSystem system = solver::assemble_thermal(mesh, solver::ElementRules::reduced);
   ASSERT_TRUE(system.local);
   const solver::OperatingModel model(mesh.machine, system.layout);
@@ -222,25 +245,32 @@ TEST_P(CalculiXDeck, OfMaterialsOverTemperature) {
   options.heat_only = true;
   const CalculiX ccx(mesh, options);
   const Eigen::MatrixXd theirs = ccx.temperatures();
-  const std::string name = of_order("bracket, properties over temperature", order), source = "CalculiX, " + element(order);
+  const std::string name = of_order("bracket, properties over temperature", order),
+                    source = "CalculiX, " + element(order);
   ASSERT_GE(theirs.cols(), 2);
   expect_temperatures(name, source, theirs.col(0), early, " after 3600 s", 0.01);
   expect_temperatures(name, source, theirs.rightCols<1>(), late, " after 18000 s", 0.01);
 }
 
 /// Two boxes, one on the other with a gap between; the lower surface of the upper one is the slave.
-mesh::MachineMesh stack(int order, const Eigen::Vector3i& below, const Eigen::Vector3i& above, const Vector3d& low, const Vector3d& high,
-                        double conductance) {
+mesh::MachineMesh stack(int order, const Eigen::Vector3i& below, const Eigen::Vector3i& above, const Vector3d& low,
+                        const Vector3d& high, double conductance) {
   mesh::Machine m;
   m.reference_C = 20.0;
   m.order = order;
   m.materials = {steel()};
   m.bodies = {body("base"), body("block")};
-  m.surfaces = {surface("base.foot", "base", {"z0"}), surface("base.top", "base", {"z1"}), surface("base.skin", "base", {"x0", "y0", "y1"}),
-                surface("block.foot", "block", {"z0"}), surface("block.top", "block", {"z1"}), surface("block.skin", "block", {"x1"})};
+  m.surfaces = {surface("base.foot", "base", {"z0"}),
+                surface("base.top", "base", {"z1"}),
+                surface("base.skin", "base", {"x0", "y0", "y1"}),
+                surface("block.foot", "block", {"z0"}),
+                surface("block.top", "block", {"z1"}),
+                surface("block.skin", "block", {"x1"})};
   m.ambients = {ambient("air", 22.0), ambient("foundation", 15.0)};
-  m.films = {constant_film("foot", {"base.foot"}, 400.0, "foundation"), constant_film("skin", {"base.skin", "block.skin"}, 30.0)};
-  m.sources = {source("motor", "machine.on", {0, 1}, {0, 100}, {on_surface("block.top", 0.8), at_joint("seat", 0.2, 0.3)})};
+  m.films = {constant_film("foot", {"base.foot"}, 400.0, "foundation"),
+             constant_film("skin", {"base.skin", "block.skin"}, 30.0)};
+  m.sources = {
+      source("motor", "machine.on", {0, 1}, {0, 100}, {on_surface("block.top", 0.8), at_joint("seat", 0.2, 0.3)})};
   mesh::JointSpec seat;
   seat.id = "seat";
   seat.kind = "bolted";
@@ -248,7 +278,8 @@ mesh::MachineMesh stack(int order, const Eigen::Vector3i& below, const Eigen::Ve
   seat.master = "base.top";
   seat.conductance = {conductance, 0.0};
   m.joints = {seat};
-  return machine_mesh(m, {box_of_order({0, 0, 0}, {0.2, 0.16, 0.1}, below, order), box_of_order(low, high, above, order)});
+  return machine_mesh(m,
+                      {box_of_order({0, 0, 0}, {0.2, 0.16, 0.1}, below, order), box_of_order(low, high, above, order)});
 }
 
 TEST_P(CalculiXDeck, OfAContactGap) {
@@ -262,7 +293,10 @@ TEST_P(CalculiXDeck, OfAContactGap) {
                       {"contact gap, meshes that do not match", {5, 4, 2}, {0.03, 0.02, 0.101}, {0.17, 0.13, 0.2}}};
   for (const Case& c : all) {
     const mesh::MachineMesh mesh = stack(order, {4, 3, 2}, c.above, c.low, c.high, 1500.0);
-    const solver::LoadProgram load = program("initial_C = 20\ntime_step_s = 250\noutput_s = 10000\n[[phase]]\nduration_s = 1500\nair_C = 22\n[[phase]]\nduration_s = 1000\nair_C = 30\n", mesh.machine);
+    const solver::LoadProgram load = program(
+        "initial_C = 20\ntime_step_s = 250\noutput_s = 10000\n[[phase]]\nduration_s = 1500\nair_C = "
+        "22\n[[phase]]\nduration_s = 1000\nair_C = 30\n",
+        mesh.machine);
     const Eigen::MatrixXd ours = transient(mesh, solver::assemble_thermal(mesh, solver::ElementRules::reduced), load);
     solver::DeckOptions options;
     options.program = &load;
@@ -270,7 +304,8 @@ TEST_P(CalculiXDeck, OfAContactGap) {
     const CalculiX ccx(mesh, options);
     const Eigen::MatrixXd theirs = ccx.temperatures();
     ASSERT_EQ(theirs.cols(), 2);
-    expect_temperatures(of_order(c.name, order), "CalculiX, gap conductance, " + element(order), theirs.col(1), ours.col(1), " after 2500 s");
+    expect_temperatures(of_order(c.name, order), "CalculiX, gap conductance, " + element(order), theirs.col(1),
+                        ours.col(1), " after 2500 s");
   }
 }
 
@@ -279,8 +314,10 @@ TEST_P(CalculiXDeck, OfTheTwoCubesOfContact7) {
   // Its own answer is on two elements; this is its problem on tetrahedra. Density times 1e6, so that
   // its 0.006 s are 6000 s.
   const int order = GetParam();
-  mesh::TetMesh large = box_mesh({0, 0, 0}, {1, 1, 1}, order == 1 ? Eigen::Vector3i(10, 10, 6) : Eigen::Vector3i(5, 5, 3));
-  mesh::TetMesh small = box_mesh({-0.1, -0.1, 1.0}, {0.1, 0.1, 1.2}, order == 1 ? Eigen::Vector3i(4, 4, 4) : Eigen::Vector3i(2, 2, 2));
+  mesh::TetMesh large =
+      box_mesh({0, 0, 0}, {1, 1, 1}, order == 1 ? Eigen::Vector3i(10, 10, 6) : Eigen::Vector3i(5, 5, 3));
+  mesh::TetMesh small =
+      box_mesh({-0.1, -0.1, 1.0}, {0.1, 0.1, 1.2}, order == 1 ? Eigen::Vector3i(4, 4, 4) : Eigen::Vector3i(2, 2, 2));
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(M_PI / 4, Vector3d::UnitZ()).toRotationMatrix();
   small.points = ((turn * small.points).colwise() + Vector3d(0.5, 0.5, 0.0)).eval();
   mesh::set_order(large, order);
@@ -290,7 +327,8 @@ TEST_P(CalculiXDeck, OfTheTwoCubesOfContact7) {
   m.order = order;
   m.materials = {heat_material(0.01, 7.8e-3, 1000.0)};
   m.bodies = {body("large"), body("small")};
-  m.surfaces = {surface("cold", "large", {"z0"}), surface("top", "large", {"z1"}), surface("foot", "small", {"z0"}), surface("hot", "small", {"z1"})};
+  m.surfaces = {surface("cold", "large", {"z0"}), surface("top", "large", {"z1"}), surface("foot", "small", {"z0"}),
+                surface("hot", "small", {"z1"})};
   m.ambients = {ambient("zero", 0.0), ambient("thousand", 1000.0)};
   m.films = {constant_film("cold", {"cold"}, 1e4, "zero"), constant_film("hot", {"hot"}, 1e4, "thousand")};
   mesh::JointSpec gap;
@@ -301,7 +339,9 @@ TEST_P(CalculiXDeck, OfTheTwoCubesOfContact7) {
   gap.conductance = {1.0, 0.0};
   m.joints = {gap};
   const mesh::MachineMesh mesh = machine_mesh(m, {large, small});
-  const solver::LoadProgram load = program("initial_C = 0\ntime_step_s = 300\noutput_s = 10000\n[[phase]]\nduration_s = 600\n[[phase]]\nduration_s = 5400\n", mesh.machine);
+  const solver::LoadProgram load = program(
+      "initial_C = 0\ntime_step_s = 300\noutput_s = 10000\n[[phase]]\nduration_s = 600\n[[phase]]\nduration_s = 5400\n",
+      mesh.machine);
   const Eigen::MatrixXd ours = transient(mesh, solver::assemble_thermal(mesh, solver::ElementRules::reduced), load);
   solver::DeckOptions options;
   options.program = &load;
@@ -309,7 +349,8 @@ TEST_P(CalculiXDeck, OfTheTwoCubesOfContact7) {
   const CalculiX ccx(mesh, options);
   const Eigen::MatrixXd theirs = ccx.temperatures();
   ASSERT_EQ(theirs.cols(), 2);
-  const std::string name = of_order("contact7, two cubes", order), source = "CalculiX, its problem on " + element(order);
+  const std::string name = of_order("contact7, two cubes", order),
+                    source = "CalculiX, its problem on " + element(order);
   expect_temperatures(name, source, theirs.col(0), ours.col(0), " after a tenth of the time");
   expect_temperatures(name, source, theirs.col(1), ours.col(1), " at the end");
 }
@@ -318,12 +359,14 @@ TEST_P(CalculiXDeck, OfAMachineWithJointsAndScales) {
   const int order = GetParam();
   mesh::Machine machine = box_machine();
   machine.order = order;
-  machine.sources = {source("motor", "machine.on", {0, 1}, {0, 300}, {on_surface("head.nose", 0.6), at_joint("Z_guide", 0.4, 0.5)})};
+  machine.sources = {
+      source("motor", "machine.on", {0, 1}, {0, 300}, {on_surface("head.nose", 0.6), at_joint("Z_guide", 0.4, 0.5)})};
   // The bed's top in two parts, each the master of one joint: where joints share one, the deck has to
   // exchange the sides of the second, and ccx then differs by 2e-3 to 5e-3 of the range.
   std::vector<mesh::TetMesh> bodies = box_machine_mesh().bodies;
   bodies[0] = box_mesh({-0.5, -0.4, -0.3}, {0.5, 0.4, -0.1}, {8, 8, 2});
-  for (const int face : bodies[0].groups.at("z1")) bodies[0].groups[bodies[0].face_centre(face).y() < 0.2 ? "ways" : "seat"].push_back(face);
+  for (const int face : bodies[0].groups.at("z1"))
+    bodies[0].groups[bodies[0].face_centre(face).y() < 0.2 ? "ways" : "seat"].push_back(face);
   machine.surfaces.push_back(surface("bed.ways", "bed", {"ways"}));
   machine.surfaces.push_back(surface("bed.seat", "bed", {"seat"}));
   machine.joints[1].master = "bed.ways";
@@ -341,7 +384,8 @@ TEST_P(CalculiXDeck, OfAMachineWithJointsAndScales) {
   options.pose = pose;
   const CalculiX ccx(mesh, options);
   ASSERT_EQ(ccx.temperatures().cols(), 1);
-  const std::string name = of_order("machine of five bodies, off its home", order), source = "CalculiX, the same mesh of " + element(order);
+  const std::string name = of_order("machine of five bodies, off its home", order),
+                    source = "CalculiX, the same mesh of " + element(order);
   expect_temperatures(name, source, ccx.temperatures().col(0), temperature.array() + 20.0, ", steady");
 
   // At its temperatures: tapes of scales, pads, a turned table.
@@ -349,7 +393,7 @@ TEST_P(CalculiXDeck, OfAMachineWithJointsAndScales) {
   Eigen::Matrix3Xd motion = elastic.displacement(ccx.temperatures().col(0).array() - 20.0, pose);
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     auto of_body = motion.middleCols(mesh.first_node[b], mesh.bodies[b].nodes());
-    of_body = (mesh::body_transform(mesh.machine, static_cast<int>(b), pose).linear() * of_body).eval();
+    of_body = (mesh::body_transform(mesh.machine, b, pose).linear() * of_body).eval();
   }
   expect_displacements(name, source, ccx.displacement(), motion);
 }

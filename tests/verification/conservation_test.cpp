@@ -53,8 +53,8 @@ TEST(Conservation, HeatOfATransient) {
       integrator.advance(state, {c}, h);
       for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
         const solver::Input& input = system.layout.inputs[k];
-        const Eigen::VectorXd column = system.inputs.col(static_cast<Index>(k));
-        const double given = c.q[static_cast<Index>(k)] * column.sum();
+        const Eigen::VectorXd column = system.inputs.col(k);
+        const double given = c.q[k] * column.sum();
         double lost = 0.0;
         if (input.kind == solver::InputKind::film_ambient || input.kind == solver::InputKind::contact_ambient)
           lost = c.p[input.term] * state.col(0).dot(column);
@@ -65,8 +65,9 @@ TEST(Conservation, HeatOfATransient) {
       }
     }
     EXPECT_GT(throughput, 1e5);
-    expect_below({of_order("machine with joints, films and coolant", order), "exact", "heat stored less heat let in, over heat moved"}, 1e-11,
-                 std::abs(stored_by.dot(state.col(0)) - before - in) / throughput);
+    expect_below({of_order("machine with joints, films and coolant", order), "exact",
+                  "heat stored less heat let in, over heat moved"},
+                 1e-11, std::abs(stored_by.dot(state.col(0)) - before - in) / throughput);
   }
 }
 
@@ -75,7 +76,8 @@ TEST(Conservation, HeatOfARunByItsOwnAccount) {
   // a body that radiates by fourth powers, of a material whose properties change with temperature.
   const std::string slide_program =
       "initial_C = 22\noutput_s = 1800\ntime_step_s = 60\n"
-      "[[phase]]\nduration_s = 3600\nspindle_rpm = 9000\n[[phase.axis]]\nid = \"X\"\nlow_mm = -150\nhigh_mm = 150\nfeed_mm_min = 20000\n"
+      "[[phase]]\nduration_s = 3600\nspindle_rpm = 9000\n[[phase.axis]]\nid = \"X\"\nlow_mm = -150\nhigh_mm = "
+      "150\nfeed_mm_min = 20000\n"
       "[[phase]]\nduration_s = 3600\nspindle_rpm = 3000\ncutting_fluid = true\nair_C = [20.0, 26.0]\n";
   mesh::Machine hot = bar_machine();
   hot.materials[0].conductivity_table = {{20.0, 320.0}, {45.0, 30.0}};
@@ -85,17 +87,21 @@ TEST(Conservation, HeatOfARunByItsOwnAccount) {
   hot.films[0].exact_radiation = true;
   hot.sources = {heat_source("heater", 60.0, "x0")};
   const std::string hot_program = "initial_C = 20\noutput_s = 1800\ntime_step_s = 120\n[[phase]]\nduration_s = 1200\n";
-  const std::pair<std::string, std::string> schemes[] = {{"SDIRK2", ""}, {"backward Euler", "[time]\nscheme = \"backward_euler\"\n"},
+  const std::pair<std::string, std::string> schemes[] = {{"SDIRK2", ""},
+                                                         {"backward Euler", "[time]\nscheme = \"backward_euler\"\n"},
                                                          {"error control", "[time]\ntolerance_K = 0.01\n"}};
   for (int order : {1, 2}) {
     const Bench slide(with_order(slide_mesh(), order)), bar(bar_mesh(hot, order));
     for (const auto& [name, keys] : schemes) {
-      const auto of_slide = slide.run(insert_time(slide_program, keys), 1e-9), of_bar = bar.run(insert_time(hot_program, keys), 1e-9);
+      const auto of_slide = slide.run(insert_time(slide_program, keys), 1e-9),
+                 of_bar = bar.run(insert_time(hot_program, keys), 1e-9);
       EXPECT_GT(of_slide.heat.throughput(), 1e5);
       EXPECT_GT(of_bar.heat.stored(), 1e3);
-      expect_below({of_order("machine with joints, films and chiller, " + name, order), "exact", "stored less let in, over the throughput"}, 1e-10,
-                   of_slide.heat.gap());
-      expect_below({of_order("hot bar, nonlinear, " + name, order), "exact", "stored less let in, over the throughput"}, 1e-10, of_bar.heat.gap());
+      expect_below({of_order("machine with joints, films and chiller, " + name, order), "exact",
+                    "stored less let in, over the throughput"},
+                   1e-10, of_slide.heat.gap());
+      expect_below({of_order("hot bar, nonlinear, " + name, order), "exact", "stored less let in, over the throughput"},
+                   1e-10, of_bar.heat.gap());
     }
   }
 }
@@ -113,11 +119,11 @@ TEST(Reciprocity, OfHeat) {
     Eigen::MatrixXd sources(system.size, 3);
     int count = 0;
     for (std::size_t k = 0; k < system.layout.inputs.size() && count < 3; ++k)
-      if (system.layout.inputs[k].kind == solver::InputKind::source) sources.col(count++) = system.inputs.col(static_cast<Index>(k));
+      if (system.layout.inputs[k].kind == solver::InputKind::source) sources.col(count++) = system.inputs.col(k);
     ASSERT_EQ(count, 3);
     const Eigen::MatrixXd transfer = sources.transpose() * solver::solve_shifted(system, c, 1e-4, sources);
-    expect_below({of_order("reciprocity of heat transfer", order), "exact, no coolant flow", "asymmetry over transfer"}, 1e-12,
-                 (transfer - transfer.transpose()).norm() / transfer.norm());
+    expect_below({of_order("reciprocity of heat transfer", order), "exact, no coolant flow", "asymmetry over transfer"},
+                 1e-12, (transfer - transfer.transpose()).norm() / transfer.norm());
   }
 }
 
@@ -154,7 +160,9 @@ TEST(Adjoint, OutputRowsAreTheOutputsOfTheDisplacement) {
                         (rows.table_axis * temperature - direct.table_axis).norm() / direct.table_axis.norm(),
                         (rows.table_own * temperature - direct.table_own).norm() / direct.table_own.norm()});
     }
-    expect_below({of_order("machine of five bodies, three poses", order), "exact", "adjoint rows times T less outputs of u, over outputs"}, 1e-9, worst);
+    expect_below({of_order("machine of five bodies, three poses", order), "exact",
+                  "adjoint rows times T less outputs of u, over outputs"},
+                 1e-9, worst);
   }
 }
 
@@ -172,14 +180,16 @@ TEST(Machine, EvenTemperatureOnlyScalesIt) {
     double worst = 0.0;
     for (const mesh::Pose& pose : {box_pose(0, 0), box_pose(0.137, -0.061)}) {
       const solver::OutputRows rows = elastic.output_rows(pose);
-      const solver::TcpError error = solver::tcp_error(mesh.machine, pose, rows.tool * temperature, rows.table_axis * temperature,
-                                                       rows.table_own * temperature);
+      const solver::TcpError error = solver::tcp_error(mesh.machine, pose, rows.tool * temperature,
+                                                       rows.table_axis * temperature, rows.table_own * temperature);
       const Vector3d nose(0.0, 0.125, 0.25 + pose[1]), table(pose[0], 0.0, 0.05);
       Vector3d growth = solver::tcp_position(mesh.machine, pose) - table;
       growth.z() = 0.0;
       worst = std::max(worst, (error.error.head<3>() - strain * (nose - table - growth)).norm() / strain);
     }
-    expect_below({of_order("machine of five bodies, evenly warm", order), "exact", "TCP error less alpha T times way, over alpha T 1 m"}, 1e-4, worst);
+    expect_below({of_order("machine of five bodies, evenly warm", order), "exact",
+                  "TCP error less alpha T times way, over alpha T 1 m"},
+                 1e-4, worst);
   }
 }
 

@@ -2,6 +2,7 @@
 // A block cut in two, the halves meshed so that nothing matches, joined as firmly as a joint can be:
 // it must come to be the uncut block, in heat and in elasticity, and no heat is lost in the cut.
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <cmath>
 
@@ -28,10 +29,14 @@ mesh::Machine block_machine(bool in_two, int order, int pads) {
   m.materials = {steel()};
   m.bodies = {body(left)};
   if (in_two) m.bodies.push_back(body(right));
-  m.surfaces = {surface("cold", left, {"x0"}), surface("hot", right, {"x1"}), surface("side.left", left, {"y1"}), surface("side.right", right, {"y1"})};
+  m.surfaces = {surface("cold", left, {"x0"}), surface("hot", right, {"x1"}), surface("side.left", left, {"y1"}),
+                surface("side.right", right, {"y1"})};
   m.ambients = {ambient("air", 30.0), ambient("foundation", 15.0)};
-  m.films = {constant_film("cold", {"cold"}, 800.0, "foundation"),
-             constant_film("side", in_two ? std::vector<std::string>{"side.left", "side.right"} : std::vector<std::string>{"side.left"}, 200.0)};
+  m.films = {
+      constant_film("cold", {"cold"}, 800.0, "foundation"),
+      constant_film(
+          "side", in_two ? std::vector<std::string>{"side.left", "side.right"} : std::vector<std::string>{"side.left"},
+          200.0)};
   m.sources = {source("heater", "machine.on", {0, 1}, {0, 150}, {on_surface("hot")})};
   mesh::JointSpec mount = elastic_joint("mount", "mount", "cold", "", "", {1, 2, 2});
   mount.conductance = {0.0, 0.0};
@@ -58,16 +63,18 @@ mesh::MachineMesh uncut_block(int order, const Eigen::Vector3i& cells) {
 }
 
 mesh::MachineMesh cut_block(int order, int finer) {
-  return machine_mesh(block_machine(true, order, 2 * finer),
-                      {box_of_order(Vector3d::Zero(), {cut, corner.y(), corner.z()}, finer * Eigen::Vector3i(4, 3, 3), order),
-                       box_of_order({cut, 0, 0}, corner, finer * Eigen::Vector3i(5, 4, 4), order)});
+  return machine_mesh(
+      block_machine(true, order, 2 * finer),
+      {box_of_order(Vector3d::Zero(), {cut, corner.y(), corner.z()}, finer * Eigen::Vector3i(4, 3, 3), order),
+       box_of_order({cut, 0, 0}, corner, finer * Eigen::Vector3i(5, 4, 4), order)});
 }
 
 /// A field's value at a place, whatever the mesh.
 double value_at(const mesh::MachineMesh& mesh, const Eigen::VectorXd& field, const Vector3d& place) {
   const std::size_t b = mesh.bodies.size() > 1 && place.x() > cut ? 1 : 0;
   double value = 0.0;
-  for (const auto& [node, weight] : solver::interpolation_at(mesh.bodies[b], place)) value += weight * field[mesh.first_node[b] + node];
+  for (const auto& [node, weight] : solver::interpolation_at(mesh.bodies[b], place))
+    value += weight * field[mesh.first_node[b] + node];
   return value;
 }
 
@@ -81,7 +88,7 @@ std::vector<Vector3d> places() {
 
 /// Root mean square over the places, of the range or the largest.
 double error(const Eigen::MatrixXd& values, const Eigen::MatrixXd& exact, double size) {
-  return (values - exact).norm() / std::sqrt(static_cast<double>(values.cols())) / size;
+  return (values - exact).norm() / std::sqrt(values.cols()) / size;
 }
 
 Eigen::RowVectorXd temperatures(const mesh::MachineMesh& mesh, double* unbalanced = nullptr) {
@@ -96,8 +103,8 @@ Eigen::RowVectorXd temperatures(const mesh::MachineMesh& mesh, double* unbalance
     *unbalanced = std::abs(heat.sum()) / (joint.cwiseAbs() * temperature.cwiseAbs()).sum();
     EXPECT_GT((joint.cwiseAbs() * temperature.cwiseAbs()).sum(), 0.0);
   }
-  Eigen::RowVectorXd values(static_cast<Index>(places().size()));
-  for (Index i = 0; i < values.size(); ++i) values[i] = value_at(mesh, temperature, places()[static_cast<std::size_t>(i)]);
+  Eigen::RowVectorXd values(std::ssize(places()));
+  for (Index i = 0; i < values.size(); ++i) values[i] = value_at(mesh, temperature, places()[i]);
   return values;
 }
 
@@ -111,21 +118,25 @@ Eigen::MatrixXd displacements(const mesh::MachineMesh& mesh) {
       temperature[mesh.first_node[b] + i] = 10.0 * p.z() * (1.0 + p.x()) + 5.0 * std::sin(2.0 * p.x()) * p.y();
     }
   const Eigen::Matrix3Xd u = elastic.displacement(temperature, mesh::home_pose(mesh.machine));
-  Eigen::MatrixXd values(3, static_cast<Index>(places().size()));
+  Eigen::MatrixXd values(3, std::ssize(places()));
   for (Index i = 0; i < values.cols(); ++i)
-    for (int k = 0; k < 3; ++k) values(k, i) = value_at(mesh, u.row(k).transpose(), places()[static_cast<std::size_t>(i)]);
+    for (int k = 0; k < 3; ++k) values(k, i) = value_at(mesh, u.row(k).transpose(), places()[i]);
   return values;
 }
 
 template <class Values>
-void expect_convergence(const std::string& quantity, const Eigen::MatrixXd& exact, double size, const Values& values, double tolerance, double order_tolerance) {
+void expect_convergence(const std::string& quantity, const Eigen::MatrixXd& exact, double size, const Values& values,
+                        double tolerance, double order_tolerance) {
   double before = 0.0;
   for (const int finer : {1, 2, 4}) {
     const double now = error(values(finer), exact, size);
     const std::string mesh = std::to_string(4 * finer) + " and " + std::to_string(5 * finer) + " cells along";
-    expect_value({"block cut in two, P1", "the uncut block, P2, fine", "error of " + quantity + ", %, " + mesh}, 0.0, 100.0 * now, tolerance);
+    expect_value({"block cut in two, P1", "the uncut block, P2, fine", "error of " + quantity + ", %, " + mesh}, 0.0,
+                 100.0 * now, tolerance);
     if (before > 0.0)
-      expect_value({"block cut in two, P1", "the uncut block, P2, fine", "order of the error of " + quantity + ", " + mesh}, 2.0, std::log2(before / now), order_tolerance);
+      expect_value(
+          {"block cut in two, P1", "the uncut block, P2, fine", "order of the error of " + quantity + ", " + mesh}, 2.0,
+          std::log2(before / now), order_tolerance);
     before = now;
   }
 }
@@ -133,18 +144,24 @@ void expect_convergence(const std::string& quantity, const Eigen::MatrixXd& exac
 TEST(CutBlock, HeatConvergesToTheUncutOne) {
   const Eigen::RowVectorXd exact = temperatures(uncut_block(2, {18, 8, 8}));
   double worst = 0.0;
-  expect_convergence("T", exact, exact.maxCoeff() - exact.minCoeff(), [&](int finer) {
-    double unbalanced = 0.0;
-    const Eigen::RowVectorXd values = temperatures(cut_block(1, finer), &unbalanced);
-    worst = std::max(worst, unbalanced);
-    return values;
-  }, 1.0, 0.1);
-  expect_below({"block cut in two, P1", "exact", "heat lost in the joint, over all that its nodes exchange"}, 1e-14, worst);
+  expect_convergence(
+      "T", exact, exact.maxCoeff() - exact.minCoeff(),
+      [&](int finer) {
+        double unbalanced = 0.0;
+        const Eigen::RowVectorXd values = temperatures(cut_block(1, finer), &unbalanced);
+        worst = std::max(worst, unbalanced);
+        return values;
+      },
+      1.0, 0.1);
+  expect_below({"block cut in two, P1", "exact", "heat lost in the joint, over all that its nodes exchange"}, 1e-14,
+               worst);
 }
 
 TEST(CutBlock, DisplacementConvergesToTheUncutOne) {
   const Eigen::MatrixXd exact = displacements(uncut_block(2, {14, 6, 6}));
-  expect_convergence("u", exact, exact.colwise().norm().maxCoeff(), [&](int finer) { return displacements(cut_block(1, finer)); }, 10.0, 0.4);  // few pads at first
+  expect_convergence(
+      "u", exact, exact.colwise().norm().maxCoeff(), [&](int finer) { return displacements(cut_block(1, finer)); },
+      10.0, 0.4);  // few pads at first
 }
 
 }  // namespace

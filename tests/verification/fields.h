@@ -23,7 +23,7 @@ struct Wave {
   double phase, amplitude;
 };
 class Waves {
- public:
+public:
   explicit Waves(std::vector<Wave> waves) : waves_(std::move(waves)) {}
   double value(const Vector3d& x) const {
     double sum = 0.0;
@@ -41,7 +41,7 @@ class Waves {
     return sum;
   }
 
- private:
+private:
   std::vector<Wave> waves_;
 };
 
@@ -57,8 +57,10 @@ inline const std::vector<mesh::TetPoint>& fine_tet_rule() {
     for (int i = 0; i < 4; ++i)
       for (int j = 0; j < 4; ++j)
         for (int l = 0; l < 4; ++l) {
-          const double a = 0.5 * (1 + gauss_x[i]), b = 0.5 * (1 + gauss_x[j]) * (1 - a), c = 0.5 * (1 + gauss_x[l]) * (1 - a - b);
-          made.push_back({Eigen::Vector4d(a, b, c, 1 - a - b - c), gauss_w[i] * gauss_w[j] * gauss_w[l] * (1 - a) * (1 - a - b)});
+          const double a = 0.5 * (1 + gauss_x[i]), b = 0.5 * (1 + gauss_x[j]) * (1 - a),
+                       c = 0.5 * (1 + gauss_x[l]) * (1 - a - b);
+          made.push_back(
+              {Eigen::Vector4d(a, b, c, 1 - a - b - c), gauss_w[i] * gauss_w[j] * gauss_w[l] * (1 - a) * (1 - a - b)});
           sum += made.back().share;
         }
     for (mesh::TetPoint& point : made) point.share /= sum;
@@ -145,12 +147,12 @@ inline mesh::TetMesh bent_box(const Vector3d& high, const Eigen::Vector3i& cells
 /// The box with inner nodes moved at random.
 inline mesh::TetMesh shaken_box(const Vector3d& high, const Eigen::Vector3i& cells, int order) {
   mesh::TetMesh box = box_mesh(Vector3d::Zero(), high, cells);
-  std::vector<char> outside(static_cast<std::size_t>(box.nodes()), 0);
-  for (const int node : box.faces.reshaped()) outside[static_cast<std::size_t>(node)] = 1;
+  std::vector<char> outside(box.nodes(), 0);
+  for (const int node : box.faces.reshaped()) outside[node] = 1;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shift(-0.2, 0.2);
   for (Index i = 0; i < box.nodes(); ++i)
-    if (!outside[static_cast<std::size_t>(i)])
+    if (!outside[i])
       for (int k = 0; k < 3; ++k) box.points(k, i) += shift(random) * high[k] / cells[k];
   mesh::build_boundary(box, "box");
   mesh::set_order(box, order);
@@ -158,7 +160,8 @@ inline mesh::TetMesh shaken_box(const Vector3d& high, const Eigen::Vector3i& cel
 }
 
 /// Nodes where a condition on the place holds.
-inline std::vector<Index> nodes_where(const mesh::TetMesh& body, const std::function<bool(const Vector3d&)>& condition) {
+inline std::vector<Index> nodes_where(const mesh::TetMesh& body,
+                                      const std::function<bool(const Vector3d&)>& condition) {
   std::vector<Index> nodes;
   for (Index i = 0; i < body.nodes(); ++i)
     if (condition(body.points.col(i))) nodes.push_back(i);
@@ -174,26 +177,26 @@ inline Index node_at(const mesh::TetMesh& body, const Vector3d& place) {
 /// Solves K u = f with the given unknowns held at 0.
 inline Eigen::VectorXd solve_held(const solver::SparseMatrix& stiffness, const Eigen::VectorXd& load,
                                   const std::vector<Index>& held) {
-  std::vector<int> number(static_cast<std::size_t>(load.size()), 0);
-  for (const Index dof : held) number[static_cast<std::size_t>(dof)] = -1;
+  std::vector<int> number(load.size(), 0);
+  for (const Index dof : held) number[dof] = -1;
   int open = 0;
   for (int& n : number)
     if (n == 0) n = open++;
   std::vector<Eigen::Triplet<double>> triplets;
   for (int column = 0; column < stiffness.outerSize(); ++column)
     for (solver::SparseMatrix::InnerIterator it(stiffness, column); it; ++it) {
-      const int i = number[static_cast<std::size_t>(it.row())], j = number[static_cast<std::size_t>(column)];
+      const int i = number[it.row()], j = number[column];
       if (i >= 0 && j >= 0) triplets.emplace_back(i, j, it.value());
     }
   solver::SparseMatrix kept(open, open);
   kept.setFromTriplets(triplets.begin(), triplets.end());
   Eigen::MatrixXd right(open, 1);
   for (Index i = 0; i < load.size(); ++i)
-    if (number[static_cast<std::size_t>(i)] >= 0) right(number[static_cast<std::size_t>(i)], 0) = load[i];
+    if (number[i] >= 0) right(number[i], 0) = load[i];
   const Eigen::VectorXd solved = solver::SparseFactor(kept).solve(right).col(0);
   Eigen::VectorXd full = Eigen::VectorXd::Zero(load.size());
   for (Index i = 0; i < load.size(); ++i)
-    if (number[static_cast<std::size_t>(i)] >= 0) full[i] = solved[number[static_cast<std::size_t>(i)]];
+    if (number[i] >= 0) full[i] = solved[number[i]];
   return full;
 }
 

@@ -25,7 +25,7 @@ double film_mean(const HeatRig& rig, int film, const Eigen::VectorXd& state) {
   const auto& inputs = rig.system().layout.inputs;
   for (std::size_t k = 0; k < inputs.size(); ++k)
     if (inputs[k].kind == solver::InputKind::film_ambient && inputs[k].item == film) {
-      const Eigen::VectorXd column = rig.system().inputs.col(static_cast<Index>(k));
+      const Eigen::VectorXd column = rig.system().inputs.col(k);
       return state.dot(column) / column.sum();
     }
   throw std::logic_error("no such film");
@@ -34,12 +34,14 @@ double film_mean(const HeatRig& rig, int film, const Eigen::VectorXd& state) {
 TEST(Nafems, T3OneDimensionalTransient) {
   for (int order : {1, 2}) {
     const HeatRig rig(box_of_order({0, 0, 0}, {0.1, 0.005, 0.005}, {order == 1 ? 40 : 10, 1, 1}, order),
-                      heat_material(35.0, 7200.0, 440.5), {{"x0", as_good_as_given, 0.0}, {"x1", as_good_as_given, 0.0}});
+                      heat_material(35.0, 7200.0, 440.5),
+                      {{"x0", as_good_as_given, 0.0}, {"x1", as_good_as_given, 0.0}});
     solver::ThermalIntegrator integrator(rig.system());
     Eigen::MatrixXd state = Eigen::MatrixXd::Zero(rig.system().size, 1);
     constexpr double h = 0.25, w = pi / 40.0;
     for (int i = 0; i < 128; ++i)  // each step sees the mean of 100 sin(pi t / 40)
-      integrator.advance(state, {rig.with_ambient(1, 100.0 * (std::cos(w * i * h) - std::cos(w * (i + 1) * h)) / (w * h))}, h);
+      integrator.advance(state,
+                         {rig.with_ambient(1, 100.0 * (std::cos(w * i * h) - std::cos(w * (i + 1) * h)) / (w * h))}, h);
     expect_value({of_order("NAFEMS T3", order), "NAFEMS; series 36.603", "T at x = 0.08 m, t = 32 s, degC"}, 36.60,
                  rig.at(state, {0.08, 0.0025, 0.0025}), order == 1 ? 0.1 : 0.05);
   }
@@ -59,8 +61,8 @@ TEST(Vpcs, Ttll01SlabWithAFaceThatIsHeatedAtOnce) {
   const double reference[2][4] = {{8.09, 26.37, 78.47, 99.13}, {65.48, 75.58, 93.00, 99.72}};
   const double times[4] = {0.1, 0.2, 0.7, 2.0};
   for (int order : {1, 2}) {
-    const HeatRig rig(box_of_order({0, 0, 0}, {1.0, 0.1, 0.1}, {order == 1 ? 40 : 10, 1, 1}, order), heat_material(1.0, 1.0, 1.0),
-                      {{"x1", as_good_as_given, 100.0}});
+    const HeatRig rig(box_of_order({0, 0, 0}, {1.0, 0.1, 0.1}, {order == 1 ? 40 : 10, 1, 1}, order),
+                      heat_material(1.0, 1.0, 1.0), {{"x1", as_good_as_given, 100.0}});
     solver::ThermalIntegrator integrator(rig.system());
     Eigen::MatrixXd state = Eigen::MatrixXd::Zero(rig.system().size, 1);
     double time = 0.0;
@@ -70,8 +72,9 @@ TEST(Vpcs, Ttll01SlabWithAFaceThatIsHeatedAtOnce) {
       time = times[i];
       for (int place = 0; place < 2; ++place) {
         const double x = place == 0 ? 0.2 : 0.8;
-        const Figure figure{of_order("TTLL01", order), "VPCS; series",
-                            "T at x = " + std::string(place == 0 ? "0.2" : "0.8") + ", t = " + std::to_string(times[i]).substr(0, 3)};
+        const Figure figure{
+            of_order("TTLL01", order), "VPCS; series",
+            "T at x = " + std::string(place == 0 ? "0.2" : "0.8") + ", t = " + std::to_string(times[i]).substr(0, 3)};
         expect_value(figure, reference[place][i], rig.at(state, {x, 0.05, 0.05}), 0.06);
       }
     }
@@ -102,15 +105,18 @@ TEST(Vpcs, Ttlv01SphereInHotAir) {
   const double times[4] = {400, 800, 1600, 2400}, centre[4] = {341.915, 611.479, 864.597, 952.811},
                outside[4] = {475.471, 690.351, 892.085, 962.390};
   for (int order : {1, 2}) {
-    const HeatRig rig(eighth_of_a_ball(0.1, order == 1 ? 14 : 10, order), heat_material(48.822, 4816.8, 1000.0), {{"sphere", 232.5, 1000.0}});
+    const HeatRig rig(eighth_of_a_ball(0.1, order == 1 ? 14 : 10, order), heat_material(48.822, 4816.8, 1000.0),
+                      {{"sphere", 232.5, 1000.0}});
     solver::ThermalIntegrator integrator(rig.system());
     Eigen::MatrixXd state = Eigen::MatrixXd::Constant(rig.system().size, 1, 20.0);
     double time = 0.0;
     for (int i = 0; i < 4; ++i) {
       for (; time < times[i] - 1e-9; time += 20.0) integrator.advance(state, {rig.coefficients()}, 20.0);
       const std::string at = " at " + std::to_string(static_cast<int>(times[i])) + " s, degC";
-      expect_value({of_order("TTLV01", order), "VPCS; series", "T of the centre" + at}, centre[i], state(node_at(rig.body(), {0, 0, 0}), 0), 6.0);
-      expect_value({of_order("TTLV01", order), "VPCS; series", "T of the surface" + at}, outside[i], state(node_at(rig.body(), {0.1, 0, 0}), 0), 6.0);
+      expect_value({of_order("TTLV01", order), "VPCS; series", "T of the centre" + at}, centre[i],
+                   state(node_at(rig.body(), {0, 0, 0}), 0), 6.0);
+      expect_value({of_order("TTLV01", order), "VPCS; series", "T of the surface" + at}, outside[i],
+                   state(node_at(rig.body(), {0.1, 0, 0}), 0), 6.0);
     }
   }
 }
@@ -155,14 +161,18 @@ TEST(Vpcs, Tplv07OrthotropicCube) {
     // The film's ambient varies along its surface: 30 - 80 y - 60 z on one side, 15 - ... on the other.
     Eigen::MatrixXd load = rig.system().inputs * rig.coefficients().q;
     for (const auto& [group, level] : {std::pair{"x0", 30.0}, std::pair{"x1", 15.0}})
-      over_surface(rig.body(), rig.body().groups.at(group), [&](const Vector3d& at, double weight, const Vector3d&, const mesh::FaceNodes& nodes, const mesh::FaceValues& n) {
-        for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) += weight * n[i] * 15.0 * (level - 80.0 * at.y() - 60.0 * at.z());
-      });
+      over_surface(rig.body(), rig.body().groups.at(group),
+                   [&](const Vector3d& at, double weight, const Vector3d&, const mesh::FaceNodes& nodes,
+                       const mesh::FaceValues& n) {
+                     for (Index i = 0; i < nodes.size(); ++i)
+                       load(nodes[i], 0) += weight * n[i] * 15.0 * (level - 80.0 * at.y() - 60.0 * at.z());
+                   });
     const Eigen::VectorXd t = solver::solve_shifted(rig.system(), rig.coefficients(), 0.0, load);
     double error = 0.0;
     for (Index i = 0; i < rig.body().nodes(); ++i)
       error = std::max(error, std::abs(t[i] - (22.5 - Vector3d(45, 80, 60).dot(rig.body().points.col(i)))));
-    expect_below({of_order("TPLV07", order), "VPCS; T = 22.5 - 45x - 80y - 60z", "largest error of T, K"}, 1e-10, error);
+    expect_below({of_order("TPLV07", order), "VPCS; T = 22.5 - 45x - 80y - 60z", "largest error of T, K"}, 1e-10,
+                 error);
   }
 }
 
@@ -186,8 +196,8 @@ TEST(Thermca, RodUnderAFlux) {
     return sum;
   };
   for (int order : {1, 2}) {
-    const HeatRig rig(box_of_order({0, 0, 0}, {1.0, 0.1, 0.1}, {order == 1 ? 40 : 10, 1, 1}, order), heat_material(0.2, 2.0, 1.0),
-                      {{"x1", as_good_as_given, 0.0}}, {{"x0", 1.0}});
+    const HeatRig rig(box_of_order({0, 0, 0}, {1.0, 0.1, 0.1}, {order == 1 ? 40 : 10, 1, 1}, order),
+                      heat_material(0.2, 2.0, 1.0), {{"x1", as_good_as_given, 0.0}}, {{"x0", 1.0}});
     solver::ThermalIntegrator integrator(rig.system());
     Eigen::MatrixXd state = Eigen::MatrixXd::Ones(rig.system().size, 1);
     double time = 0.0;
@@ -195,7 +205,8 @@ TEST(Thermca, RodUnderAFlux) {
       const int steps = static_cast<int>(std::lround((end - time) / 0.05));
       for (int i = 0; i < steps; ++i) integrator.advance(state, {rig.coefficients()}, (end - time) / steps);
       time = end;
-      expect_value({of_order("rod under a flux", order), "Thermca; cosine series", "T at x = 0.3, t = " + std::to_string(static_cast<int>(end))},
+      expect_value({of_order("rod under a flux", order), "Thermca; cosine series",
+                    "T at x = 0.3, t = " + std::to_string(static_cast<int>(end))},
                    exact(0.3, end), rig.at(state, {0.3, 0.05, 0.05}), 2e-3);
     }
   }
@@ -203,15 +214,18 @@ TEST(Thermca, RodUnderAFlux) {
 
 TEST(Thermca, PlateAgainstAnsys) {
   const char* folder = std::getenv("THERMOTWIN_DATA");
-  const std::filesystem::path data = folder ? std::filesystem::path(folder)
-                                            : std::filesystem::path(THERMOTWIN_SOURCE_DIR) / ".." / "shared" / "data";
+  const std::filesystem::path data =
+      folder ? std::filesystem::path(folder) : std::filesystem::path(THERMOTWIN_SOURCE_DIR) / ".." / "shared" / "data";
   const std::filesystem::path file = data / "verification" / "cuboid_flat_ansys.csv";
   if (!std::filesystem::exists(file)) GTEST_SKIP() << "cuboid_flat_ansys.csv is not there";
   for (int order : {1, 2}) {
     const Eigen::Vector3i cells = order == 1 ? Eigen::Vector3i(12, 50, 3) : Eigen::Vector3i(6, 30, 2);
     mesh::TetMesh plate = box_of_order({0, 0, 0}, {0.5, 1.0, 0.05}, cells, order);
-    for (const char* side : {"x0", "x1", "z0", "z1"}) plate.groups["rest"].insert(plate.groups["rest"].end(), plate.groups.at(side).begin(), plate.groups.at(side).end());
-    const HeatRig rig(plate, heat_material(50.0, 8000.0, 500.0), {{"y1", 10.0, 20.0}, {"rest", 10.0, 20.0}, {"y0", 0.0, 20.0}}, {{"y0", 1000.0 / 0.025}});
+    for (const char* side : {"x0", "x1", "z0", "z1"})
+      plate.groups["rest"].insert(plate.groups["rest"].end(), plate.groups.at(side).begin(),
+                                  plate.groups.at(side).end());
+    const HeatRig rig(plate, heat_material(50.0, 8000.0, 500.0),
+                      {{"y1", 10.0, 20.0}, {"rest", 10.0, 20.0}, {"y0", 0.0, 20.0}}, {{"y0", 1000.0 / 0.025}});
     solver::ThermalIntegrator integrator(rig.system());
     Eigen::MatrixXd state = Eigen::MatrixXd::Constant(rig.system().size, 1, 20.0);
     const Index bottom_corner = node_at(plate, {0, 0, 0.05}), top_corner = node_at(plate, {0.5, 1.0, 0.05});
@@ -233,7 +247,8 @@ TEST(Thermca, PlateAgainstAnsys) {
       for (int i = 0; i < steps; ++i) integrator.advance(state, {rig.coefficients()}, (values[0] - time) / steps);
       time = values[0];
       if (time < 600.0) continue;
-      const Eigen::Vector4d ours(film_mean(rig, 2, state), film_mean(rig, 0, state), state(bottom_corner, 0), state(top_corner, 0));
+      const Eigen::Vector4d ours(film_mean(rig, 2, state), film_mean(rig, 0, state), state(bottom_corner, 0),
+                                 state(top_corner, 0));
       worst = worst.cwiseMax((ours - Eigen::Vector4d(values[1], values[3], values[4], values[5])).cwiseAbs());
       ++compared;
     }
@@ -246,10 +261,13 @@ TEST(Thermca, PlateAgainstAnsys) {
     expect_value({name, source, "largest difference, bottom corner, K"}, 0.0, worst[2], 0.4);
     expect_value({name, source, "largest difference, top corner, K"}, 0.0, worst[3], 0.1);
     const Eigen::VectorXd steady = rig.steady();
-    expect_value({name, "Thermca, steady state", "mean T of the bottom, degC"}, 291.1152, film_mean(rig, 2, steady), 0.27);  // 1e-3 of the rise
+    expect_value({name, "Thermca, steady state", "mean T of the bottom, degC"}, 291.1152, film_mean(rig, 2, steady),
+                 0.27);  // 1e-3 of the rise
     const double area = 0.5 * 0.05, rest = 2 * (0.5 * 1.0) + 2 * (1.0 * 0.05);
-    expect_below({name, "exact", "power through the films less 1000 W, W"}, 1e-5,
-                 std::abs(10.0 * (area * (film_mean(rig, 0, steady) - 20.0) + rest * (film_mean(rig, 1, steady) - 20.0)) - 1000.0));
+    expect_below(
+        {name, "exact", "power through the films less 1000 W, W"}, 1e-5,
+        std::abs(10.0 * (area * (film_mean(rig, 0, steady) - 20.0) + rest * (film_mean(rig, 1, steady) - 20.0)) -
+                 1000.0));
   }
 }
 
@@ -273,10 +291,12 @@ TEST(TwoBodies, InContactConductLikeResistancesInSeries) {
     joint.conductance = {300.0, 0.0};
     m.joints = {joint};
     const auto mesh = with_order(machine_mesh(m, {box_mesh({0, 0, 0}, {0.1, 0.1, 0.1}, {3, 4, 3}),
-                                                  box_mesh({0.1, 0, 0}, {0.2, 0.1, 0.1}, {4, 3, 5})}), order);
+                                                  box_mesh({0.1, 0, 0}, {0.2, 0.1, 0.1}, {4, 3, 5})}),
+                                 order);
     const solver::ThermalSystem system = solver::assemble_thermal(mesh);
     const solver::OperatingModel model(mesh.machine, system.layout);
-    const Eigen::VectorXd t = solver::solve_steady(system, model.coefficients(model.channels().defaults(), Eigen::VectorXd()));
+    const Eigen::VectorXd t =
+        solver::solve_steady(system, model.coefficients(model.channels().defaults(), Eigen::VectorXd()));
     const double flux = 100.0 / (1.0 / 500 + 0.1 / 45 + 1.0 / 300 + 0.1 / 2 + 1.0 / 80);
     // Linear in each body, with a jump: what does not match must not be seen.
     double worst = 0.0;
@@ -286,8 +306,9 @@ TEST(TwoBodies, InContactConductLikeResistancesInSeries) {
       const double exact = left ? 100.0 - flux / 500 - flux / 45 * x : flux / 80 + flux / 2.0 * (0.2 - x);
       worst = std::max(worst, std::abs(t[i] - exact));
     }
-    expect_below({of_order("two bodies in contact, meshes that do not match", order), "exact, linear T in each", "largest error of T over the difference of the ambients"}, 1e-10,
-                 worst / 100.0);
+    expect_below({of_order("two bodies in contact, meshes that do not match", order), "exact, linear T in each",
+                  "largest error of T over the difference of the ambients"},
+                 1e-10, worst / 100.0);
   }
 }
 

@@ -19,7 +19,7 @@ struct Exact {
 
   Matrix3d gradient(const Vector3d& x) const {
     Matrix3d g;
-    for (int i = 0; i < 3; ++i) g.row(i) = u[static_cast<std::size_t>(i)].gradient(x);
+    for (int i = 0; i < 3; ++i) g.row(i) = u[i].gradient(x);
     return g;
   }
   Vector3d value(const Vector3d& x) const { return {u[0].value(x), u[1].value(x), u[2].value(x)}; }
@@ -30,7 +30,7 @@ struct Exact {
   Vector3d body_force(const Vector3d& x) const {
     Vector3d divergence = -thermal * temperature.gradient(x);
     for (int i = 0; i < 3; ++i) {
-      const Matrix3d second = u[static_cast<std::size_t>(i)].second(x);
+      const Matrix3d second = u[i].second(x);
       divergence[i] += mu * second.trace();
       divergence += (lambda + mu) * second.col(i);
     }
@@ -59,15 +59,18 @@ Errors errors_on(const mesh::TetMesh& box, const Vector3d& size) {
   Eigen::VectorXd temperature(box.nodes());
   for (Index i = 0; i < box.nodes(); ++i) temperature[i] = exact.temperature.value(box.points.col(i));
   Eigen::VectorXd load = solver::thermal_load(box, material) * temperature;
-  over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const auto&) {
-    const Vector3d force = exact.body_force(at);
-    for (Index i = 0; i < nodes.size(); ++i) load.segment<3>(3 * nodes[i]) += weight * n[i] * force;
-  });
+  over_volume(
+      box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const auto&) {
+        const Vector3d force = exact.body_force(at);
+        for (Index i = 0; i < nodes.size(); ++i) load.segment<3>(3 * nodes[i]) += weight * n[i] * force;
+      });
   for (const char* side : {"z0", "z1"})
-    over_surface(box, box.groups.at(side), [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes, const mesh::FaceValues& n) {
-      const Vector3d traction = exact.stress(at) * normal;
-      for (Index i = 0; i < nodes.size(); ++i) load.segment<3>(3 * nodes[i]) += weight * n[i] * traction;
-    });
+    over_surface(box, box.groups.at(side),
+                 [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes,
+                     const mesh::FaceValues& n) {
+                   const Vector3d traction = exact.stress(at) * normal;
+                   for (Index i = 0; i < nodes.size(); ++i) load.segment<3>(3 * nodes[i]) += weight * n[i] * traction;
+                 });
   Eigen::VectorXd given = Eigen::VectorXd::Zero(3 * box.nodes());
   std::vector<Index> held;
   for (const Index node : nodes_where(box, [&](const Vector3d& p) {
@@ -80,7 +83,8 @@ Errors errors_on(const mesh::TetMesh& box, const Vector3d& size) {
   const Eigen::VectorXd u = given + solve_held(stiffness, load - stiffness * given, held);
 
   Errors errors;
-  over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const mesh::TetGradients& g) {
+  over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n,
+                       const mesh::TetGradients& g) {
     Vector3d difference = -exact.value(at);
     Matrix3d slope = -exact.gradient(at);
     for (Index i = 0; i < nodes.size(); ++i) {
@@ -100,8 +104,10 @@ TEST(ManufacturedElasticity, OrdersInSpace) {
     const Errors coarse = errors_on(bent_box(size, Eigen::Vector3i::Constant(cells), order), size);
     const Errors fine = errors_on(bent_box(size, Eigen::Vector3i::Constant(2 * cells), order), size);
     const std::string name = std::string("thermo-elasticity, ") + (order == 1 ? "P1" : "P2");
-    expect_order({name, "manufactured, with temperature", "order of the L2 error of u"}, order + 1, std::log2(coarse.displacement / fine.displacement));
-    expect_order({name, "manufactured, with temperature", "order of the L2 error of strain"}, order, std::log2(coarse.strain / fine.strain));
+    expect_order({name, "manufactured, with temperature", "order of the L2 error of u"}, order + 1,
+                 std::log2(coarse.displacement / fine.displacement));
+    expect_order({name, "manufactured, with temperature", "order of the L2 error of strain"}, order,
+                 std::log2(coarse.strain / fine.strain));
   }
 }
 

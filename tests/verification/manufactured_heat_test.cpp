@@ -49,20 +49,24 @@ Errors steady_errors(const mesh::TetMesh& box, const Waves& exact) {
   const mesh::MachineMesh mesh = block(box, material);
   const ThermalSystem system = solver::assemble_thermal(mesh);
   Eigen::MatrixXd load = Eigen::MatrixXd::Zero(system.size, 1);
-  over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const auto&) {
-    const double source = -tensor.cwiseProduct(exact.second(at)).sum();
-    for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) += weight * source * n[i];
-  });
-  over_surface(box, skin(box), [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes, const mesh::FaceValues& n) {
-    const double flux = normal.dot(tensor * exact.gradient(at)) + film * exact.value(at);
-    for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) += weight * flux * n[i];
-  });
+  over_volume(
+      box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const auto&) {
+        const double source = -tensor.cwiseProduct(exact.second(at)).sum();
+        for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) += weight * source * n[i];
+      });
+  over_surface(box, skin(box),
+               [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes,
+                   const mesh::FaceValues& n) {
+                 const double flux = normal.dot(tensor * exact.gradient(at)) + film * exact.value(at);
+                 for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) += weight * flux * n[i];
+               });
   solver::Coefficients c;
   c.p = Eigen::VectorXd::Constant(1, film);
   c.q = Eigen::VectorXd::Zero(system.inputs.cols());
   const Eigen::VectorXd t = solver::solve_shifted(system, c, 0.0, load);
   Errors errors;
-  over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const mesh::TetGradients& g) {
+  over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n,
+                       const mesh::TetGradients& g) {
     double value = 0.0;
     Vector3d gradient = Vector3d::Zero();
     for (Index i = 0; i < nodes.size(); ++i) {
@@ -82,8 +86,10 @@ TEST(ManufacturedHeat, OrdersInSpace) {
     const Errors coarse = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(cells), order), exact);
     const Errors fine = steady_errors(bent_box({1.0, 0.8, 0.6}, Eigen::Vector3i::Constant(2 * cells), order), exact);
     const std::string name = std::string("heat in space, ") + words(order);
-    expect_order({name, "manufactured, full conductivity tensor", "order of the L2 error of T"}, order + 1, std::log2(coarse.value / fine.value));
-    expect_order({name, "manufactured, full conductivity tensor", "order of the L2 error of grad T"}, order, std::log2(coarse.gradient / fine.gradient));
+    expect_order({name, "manufactured, full conductivity tensor", "order of the L2 error of T"}, order + 1,
+                 std::log2(coarse.value / fine.value));
+    expect_order({name, "manufactured, full conductivity tensor", "order of the L2 error of grad T"}, order,
+                 std::log2(coarse.gradient / fine.gradient));
   }
 }
 
@@ -108,8 +114,8 @@ TEST(ManufacturedHeat, OrdersInTime) {
       for (int i = 0; i < steps; ++i) integrator.advance(state, {c}, duration / steps);
       return (state.col(0) - end).norm() / end.norm();
     };
-    expect_order({std::string("heat in time, ") + (backward_euler ? "backward Euler" : "SDIRK2"), "decay of an eigenvector, P2",
-                  "order of the error of T"},
+    expect_order({std::string("heat in time, ") + (backward_euler ? "backward Euler" : "SDIRK2"),
+                  "decay of an eigenvector, P2", "order of the error of T"},
                  backward_euler ? 1 : 2, std::log2(error(40) / error(80)));
   }
 }
@@ -119,7 +125,8 @@ TEST(ManufacturedHeat, ALumpedCapacityKeepsSecondOrder) {
   const Vector3d size(0.1, 0.04, 0.04);
   const double duration = 100.0;
   const mesh::Material material = steel();
-  const double exponent = material.conductivity / (material.density * material.specific_heat.value) * std::pow(M_PI / size[0], 2) * duration;
+  const double exponent = material.conductivity / (material.density * material.specific_heat.value) *
+                          std::pow(M_PI / size[0], 2) * duration;
   for (int order : {1, 2}) {
     const auto error = [&](int cells) {
       const mesh::TetMesh bar = bent_box(size, {5 * cells, 2 * cells, 2 * cells}, order);
@@ -128,7 +135,8 @@ TEST(ManufacturedHeat, ALumpedCapacityKeepsSecondOrder) {
       const ThermalSystem system = solver::assemble_thermal(mesh);
       EXPECT_EQ(system.capacity.nonZeros(), system.size);
       EXPECT_GT(system.capacity.diagonal().minCoeff(), 0.0);
-      EXPECT_NEAR(system.capacity.diagonal().sum(), size.prod() * material.density * material.specific_heat.value, 1e-9);
+      EXPECT_NEAR(system.capacity.diagonal().sum(), size.prod() * material.density * material.specific_heat.value,
+                  1e-9);
       solver::Coefficients c;
       c.p = Eigen::VectorXd::Zero(1);
       c.q = Eigen::VectorXd::Zero(system.inputs.cols());
@@ -139,7 +147,8 @@ TEST(ManufacturedHeat, ALumpedCapacityKeepsSecondOrder) {
       return (state.col(0) - std::exp(-exponent) * mode).norm() / mode.norm();
     };
     const int cells = order == 1 ? 3 : 2;
-    expect_order({std::string("heat, lumped capacity, ") + words(order), "decay of a cosine in a bar", "order of the error of T at the end"},
+    expect_order({std::string("heat, lumped capacity, ") + words(order), "decay of a cosine in a bar",
+                  "order of the error of T at the end"},
                  2, std::log2(error(cells) / error(2 * cells)));
   }
 }

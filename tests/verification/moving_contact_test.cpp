@@ -42,7 +42,9 @@ struct Rig {
   Eigen::VectorXd row;
 
   explicit Rig(int positions)
-      : mesh(slide_mesh(1, pendular_machine(positions))), system(solver::assemble_thermal(mesh)), model(mesh.machine, system.layout),
+      : mesh(slide_mesh(1, pendular_machine(positions))),
+        system(solver::assemble_thermal(mesh)),
+        model(mesh.machine, system.layout),
         row(model.channels().defaults()) {
     at("axis.X.feed_mm_min") = 20000.0;
     at("cutting_fluid.on") = 1.0;
@@ -92,7 +94,8 @@ Resolved resolved(double period) {
 }
 
 TEST(MovingContact, TimeAverageStandsForTheMotion) {
-  for (const auto& [period, fine_tolerance, tolerance, ripple] : {std::tuple{10.0, 0.2, 1.0, 3.0}, {60.0, 1.5, 2.5, 8.0}}) {
+  for (const auto& [period, fine_tolerance, tolerance, ripple] :
+       {std::tuple{10.0, 0.2, 1.0, 3.0}, {60.0, 1.5, 2.5, 8.0}}) {
     const Resolved motion = resolved(period);
     const double rise = motion.mean.maxCoeff();
     EXPECT_GT(rise, 5.0);
@@ -100,12 +103,15 @@ TEST(MovingContact, TimeAverageStandsForTheMotion) {
     const auto difference = [&](int positions) {
       return 100.0 * (averaged(period, positions) - motion.mean).cwiseAbs().maxCoeff() / rise;
     };
-    expect_value({name, "fine sequence of positions", "time average, fine grid: largest difference of a node's mean T, % of the rise"}, 0.0,
-                 difference(65), fine_tolerance);
-    expect_value({name, "fine sequence of positions", "time average: largest difference of a node's mean T, % of the rise"}, 0.0,
-                 difference(3), tolerance);
-    expect_value({name, "fine sequence of positions", "what the average leaves out: largest swing of a node's T, % of the rise"}, 0.0,
-                 100.0 * motion.swing / rise, ripple);
+    expect_value({name, "fine sequence of positions",
+                  "time average, fine grid: largest difference of a node's mean T, % of the rise"},
+                 0.0, difference(65), fine_tolerance);
+    expect_value(
+        {name, "fine sequence of positions", "time average: largest difference of a node's mean T, % of the rise"}, 0.0,
+        difference(3), tolerance);
+    expect_value(
+        {name, "fine sequence of positions", "what the average leaves out: largest swing of a node's T, % of the rise"},
+        0.0, 100.0 * motion.swing / rise, ripple);
   }
 }
 

@@ -21,12 +21,14 @@ TEST(Nafems, T2RadiationFromTheEndOfABar) {
     m.films[1].emissivity = 0.98;
     m.films[1].exact_radiation = true;
     const Bench bench(machine_mesh(m, {box_of_order({0, 0, 0}, {0.1, 0.02, 0.02}, {10, 2, 2}, order)}));
-    const auto run = bench.run("initial_C = 480\ntime_step_s = 1000\noutput_s = 20000\n[[phase]]\nduration_s = 20000\n");
+    const auto run =
+        bench.run("initial_C = 480\ntime_step_s = 1000\noutput_s = 20000\n[[phase]]\nduration_s = 20000\n");
     double end = 0.0;
     int count = 0;
     for (Index i = 0; i < bench.system.nodes; ++i)
       if (bench.mesh.bodies[0].points(0, i) > 0.1 - 1e-9) end += run.states.back()[i] + 293.15, ++count;
-    expect_value({of_order("NAFEMS T2", order), "NAFEMS; own solution 927.008", "T of the end that radiates, K"}, 927.0, end / count, 0.05);
+    expect_value({of_order("NAFEMS T2", order), "NAFEMS; own solution 927.008", "T of the end that radiates, K"}, 927.0,
+                 end / count, 0.05);
   }
 }
 
@@ -40,7 +42,8 @@ TEST(Exact, ConductivityOverTemperature) {
     m.ambients.push_back(ambient("hot", 320.0));
     const auto error = [&](int finer) {
       const Bench bench(bar_mesh(m, order, finer));
-      const auto run = bench.run("initial_C = 20\noutput_s = 100000\ntime_step_s = 5000\n[[phase]]\nduration_s = 100000\n");
+      const auto run =
+          bench.run("initial_C = 20\noutput_s = 100000\ntime_step_s = 5000\n[[phase]]\nduration_s = 100000\n");
       double square = 0.0;
       for (Index i = 0; i < bench.system.nodes; ++i) {
         const double theta = 480.0 * bench.mesh.bodies[0].points(0, i) / 0.1;
@@ -48,8 +51,9 @@ TEST(Exact, ConductivityOverTemperature) {
       }
       return std::sqrt(square / static_cast<double>(bench.system.nodes));
     };
-    expect_value({of_order("bar, conductivity over temperature", order), "exact (Kirchhoff)", "RMS error of T over 300 K, %"}, 0.0,
-                 error(2) / 3.0, order == 1 ? 0.02 : 0.002);
+    expect_value(
+        {of_order("bar, conductivity over temperature", order), "exact (Kirchhoff)", "RMS error of T over 300 K, %"},
+        0.0, error(2) / 3.0, order == 1 ? 0.02 : 0.002);
   }
 }
 
@@ -78,7 +82,9 @@ TEST(Exact, CoolantAlongAWallOfOneTemperature) {
     return (bench.system.sensors * solver::solve_steady(bench.system, of))[0];
   };
   const double exact = 100.0 * std::exp(-2.0);
-  expect_value({"coolant along a wall, four cells", "exact: exp(-NTU), NTU = 2", "outlet less wall, % of inlet less wall"}, exact, outlet(4), 0.05);
+  expect_value(
+      {"coolant along a wall, four cells", "exact: exp(-NTU), NTU = 2", "outlet less wall, % of inlet less wall"},
+      exact, outlet(4), 0.05);
   expect_order({"coolant along a wall", "exact: exp(-NTU), NTU = 2", "order of the outlet's error in the cells"}, 3.0,
                std::log2((outlet(8) - exact) / (outlet(16) - exact)));
 }

@@ -45,23 +45,29 @@ TEST(Patch, Heat) {
     machine.films = {constant_film("skin", {"skin"}, 25.0)};
     const solver::ThermalSystem system = solver::assemble_thermal(machine_mesh(machine, {box}));
     const Vector3d slope(30, -20, 50);
-    const Matrix3d curve = order == 1 ? Matrix3d::Zero().eval() : (Matrix3d() << 100, 40, -30, 40, -200, 60, -30, 60, 150).finished();
+    const Matrix3d curve =
+        order == 1 ? Matrix3d::Zero().eval() : (Matrix3d() << 100, 40, -30, 40, -200, 60, -30, 60, 150).finished();
     const auto exact = [&](const Vector3d& x) { return 7.0 + slope.dot(x) + 0.5 * x.dot(curve * x); };
     Eigen::MatrixXd load = Eigen::MatrixXd::Zero(system.size, 1);
-    over_volume(box, [&](const Vector3d&, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const auto&) {
-      for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) -= weight * n[i] * tensor.cwiseProduct(curve).sum();
-    });
-    over_surface(box, skin(box), [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes, const mesh::FaceValues& n) {
-      const double flux = normal.dot(tensor * (slope + curve * at)) + 25.0 * exact(at);
-      for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) += weight * n[i] * flux;
-    });
+    over_volume(
+        box, [&](const Vector3d&, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const auto&) {
+          for (Index i = 0; i < nodes.size(); ++i)
+            load(nodes[i], 0) -= weight * n[i] * tensor.cwiseProduct(curve).sum();
+        });
+    over_surface(box, skin(box),
+                 [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes,
+                     const mesh::FaceValues& n) {
+                   const double flux = normal.dot(tensor * (slope + curve * at)) + 25.0 * exact(at);
+                   for (Index i = 0; i < nodes.size(); ++i) load(nodes[i], 0) += weight * n[i] * flux;
+                 });
     solver::Coefficients c;
     c.p = Eigen::VectorXd::Constant(1, 25.0);
     const Eigen::VectorXd t = solver::solve_shifted(system, c, 0.0, load);
     double worst = 0.0;
     for (Index i = 0; i < box.nodes(); ++i) worst = std::max(worst, std::abs(t[i] - exact(box.points.col(i))));
     expect_below({named("patch test, heat", order), order == 1 ? "exact, linear T" : "exact, quadratic T with a source",
-                  "largest error of T over its range"}, 1e-11, worst / 40.0);
+                  "largest error of T over its range"},
+                 1e-11, worst / 40.0);
   }
 }
 
@@ -70,24 +76,25 @@ TEST(Patch, Elasticity) {
   for (int order : {1, 2}) {
     const mesh::TetMesh box = shaken_box(size, cells, order);
     const mesh::Material m = steel();
-    const double lambda = m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson)), mu = m.young / (2 * (1 + m.poisson));
-    const double thermal = m.young * m.expansion.value / (1 - 2 * m.poisson), scale = 1e-5, curved = order == 1 ? 0.0 : 1.0;
+    const double lambda = m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson)),
+                 mu = m.young / (2 * (1 + m.poisson));
+    const double thermal = m.young * m.expansion.value / (1 - 2 * m.poisson), scale = 1e-5,
+                 curved = order == 1 ? 0.0 : 1.0;
     const Matrix3d slope = scale * (Matrix3d() << 2, -1, 3, 0.5, 1, -2, 1, 4, -3).finished();
     std::array<Matrix3d, 3> curve;
     for (int i = 0; i < 3; ++i)
-      curve[static_cast<std::size_t>(i)] =
-          curved * scale * (Matrix3d() << 4 - i, 3, -2, 3, 1 + 2 * i, 5, -2, 5, 7 - 3 * i).finished();
+      curve[i] = curved * scale * (Matrix3d() << 4 - i, 3, -2, 3, 1 + 2 * i, 5, -2, 5, 7 - 3 * i).finished();
     const Vector3d warm_slope(3, -4, 2);
     const Matrix3d warm_curve = curved * (Matrix3d() << 5, 2, 1, 2, -6, 3, 1, 3, 4).finished();
     const auto temperature = [&](const Vector3d& x) { return 2.0 + warm_slope.dot(x) + 0.5 * x.dot(warm_curve * x); };
     const auto motion = [&](const Vector3d& x) {
       Vector3d u = slope * x;
-      for (int i = 0; i < 3; ++i) u[i] += 0.5 * x.dot(curve[static_cast<std::size_t>(i)] * x);
+      for (int i = 0; i < 3; ++i) u[i] += 0.5 * x.dot(curve[i] * x);
       return u;
     };
     const auto gradient = [&](const Vector3d& x) {
       Matrix3d g = slope;
-      for (int i = 0; i < 3; ++i) g.row(i) += (curve[static_cast<std::size_t>(i)] * x).transpose();
+      for (int i = 0; i < 3; ++i) g.row(i) += (curve[i] * x).transpose();
       return g;
     };
     const auto stress = [&](const Vector3d& x) {
@@ -97,8 +104,8 @@ TEST(Patch, Elasticity) {
     const auto force = [&](const Vector3d& x) {
       Vector3d divergence = -thermal * (warm_slope + warm_curve * x);
       for (int i = 0; i < 3; ++i) {
-        divergence[i] += mu * curve[static_cast<std::size_t>(i)].trace();
-        divergence += (lambda + mu) * curve[static_cast<std::size_t>(i)].col(i);
+        divergence[i] += mu * curve[i].trace();
+        divergence += (lambda + mu) * curve[i].col(i);
       }
       return Vector3d(-divergence);
     };
@@ -109,12 +116,16 @@ TEST(Patch, Elasticity) {
       exact.segment<3>(3 * i) = motion(box.points.col(i));
     }
     Eigen::MatrixXd load = body.thermal_load * warm;
-    over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n, const auto&) {
+    over_volume(box, [&](const Vector3d& at, double weight, const mesh::TetNodes& nodes, const mesh::TetValues& n,
+                         const auto&) {
       for (Index i = 0; i < nodes.size(); ++i) load.block<3, 1>(3 * nodes[i], 0) += weight * n[i] * force(at);
     });
-    over_surface(box, skin(box), [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes, const mesh::FaceValues& n) {
-      for (Index i = 0; i < nodes.size(); ++i) load.block<3, 1>(3 * nodes[i], 0) += weight * n[i] * stress(at) * normal;
-    });
+    over_surface(box, skin(box),
+                 [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes,
+                     const mesh::FaceValues& n) {
+                   for (Index i = 0; i < nodes.size(); ++i)
+                     load.block<3, 1>(3 * nodes[i], 0) += weight * n[i] * stress(at) * normal;
+                 });
     const Eigen::VectorXd u = free_motion(body, load);
     const std::string source = order == 1 ? "exact, linear u and T" : "exact, quadratic u and T";
     expect_below({named("patch test, thermo-elasticity", order), source, "largest error of u over largest u"}, 1e-10,
@@ -126,9 +137,13 @@ TEST(Patch, Elasticity) {
       for (int i = 0; i < 4; ++i) place += at[i] * box.points.col(box.tets(i, e));
       const Matrix3d s = stress(place);
       const solver::Vector6 ours = solver::stress_at(box, m, u, warm, e, at);
-      worst = std::max(worst, (ours - (solver::Vector6() << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0)).finished()).cwiseAbs().maxCoeff());
+      worst = std::max(worst,
+                       (ours - (solver::Vector6() << s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(2, 0)).finished())
+                           .cwiseAbs()
+                           .maxCoeff());
     }
-    expect_below({named("patch test, thermo-elasticity", order), source, "largest error of stress over E alpha 1 K"}, 1e-9, worst / thermal);
+    expect_below({named("patch test, thermo-elasticity", order), source, "largest error of stress over E alpha 1 K"},
+                 1e-9, worst / thermal);
   }
 }
 
@@ -184,7 +199,8 @@ TEST(BendingBar, UnderALinearGradient) {
     Eigen::VectorXd exact(3 * bar.nodes());
     for (Index i = 0; i < bar.nodes(); ++i) {
       const Vector3d p = bar.points.col(i);
-      exact.segment<3>(3 * i) = m.expansion.value * gradient *
+      exact.segment<3>(3 * i) =
+          m.expansion.value * gradient *
           Vector3d(p.x() * p.z(), p.y() * p.z(), 0.5 * (p.z() * p.z() - p.x() * p.x() - p.y() * p.y()));
     }
     exact = without_rigid(body, exact);

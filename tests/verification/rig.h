@@ -31,7 +31,7 @@ struct GroupFlux {
 
 /// Steady and transient heat of one body; temperatures are above 0 degC.
 class HeatRig {
- public:
+public:
   HeatRig(mesh::TetMesh mesh, const mesh::Material& material, const std::vector<GroupFilm>& films,
           const std::vector<GroupFlux>& fluxes = {})
       : mesh_(made(std::move(mesh), material, films, fluxes)),
@@ -68,7 +68,7 @@ class HeatRig {
     return value;
   }
 
- private:
+private:
   static mesh::MachineMesh made(mesh::TetMesh mesh, const mesh::Material& material, const std::vector<GroupFilm>& films,
                                 const std::vector<GroupFlux>& fluxes) {
     mesh::Machine m;

@@ -81,7 +81,8 @@ TEST(Nafems, T1MembraneWithAHotSpot) {
       return Vector3d(q.x(), q.y(), 0.05 * p.z());
     });
     const auto is_hot = [](const Vector3d& p) { return p.head<2>().norm() < 1.0; };
-    const mesh::TetMesh hot = part_of(plate, is_hot), cold = part_of(plate, [&](const Vector3d& p) { return !is_hot(p); });
+    const mesh::TetMesh hot = part_of(plate, is_hot),
+                        cold = part_of(plate, [&](const Vector3d&p) { return !is_hot(p); });
     const Eigen::VectorXd warm = Eigen::VectorXd::Ones(plate.nodes());
     const solver::ElasticBody body = solver::assemble_elastic(plate, m, "plate");
     Eigen::MatrixXd load = solver::thermal_load(hot, m) * warm;  // the temperature jumps at the rim
@@ -90,16 +91,17 @@ TEST(Nafems, T1MembraneWithAHotSpot) {
     // On the cold side, whose nodes are numbered anew.
     mesh::TetMesh side = cold;
     std::vector<Index> old;
-    std::vector<int> number(static_cast<std::size_t>(plate.nodes()), -1);
+    std::vector<int> number(plate.nodes(), -1);
     for (Index e = 0; e < cold.elements(); ++e)
       for (const int node : mesh::tet_nodes(cold, e))
-        if (int& n = number[static_cast<std::size_t>(node)]; n < 0) n = static_cast<int>(old.size()), old.push_back(node);
-    const auto renumber = [&](int node) { return number[static_cast<std::size_t>(node)]; };
+        if (int& n = number[node]; n < 0) n = static_cast<int>(old.size()), old.push_back(node);
+    const auto renumber = [&](int node) { return number[node]; };
     side.tets = cold.tets.unaryExpr(renumber);
     if (order == 2) side.tet_edges = cold.tet_edges.unaryExpr(renumber);
     side.points = plate.points(Eigen::all, old);
     Eigen::VectorXd motion(3 * side.nodes());
-    for (std::size_t i = 0; i < old.size(); ++i) motion.segment<3>(3 * static_cast<Index>(i)) = u.segment<3>(3 * old[i]);
+    for (std::size_t i = 0; i < old.size(); ++i)
+      motion.segment<3>(3 * static_cast<Index>(i)) = u.segment<3>(3 * old[i]);
     const Eigen::MatrixXd stress = solver::nodal_stress(side, m, motion, Eigen::VectorXd::Zero(side.nodes()));
     expect_value({of_order("NAFEMS T1", order), "NAFEMS, plane stress", "sigma_yy at D, MPa"}, 50.0,
                  stress(1, node_at(side, {1.0, 0.0, 0.025})), 1.5);
@@ -135,13 +137,17 @@ TEST(Nafems, Le11SolidCylinderTaperSphere) {
     const Eigen::VectorXd warm = at_nodes(body, [](const Vector3d& p) { return p.head<2>().norm() + p.z(); });
     const double top = root + 1.09, near = 1e-9;
     std::vector<Index> held;
-    hold(body, 0, [&](const Vector3d& p) { return std::abs(p.x()) < near; }, held);
-    hold(body, 1, [&](const Vector3d& p) { return std::abs(p.y()) < near; }, held);
-    hold(body, 2, [&](const Vector3d& p) { return std::abs(p.z()) < near || std::abs(p.z() - top) < near; }, held);
-    const Eigen::VectorXd u = solve_held(solver::elastic_stiffness(body, m), solver::thermal_load(body, m) * warm, held);
+    hold(
+        body, 0, [&](const Vector3d& p) { return std::abs(p.x()) < near; }, held);
+    hold(
+        body, 1, [&](const Vector3d& p) { return std::abs(p.y()) < near; }, held);
+    hold(
+        body, 2, [&](const Vector3d& p) { return std::abs(p.z()) < near || std::abs(p.z() - top) < near; }, held);
+    const Eigen::VectorXd u =
+        solve_held(solver::elastic_stiffness(body, m), solver::thermal_load(body, m) * warm, held);
     const Eigen::MatrixXd stress = solver::nodal_stress(body, m, u, warm);
-    expect_value({of_order("NAFEMS LE11", order), "NAFEMS", "sigma_zz at A, MPa"}, -105.0, stress(2, node_at(body, {1, 0, 0})) / 1e6,
-                 order == 1 ? 10.0 : 3.5);
+    expect_value({of_order("NAFEMS LE11", order), "NAFEMS", "sigma_zz at A, MPa"}, -105.0,
+                 stress(2, node_at(body, {1, 0, 0})) / 1e6, order == 1 ? 10.0 : 3.5);
   }
 }
 
@@ -155,9 +161,12 @@ TEST(Vpcs, Hpla100HollowCylinder) {
   });
   const double near = 1e-9;
   std::vector<Index> held;
-  hold(ring, 0, [&](const Vector3d& p) { return std::abs(p.x()) < near; }, held);
-  hold(ring, 1, [&](const Vector3d& p) { return std::abs(p.y()) < near; }, held);
-  hold(ring, 2, [&](const Vector3d& p) { return std::abs(p.z()) < near || std::abs(p.z() - 0.1) < near; }, held);
+  hold(
+      ring, 0, [&](const Vector3d& p) { return std::abs(p.x()) < near; }, held);
+  hold(
+      ring, 1, [&](const Vector3d& p) { return std::abs(p.y()) < near; }, held);
+  hold(
+      ring, 2, [&](const Vector3d& p) { return std::abs(p.z()) < near || std::abs(p.z() - 0.1) < near; }, held);
   const solver::SparseMatrix stiffness = solver::elastic_stiffness(ring, m), load = solver::thermal_load(ring, m);
   const Index inside = node_at(ring, {19.5, 0, 0}), outside = node_at(ring, {20.5, 0, 0});
   const Figure figure{"HPLA100, P2", "VPCS; exact formula", ""};
@@ -180,13 +189,18 @@ TEST(Vpcs, Hsla303FreeExpansion) {
   for (int order : {1, 2}) {
     const mesh::TetMesh box = shaken_box({0.4, 0.3, 0.2}, {4, 3, 3}, order);
     std::vector<Index> held;
-    for (int k = 0; k < 3; ++k) hold(box, k, [&](const Vector3d& p) { return p[k] < 1e-12; }, held);
+    for (int k = 0; k < 3; ++k)
+      hold(
+          box, k, [&](const Vector3d& p) { return p[k] < 1e-12; }, held);
     const Eigen::VectorXd warm = Eigen::VectorXd::Constant(box.nodes(), 100.0);
     const Eigen::VectorXd u = solve_held(solver::elastic_stiffness(box, m), solver::thermal_load(box, m) * warm, held);
     double error = 0.0;
-    for (Index i = 0; i < box.nodes(); ++i) error = std::max(error, (u.segment<3>(3 * i) - 1.2e-3 * box.points.col(i)).norm());
-    expect_below({of_order("HSLA303", order), "VPCS; u = 1.2e-3 x", "largest error of u over largest u"}, 1e-10, error / (1.2e-3 * 0.538));
-    expect_below({of_order("HSLA303", order), "VPCS; no stress", "largest stress, Pa"}, 10.0, solver::nodal_stress(box, m, u, warm).cwiseAbs().maxCoeff());
+    for (Index i = 0; i < box.nodes(); ++i)
+      error = std::max(error, (u.segment<3>(3 * i) - 1.2e-3 * box.points.col(i)).norm());
+    expect_below({of_order("HSLA303", order), "VPCS; u = 1.2e-3 x", "largest error of u over largest u"}, 1e-10,
+                 error / (1.2e-3 * 0.538));
+    expect_below({of_order("HSLA303", order), "VPCS; no stress", "largest stress, Pa"}, 10.0,
+                 solver::nodal_stress(box, m, u, warm).cwiseAbs().maxCoeff());
   }
 }
 

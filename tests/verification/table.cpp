@@ -47,7 +47,7 @@ const std::vector<Row>& rows_of_readme() {
 }
 
 class Table : public ::testing::Environment {
- public:
+public:
   static Table*& instance() {
     static Table* one = nullptr;
     return one;
@@ -65,7 +65,7 @@ class Table : public ::testing::Environment {
   }
   void add(Row row) { rows_.push_back(std::move(row)); }
 
- private:
+private:
   std::vector<Row> rows_;
 };
 
@@ -96,7 +96,8 @@ void expect_value(const Figure& figure, double reference, double ours, double to
   const double difference = ours - reference;
   const std::string error = reference != 0.0 ? fmt::format("{:+.2f} %", 100.0 * difference / std::abs(reference))
                                              : fmt::format("{:+.2g}", difference);
-  tell({{figure.name, figure.source, figure.quantity, fmt::format("{:.6g}", reference), fmt::format("{:.6g}", ours), error}},
+  tell({{figure.name, figure.source, figure.quantity, fmt::format("{:.6g}", reference), fmt::format("{:.6g}", ours),
+         error}},
        ours, 1e-3 * std::abs(ours) + 0.02 * tolerance);
 }
 
@@ -110,7 +111,8 @@ void expect_order(const Figure& figure, double theory, double observed) {
 void expect_below(const Figure& figure, double bound, double error) {
   EXPECT_LT(error, bound) << figure.name << ": " << figure.quantity;
   EXPECT_TRUE(std::isfinite(error));
-  tell({{figure.name, figure.source, figure.quantity, "0", fmt::format("< {:.0e}", bound), fmt::format("< {:.0e}", bound)}},
+  tell({{figure.name, figure.source, figure.quantity, "0", fmt::format("< {:.0e}", bound),
+         fmt::format("< {:.0e}", bound)}},
        std::nan(""), 0.0);
 }
 

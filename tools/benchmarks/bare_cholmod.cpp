@@ -25,7 +25,10 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 
 namespace {
 
-struct Triangle { int node[3]; double film, ambient, flux; };
+struct Triangle {
+  int node[3];
+  double film, ambient, flux;
+};
 struct Problem {
   double conductivity, density, heat_capacity, young, poisson, expansion, step;
   std::vector<Eigen::Vector3d> points;
@@ -59,7 +62,7 @@ Problem read(const char* name) {
 /// Gradients of the shape functions in the columns; @return the volume
 double gradients(const Problem& p, const std::array<int, 4>& tet, Eigen::Matrix<double, 3, 4>& g) {
   Eigen::Matrix3d j;
-  for (std::size_t i = 1; i < 4; ++i) j.col(static_cast<int>(i) - 1) = p.points[static_cast<std::size_t>(tet[i])] - p.points[static_cast<std::size_t>(tet[0])];
+  for (std::size_t i = 1; i < 4; ++i) j.col(static_cast<int>(i) - 1) = p.points[tet[i]] - p.points[tet[0]];
   g.rightCols<3>() = j.inverse().transpose();
   g.col(0) = -g.rightCols<3>().rowwise().sum();
   return j.determinant() / 6.0;
@@ -72,7 +75,7 @@ Sparse matrix(Eigen::Index rows, Eigen::Index cols, const Triplets& entries) {
 }
 
 class Factor {
- public:
+public:
   Factor(const Sparse& a, int block) {
     cholmod_start(&common_);
     common_.supernodal = CHOLMOD_SUPERNODAL;
@@ -87,7 +90,7 @@ class Factor {
         if (it.row() % block == 0) node_entries.emplace_back(it.row() / block, c / block, 1.0);
     const Sparse nodes = matrix(a.rows() / block, a.cols() / block, node_entries);
     cholmod_sparse node_view = look_at(nodes);
-    std::vector<int> order(static_cast<std::size_t>(nodes.cols())), dofs;
+    std::vector<int> order(nodes.cols()), dofs;
     cholmod_metis(&node_view, nullptr, 0, 1, order.data(), &common_);
     for (const int node : order)
       for (int k = 0; k < block; ++k) dofs.push_back(node * block + k);
@@ -108,8 +111,8 @@ class Factor {
 
   Eigen::Map<const Eigen::MatrixXd> solve(const Eigen::MatrixXd& b) {
     cholmod_dense rhs{};
-    rhs.nrow = rhs.d = static_cast<std::size_t>(b.rows());
-    rhs.ncol = static_cast<std::size_t>(b.cols());
+    rhs.nrow = rhs.d = b.rows();
+    rhs.ncol = b.cols();
     rhs.nzmax = rhs.nrow * rhs.ncol;
     rhs.x = const_cast<double*>(b.data());
     rhs.xtype = CHOLMOD_REAL;
@@ -117,12 +120,12 @@ class Factor {
     return {static_cast<const double*>(x_->x), b.rows(), b.cols()};
   }
 
- private:
+private:
   static cholmod_sparse look_at(const Sparse& a) {
     cholmod_sparse view{};
-    view.nrow = static_cast<std::size_t>(a.rows());
-    view.ncol = static_cast<std::size_t>(a.cols());
-    view.nzmax = static_cast<std::size_t>(a.nonZeros());
+    view.nrow = a.rows();
+    view.ncol = a.cols();
+    view.nzmax = a.nonZeros();
     view.p = const_cast<int*>(a.outerIndexPtr());
     view.i = const_cast<int*>(a.innerIndexPtr());
     view.x = const_cast<double*>(a.valuePtr());
@@ -138,7 +141,7 @@ class Factor {
 
 void heat(const Problem& p, int steps) {
   Watch time;
-  const auto n = static_cast<Eigen::Index>(p.points.size());
+  const auto n = std::ssize(p.points);
   Triplets capacity, conduction;
   Eigen::VectorXd source = Eigen::VectorXd::Zero(n);
   Eigen::Matrix<double, 3, 4> g;
@@ -146,17 +149,18 @@ void heat(const Problem& p, int steps) {
     const double volume = gradients(p, tet, g);
     for (int i = 0; i < 4; ++i)
       for (int k = 0; k < 4; ++k) {
-        const int row = tet[static_cast<std::size_t>(i)], column = tet[static_cast<std::size_t>(k)];
+        const int row = tet[i], column = tet[k];
         capacity.emplace_back(row, column, p.density * p.heat_capacity * volume * (i == k ? 0.1 : 0.05));
         conduction.emplace_back(row, column, p.conductivity * volume * g.col(i).dot(g.col(k)));
       }
   }
   for (const Triangle& t : p.triangles) {
-    const Eigen::Vector3d a = p.points[static_cast<std::size_t>(t.node[0])];
-    const double area = 0.5 * (p.points[static_cast<std::size_t>(t.node[1])] - a).cross(p.points[static_cast<std::size_t>(t.node[2])] - a).norm();
+    const Eigen::Vector3d a = p.points[t.node[0]];
+    const double area = 0.5 * (p.points[t.node[1]] - a).cross(p.points[t.node[2]] - a).norm();
     for (int i = 0; i < 3; ++i) {
       source[t.node[i]] += area / 3.0 * (t.flux + t.film * t.ambient);
-      for (int k = 0; k < 3; ++k) conduction.emplace_back(t.node[i], t.node[k], t.film * area / 12.0 * (i == k ? 2.0 : 1.0));
+      for (int k = 0; k < 3; ++k)
+        conduction.emplace_back(t.node[i], t.node[k], t.film * area / 12.0 * (i == k ? 2.0 : 1.0));
     }
   }
   const Sparse e = matrix(n, n, capacity), k = matrix(n, n, conduction);
@@ -184,10 +188,11 @@ void heat(const Problem& p, int steps) {
 
 void elastic(const Problem& p) {
   Watch time;
-  const auto n = static_cast<Eigen::Index>(p.points.size());
-  const double lambda = p.young * p.poisson / ((1 + p.poisson) * (1 - 2 * p.poisson)), mu = p.young / (2 * (1 + p.poisson));
-  std::vector<char> held(static_cast<std::size_t>(3 * n), 0);
-  for (const int dof : p.fixed) held[static_cast<std::size_t>(dof)] = 1;
+  const auto n = std::ssize(p.points);
+  const double lambda = p.young * p.poisson / ((1 + p.poisson) * (1 - 2 * p.poisson)),
+               mu = p.young / (2 * (1 + p.poisson));
+  std::vector<char> held(3 * n, 0);
+  for (const int dof : p.fixed) held[dof] = 1;
   Triplets stiffness, load;
   Eigen::Matrix<double, 3, 4> g;
   for (const auto& tet : p.tets) {
@@ -195,13 +200,17 @@ void elastic(const Problem& p) {
     for (int i = 0; i < 4; ++i)
       for (int k = 0; k < 4; ++k) {
         const Eigen::Vector3d gi = g.col(i), gk = g.col(k);
-        const Eigen::Matrix3d block = volume * (lambda * gi * gk.transpose() + mu * gk * gi.transpose() + mu * gi.dot(gk) * Eigen::Matrix3d::Identity());
-        const int row = 3 * tet[static_cast<std::size_t>(i)], column = 3 * tet[static_cast<std::size_t>(k)];
+        const Eigen::Matrix3d block = volume * (lambda * gi * gk.transpose() + mu * gk * gi.transpose() +
+                                                mu * gi.dot(gk) * Eigen::Matrix3d::Identity());
+        const int row = 3 * tet[i], column = 3 * tet[k];
         for (int r = 0; r < 3; ++r) {
           load.emplace_back(row + r, column / 3, 0.25 * volume * p.young * p.expansion / (1 - 2 * p.poisson) * gi[r]);
           for (int c = 0; c < 3; ++c) {
-            const bool free = held[static_cast<std::size_t>(row + r)] == 0 && held[static_cast<std::size_t>(column + c)] == 0;
-            stiffness.emplace_back(row + r, column + c, free ? block(r, c) : row + r == column + c ? std::abs(block(r, c)) : 0.0);
+            const bool free = held[row + r] == 0 && held[column + c] == 0;
+            stiffness.emplace_back(row + r, column + c,
+                                   free                    ? block(r, c)
+                                   : row + r == column + c ? std::abs(block(r, c))
+                                                           : 0.0);
           }
         }
       }
@@ -213,11 +222,11 @@ void elastic(const Problem& p) {
   print("factor", time.seconds());
   print("factor_nonzeros", factor.nonzeros());
   time.restart();
-  Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(3 * n, 3 * static_cast<Eigen::Index>(p.loaded.size()));
+  Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(3 * n, 3 * std::ssize(p.loaded));
   for (std::size_t i = 0; i < p.loaded.size(); ++i)
     for (int c = 0; c < 3; ++c) {
       const int dof = 3 * p.loaded[i] + c;
-      if (held[static_cast<std::size_t>(dof)] == 0) forces(dof, 3 * static_cast<Eigen::Index>(i) + c) = 1.0;
+      if (held[dof] == 0) forces(dof, 3 * static_cast<Eigen::Index>(i) + c) = 1.0;
     }
   const Eigen::MatrixXd rows = f.transpose() * factor.solve(forces);
   print("rows", time.seconds());

@@ -13,15 +13,23 @@ int main(int argc, char** argv) {
   CLI::App app{"Speed of thermotwin as ratios to named alternatives, measured in turn in one run", "tools/bench"};
   bench::Settings settings;
   std::vector<std::string> subjects;
-  app.add_option("SUBJECT", subjects, "solver, reduction, compensate (absent: all)")->check(CLI::IsMember({"solver", "reduction", "compensate"}));
+  app.add_option("SUBJECT", subjects, "solver, reduction, compensate (absent: all)")
+      ->check(CLI::IsMember({"solver", "reduction", "compensate"}));
   app.add_option("--case", settings.case_path, "case folder")->capture_default_str()->check(CLI::ExistingPath);
-  app.add_option("--size", settings.size, "mesh: coarse, standard, fine, or a factor of the element sizes")->capture_default_str();
+  app.add_option("--size", settings.size, "mesh: coarse, standard, fine, or a factor of the element sizes")
+      ->capture_default_str();
   app.add_option("--body", settings.body, "body of the single-body comparisons")->capture_default_str();
   app.add_option("--model", settings.model, "model.rom.h5 (absent: made from the case)")->check(CLI::ExistingFile);
   app.add_option("--threads", settings.threads, "threads of whole-machine work (0: all)")->check(CLI::Range(0, 1024));
-  app.add_option("--pairs", settings.pairs, "pairs of runs of each comparison")->capture_default_str()->check(CLI::Range(1, 100));
-  app.add_option("--steps", settings.steps, "time steps of each run")->capture_default_str()->check(CLI::Range(20, 100000));
-  app.add_option("--calculix-steps", settings.deck_steps, "time steps of CalculiX")->capture_default_str()->check(CLI::Range(1, 10000));
+  app.add_option("--pairs", settings.pairs, "pairs of runs of each comparison")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
+  app.add_option("--steps", settings.steps, "time steps of each run")
+      ->capture_default_str()
+      ->check(CLI::Range(20, 100000));
+  app.add_option("--calculix-steps", settings.deck_steps, "time steps of CalculiX")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 10000));
   app.add_flag("--body-only", settings.bodies_only, "solver: leave the whole machine out");
   app.add_option("--work", settings.work, "folder for meshes, models and rows");
   app.footer("Example:\n  tools/bench solver --size standard --pairs 3");

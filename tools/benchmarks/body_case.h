@@ -11,7 +11,7 @@
 namespace thermotwin::bench {
 
 struct BodyCase {
-  mesh::MachineMesh mesh;        ///< one body; surfaces "bench.skin", "bench.foot", "bench.heated"
+  mesh::MachineMesh mesh;  ///< one body; surfaces "bench.skin", "bench.foot", "bench.heated"
   double step_s = 60.0;
 };
 
@@ -21,8 +21,8 @@ struct BodyCase {
 BodyCase body_case(const mesh::Machine& machine, const std::string& body, double size_factor,
                    const std::filesystem::path& cache);
 
-inline constexpr double skin_film = 8.0, foot_film = 200.0;      // W/(m^2 K)
-inline constexpr double air_K = 3.0, foundation_K = -1.0;        // above the reference
+inline constexpr double skin_film = 8.0, foot_film = 200.0;  // W/(m^2 K)
+inline constexpr double air_K = 3.0, foundation_K = -1.0;    // above the reference
 inline constexpr double heat_W = 300.0;
 /// Adjoint columns of the elastic comparison: unit forces in x, y, z at nodes spread over the body.
 inline constexpr int load_nodes = 16;

@@ -11,11 +11,11 @@
 namespace thermotwin::bench {
 
 struct Command {
-  std::vector<std::string> words;                  ///< program (looked up in PATH) and arguments
-  int cores = 0;                                   ///< > 0: may use this many processors only
-  std::vector<std::string> environment;            ///< "NAME=value", on top of the present one
-  std::filesystem::path folder;                    ///< to run in; empty: the present one
-  std::filesystem::path input, output;             ///< files for stdin and stdout; empty: none, kept
+  std::vector<std::string> words;        ///< program (looked up in PATH) and arguments
+  int cores = 0;                         ///< > 0: may use this many processors only
+  std::vector<std::string> environment;  ///< "NAME=value", on top of the present one
+  std::filesystem::path folder;          ///< to run in; empty: the present one
+  std::filesystem::path input, output;   ///< files for stdin and stdout; empty: none, kept
 };
 
 struct Outcome {

@@ -17,8 +17,17 @@ constexpr int online_steps = 5000;
 
 Command reduce(const Settings& s, const std::filesystem::path& out, bool resume) {
   Command command;
-  command.words = {s.thermotwin.string(), "reduce", s.case_path.string(), "--size", s.size, "--out", out.string(), "--quiet", "--json",
-                   "--threads", std::to_string(s.threads)};
+  command.words = {s.thermotwin.string(),
+                   "reduce",
+                   s.case_path.string(),
+                   "--size",
+                   s.size,
+                   "--out",
+                   out.string(),
+                   "--quiet",
+                   "--json",
+                   "--threads",
+                   std::to_string(s.threads)};
   if (resume) command.words.push_back("--resume");
   command.output = s.work / "reduce.json";
   return command;
@@ -42,11 +51,13 @@ std::string reduction_subject(const Settings& settings) {
     const Outcome first = run(reduce(settings, folder, false)), again = run(reduce(settings, folder, true));
     const nlohmann::json json = nlohmann::json::parse(core::read_file(settings.work / "reduce.json"));
     report.figure("campaign of the case and reduction", duration(first.seconds), settings.threads, first.peak_MiB);
-    report.figure("  of it: reduction, order " + std::to_string(json.at("order").get<int>()), duration(again.seconds), settings.threads, again.peak_MiB);
+    report.figure("  of it: reduction, order " + std::to_string(json.at("order").get<int>()), duration(again.seconds),
+                  settings.threads, again.peak_MiB);
     report.figure("  of it: candidates and basis", duration(json.at("basis_s").get<double>()), settings.threads);
     for (const auto& load : json.at("heldout"))
-      report.note(fmt::format("held out {}: reduced against full {:.3f} um at most, peak {:.1f} um", load.at("load").get<std::string>(),
-                              load.at("max_um").get<double>(), load.at("peak_um").get<double>()));
+      report.note(fmt::format("held out {}: reduced against full {:.3f} um at most, peak {:.1f} um",
+                              load.at("load").get<std::string>(), load.at("max_um").get<double>(),
+                              load.at("peak_um").get<double>()));
     model = folder / "model.rom.h5";
   }
   for (const std::string load : {"validation_21C", "air_cutting"}) {
@@ -54,9 +65,22 @@ std::string reduction_subject(const Settings& settings) {
     Outcome last;
     for (int i = 0; i < settings.pairs; ++i) {
       Command command;
-      command.words = {(settings.programs / "bench_worker").string(), "steps", "--case", settings.case_path.string(), "--size", settings.size,
-                       "--folder", settings.work.string(), "--model", model.string(), "--load", load, "--steps",
-                       std::to_string(2 * settings.steps), "--threads", "1"};
+      command.words = {(settings.programs / "bench_worker").string(),
+                       "steps",
+                       "--case",
+                       settings.case_path.string(),
+                       "--size",
+                       settings.size,
+                       "--folder",
+                       settings.work.string(),
+                       "--model",
+                       model.string(),
+                       "--load",
+                       load,
+                       "--steps",
+                       std::to_string(2 * settings.steps),
+                       "--threads",
+                       "1"};
       command.cores = 1;
       last = run(command);
       reduced.push_back(last["reduced"]);
@@ -65,23 +89,37 @@ std::string reduction_subject(const Settings& settings) {
     report.compare(fmt::format("step of {}, order {}", load, last["order"]), reduced, full,
                    fmt::format("full model, {} unknowns", last["unknowns"]), 1, last.peak_MiB, 0);
     if (load == "air_cutting") report.figure("TCP error at a pose", duration(last["tcp"]), 1);
-    report.note(fmt::format("{}: sensors of both models {:.1e} K apart after {} steps", load, last["sensors_apart_K"], 2 * settings.steps));
+    report.note(fmt::format("{}: sensors of both models {:.1e} K apart after {} steps", load, last["sensors_apart_K"],
+                            2 * settings.steps));
   }
   for (const int order : {60, 0}) {
     std::map<std::string, std::vector<double>> times;
     Outcome last;
     for (int i = 0; i < settings.pairs; ++i) {
       Command command;
-      command.words = {(settings.programs / "bench_worker").string(), "online", "--model", model.string(), "--order", std::to_string(order),
-                       "--steps", std::to_string(online_steps), "--threads", "1"};
+      command.words = {(settings.programs / "bench_worker").string(),
+                       "online",
+                       "--model",
+                       model.string(),
+                       "--order",
+                       std::to_string(order),
+                       "--steps",
+                       std::to_string(online_steps),
+                       "--threads",
+                       "1"};
       command.cores = 1;
       last = run(command);
       for (const char* name : {"fixed", "three", "all", "plain"}) times[name].push_back(last[name]);
     }
-    const std::string alternative = fmt::format("summed, factorised, solved each step ({} outputs as ours)", last["outputs"]);
-    for (const auto& [name, what] : {std::pair<std::string, std::string>{"fixed", "films stand"}, {"three", "three films change"}, {"all", fmt::format("all {} films change", last["films"])}}) {
-      report.compare(fmt::format("online step, order {}: {}", last["order"], what), times[name], times["plain"], alternative, 1);
-      report.note(fmt::format("order {}, {}: 99.9 % of the steps within {}", last["order"], what, duration(last[name + "_999"])));
+    const std::string alternative =
+        fmt::format("summed, factorised, solved each step ({} outputs as ours)", last["outputs"]);
+    for (const auto& [name, what] : {std::pair<std::string, std::string>{"fixed", "films stand"},
+                                     {"three", "three films change"},
+                                     {"all", fmt::format("all {} films change", last["films"])}}) {
+      report.compare(fmt::format("online step, order {}: {}", last["order"], what), times[name], times["plain"],
+                     alternative, 1);
+      report.note(fmt::format("order {}, {}: 99.9 % of the steps within {}", last["order"], what,
+                              duration(last[name + "_999"])));
     }
   }
   report.note("steps: one processor, its time; campaign and reduction: wall time");

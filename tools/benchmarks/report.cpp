@@ -12,7 +12,9 @@ namespace thermotwin::bench {
 namespace {
 
 /// Long measurements show what they have found so far.
-void tell(const std::vector<std::string>& row) { std::fprintf(stderr, "  %s: %s; %s\n", row[0].c_str(), row[1].c_str(), row[3].c_str()); }
+void tell(const std::vector<std::string>& row) {
+  std::fprintf(stderr, "  %s: %s; %s\n", row[0].c_str(), row[1].c_str(), row[3].c_str());
+}
 
 std::string memory(double MiB) { return MiB > 0 ? fmt::format("{:.0f}", MiB) : "-"; }
 
@@ -37,7 +39,9 @@ Pairs in_turn(int pairs, const Command& ours, const Command& other) {
 std::vector<double> each(const std::vector<Outcome>& outcomes, const std::string& name) {
   std::vector<double> values;
   for (const Outcome& outcome : outcomes)
-    values.push_back(name == "processor" ? outcome.processor_seconds : name == "MiB" ? outcome.peak_MiB : outcome[name]);
+    values.push_back(name == "processor" ? outcome.processor_seconds
+                     : name == "MiB"     ? outcome.peak_MiB
+                                         : outcome[name]);
   return values;
 }
 
@@ -47,8 +51,8 @@ void Report::compare(const std::string& what, const std::vector<double>& ours, c
   for (std::size_t i = 0; i < std::min(ours.size(), other.size()); ++i) ratios.push_back(other[i] / ours[i]);
   const auto [least, most] = std::minmax_element(ratios.begin(), ratios.end());
   rows_.push_back({what, duration(median(ours)), duration(median(other)),
-                   fmt::format("{:.3g} ({:.3g} .. {:.3g})", median(ratios), *least, *most), alternative, std::to_string(threads),
-                   memory(ours_MiB) + ", " + memory(other_MiB)});
+                   fmt::format("{:.3g} ({:.3g} .. {:.3g})", median(ratios), *least, *most), alternative,
+                   std::to_string(threads), memory(ours_MiB) + ", " + memory(other_MiB)});
   tell(rows_.back());
 }
 

@@ -23,7 +23,7 @@ Pairs in_turn(int pairs, const Command& ours, const Command& other);
 std::vector<double> each(const std::vector<Outcome>& outcomes, const std::string& name);
 
 class Report {
- public:
+public:
   explicit Report(std::string title) : title_(std::move(title)) {}
 
   /// @param ours, other  seconds of each pair, same length
@@ -34,9 +34,10 @@ class Report {
   void note(const std::string& line) { notes_.push_back(line); }
   std::string text() const;
 
- private:
+private:
   std::string title_;
-  std::vector<std::vector<std::string>> rows_{{"what", "ours", "alternative", "alternative / ours", "of", "threads", "MiB ours, other"}};
+  std::vector<std::vector<std::string>> rows_{
+      {"what", "ours", "alternative", "alternative / ours", "of", "threads", "MiB ours, other"}};
   std::vector<std::string> notes_;
 };
 

@@ -27,10 +27,11 @@ int main() {
   }
   // Any weights do: their values cost nothing.
   std::vector<double> weights(3 * sensors);
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = std::sin(1.0 + static_cast<double>(i));
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = std::sin(1.0 + i);
 
   fmt::memory_buffer text;
-  fmt::format_to(std::back_inserter(text), "time_s,offset_x_um,offset_y_um,offset_z_um,std_x_um,std_y_um,std_z_um,status\n");
+  fmt::format_to(std::back_inserter(text),
+                 "time_s,offset_x_um,offset_y_um,offset_z_um,std_x_um,std_y_um,std_z_um,status\n");
   while (std::getline(std::cin, line)) {
     double time = 0, offset[3] = {0, 0, 0};
     const char* at = line.data();
@@ -47,8 +48,8 @@ int main() {
       }
       at = stop < end ? stop + 1 : end;
     }
-    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},ok\n"), time, offset[0], offset[1],
-                   offset[2], 1.0, 1.0, 1.0);
+    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},ok\n"), time,
+                   offset[0], offset[1], offset[2], 1.0, 1.0, 1.0);
     if (text.size() > (1U << 16U)) {
       std::cout.write(text.data(), static_cast<std::streamsize>(text.size()));
       text.clear();

@@ -10,13 +10,14 @@ namespace thermotwin::bench {
 /// One thread: time that this process had a processor for, which other work on the machine hardly
 /// changes. More threads, and one that is compared with them: wall time, on a machine that does nothing else.
 class Watch {
- public:
+public:
   explicit Watch(int threads = 1, bool wall = false)
-      : clock_(threads == 1 && !wall ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC), start_(now()) {}
+      : clock_(threads == 1 && !wall ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC),
+        start_(now()) {}
   double seconds() const { return now() - start_; }
   void restart() { start_ = now(); }
 
- private:
+private:
   double now() const {
     timespec time{};
     clock_gettime(clock_, &time);

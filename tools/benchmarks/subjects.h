@@ -9,12 +9,12 @@ namespace thermotwin::bench {
 
 struct Settings {
   std::filesystem::path case_path = "cases/vmc5", programs, thermotwin, work;
-  std::filesystem::path model;       ///< empty: made from the case, kept in work
+  std::filesystem::path model;  ///< empty: made from the case, kept in work
   std::string size = "coarse", body = "column";
-  int threads = 0;                   ///< of whole-machine work; what is compared with a single-threaded program has one
+  int threads = 0;  ///< of whole-machine work; what is compared with a single-threaded program has one
   int pairs = 5, steps = 100;
-  int deck_steps = 6;                ///< time steps of CalculiX, which factorises in each
-  bool bodies_only = false;          ///< leave the whole machine out
+  int deck_steps = 6;        ///< time steps of CalculiX, which factorises in each
+  bool bodies_only = false;  ///< leave the whole machine out
 };
 
 std::string solver_subject(const Settings& settings);

@@ -2,8 +2,9 @@
 // What is measured of thermotwin itself: one piece of work a process, so that its peak memory is its
 // own. Prints lines "name value"; times in seconds.
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <iterator>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -50,7 +51,9 @@ struct Options {
 struct Setup {
   solver::Case machine_case;
   double factor;
-  explicit Setup(const Options& options) : machine_case(solver::read_case(options.case_path)), factor(mesh::size_factor(machine_case.machine, options.size)) {}
+  explicit Setup(const Options& options)
+      : machine_case(solver::read_case(options.case_path)),
+        factor(mesh::size_factor(machine_case.machine, options.size)) {}
   mesh::MachineMesh mesh(const Options& options) const {
     return mesh::build_machine_mesh(machine_case.machine, {factor, options.folder / "cache"});
   }
@@ -59,7 +62,7 @@ struct Setup {
 /// Coefficients of each step of a load program, chillers at the reference temperature.
 std::vector<solver::Coefficients> coefficients(const solver::OperatingModel& model, const solver::LoadProgram& load,
                                                const std::vector<double>& ends) {
-  const Eigen::VectorXd inlet = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.machine().coolants.size()));
+  const Eigen::VectorXd inlet = Eigen::VectorXd::Zero(std::ssize(model.machine().coolants));
   std::vector<solver::Coefficients> all;
   double from = 0.0;
   for (const double end : ends) {
@@ -77,7 +80,8 @@ std::vector<double> first_steps(const solver::LoadProgram& load, int steps) {
 
 void write_files(const Options& options) {
   const Setup setup(options);
-  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  const bench::BodyCase one =
+      bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
   bench::write_plain(options.folder / "body.txt", one);
   bench::write_decks(options.folder, one, options.decks);
   print("nodes", static_cast<double>(one.mesh.nodes()));
@@ -86,14 +90,16 @@ void write_files(const Options& options) {
 
 void heat(const Options& options) {
   const Setup setup(options);
-  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  const bench::BodyCase one =
+      bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
   Watch time(options.threads, options.wall);
   const solver::ThermalSystem system = solver::assemble_thermal(one.mesh);
   print("assembly", time.seconds());
   const solver::OperatingModel model(one.mesh.machine, system.layout);
   // Further loads have the same films and other powers.
-  std::vector<solver::Coefficients> c(static_cast<std::size_t>(options.columns), model.coefficients(model.channels().defaults(), Eigen::VectorXd(0)));
-  for (std::size_t l = 1; l < c.size(); ++l) c[l].q *= 1.0 + 0.1 * static_cast<double>(l);
+  std::vector<solver::Coefficients> c(options.columns,
+                                      model.coefficients(model.channels().defaults(), Eigen::VectorXd(0)));
+  for (std::size_t l = 1; l < c.size(); ++l) c[l].q *= 1.0 + 0.1 * l;
   solver::ThermalIntegrator integrator(system);
   Eigen::MatrixXd state = integrator.uniform(0.0).replicate(1, options.columns);
   time.restart();
@@ -130,10 +136,12 @@ void memory(const Options& options) {
 
 void elastic(const Options& options) {
   const Setup setup(options);
-  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  const bench::BodyCase one =
+      bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
   const mesh::TetMesh& mesh = one.mesh.bodies[0];
   Watch time(options.threads);
-  const solver::ElasticBody body = solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
+  const solver::ElasticBody body =
+      solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
   print("assembly", time.seconds());
   time.restart();
   solver::SparseFactorOptions factor_options;
@@ -154,9 +162,11 @@ void elastic(const Options& options) {
 /// As elastic, eight columns of it, by multigrid; loads as the elastic model has them: balanced.
 void iterative(const Options& options) {
   const Setup setup(options);
-  const bench::BodyCase one = bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
+  const bench::BodyCase one =
+      bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
   const mesh::TetMesh& mesh = one.mesh.bodies[0];
-  solver::ElasticBody body = solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
+  solver::ElasticBody body =
+      solver::assemble_elastic(mesh, one.mesh.machine.material(one.mesh.machine.bodies[0].material), options.body);
   constexpr Eigen::Index columns = 8;
   Watch time(options.threads);
   solver::MultigridOptions multigrid;
@@ -188,14 +198,16 @@ void loads(const Options& options) {
   if (options.set == "ambient") {
     for (int i = 1; i <= 9; ++i) names.push_back(fmt::format("ambient_{}", i));
   } else {
-    names = {"spindle_3000", "spindle_6000", "spindle_12000", "x_rapid", "y_rapid", "z_rapid", "table_150", "table_600", "table_1200"};
+    names = {"spindle_3000", "spindle_6000", "spindle_12000", "x_rapid",   "y_rapid",
+             "z_rapid",      "table_150",    "table_600",     "table_1200"};
   }
   std::vector<std::vector<solver::Coefficients>> c;
   std::vector<double> ends;
   for (const std::string& name : names) {
     const solver::LoadProgram load = setup.machine_case.load(name);
     const std::vector<double> own = first_steps(load, options.steps);
-    if (!ends.empty() && own != ends) throw core::InputError(name, "other time steps than " + names[0], "loads of one time grid");
+    if (!ends.empty() && own != ends)
+      throw core::InputError(name, "other time steps than " + names[0], "loads of one time grid");
     ends = own;
     c.push_back(coefficients(model, load, ends));
   }
@@ -204,7 +216,7 @@ void loads(const Options& options) {
   double checksum = 0;
   for (std::size_t first = 0; first < names.size(); first += width) {
     solver::ThermalIntegrator integrator(system);
-    Eigen::MatrixXd state = integrator.uniform(0.0).replicate(1, static_cast<Eigen::Index>(width));
+    Eigen::MatrixXd state = integrator.uniform(0.0).replicate(1, width);
     for (std::size_t i = 0; i < ends.size(); ++i) {
       std::vector<solver::Coefficients> now;
       for (std::size_t l = first; l < first + width; ++l) now.push_back(c[l][i]);
@@ -221,18 +233,20 @@ void loads(const Options& options) {
 /// three, with all; and the plain way, which sums and factorises in each step.
 void online(const Options& options) {
   const reduction::ReducedModel stored = reduction::read_model(options.model);
-  const reduction::ReducedModel model = options.order > 0 ? reduction::truncated(stored, std::min<Eigen::Index>(options.order, stored.system.order())) : stored;
+  const reduction::ReducedModel model =
+      options.order > 0 ? reduction::truncated(stored, std::min<Eigen::Index>(options.order, stored.system.order()))
+                        : stored;
   const auto grid = mesh::workspace_poses(model.machine);
   const Eigen::MatrixXd values = reduction::value_rows(model, grid);
-  const Eigen::Index each = values.rows() / static_cast<Eigen::Index>(grid.size());
-  Eigen::MatrixXd rows(6 * static_cast<Eigen::Index>(grid.size()), values.cols());
-  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(grid.size()); ++i) rows.middleRows(6 * i, 6) = values.middleRows(each * i, 6);
+  const Eigen::Index each = values.rows() / std::ssize(grid);
+  Eigen::MatrixXd rows(6 * std::ssize(grid), values.cols());
+  for (Eigen::Index i = 0; i < std::ssize(grid); ++i) rows.middleRows(6 * i, 6) = values.middleRows(each * i, 6);
   const solver::OperatingModel operating(model.machine, model.system.layout);
-  const solver::Coefficients nominal =
-      operating.coefficients(operating.channels().defaults(), Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.machine.coolants.size())));
+  const solver::Coefficients nominal = operating.coefficients(
+      operating.channels().defaults(), Eigen::VectorXd::Zero(std::ssize(model.machine.coolants)));
   std::vector<Eigen::Index> films;
   for (std::size_t j = 0; j < model.system.layout.terms.size(); ++j)
-    if (model.system.layout.terms[j].kind == solver::TermKind::film) films.push_back(static_cast<Eigen::Index>(j));
+    if (model.system.layout.terms[j].kind == solver::TermKind::film) films.push_back(j);
 
   constexpr double step_s = 60.0;
   Eigen::VectorXd outputs(rows.rows());
@@ -263,7 +277,7 @@ void online(const Options& options) {
   measure("plain", films.size(), [&](Eigen::VectorXd& x, const solver::Coefficients& c) {
     sum = model.system.conduction;
     for (Eigen::Index j = 0; j < c.p.size(); ++j)
-      if (c.p(j) != 0.0) sum += c.p(j) * model.system.terms[static_cast<std::size_t>(j)];
+      if (c.p(j) != 0.0) sum += c.p(j) * model.system.terms[j];
     sum = model.system.capacity + step_s * sum;
     lu.compute(sum);
     x = lu.solve(model.system.capacity * x + step_s * (model.system.inputs * c.q)).eval();
@@ -342,7 +356,8 @@ void rows(const Options& options) {
   const reduction::ReducedModel model = reduction::read_model(options.model);
   const mesh::Machine& machine = model.machine;
   std::FILE* file = std::fopen(options.out.c_str(), "wb");
-  if (file == nullptr) throw core::InputError(options.out.string(), "cannot be written", "a file in a folder with room");
+  if (file == nullptr)
+    throw core::InputError(options.out.string(), "cannot be written", "a file in a folder with room");
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "time_s,spindle.speed_rpm,air.T_C");
@@ -359,10 +374,10 @@ void rows(const Options& options) {
     for (std::size_t a = 0; a < linear.size(); ++a) {
       const mesh::Axis& axis = *linear[a];
       const double middle = 0.5 * (axis.low + axis.high), reach = 0.45 * (axis.high - axis.low);
-      fmt::format_to(out, ",{:.3f},{}", 1e3 * (middle + reach * std::sin(t / (7.0 + 3.0 * static_cast<double>(a)))), 6000);
+      fmt::format_to(out, ",{:.3f},{}", 1e3 * (middle + reach * std::sin(t / (7.0 + 3.0 * a))), 6000);
     }
     for (std::size_t s = 0; s < machine.sensors.size(); ++s)
-      fmt::format_to(out, ",{:.3f}", machine.reference_C + 4.0 * (1.0 - std::exp(-t / (4000.0 + 3000.0 * static_cast<double>(s)))));
+      fmt::format_to(out, ",{:.3f}", machine.reference_C + 4.0 * (1.0 - std::exp(-t / (4000.0 + 3000.0 * s))));
     text.push_back('\n');
     if (text.size() > (1U << 20U) || i + 1 == options.rows) {
       const bool whole = std::fwrite(text.data(), 1, text.size(), file) == text.size();
@@ -370,7 +385,8 @@ void rows(const Options& options) {
       text.clear();
     }
   }
-  if (std::fclose(file) != 0) throw core::InputError(options.out.string(), "cannot be written", "a place with room on the disk");
+  if (std::fclose(file) != 0)
+    throw core::InputError(options.out.string(), "cannot be written", "a place with room on the disk");
   print("rows", static_cast<double>(options.rows));
   print("order", static_cast<double>(model.system.order()));
 }
@@ -382,7 +398,8 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Options options;
   const std::vector<std::pair<std::string, void (*)(const Options&)>> works = {
-      {"files", write_files}, {"heat", heat}, {"memory", memory}, {"elastic", elastic}, {"iterative", iterative}, {"loads", loads}, {"poses", poses}, {"steps", steps}, {"online", online}, {"rows", rows}};
+      {"files", write_files}, {"heat", heat},   {"memory", memory}, {"elastic", elastic}, {"iterative", iterative},
+      {"loads", loads},       {"poses", poses}, {"steps", steps},   {"online", online},   {"rows", rows}};
   for (const auto& [name, work] : works) {
     CLI::App* verb = app.add_subcommand(name);
     verb->add_option("--case", options.case_path);

@@ -25,7 +25,8 @@ void add_checkpoint_option(CLI::App& verb, double& every_s) {
 }
 
 void add_solver_option(CLI::App& verb, std::string& solver) {
-  verb.add_option("--solver", solver, "linear solver: direct while its factors fit into memory (auto), direct, iterative")
+  verb.add_option("--solver", solver,
+                  "linear solver: direct while its factors fit into memory (auto), direct, iterative")
       ->check(CLI::IsMember({"auto", "direct", "iterative"}))
       ->capture_default_str();
 }

@@ -15,7 +15,8 @@ namespace thermotwin::tools {
 
 void add_common_options(CLI::App& verb, CommonOptions& options);
 /// `reduce` has an --order of its own.
-void add_mesh_options(CLI::App& verb, std::string& size, int& order, const std::string& order_name = "--mesh-order,--order");
+void add_mesh_options(CLI::App& verb, std::string& size, int& order,
+                      const std::string& order_name = "--mesh-order,--order");
 void add_checkpoint_option(CLI::App& verb, double& every_s);
 void add_solver_option(CLI::App& verb, std::string& solver);
 

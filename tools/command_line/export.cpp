@@ -9,7 +9,8 @@ namespace thermotwin::tools {
 void add_export(CLI::App& app) {
   const auto options = std::make_shared<ExportOptions>();
   ExportOptions& exported = *options;
-  CLI::App* verb = add_verb(app, "export",
+  CLI::App* verb =
+      add_verb(app, "export",
                "the machine for another program: a CalculiX deck (heat.inp, static.inp, mesh.inp), or its matrices "
                "(Matrix Market)",
                "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
@@ -17,15 +18,19 @@ void add_export(CLI::App& app) {
                "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced",
                options, &tools::export_model);
   verb->add_option("MODEL", exported.model, "case folder, case.toml or machine.toml")->required();
-  verb->add_flag("--calculix", exported.calculix, "decks for ccx 2.20: heat transfer, then thermo-elastic displacement, SI units and degC");
+  verb->add_flag("--calculix", exported.calculix,
+                 "decks for ccx 2.20: heat transfer, then thermo-elastic displacement, SI units and degC");
   auto* matrices = verb->add_flag(
       "--matrices", exported.matrices,
       "E, A, a matrix for each film, contact and flow, B, C, and names.toml: what `reduce --matrices` reads");
-  auto* load = verb->add_option("--load", exported.load, "load program, as amplitudes (absent: steady state of the machine as it stands)");
-  auto* step = verb->add_option("--time-step", exported.time_step_s, "longest increment, s (absent: time_step_s of the load)")
-                   ->check(CLI::PositiveNumber)
-                   ->needs(load);
-  verb->add_option("--steady-at", exported.steady_at_s, "steady state of what the load has at this time, s, instead of a transient")
+  auto* load = verb->add_option("--load", exported.load,
+                                "load program, as amplitudes (absent: steady state of the machine as it stands)");
+  auto* step =
+      verb->add_option("--time-step", exported.time_step_s, "longest increment, s (absent: time_step_s of the load)")
+          ->check(CLI::PositiveNumber)
+          ->needs(load);
+  verb->add_option("--steady-at", exported.steady_at_s,
+                   "steady state of what the load has at this time, s, instead of a transient")
       ->check(CLI::NonNegativeNumber)
       ->needs(load)
       ->excludes(step);

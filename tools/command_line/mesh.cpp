@@ -10,7 +10,7 @@ void add_mesh(CLI::App& app) {
   const auto options = std::make_shared<MeshOptions>();
   MeshOptions& mesh = *options;
   CLI::App* verb = add_verb(app, "mesh", "builds and checks the mesh; quality table; .vtu",
-                  "thermotwin mesh cases/vmc5/machine.toml --size standard", options, &tools::mesh_machine);
+                            "thermotwin mesh cases/vmc5/machine.toml --size standard", options, &tools::mesh_machine);
   verb->add_option("MACHINE", mesh.machine, "machine.toml, or the folder that holds it")->required();
   add_mesh_options(*verb, mesh.size, mesh.mesh_order);
 }

@@ -9,7 +9,8 @@ namespace thermotwin::tools {
 void add_run(CLI::App& app) {
   const auto options = std::make_shared<RunOptions>();
   RunOptions& run = *options;
-  CLI::App* verb = add_verb(app, "run", "the whole chain of a case: mesh, campaign, reduced model, "
+  CLI::App* verb = add_verb(app, "run",
+                            "the whole chain of a case: mesh, campaign, reduced model, "
                             "compensation of an unseen program, diagnosis of a measurement",
                             "thermotwin run cases/vmc5 --out out", options, &tools::run);
   verb->add_option("CASE", run.case_path, "case folder or case.toml")->required();

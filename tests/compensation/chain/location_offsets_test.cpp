@@ -31,7 +31,9 @@ TEST(KinematicChain, IsReadAsIso10791WritesIt) {
 }
 
 TEST(KinematicChain, MistakesAreNamed) {
-  const auto refused = [](const char* text, const char* word) { expect_input_error([&] { KinematicChain::parse(text, "place"); }, {"place", word}); };
+  const auto refused = [](const char* text, const char* word) {
+    expect_input_error([&] { KinematicChain::parse(text, "place"); }, {"place", word});
+  };
   refused("w C b X t", "without [ ]");
   refused("V [w C' b X Y Z]", "without t");
   refused("V [C' b X t]", "before w");
@@ -68,13 +70,17 @@ TEST(LocationOffsets, EquationsOfTheRotaryTable) {
       EXPECT_LT(found.point_left.norm(), 1e-15) << "three linear axes cancel any point error";
       return Vector3d(axis_offset(map, found, "X"), axis_offset(map, found, "Y"), axis_offset(map, found, "Z"));
     };
-    EXPECT_LT((of("Y0C", 29 * um) - Vector3d(0, 29 * um, 0)).norm(), 1e-15);                                             // (6.1)
-    EXPECT_LT((of("Z0T", 23 * um) - Vector3d(23 * um * std::sin(b), 0, 23 * um * std::cos(b))).norm(), 1e-15);            // (6.2) (6.3)
+    EXPECT_LT((of("Y0C", 29 * um) - Vector3d(0, 29 * um, 0)).norm(), 1e-15);  // (6.1)
+    EXPECT_LT((of("Z0T", 23 * um) - Vector3d(23 * um * std::sin(b), 0, 23 * um * std::cos(b))).norm(),
+              1e-15);  // (6.2) (6.3)
     const double growth = 12 * um / 0.2;
-    EXPECT_LT((of("R0T", 12 * um) - growth * Vector3d(0.11 * std::cos(b), -0.07, -0.11 * std::sin(b))).norm(), 1e-15);    // (6.4) to (6.6)
-    EXPECT_LT((of("A0C", 23 * um) - 23 * um * Vector3d(-0.07 * std::sin(b), -0.16, -0.07 * std::cos(b))).norm(), 1e-15);  // (6.7) to (6.9)
+    EXPECT_LT((of("R0T", 12 * um) - growth * Vector3d(0.11 * std::cos(b), -0.07, -0.11 * std::sin(b))).norm(),
+              1e-15);  // (6.4) to (6.6)
+    EXPECT_LT((of("A0C", 23 * um) - 23 * um * Vector3d(-0.07 * std::sin(b), -0.16, -0.07 * std::cos(b))).norm(),
+              1e-15);  // (6.7) to (6.9)
     // (6.10) to (6.12): superposition.
-    const AxisOffsets all = map.offsets({{"Y0C", 29 * um}, {"Z0T", 23 * um}, {"R0T", 12 * um}, {"A0C", 23 * um}}, at, point);
+    const AxisOffsets all =
+        map.offsets({{"Y0C", 29 * um}, {"Z0T", 23 * um}, {"R0T", 12 * um}, {"A0C", 23 * um}}, at, point);
     const Vector3d sum = of("Y0C", 29 * um) + of("Z0T", 23 * um) + of("R0T", 12 * um) + of("A0C", 23 * um);
     EXPECT_NEAR(axis_offset(map, all, "X"), sum.x(), 1e-15);
     EXPECT_NEAR(axis_offset(map, all, "Y"), sum.y(), 1e-15);
@@ -100,14 +106,16 @@ TEST(LocationOffsets, WhatTheAxesCannotDoIsReported) {
   found = only_y.offsets({{"Y0C", 10 * um}, {"Z0T", 7 * um}}, {}, point);
   EXPECT_LT((found.point_left - Vector3d(0, 0, -7 * um)).norm(), 1e-15);
   expect_input_error([&] { map.offsets({{"Y0A", um}}, {}, point); }, {"Y0A", "Y0B"});
-  expect_input_error([] { LocationOffsets(machine_bc(), {.orientation = false, .axes = {"W"}, .table_radius = 0.3}); }, {"'W'", "X"});
+  expect_input_error([] { LocationOffsets(machine_bc(), {.orientation = false, .axes = {"W"}, .table_radius = 0.3}); },
+                     {"'W'", "X"});
 }
 
 /// Any chain: the offsets, put into the axes, bring tool and workpiece together again. Both sides
 /// are moved here as rigid bodies with finite motions, another way than the code's.
 TEST(LocationOffsets, OffsetsBringToolAndWorkpieceTogetherOnAnyChain) {
   test::Uniform uniform(21);
-  for (const char* text : {"V [w C' B' b Y X Z (C1) t]", "V [w C' A' X' b Y Z (C1) t]", "H [w B' X' b Z Y (C) t]", "V [w Y' X' b Z C B (S) t]", "V [w C' X' b Y Z B (C1) t]"}) {
+  for (const char* text : {"V [w C' B' b Y X Z (C1) t]", "V [w C' A' X' b Y Z (C1) t]", "H [w B' X' b Z Y (C) t]",
+                           "V [w Y' X' b Z C B (S) t]", "V [w C' X' b Y Z B (C1) t]"}) {
     KinematicChain chain = KinematicChain::parse(text, "test");
     std::map<std::string, double> at, errors;
     for (const std::string& id : chain.ids()) {
@@ -123,7 +131,7 @@ TEST(LocationOffsets, OffsetsBringToolAndWorkpieceTogetherOnAnyChain) {
     // Where point of the tool and of the workpiece go.
     const auto placed = [&](const std::vector<ChainAxis>& branch, bool moved) {
       std::map<std::string, double> positions = at;
-      for (std::size_t i = 0; moved && i < map.axes().size(); ++i) positions[map.axes()[i]] += found.offset[static_cast<Eigen::Index>(i)];
+      for (std::size_t i = 0; moved && i < map.axes().size(); ++i) positions[map.axes()[i]] += found.offset[i];
       Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
       for (std::size_t i = 0; i < branch.size(); ++i) {
         const ChainAxis& axis = branch[i];
@@ -141,7 +149,9 @@ TEST(LocationOffsets, OffsetsBringToolAndWorkpieceTogetherOnAnyChain) {
       }
       return transform;
     };
-    const auto gone = [&](const std::vector<ChainAxis>& branch) { return Vector3d(placed(branch, true) * (placed(branch, false).inverse() * point) - point); };
+    const auto gone = [&](const std::vector<ChainAxis>& branch) {
+      return Vector3d(placed(branch, true) * (placed(branch, false).inverse() * point) - point);
+    };
     EXPECT_GT(found.point_error.norm(), 1e-8);
     EXPECT_LT((gone(chain.tool) - gone(chain.table) - found.point_left).norm(), 1e-12) << text;
     if (map.axes().size() == 3) {

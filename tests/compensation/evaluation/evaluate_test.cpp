@@ -2,6 +2,7 @@
 #include "compensation/evaluation/evaluate.h"
 
 #include <fmt/format.h>
+#include <iterator>
 
 #include <cstdlib>
 
@@ -19,12 +20,14 @@ using test::expect_input_error;
 
 std::filesystem::path data_folder(const std::string& name) {
   const char* given = std::getenv("THERMOTWIN_DATA");
-  const std::filesystem::path root = given != nullptr ? std::filesystem::path(given)
-                                                      : std::filesystem::path(THERMOTWIN_SOURCE_DIR).parent_path() / "shared" / "data";
+  const std::filesystem::path root =
+      given != nullptr ? std::filesystem::path(given)
+                       : std::filesystem::path(THERMOTWIN_SOURCE_DIR).parent_path() / "shared" / "data";
   return root / name;
 }
 
-const EvaluationRow& row_of(const Evaluation& evaluation, const std::string& model, const std::string& channel, const std::string& part) {
+const EvaluationRow& row_of(const Evaluation& evaluation, const std::string& model, const std::string& channel,
+                            const std::string& part) {
   for (const EvaluationRow& row : evaluation.rows) {
     if (row.model == model && row.channel == channel && row.part == part) return row;
   }
@@ -154,23 +157,27 @@ TEST(QuantitySeries, SignsAndUnits) {
 }
 
 /// A measurement of the lumped machine made without writing files.
-Measurement measured(const reduction::ReducedModel& model, const test::Truth& truth, const std::vector<std::string>& pose_texts) {
+Measurement measured(const reduction::ReducedModel& model, const test::Truth& truth,
+                     const std::vector<std::string>& pose_texts) {
   Measurement m;
   const solver::Channels channels(model.machine);
-  const auto times = static_cast<Eigen::Index>(truth.time.size());
+  const auto times = std::ssize(truth.time);
   std::vector<Eigen::VectorXd> columns{Eigen::Map<const Eigen::VectorXd>(truth.time.data(), times)};
   m.data.columns = {"time_s"};
   const auto add = [&](MeasuredChannel channel, const auto& value) {
-    channel.column = static_cast<Eigen::Index>(columns.size());
+    channel.column = std::ssize(columns);
     Eigen::VectorXd values(times);
-    for (Eigen::Index i = 0; i < times; ++i) values[i] = value(static_cast<std::size_t>(i));
+    for (Eigen::Index i = 0; i < times; ++i) values[i] = value(i);
     m.data.columns.push_back(channel.id);
     columns.push_back(values);
     m.channels.push_back(std::move(channel));
   };
-  for (const auto& [name, kind, unit] : {std::tuple{"air.T_C", ChannelKind::temperature, "degC"}, {"spindle.speed_rpm", ChannelKind::speed, "rpm"},
-                                         {"axis.X.feed_mm_min", ChannelKind::speed, "mm_min"}, {"axis.X.low_mm", ChannelKind::position, "mm"},
-                                         {"axis.X.high_mm", ChannelKind::position, "mm"}, {"axis.C.feed_deg_min", ChannelKind::speed, "deg_min"},
+  for (const auto& [name, kind, unit] : {std::tuple{"air.T_C", ChannelKind::temperature, "degC"},
+                                         {"spindle.speed_rpm", ChannelKind::speed, "rpm"},
+                                         {"axis.X.feed_mm_min", ChannelKind::speed, "mm_min"},
+                                         {"axis.X.low_mm", ChannelKind::position, "mm"},
+                                         {"axis.X.high_mm", ChannelKind::position, "mm"},
+                                         {"axis.C.feed_deg_min", ChannelKind::speed, "deg_min"},
                                          {"cutting_fluid.on", ChannelKind::state, "1"}}) {
     MeasuredChannel channel;
     channel.id = channel.input = name;
@@ -185,7 +192,7 @@ Measurement measured(const reduction::ReducedModel& model, const test::Truth& tr
     channel.kind = ChannelKind::temperature;
     channel.unit = "degC";
     channel.uncertainty = 0.05;
-    add(channel, [&, s](std::size_t i) { return truth.readings_C[i][static_cast<Eigen::Index>(s)]; });
+    add(channel, [&, s](std::size_t i) { return truth.readings_C[i][s]; });
   }
   for (std::size_t p = 0; p < pose_texts.size(); ++p) {
     for (int k = 0; k < 3; ++k) {
@@ -201,8 +208,8 @@ Measurement measured(const reduction::ReducedModel& model, const test::Truth& tr
       add(channel, [&, p, k](std::size_t i) { return 1e6 * truth.errors[i][p].error[k] + 50.0; });  // an arbitrary zero
     }
   }
-  m.data.values.resize(times, static_cast<Eigen::Index>(columns.size()));
-  for (std::size_t i = 0; i < columns.size(); ++i) m.data.values.col(static_cast<Eigen::Index>(i)) = columns[i];
+  m.data.values.resize(times, std::ssize(columns));
+  for (std::size_t i = 0; i < columns.size(); ++i) m.data.values.col(i) = columns[i];
   return m;
 }
 
@@ -213,7 +220,9 @@ TEST(Evaluate, AReducedModelMeetsItsOwnMachineWithAndWithoutSensors) {
   for (const std::string& text : texts) poses.push_back(mesh::parse_pose(model.machine, text, "test"));
   const test::Truth truth = test::run_truth(model.machine, model, 60.0, 5, 10 * 3600.0, poses);
   const Measurement measurement = measured(model, truth, texts);
-  const Evaluation evaluation = evaluate(measurement, &model, {.train_until_s = 5 * 3600.0, .train_programs = {}, .models = {"static_regression"}, .check = {}});
+  const Evaluation evaluation =
+      evaluate(measurement, &model,
+               {.train_until_s = 5 * 3600.0, .train_programs = {}, .models = {"static_regression"}, .check = {}});
   std::printf("%s", evaluation.brief().c_str());
   for (const char* channel : {"dx@1", "dz@1", "dx@2", "dy@2", "dz@2"}) {
     for (const char* name : {"reduced_model", "reduced_model_sensors"}) {
@@ -229,10 +238,17 @@ TEST(Evaluate, AnExtendedModelIsJudgedBesideTheNominalOne) {
   const std::vector<std::string> texts{"", "X=200,Z=100,B=45,C=90"};
   std::vector<mesh::Pose> poses;
   for (const std::string& text : texts) poses.push_back(mesh::parse_pose(nominal.machine, text, "test"));
-  const Measurement measurement = measured(nominal, test::run_truth(right.machine, right, 60.0, 5, 10 * 3600.0, poses), texts);
-  const Evaluation evaluation = evaluate(measurement, &nominal, {.train_until_s = 5 * 3600.0, .train_programs = {}, .models = {"static_regression"}, .check = {}, .extended = &right});
+  const Measurement measurement =
+      measured(nominal, test::run_truth(right.machine, right, 60.0, 5, 10 * 3600.0, poses), texts);
+  const Evaluation evaluation = evaluate(measurement, &nominal,
+                                         {.train_until_s = 5 * 3600.0,
+                                          .train_programs = {},
+                                          .models = {"static_regression"},
+                                          .check = {},
+                                          .extended = &right});
   for (const char* channel : {"dz@1", "dz@2"}) {
-    const double as_stated = row_of(evaluation, "reduced_model", channel, "day 0").measures.rms, extended = row_of(evaluation, "extended_model", channel, "day 0").measures.rms;
+    const double as_stated = row_of(evaluation, "reduced_model", channel, "day 0").measures.rms,
+                 extended = row_of(evaluation, "extended_model", channel, "day 0").measures.rms;
     EXPECT_LT(extended, 0.1 * as_stated) << channel;
     EXPECT_GT(row_of(evaluation, "extended_model_sensors", channel, "day 0").measures.fit, 97.0) << channel;
   }

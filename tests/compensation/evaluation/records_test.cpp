@@ -24,7 +24,7 @@ Measurement record(Index rows) {
   test::Uniform uniform(2);
   double frame = 20.0;
   for (Index i = 0; i < rows; ++i) {
-    const double time = 300.0 * static_cast<double>(i), hall = 20.0 + 2.0 * std::sin(time / 9000.0) + 0.01 * uniform.normal();
+    const double time = 300.0 * i, hall = 20.0 + 2.0 * std::sin(time / 9000.0) + 0.01 * uniform.normal();
     frame += 0.05 * (hall - frame);
     m.data.values.row(i) << time, hall, frame, 5.0 * (frame - 20.0) - 2.0 * (hall - 20.0), 0.0;
   }

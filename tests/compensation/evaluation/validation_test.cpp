@@ -44,7 +44,8 @@ struct Lumps {
   Lumps() {
     machine_case.folder = scratch.path();
     machine_case.machine = model.machine;
-    for (const char* text : {"X=-250,Y=100,Z=400", "X=300,Y=-200,Z=50,B=45"}) machine_case.check_points.push_back(mesh::parse_pose(model.machine, text, "test"));
+    for (const char* text : {"X=-250,Y=100,Z=400", "X=300,Y=-200,Z=50,B=45"})
+      machine_case.check_points.push_back(mesh::parse_pose(model.machine, text, "test"));
     scratch.write("loads/shift.toml", load_text);
   }
   ValidationOptions options(int draws) const {
@@ -65,7 +66,8 @@ TEST(Quantile, IsLinearBetweenSortedValues) {
 TEST(Validation, SensorsBeatTheModelAloneOnPerturbedMachines) {
   const Lumps lumps;
   const Validation validation = validate_online(lumps.machine_case, lumps.model, lumps.options(6));
-  const std::vector<double> with = validation.reductions("shift", With::sensors), told = validation.reductions("shift", With::told);
+  const std::vector<double> with = validation.reductions("shift", With::sensors),
+                            told = validation.reductions("shift", With::told);
   ASSERT_EQ(with.size(), 6U);
   EXPECT_GT(quantile(with, 0.5), 85.0);
   EXPECT_GT(quantile(with, 0.5), quantile(told, 0.5));
@@ -145,12 +147,13 @@ TEST(MeasuredRun, StartsAnewAfterAGap) {
   twice.data.values.resize(2 * rows, once.data.values.cols());
   twice.data.values << once.data.values, once.data.values;
   const auto second = [&](double hours) {
-    twice.data.values.col(0).tail(rows) = once.data.values.col(0).array() + once.data.values(rows - 1, 0) + 3600.0 * hours;
+    twice.data.values.col(0).tail(rows) =
+        once.data.values.col(0).array() + once.data.values(rows - 1, 0) + 3600.0 * hours;
     return run_compensator(twice, lumps.model, lumps.machine_case.check_points, {});
   };
   const auto alone = run_compensator(once, lumps.model, lumps.machine_case.check_points, {});
   const auto days = second(48.0), night = second(8.0);
-  const auto i = static_cast<std::size_t>(rows / 3), j = i + static_cast<std::size_t>(rows);
+  const std::size_t i = rows / 3, j = i + static_cast<std::size_t>(rows);
   EXPECT_LT((days[0][j].error - alone[0][i].error).norm(), 1e-12);
   // Eight hours do not cool a machine as far.
   EXPECT_GT((night[0][j].error - alone[0][i].error).head<3>().norm(), 1e-8);

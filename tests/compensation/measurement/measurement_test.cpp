@@ -115,7 +115,8 @@ TEST(Measurement, MistakesInChannelsAreNamedWithWhatIsAllowed) {
 
 TEST(Measurement, MistakesInDataNameLineAndColumn) {
   const auto with = [](const std::string& data) { return [=] { Folder(channels_text, data).read(); }; };
-  expect_input_error(with("time_s,T1,n,dz@1\n0,1,1,1\n5,1,1,1\n4,1,1,1\n"), {"data.csv:4", "backwards", "4 s after 5 s"});
+  expect_input_error(with("time_s,T1,n,dz@1\n0,1,1,1\n5,1,1,1\n4,1,1,1\n"),
+                     {"data.csv:4", "backwards", "4 s after 5 s"});
   expect_input_error(with("time_s,T1,n,dz@1\n0,1,1,1\n0,1,1,1\n"), {"data.csv:3"});
   expect_input_error(with("time_s,T1,n,dz@1\n,1,1,1\n"), {"data.csv:2", "time_s"});
   expect_input_error(with("time_s,T1,n,dz@1\n0,1,1\n"), {"data.csv:2", "3 cells"});
@@ -125,9 +126,12 @@ TEST(Measurement, MistakesInDataNameLineAndColumn) {
   expect_input_error(with("time_s,T1,n,dz@1,dz@2\n0,1,1,1,1\n"), {"column 5", "dz@2", "nearest: dz@1"});
   expect_input_error(with("time_s,T1,n,dz@1\n"), {"no rows"});
   expect_input_error(with(""), {"data.csv"});
-  const std::string fluid = std::string(channels_text) + "[[channel]]\nid = \"fluid\"\nkind = \"state\"\nunit = \"1\"\ninput = \"cutting_fluid.on\"\n";
+  const std::string fluid =
+      std::string(channels_text) +
+      "[[channel]]\nid = \"fluid\"\nkind = \"state\"\nunit = \"1\"\ninput = \"cutting_fluid.on\"\n";
   EXPECT_NO_THROW(Folder(fluid, "time_s,T1,n,dz@1,fluid\n0,1,1,1,nan\n5,1,1,1,0.5\n").read());
-  expect_input_error([&] { Folder(fluid, "time_s,T1,n,dz@1,fluid\n0,1,1,1,0\n5,1,1,1,2\n").read(); }, {"data.csv:3 fluid", "2", "0 (off) to 1 (on)"});
+  expect_input_error([&] { Folder(fluid, "time_s,T1,n,dz@1,fluid\n0,1,1,1,0\n5,1,1,1,2\n").read(); },
+                     {"data.csv:3 fluid", "2", "0 (off) to 1 (on)"});
 }
 
 TEST(Measurement, FitsAMachineOrSaysWhyNot) {
@@ -164,7 +168,8 @@ TEST(ChannelRows, RangeEndsWhereItsAxisStandsOrIsElsewhere) {
   const solver::Channels channels(machine);
   const auto at = [&](const char* name) { return channels.index(std::string("axis.X.") + name); };
   Eigen::VectorXd row = channels.defaults(), given = Eigen::VectorXd::Constant(channels.size(), solver::not_given);
-  given[at("position_mm")] = -50.0, given[at("feed_mm_min")] = 9000.0, given[at("low_mm")] = -120.0, given[at("high_mm")] = 20.0;
+  given[at("position_mm")] = -50.0, given[at("feed_mm_min")] = 9000.0, given[at("low_mm")] = -120.0,
+  given[at("high_mm")] = 20.0;
   channels.update(given, row);
   given[at("low_mm")] = given[at("high_mm")] = solver::not_given;
   channels.update(given, row);

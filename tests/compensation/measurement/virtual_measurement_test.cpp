@@ -81,7 +81,8 @@ TEST(Perturbed, ChangesEveryUncertainValueAndNothingElse) {
   EXPECT_NE(other.sources[0].scale.value, machine.sources[0].scale.value);
   EXPECT_NE(other.films[0].coefficient.value, machine.films[0].coefficient.value);
   EXPECT_NE(other.joints[2].conductance.value, machine.joints[2].conductance.value);
-  EXPECT_NE(other.coolants[0].segments[0].film_coefficient.value, machine.coolants[0].segments[0].film_coefficient.value);
+  EXPECT_NE(other.coolants[0].segments[0].film_coefficient.value,
+            machine.coolants[0].segments[0].film_coefficient.value);
   EXPECT_EQ(other.materials[0].expansion.value, machine.materials[0].expansion.value);  // stated as certain
   EXPECT_EQ(other.films[0].coefficient.std_percent, machine.films[0].coefficient.std_percent);
   EXPECT_EQ(perturbed(machine, 5, 0.0).joints[2].conductance.value, machine.joints[2].conductance.value);
@@ -117,10 +118,12 @@ TEST(Perturbed, SpreadsAsStatedAndStaysPositive) {
   double sum = 0.0, squares = 0.0, least = 1.0;
   constexpr int seeds = 4000;
   for (int seed = 0; seed < seeds; ++seed) {
-    const double factor = perturbed(machine, static_cast<std::uint64_t>(seed)).joints[1].conductance.value / machine.joints[1].conductance.value;
+    const double factor = perturbed(machine, static_cast<std::uint64_t>(seed)).joints[1].conductance.value /
+                          machine.joints[1].conductance.value;
     sum += factor;
     squares += factor * factor;
-    least = std::min(least, perturbed(machine, static_cast<std::uint64_t>(seed), 10.0).joints[1].conductance.value / machine.joints[1].conductance.value);
+    least = std::min(least, perturbed(machine, static_cast<std::uint64_t>(seed), 10.0).joints[1].conductance.value /
+                                machine.joints[1].conductance.value);
   }
   const double mean = sum / seeds, std = std::sqrt(squares / seeds - mean * mean);
   EXPECT_NEAR(mean, 1.0, 0.015);
@@ -139,7 +142,8 @@ TEST(VirtualMeasurement, HasInputsSensorsAndDisplacementsThatFitTheMachine) {
   const Measurement m = measure_virtually(truth, load, {mesh::home_pose(machine), pose}, options);
   require_fits(m, machine);
   EXPECT_EQ(m.data.rows(), 43);
-  for (const char* id : {"spindle.speed_rpm", "air.T_C", "axis.X.low_mm", "cutting_fluid.on", "T1", "T4", "dx@1", "dz@2"}) {
+  for (const char* id :
+       {"spindle.speed_rpm", "air.T_C", "axis.X.low_mm", "cutting_fluid.on", "T1", "T4", "dx@1", "dz@2"}) {
     EXPECT_TRUE(m.data.find(id)) << id;
   }
   EXPECT_FALSE(m.data.find("foundation.T_C"));
@@ -159,11 +163,12 @@ TEST(VirtualMeasurement, HasInputsSensorsAndDisplacementsThatFitTheMachine) {
     }
   }
   // The same seed is the same measurement; without noise it is the load's run itself.
-  EXPECT_EQ(m.data.column("dx@1"), measure_virtually(truth, load, {mesh::home_pose(machine), pose}, options).data.column("dx@1"));
+  EXPECT_EQ(m.data.column("dx@1"),
+            measure_virtually(truth, load, {mesh::home_pose(machine), pose}, options).data.column("dx@1"));
   options.sensor_noise_K = options.probe_noise_um = 0.0;
   const Measurement clean = measure_virtually(truth, load, {mesh::home_pose(machine), pose}, options);
   const Eigen::VectorXd noise = m.data.column("dz@2") - clean.data.column("dz@2");
-  EXPECT_NEAR(std::sqrt(noise.squaredNorm() / static_cast<double>(noise.size())), 0.3, 0.1);
+  EXPECT_NEAR(std::sqrt(noise.squaredNorm() / noise.size()), 0.3, 0.1);
   EXPECT_GT(clean.data.column("dz@2").cwiseAbs().maxCoeff(), 1.0);
 }
 
@@ -171,7 +176,8 @@ TEST(VirtualMeasurement, SensorsReduceTheErrorOfTheReducedModelOnAFinerPerturbed
   const test::Scratch scratch;
   const mesh::Machine machine = uncertain_boxes();
   const solver::LoadProgram load = load_of(scratch, machine);
-  reduction::ReducedModel model = reduction::reduce(boxes(machine, 2), {load}, {}, {.tolerance_um = 0.1, .max_order = 40, .order = 30});
+  reduction::ReducedModel model =
+      reduction::reduce(boxes(machine, 2), {load}, {}, {.tolerance_um = 0.1, .max_order = 40, .order = 30});
   model.machine = machine;
   const std::vector<mesh::Pose> poses{mesh::home_pose(machine), mesh::parse_pose(machine, "X=-150,Z=80,C=90", "test")};
   // What the meshes (and the probe's noise) make is beyond the sensors: it is most of what is left.

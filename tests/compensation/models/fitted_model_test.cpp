@@ -3,6 +3,7 @@
 #include "compensation/models/catalogue.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <cmath>
 #include <limits>
@@ -22,7 +23,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::expect_input_error;
 
-const std::vector<std::string> poses = {"X=-400,Z=0", "X=400,Z=0", "X=0,Z=275", "X=-400,Z=550", "X=400,Z=550", "X=200,Z=100"};
+const std::vector<std::string> poses = {"X=-400,Z=0",   "X=400,Z=0",   "X=0,Z=275",
+                                        "X=-400,Z=550", "X=400,Z=550", "X=200,Z=100"};
 
 /// How much pose j moves for what the middle moves: linear over X and Z.
 double ratio(const std::string& pose) {
@@ -37,7 +39,10 @@ Dataset spindle_record(double dc_factor = 1.0) {
   Dataset data;
   data.source = "spindle_record";
   data.time = VectorXd::LinSpaced(n, 0.0, 60.0 * (n - 1));
-  data.inputs = {{"speed", false, true, false, true}, {"housing", true, false, false}, {"column", true, false, false}, {"air", true, false, true}};
+  data.inputs = {{"speed", false, true, false, true},
+                 {"housing", true, false, false},
+                 {"column", true, false, false},
+                 {"air", true, false, true}};
   data.input_values.resize(n, 4);
   test::Uniform uniform(7);
   double housing = 0.0, column = 0.0;
@@ -48,10 +53,11 @@ Dataset spindle_record(double dc_factor = 1.0) {
     const double air = 20.0 + 0.8 * std::sin(hour / 3.0);
     housing += (0.002 * speed - housing) * (1.0 - std::exp(-60.0 / 2400.0));
     column += (0.3 * housing - column) * (1.0 - std::exp(-60.0 / 14400.0));
-    data.input_values.row(i) << speed, air + housing + 0.02 * uniform.normal(), air + column + 0.02 * uniform.normal(), air;
+    data.input_values.row(i) << speed, air + housing + 0.02 * uniform.normal(), air + column + 0.02 * uniform.normal(),
+        air;
     drift.push_back(dc_factor * (3.0 * housing + 8.0 * column));
   }
-  data.target_values.resize(n, static_cast<Index>(poses.size()));
+  data.target_values.resize(n, std::ssize(poses));
   for (std::size_t p = 0; p < poses.size(); ++p) {
     MeasuredChannel channel;
     channel.id = "dz@" + std::to_string(p + 1);
@@ -61,13 +67,13 @@ Dataset spindle_record(double dc_factor = 1.0) {
     channel.pose_text = poses[p];
     channel.zero = Zero::first;
     data.targets.push_back(channel);
-    for (Index i = 0; i < n; ++i) data.target_values(i, static_cast<Index>(p)) = ratio(poses[p]) * drift[static_cast<std::size_t>(i)] + 0.1 * uniform.normal();
+    for (Index i = 0; i < n; ++i) data.target_values(i, p) = ratio(poses[p]) * drift[i] + 0.1 * uniform.normal();
   }
   return data;
 }
 
 std::vector<bool> first_rows(const Dataset& data, Index rows) {
-  std::vector<bool> training(static_cast<std::size_t>(data.rows()), false);
+  std::vector<bool> training(data.rows(), false);
   std::fill(training.begin(), training.begin() + rows, true);
   return training;
 }
@@ -75,7 +81,8 @@ std::vector<bool> first_rows(const Dataset& data, Index rows) {
 /// RMS of the residual over that of the displacement in the rows after the training.
 double left_over(const FittedModel& model, const Dataset& data, Index target, Index from) {
   const VectorXd predicted = model.predict(data).col(target);
-  const Measures m = measure(data.target_values.col(target).tail(data.rows() - from), predicted.tail(data.rows() - from));
+  const Measures m =
+      measure(data.target_values.col(target).tail(data.rows() - from), predicted.tail(data.rows() - from));
   return m.count > 0 ? m.rms / m.rms_before : std::numeric_limits<double>::infinity();
 }
 
@@ -179,14 +186,18 @@ TEST(WorkspaceWeights, CarryPolynomialsExactly) {
     double sum = 0.0;
     for (std::size_t i = 0; i < known.size(); ++i) {
       std::map<std::string, double> pose = pose_of_text(known[i]);
-      sum += weights[static_cast<Index>(i)] * function(pose["X"] / 100, pose["Y"] / 100, pose["Z"] / 100);
+      sum += weights[i] * function(pose["X"] / 100, pose["Y"] / 100, pose["Z"] / 100);
     }
     return sum - function(1.3, -2.1, 4.7);
   };
-  EXPECT_NEAR(carried(cube, [](double x, double y, double z) { return x * x * y * y * z * z + x * y - 3 * z; }), 0.0, 1e-9);
-  EXPECT_NEAR(carried(face_centred, [](double x, double y, double z) { return x * x - 2 * y * z + z * z + x + 4; }), 0.0, 1e-9);
+  EXPECT_NEAR(carried(cube, [](double x, double y, double z) { return x * x * y * y * z * z + x * y - 3 * z; }), 0.0,
+              1e-9);
+  EXPECT_NEAR(carried(face_centred, [](double x, double y, double z) { return x * x - 2 * y * z + z * z + x + 4; }),
+              0.0, 1e-9);
   EXPECT_NEAR(carried(corners, [](double x, double y, double z) { return x * y * z + y * z - x + 2; }), 0.0, 1e-9);
-  EXPECT_NEAR(carried({cube[0], cube[2], cube[6], cube[18]}, [](double x, double y, double z) { return x + 2 * y - z + 5; }), 0.0, 1e-9);
+  EXPECT_NEAR(
+      carried({cube[0], cube[2], cube[6], cube[18]}, [](double x, double y, double z) { return x + 2 * y - z + 5; }),
+      0.0, 1e-9);
   EXPECT_NEAR(carried({cube[4]}, [](double, double, double) { return 7.0; }), 0.0, 1e-9);
 }
 

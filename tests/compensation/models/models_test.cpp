@@ -103,7 +103,7 @@ TEST(FirstOrder, TheStepResponseIsTheExponential) {
   VectorXd time(203);
   MatrixXd temperature(203, 1);
   for (Index i = 0; i < 203; ++i) {
-    time[i] = i < 2 ? -1.0 + static_cast<double>(i) : 1e-3 + 10.0 * static_cast<double>(i - 2);
+    time[i] = i < 2 ? -1.0 + i : 1e-3 + 10.0 * (i - 2);
     temperature(i, 0) = i < 2 ? 20.0 : 21.0;
   }
   VectorXd target(203);
@@ -151,7 +151,7 @@ struct SecondOrder {
     double u = 20.0, a = 20.0, b = 20.0;
     for (Index i = 0; i < 900; ++i) {
       if (i % 60 == 0) u = 20.0 + 6.0 * uniform();
-      record.time[i] = 60.0 * static_cast<double>(i);
+      record.time[i] = 60.0 * i;
       record.temperatures(i, 0) = u;
       a += (u - a) * (1.0 - std::exp(-60.0 / 1500.0));
       b += (a - b) * (1.0 - std::exp(-60.0 / 6000.0));
@@ -165,7 +165,8 @@ TEST(TransferModels, FindGainOrderAndTimeOfAKnownSystem) {
   for (const TransferMethod method : {TransferMethod::arx, TransferMethod::armax, TransferMethod::output_error}) {
     const auto model = make_transfer_model(method);
     fit(*model, system.record, system.truth, 500);
-    EXPECT_LT((predict(*model, system.record) - system.truth).tail(400).cwiseAbs().maxCoeff(), 0.25) << model->explain("um");
+    EXPECT_LT((predict(*model, system.record) - system.truth).tail(400).cwiseAbs().maxCoeff(), 0.25)
+        << model->explain("um");
     EXPECT_NE(model->explain("um").find("order 2"), std::string::npos) << model->explain("um");
   }
 }
@@ -194,7 +195,7 @@ TEST(TransferModels, AShortRecordFromRestTellsASlowTimeConstant) {
     test::Uniform uniform(seed);
     double fast = 0.0, slow = 0.0;
     for (Index i = 0; i < 900; ++i) {
-      record.time[i] = 60.0 * static_cast<double>(i);
+      record.time[i] = 60.0 * i;
       const double u = i < 3 ? 0.0 : i < 300 ? 10.0 : 4.0;
       record.temperatures(i, 0) = 20.0 + u;
       truth[i] = 2.0 * fast + 3.0 * slow;
@@ -240,39 +241,50 @@ struct SwivelAxis {
         power = 500.0 + 2500.0 * uniform();
         if (uniform() < 0.25) power = moving = 0.0;
       }
-      time[i] = 120.0 * static_cast<double>(i);
+      time[i] = 120.0 * i;
       truth[i] = y;
       inputs.row(i) << power, moving * 10.0;
-      for (int s = 0; s < 120; ++s) y += moving > 0.0 ? -y / 3000.0 + 4e-6 * (power + 100.0) : -y / 9000.0 + 1e-6 * (power + 100.0);
+      for (int s = 0; s < 120; ++s)
+        y += moving > 0.0 ? -y / 3000.0 + 4e-6 * (power + 100.0) : -y / 9000.0 + 1e-6 * (power + 100.0);
     }
   }
 };
 
 TEST(Phenomenological, TheSwitchedEquationIsFoundAgain) {
   const SwivelAxis axis;
-  TrainingData data{"test", {axis.info[0]}, axis.time.head(1000), axis.inputs.leftCols(1).topRows(1000), axis.truth.head(1000)};
+  TrainingData data{
+      "test", {axis.info[0]}, axis.time.head(1000), axis.inputs.leftCols(1).topRows(1000), axis.truth.head(1000)};
   const auto single = make_phenomenological({SwitchBy::nothing, Search::simplex});
   single->fit(data);
   data.info = axis.info;
   data.inputs = axis.inputs.topRows(1000);
-  const auto rms = [&](const VectorXd& predicted) { return std::sqrt((predicted - axis.truth).tail(500).squaredNorm() / 500.0); };
-  const auto simplex = make_phenomenological({SwitchBy::motion, Search::simplex}), gradient = make_phenomenological({SwitchBy::motion, Search::gradient});
+  const auto rms = [&](const VectorXd& predicted) {
+    return std::sqrt((predicted - axis.truth).tail(500).squaredNorm() / 500.0);
+  };
+  const auto simplex = make_phenomenological({SwitchBy::motion, Search::simplex}),
+             gradient = make_phenomenological({SwitchBy::motion, Search::gradient});
   simplex->fit(data);
   gradient->fit(data);
-  const double switched = rms(simplex->predict(axis.time, axis.inputs)), plain = rms(single->predict(axis.time, axis.inputs.leftCols(1)));
-  std::printf("switched %.4f, one set %.3f of %.2f um\n", switched, plain, std::sqrt(axis.truth.tail(500).squaredNorm() / 500.0));
+  const double switched = rms(simplex->predict(axis.time, axis.inputs)),
+               plain = rms(single->predict(axis.time, axis.inputs.leftCols(1)));
+  std::printf("switched %.4f, one set %.3f of %.2f um\n", switched, plain,
+              std::sqrt(axis.truth.tail(500).squaredNorm() / 500.0));
   EXPECT_LT(switched, 0.02) << simplex->explain("um");
   EXPECT_GT(plain, 20.0 * switched);
-  EXPECT_LT((simplex->predict(axis.time, axis.inputs) - gradient->predict(axis.time, axis.inputs)).cwiseAbs().maxCoeff(), 0.02);
+  EXPECT_LT(
+      (simplex->predict(axis.time, axis.inputs) - gradient->predict(axis.time, axis.inputs)).cwiseAbs().maxCoeff(),
+      0.02);
   double moving = 0.0;
-  ASSERT_EQ(std::sscanf(simplex->explain("um").c_str(), "moving or heating: time constant %lf", &moving), 1) << simplex->explain("um");
+  ASSERT_EQ(std::sscanf(simplex->explain("um").c_str(), "moving or heating: time constant %lf", &moving), 1)
+      << simplex->explain("um");
   EXPECT_NEAR(moving, 3000.0, 30.0);
 }
 
 TEST(GreyBox, IsNotMisledByADriftThatNoSensorFollows) {
   Record record = wandering(6000, 11);
   test::Uniform uniform(12);
-  const VectorXd truth = 5.0 * lagged_in_small_steps(record, 0, 3000.0) - 2.0 * lagged_in_small_steps(record, 1, 9000.0);
+  const VectorXd truth =
+      5.0 * lagged_in_small_steps(record, 0, 3000.0) - 2.0 * lagged_in_small_steps(record, 1, 9000.0);
   VectorXd target = truth;
   double drift = 0.0;
   for (Index i = 0; i < target.size(); ++i) {

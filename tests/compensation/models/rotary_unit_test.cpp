@@ -2,6 +2,7 @@
 #include "compensation/models/rotary_unit.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <cmath>
 
@@ -31,20 +32,21 @@ Measurement unit_measurement(const std::string& swivel, double hours, std::uint6
   MatrixXd values(rows, 8);
   double c_rpm = 0.0, s_deg_min = 0.0;
   for (Index i = 0; i < rows; ++i) {
-    const double time = 300.0 * static_cast<double>(i), air = 21.0 + 1.5 * std::sin(time / 20000.0);
+    const double time = 300.0 * i, air = 21.0 + 1.5 * std::sin(time / 20000.0);
     if (i % 24 == 0) {
       c_rpm = dice() < 0.6 ? 1200.0 * dice() : 0.0;
       s_deg_min = dice() < 0.4 ? 18000.0 * dice() : 0.0;
     }
     const VectorXd rise = t.array() - 21.0;
-    const double along = 3.5 * (rise[2] + rise[3]) / 2 + 2.8 * rise[5], up = 1.0 * rise[0] + 0.9 * rise[2] + 0.3 * rise[4], radial = 1.9 * (0.7 * rise[0] + 0.3 * rise[1]),
+    const double along = 3.5 * (rise[2] + rise[3]) / 2 + 2.8 * rise[5],
+                 up = 1.0 * rise[0] + 0.9 * rise[2] + 0.3 * rise[4], radial = 1.9 * (0.7 * rise[0] + 0.3 * rise[1]),
                  tilt = 28.0 * (rise[2] - rise[4]);
-    values.row(i) << time, c_rpm, s_deg_min, air + 0.05 * dice.normal(), along + 0.2 * dice.normal(), up + 0.2 * dice.normal(), radial + 0.1 * dice.normal(),
-        tilt + 0.5 * dice.normal();
+    values.row(i) << time, c_rpm, s_deg_min, air + 0.05 * dice.normal(), along + 0.2 * dice.normal(),
+        up + 0.2 * dice.normal(), radial + 0.1 * dice.normal(), tilt + 0.5 * dice.normal();
     for (int step = 0; step < 60; ++step) {
       VectorXd heat = VectorXd::Zero(bodies);
       for (Index b = 0; b + 1 < bodies; ++b) {
-        const double flow = (60.0 + 15.0 * static_cast<double>(b)) * (t[b + 1] - t[b]);
+        const double flow = (60.0 + 15.0 * b) * (t[b + 1] - t[b]);
         heat[b] += flow;
         heat[b + 1] -= flow;
       }
@@ -61,7 +63,8 @@ Measurement unit_measurement(const std::string& swivel, double hours, std::uint6
   m.data.source = "unit";
   m.data.columns = {"time_s", "c", "swivel", "hall", "along", "up", "radial", "tilt"};
   m.data.values = values;
-  const auto add = [&](const std::string& id, ChannelKind kind, const std::string& unit, const std::string& input, const std::string& quantity) {
+  const auto add = [&](const std::string& id, ChannelKind kind, const std::string& unit, const std::string& input,
+                       const std::string& quantity) {
     MeasuredChannel channel;
     channel.id = id;
     channel.kind = kind;
@@ -69,7 +72,7 @@ Measurement unit_measurement(const std::string& swivel, double hours, std::uint6
     channel.input = input;
     channel.quantity = quantity;
     channel.uncertainty = 0.2;
-    channel.column = static_cast<Index>(m.channels.size()) + 1;
+    channel.column = std::ssize(m.channels) + 1;
     m.channels.push_back(channel);
   };
   add("c", ChannelKind::speed, "rpm", "axis.C.speed_rpm", "");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/online/compensator.h"
 
+#include <iterator>
 #include <random>
 
 #include "compensation/measurement/virtual_measurement.h"
@@ -164,7 +165,7 @@ TEST(Compensator, SensorsReduceTheErrorOfAnotherMachineAndNeverHarm) {
     const test::Truth truth = other_machine(seed, poses);
     Compensator blind(nominal()), seeing(nominal());
     const double without = rms_um(blind, truth, poses, {}), with = rms_um(seeing, truth, poses, noisy(truth, seed));
-    std::printf("  seed %d: %.3f um without, %.3f um with sensors\n", static_cast<int>(seed), without, with);
+    std::printf("  seed %d: %.3f um without, %.3f um with sensors\n", seed, without, with);
     EXPECT_LT(with, without) << "seed " << seed;
     sum_without += without * without;
     sum_with += with * with;
@@ -252,7 +253,7 @@ TEST(Compensator, StatusSaysWhatIsMissing) {
   Compensator compensator(nominal());
   const solver::Channels& channels = compensator.channels();
   VectorXd row = channels.defaults();
-  const VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 20.0);
+  const VectorXd readings = VectorXd::Constant(std::ssize(nominal().machine.sensors), 20.0);
   EXPECT_EQ(compensator.step(0, row, readings).status, Status::ok);
   EXPECT_EQ(compensator.step(10, row, {}).status, Status::no_sensors);
   row[channels.index("axis.B.position_deg")] = 100.0;
@@ -274,7 +275,7 @@ TEST(Compensator, OffsetsKeepToTheirLimitsWhateverComesIn) {
   EXPECT_GT(limits.fastest_um_s(), limits.rate_um_s);
   const solver::Channels& channels = compensator.channels();
   VectorXd row = channels.defaults();
-  VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 35.0);
+  VectorXd readings = VectorXd::Constant(std::ssize(nominal().machine.sensors), 35.0);
   std::mt19937_64 engine(5);
   const auto share = [&] { return static_cast<double>(engine() >> 11) * 0x1p-53; };
   VectorXd before = VectorXd::Zero(3);
@@ -290,7 +291,9 @@ TEST(Compensator, OffsetsKeepToTheirLimitsWhateverComesIn) {
     const Offsets& offsets = compensator.step(time, row, readings);
     ASSERT_TRUE(offsets.offset_um.allFinite() && offsets.std_um.allFinite()) << i;
     ASSERT_LE(offsets.offset_um.cwiseAbs().maxCoeff(), limits.largest_um) << i;
-    ASSERT_LE((offsets.offset_um - before).cwiseAbs().maxCoeff(), i == 0 ? 0.0 : limits.fastest_um_s() * step * (1.0 + 1e-9)) << i;
+    ASSERT_LE((offsets.offset_um - before).cwiseAbs().maxCoeff(),
+              i == 0 ? 0.0 : limits.fastest_um_s() * step * (1.0 + 1e-9))
+        << i;
     before = offsets.offset_um;
   }
 }
@@ -298,7 +301,7 @@ TEST(Compensator, OffsetsKeepToTheirLimitsWhateverComesIn) {
 TEST(Compensator, AHotStartIsGoneIntoAtTheRateOfAStandingMachine) {
   Compensator compensator(nominal()), slow(nominal(), {.largest_um = 10.0, .rate_um_s = 0.5});
   const VectorXd row = compensator.channels().defaults();
-  const VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 35.0);
+  const VectorXd readings = VectorXd::Constant(std::ssize(nominal().machine.sensors), 35.0);
   const double rate = compensator.limits().rate_um_s;
   const Offsets first = compensator.step(0.0, row, readings);
   EXPECT_EQ(first.offset_um.norm(), 0.0);
@@ -341,7 +344,7 @@ TEST(Compensator, MovesOfTheAxesPassTheGuard) {
 }
 
 TEST(Compensator, TemperaturesThatCannotBeDoNotEnter) {
-  const auto sensors = static_cast<Eigen::Index>(nominal().machine.sensors.size());
+  const auto sensors = std::ssize(nominal().machine.sensors);
   const VectorXd row = Compensator(nominal()).channels().defaults();
   const auto run = [&](const VectorXd& readings, Status expected, const char* name) {
     Compensator compensator(nominal());
@@ -394,7 +397,7 @@ TEST(Compensator, TheGuideSensorsReadingDrivesTheChiller) {
   Compensator compensator(nominal());
   const VectorXd row = compensator.channels().defaults();
   const int guide = nominal().machine.sensor_index("T_bed");
-  VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), missing);
+  VectorXd readings = VectorXd::Constant(std::ssize(nominal().machine.sensors), missing);
   readings[guide] = 25.0;
   CompensatorOptions options;
   options.start_from_sensors = false;
@@ -413,7 +416,7 @@ TEST(Compensator, AGuideSensorThatIsOffFromTheStartIsNotFollowed) {
   options.start_from_sensors = false;
   Compensator compensator(nominal(), options), misled(nominal(), options);
   const VectorXd row = compensator.channels().defaults();
-  VectorXd readings = VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), 20.0);
+  VectorXd readings = VectorXd::Constant(std::ssize(nominal().machine.sensors), 20.0);
   const int guide = nominal().machine.sensor_index("T_bed"), nose = nominal().machine.sensor_index("T_nose");
   for (int i = 0; i <= 5; ++i) {
     readings[guide] = 20.0;

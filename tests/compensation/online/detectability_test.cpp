@@ -2,6 +2,7 @@
 #include "compensation/online/detectability.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
@@ -35,8 +36,8 @@ struct Rod {
     conduction(7, 7) += 0.4;
   }
   static MatrixXd rows(const std::vector<Index>& lumps) {
-    MatrixXd matrix = MatrixXd::Zero(static_cast<Index>(lumps.size()), 8);
-    for (std::size_t i = 0; i < lumps.size(); ++i) matrix(static_cast<Index>(i), lumps[i]) = 1.0;
+    MatrixXd matrix = MatrixXd::Zero(std::ssize(lumps), 8);
+    for (std::size_t i = 0; i < lumps.size(); ++i) matrix(i, lumps[i]) = 1.0;
     return matrix;
   }
 };
@@ -68,9 +69,12 @@ TEST(Detectability, AgreesWithTheRankTestOfTheAugmentedSystem) {
       const MatrixXd sensors = Rod::rows(at), rates = Rod::rows(sources).transpose();
       std::vector<ErrorModel::State> states;
       for (std::size_t i = 0; i < sources.size(); ++i) states.push_back(state("source " + std::to_string(i), 10.0));
-      for (std::size_t i = 0; i < at.size(); ++i) states.push_back(state("offset " + std::to_string(i), 1e-9));  // below any reading
-      const Detectability told = detectability(rod.capacity, rod.conduction, rates, sensors, states, VectorXd::Constant(sensors.rows(), 1e-3));
-      EXPECT_EQ(told.detectable == static_cast<Index>(sources.size()), passes(rod.conduction, rates, sensors)) << at.size() << " sensors, " << sources.size() << " sources";
+      for (std::size_t i = 0; i < at.size(); ++i)
+        states.push_back(state("offset " + std::to_string(i), 1e-9));  // below any reading
+      const Detectability told =
+          detectability(rod.capacity, rod.conduction, rates, sensors, states, VectorXd::Constant(sensors.rows(), 1e-3));
+      EXPECT_EQ(told.detectable == std::ssize(sources), passes(rod.conduction, rates, sensors))
+          << at.size() << " sensors, " << sources.size() << " sources";
       EXPECT_TRUE(std::isfinite(told.slowest_s));
       if (told.detectable > 0) {
         EXPECT_GT(told.margin, 1.0);
@@ -83,8 +87,10 @@ TEST(Detectability, NamesWhatItIsTakenFor) {
   const Rod rod;
   // Two sources at one place, the second of them weaker; and one that no sensor sees.
   const MatrixXd sensors = Rod::rows({1, 6}), rates = Rod::rows({2, 2, 5}).transpose();
-  const std::vector<ErrorModel::State> states{state("strong", 1.0), state("weak", 0.5), state("faint", 1e-6), state("offset a", 1e-6), state("offset b", 1e-6)};
-  const Detectability told = detectability(rod.capacity, rod.conduction, rates, sensors, states, VectorXd::Constant(2, 1e-2));
+  const std::vector<ErrorModel::State> states{state("strong", 1.0), state("weak", 0.5), state("faint", 1e-6),
+                                              state("offset a", 1e-6), state("offset b", 1e-6)};
+  const Detectability told =
+      detectability(rod.capacity, rod.conduction, rates, sensors, states, VectorXd::Constant(2, 1e-2));
   ASSERT_EQ(told.detectable, 1);
   EXPECT_EQ(told.states[0].state.name, "strong");
   EXPECT_EQ(told.states[1].state.name, "weak");
@@ -92,8 +98,10 @@ TEST(Detectability, NamesWhatItIsTakenFor) {
   EXPECT_LT(told.states[1].beyond, 1e-9 * told.states[1].reach);
   EXPECT_NE(told.brief().find("no: no sensor near"), std::string::npos);
   // An offset as large as what the source moves is a rival: two sensors, two of the three.
-  const std::vector<ErrorModel::State> rivals{state("source", 1.0), state("unused", 0.0), state("unused too", 0.0), state("offset a", 1.0), state("offset b", 1.0)};
-  EXPECT_EQ(detectability(rod.capacity, rod.conduction, rates, sensors, rivals, VectorXd::Constant(2, 1e-2)).detectable, 2);
+  const std::vector<ErrorModel::State> rivals{state("source", 1.0), state("unused", 0.0), state("unused too", 0.0),
+                                              state("offset a", 1.0), state("offset b", 1.0)};
+  EXPECT_EQ(detectability(rod.capacity, rod.conduction, rates, sensors, rivals, VectorXd::Constant(2, 1e-2)).detectable,
+            2);
 }
 
 TEST(Detectability, AnInsulatedMachineIsSaidToKeepItsHeat) {
@@ -101,7 +109,8 @@ TEST(Detectability, AnInsulatedMachineIsSaidToKeepItsHeat) {
   rod.conduction(0, 0) -= 0.2;
   rod.conduction(7, 7) -= 0.4;
   rod.conduction += 1e-18 * MatrixXd::Identity(8, 8);
-  const Detectability told = detectability(rod.capacity, rod.conduction, Rod::rows({2}).transpose(), Rod::rows({1}), {state("source", 1.0), state("offset", 0.1)}, VectorXd::Constant(1, 0.01));
+  const Detectability told = detectability(rod.capacity, rod.conduction, Rod::rows({2}).transpose(), Rod::rows({1}),
+                                           {state("source", 1.0), state("offset", 0.1)}, VectorXd::Constant(1, 0.01));
   EXPECT_FALSE(std::isfinite(told.slowest_s));
   EXPECT_NE(told.brief().find("gives its heat to nothing"), std::string::npos);
 }

@@ -31,7 +31,8 @@ TEST(DriftWatch, NamesARampAndNothingThatSettlesOrSwings) {
   EXPECT_GT(ramp, 16.0);
   EXPECT_LT(ramp, 26.0);
   EXPECT_GT(named_at([](double t) { return -0.1 * t / hour; }), 0.0);
-  EXPECT_EQ(named_at([](double t) { return 3.0 * (1.0 - std::exp(-t / (2.5 * hour))); }), -1.0) << "a load's error settles";
+  EXPECT_EQ(named_at([](double t) { return 3.0 * (1.0 - std::exp(-t / (2.5 * hour))); }), -1.0)
+      << "a load's error settles";
   EXPECT_EQ(named_at([](double t) { return 2.0 * std::sin(t / (3.8 * hour)); }), -1.0) << "a hall's day";
   EXPECT_EQ(named_at([](double t) { return t > 20 * hour ? 2.0 : 0.0; }), -1.0) << "a leap is the monitor's";
   EXPECT_EQ(named_at([](double t) { return 0.01 * t / hour; }), -1.0) << "too slow to tell";
@@ -42,7 +43,8 @@ struct Outcome {
   std::string named;
   double named_after_h = -1, rms_um = 0;
 };
-Outcome run(const reduction::ReducedModel& model, const test::Truth& truth, const std::vector<mesh::Pose>& poses, Index drifting, double rate_K_h, std::uint64_t seed) {
+Outcome run(const reduction::ReducedModel& model, const test::Truth& truth, const std::vector<mesh::Pose>& poses,
+            Index drifting, double rate_K_h, std::uint64_t seed) {
   test::Uniform noise(seed);
   Compensator compensator(model);
   Outcome result;
@@ -67,16 +69,18 @@ Outcome run(const reduction::ReducedModel& model, const test::Truth& truth, cons
 
 TEST(DriftWatch, NamesADriftingSensorOfAMachineThatDiffersAndNoHealthyOne) {
   const reduction::ReducedModel model = test::lumped_model();
-  const std::vector<mesh::Pose> poses{mesh::home_pose(model.machine), mesh::parse_pose(model.machine, "X=-250,Y=100,Z=400", "test")};
+  const std::vector<mesh::Pose> poses{mesh::home_pose(model.machine),
+                                      mesh::parse_pose(model.machine, "X=-250,Y=100,Z=400", "test")};
   for (const std::uint64_t seed : {601U, 602U, 603U}) {
-    const test::Truth truth = test::run_truth(perturbed(model.machine, seed), test::lumped_model({1.02, 0.96, 0.05}), 60.0, 5, 40 * hour, poses);
+    const test::Truth truth = test::run_truth(perturbed(model.machine, seed), test::lumped_model({1.02, 0.96, 0.05}),
+                                              60.0, 5, 40 * hour, poses);
     const Outcome healthy = run(model, truth, poses, -1, 0.0, seed);
     EXPECT_EQ(healthy.named, "") << "seed " << seed;
     for (const Index sensor : {Index{0}, Index{3}, Index{6}}) {
       const Outcome drifted = run(model, truth, poses, sensor, seed % 2 ? 0.12 : -0.12, seed);
-      const std::string expected = model.machine.sensors[static_cast<std::size_t>(sensor)].id + "=drift";
-      std::printf("  %s: named %s %.1f h after the drift began; %.2f um, healthy %.2f um\n", expected.c_str(), drifted.named.c_str(), drifted.named_after_h,
-                  drifted.rms_um, healthy.rms_um);
+      const std::string expected = model.machine.sensors[sensor].id + "=drift";
+      std::printf("  %s: named %s %.1f h after the drift began; %.2f um, healthy %.2f um\n", expected.c_str(),
+                  drifted.named.c_str(), drifted.named_after_h, drifted.rms_um, healthy.rms_um);
       EXPECT_EQ(drifted.named, expected) << "seed " << seed;
       EXPECT_LT(drifted.named_after_h, 32.0);
     }

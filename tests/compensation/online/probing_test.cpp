@@ -48,8 +48,8 @@ struct Result {
 };
 
 /// @param probe_every_s  0: never. RMS over the second day at poses that were not probed.
-Result judge(const test::Truth& truth, const std::vector<mesh::Pose>& probed, const std::vector<mesh::Pose>& judged, double probe_every_s, bool sensors,
-             std::uint64_t seed) {
+Result judge(const test::Truth& truth, const std::vector<mesh::Pose>& probed, const std::vector<mesh::Pose>& judged,
+             double probe_every_s, bool sensors, std::uint64_t seed) {
   test::Uniform noise(seed);
   Compensator compensator(nominal());
   Result result;
@@ -62,7 +62,8 @@ Result judge(const test::Truth& truth, const std::vector<mesh::Pose>& probed, co
     for (const mesh::Pose& pose : judged) before.push_back(compensator.tcp(pose).error.head<3>());
     const Offsets& offsets = compensator.step(truth.time[i], truth.rows[i], sensors ? readings : VectorXd());
     for (std::size_t p = 0; p < judged.size(); ++p) {
-      const Vector3d predicted = compensator.tcp(judged[p]).error.head<3>(), moved = truth.errors[i][first + p].error.head<3>();
+      const Vector3d predicted = compensator.tcp(judged[p]).error.head<3>(),
+                     moved = truth.errors[i][first + p].error.head<3>();
       if (i > 1) result.largest_jump_um = std::max(result.largest_jump_um, (predicted - before[p]).norm() / um);
       if (truth.time[i] < 24 * 3600.0) continue;
       sum += (predicted - moved).squaredNorm();
@@ -70,7 +71,9 @@ Result judge(const test::Truth& truth, const std::vector<mesh::Pose>& probed, co
     }
     if (truth.time[i] >= 24 * 3600.0) {
       // The offset is that of the row's own pose, which is home here: the first of the judged.
-      ratios += ((offsets.offset_um * um + truth.errors[i][first].error.head<3>()).cwiseQuotient(offsets.std_um * um)).squaredNorm() / 3.0;
+      ratios += ((offsets.offset_um * um + truth.errors[i][first].error.head<3>()).cwiseQuotient(offsets.std_um * um))
+                    .squaredNorm() /
+                3.0;
     }
     if (probe_every_s > 0.0 && truth.time[i] >= next) {
       next += probe_every_s;
@@ -94,10 +97,15 @@ TEST(Probing, EveryFourHoursHalvesTheErrorOfAMachineThatDiffers) {
   double with_probing = 0.0, sensors_only = 0.0, blind = 0.0, blind_probing = 0.0;
   for (const std::uint64_t seed : {501U, 502U, 503U, 504U}) {
     const test::Truth truth = two_days(seed, all);
-    const Result none = judge(truth, probed, judged, 0.0, true, seed), some = judge(truth, probed, judged, 4 * 3600.0, true, seed);
-    const Result no_sensors = judge(truth, probed, judged, 0.0, false, seed), alone = judge(truth, probed, judged, 4 * 3600.0, false, seed);
-    std::printf("  machine %d: second day, poses that were not probed: %.2f um, with probing %.2f; without sensors %.2f and %.2f; residual over stated %.2f; step %.2f um\n",
-                static_cast<int>(seed), none.rms_um, some.rms_um, no_sensors.rms_um, alone.rms_um, some.ratio, some.largest_jump_um);
+    const Result none = judge(truth, probed, judged, 0.0, true, seed),
+                 some = judge(truth, probed, judged, 4 * 3600.0, true, seed);
+    const Result no_sensors = judge(truth, probed, judged, 0.0, false, seed),
+                 alone = judge(truth, probed, judged, 4 * 3600.0, false, seed);
+    std::printf(
+        "  machine %d: second day, poses that were not probed: %.2f um, with probing %.2f; without sensors %.2f and "
+        "%.2f; residual over stated %.2f; step %.2f um\n",
+        static_cast<int>(seed), none.rms_um, some.rms_um, no_sensors.rms_um, alone.rms_um, some.ratio,
+        some.largest_jump_um);
     with_probing += some.rms_um * some.rms_um;
     sensors_only += none.rms_um * none.rms_um;
     blind += no_sensors.rms_um * no_sensors.rms_um;
@@ -127,7 +135,8 @@ TEST(Probing, NamesWhatItFinds) {
   for (std::size_t i = 0; i < truth.time.size(); ++i) {
     compensator.step(truth.time[i], truth.rows[i], truth.readings_C[i]);
     if (i % 30 != 15) continue;
-    for (std::size_t p = 0; p < probed.size(); ++p) compensator.probe(probed[p], truth.errors[i][p].error.head<3>() / um, 0.3);
+    for (std::size_t p = 0; p < probed.size(); ++p)
+      compensator.probe(probed[p], truth.errors[i][p].error.head<3>() / um, 0.3);
   }
   EXPECT_GT(compensator.probed(), 50);
   bool power = false, motion = false;
@@ -149,7 +158,8 @@ TEST(Probing, NamesWhatItFinds) {
 
 TEST(Probing, WhatIsLeftWithOffsetsIsTheSameKnowledge) {
   const std::vector<mesh::Pose> poses = poses_of({"X=200,Y=100,Z=200"});
-  const test::Truth truth = test::run_truth(perturbed(nominal().machine, 7, 2.0), nominal(), 60.0, 5, 6 * 3600.0, poses);
+  const test::Truth truth =
+      test::run_truth(perturbed(nominal().machine, 7, 2.0), nominal(), 60.0, 5, 6 * 3600.0, poses);
   Compensator plain(nominal()), compensated(nominal());
   for (std::size_t i = 0; i < truth.time.size(); ++i) {
     plain.step(truth.time[i], truth.rows[i], {});
@@ -197,7 +207,7 @@ TEST(Probing, ColumnsOfAStreamAndWrongCalls) {
   std::size_t lines = 0, same = 0;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()) && a[i] == b[i]; ++i) same += a[i] == '\n';
   for (const char c : a) lines += c == '\n';
-  EXPECT_GE(same, 61U);      // in effect after the row that brought it
+  EXPECT_GE(same, 61U);  // in effect after the row that brought it
   EXPECT_LT(same, lines - 40);
   mesh::Pose pose = mesh::home_pose(nominal().machine);
   pose[0] = 0.1;

@@ -31,7 +31,7 @@ struct Day {
       const double wanted = std::fmod(t, 18000.0) < 10800.0 ? 12.0 : 0.0;
       warm += (wanted - warm) * (1.0 - std::exp(-step / 3600.0));
       VectorXd at(sensors);
-      for (Index s = 0; s < sensors; ++s) at[s] = 20.0 + warm * (0.2 + 0.2 * static_cast<double>(s));
+      for (Index s = 0; s < sensors; ++s) at[s] = 20.0 + warm * (0.2 + 0.2 * s);
       time.push_back(t);
       truth.push_back(at);
       expected.push_back(20.0 + 0.9 * (at.array() - 20.0));
@@ -62,8 +62,8 @@ TEST(SensorMonitor, NamesEachFaultInTime) {
       for (std::uint64_t seed = 1; seed <= 4; ++seed) {
         test::Uniform uniform(100 * seed + f);
         SensorMonitor monitor(VectorXd::Constant(sensors, sigma));
-        const auto failing = static_cast<Index>(seed % sensors);
-        const double from = 5000.0 + 3000.0 * static_cast<double>(seed);
+        const Index failing = seed % sensors;
+        const double from = 5000.0 + 3000.0 * seed;
         double stuck_at = missing, true_at = 0.0, moved_at = -1.0, named_at = -1.0;
         for (std::size_t i = 0; i < day.time.size() && named_at < 0.0; ++i) {
           VectorXd reading = day.truth[i];
@@ -81,7 +81,8 @@ TEST(SensorMonitor, NamesEachFaultInTime) {
           monitor.judge(day.time[i], reading, day.expected[i]);
           for (Index s = 0; s < sensors; ++s) {
             if (s != failing || day.time[i] < from) {
-              ASSERT_EQ(monitor.fault(s), SensorFault::none) << "false alarm, step " << step << " fault " << f << " at " << day.time[i];
+              ASSERT_EQ(monitor.fault(s), SensorFault::none)
+                  << "false alarm, step " << step << " fault " << f << " at " << day.time[i];
             }
           }
           if (monitor.fault(failing) == faults()[f].name) named_at = day.time[i];
@@ -131,8 +132,10 @@ TEST(SensorMonitor, ASensorThatIsOffStaysNamedWhileMuchMoves) {
     truth += ((std::fmod(t, 2400.0) < 1200.0 ? 80.0 : 20.0) - truth) * (1.0 - std::exp(-60.0 / 300.0));
     const double off = t < 3600.0 ? 0.0 : 2.0;
     monitor.judge(t, VectorXd::Constant(1, truth + off + sigma * random.normal()), VectorXd::Constant(1, truth));
-    if (t < 3600.0) EXPECT_EQ(monitor.fault(0), SensorFault::none) << t;
-    else if (t > 3720.0) ASSERT_EQ(monitor.fault(0), SensorFault::offset) << t;
+    if (t < 3600.0)
+      EXPECT_EQ(monitor.fault(0), SensorFault::none) << t;
+    else if (t > 3720.0)
+      ASSERT_EQ(monitor.fault(0), SensorFault::offset) << t;
     if (t >= 3600.0) ASSERT_FALSE(monitor.trusted(0)) << t;
   }
 }
@@ -170,13 +173,15 @@ TEST(SensorMonitor, AHealthySensorIsNeverNamedAndASensorComesBack) {
 
 /// What a failed sensor costs the whole compensator.
 class FailedSensor : public testing::Test {
- protected:
+protected:
   FailedSensor() : model_(test::lumped_model()) {
-    for (const char* text : {"", "X=-250,Y=100,Z=400", "X=300,Y=-200,Z=50,B=45,C=90"}) poses_.push_back(mesh::parse_pose(model_.machine, text, "test"));
+    for (const char* text : {"", "X=-250,Y=100,Z=400", "X=300,Y=-200,Z=50,B=45,C=90"})
+      poses_.push_back(mesh::parse_pose(model_.machine, text, "test"));
   }
 
   test::Truth machine(std::uint64_t seed) const {
-    return test::run_truth(perturbed(model_.machine, seed), test::lumped_model({1.02, 0.96, 0.05}), 20.0, 6, 10 * 3600.0, poses_);
+    return test::run_truth(perturbed(model_.machine, seed), test::lumped_model({1.02, 0.96, 0.05}), 20.0, 6,
+                           10 * 3600.0, poses_);
   }
   std::vector<VectorXd> readings(const test::Truth& truth, std::uint64_t seed) const {
     test::Uniform uniform(seed);
@@ -186,12 +191,14 @@ class FailedSensor : public testing::Test {
     }
     return result;
   }
-  double squares(Compensator& compensator, const test::Truth& truth, const std::vector<VectorXd>& given, std::string* named) const {
+  double squares(Compensator& compensator, const test::Truth& truth, const std::vector<VectorXd>& given,
+                 std::string* named) const {
     double sum = 0.0;
     for (std::size_t i = 0; i < truth.time.size(); ++i) {
       const Offsets& offsets = compensator.step(truth.time[i], truth.rows[i], given[i]);
       if (named) *named = offsets.failed_sensors;
-      for (std::size_t p = 0; p < poses_.size(); ++p) sum += (compensator.tcp(poses_[p]).error.head<3>() - truth.errors[i][p].error.head<3>()).squaredNorm();
+      for (std::size_t p = 0; p < poses_.size(); ++p)
+        sum += (compensator.tcp(poses_[p]).error.head<3>() - truth.errors[i][p].error.head<3>()).squaredNorm();
     }
     return sum;
   }
@@ -225,10 +232,13 @@ TEST_F(FailedSensor, CostsAtMostAFifthOfTheReduction) {
         const double with_fault = 1.0 - std::sqrt(squares(compensator, truth, given, &named) / before);
         EXPECT_GT(with_fault, 0.8 * reduction) << names[f] << " of sensor " << failing;
         // Nor does one that guides the chiller take the coolant with it.
-        if (names[f] == std::string("offset")) EXPECT_GT(with_fault, 0.95 * reduction) << model_.machine.sensors[static_cast<std::size_t>(failing)].id;
-        const std::string expected = model_.machine.sensors[static_cast<std::size_t>(failing)].id + "=" + names[f];
+        if (names[f] == std::string("offset"))
+          EXPECT_GT(with_fault, 0.95 * reduction) << model_.machine.sensors[failing].id;
+        const std::string expected = model_.machine.sensors[failing].id + "=" + names[f];
         EXPECT_EQ(named, expected) << "seed " << seed;
-        if (failing == 0) std::printf("  %s: %.1f %% removed, %.1f %% with all sensors\n", expected.c_str(), 100 * with_fault, 100 * reduction);
+        if (failing == 0)
+          std::printf("  %s: %.1f %% removed, %.1f %% with all sensors\n", expected.c_str(), 100 * with_fault,
+                      100 * reduction);
       }
     }
   }
@@ -247,7 +257,8 @@ TEST_F(FailedSensor, NoneAndAnUnknownStateIsFoundSoon) {
       const double since = truth.time[i] - truth.time[from];
       for (std::size_t p = 0; p < poses_.size(); ++p) {
         before = truth.errors[i][p].error.head<3>().squaredNorm();
-        const double left = (compensator.tcp(poses_[p]).error.head<3>() - truth.errors[i][p].error.head<3>()).squaredNorm();
+        const double left =
+            (compensator.tcp(poses_[p]).error.head<3>() - truth.errors[i][p].error.head<3>()).squaredNorm();
         for (const int k : {0, 1}) {
           const double after_s = k == 0 ? 1800.0 : 7200.0;
           if (since < after_s || since > after_s + 1800.0) continue;
@@ -257,7 +268,8 @@ TEST_F(FailedSensor, NoneAndAnUnknownStateIsFoundSoon) {
       }
     }
     const double early = std::sqrt(after[0] / error[0]), late = std::sqrt(after[1] / error[1]);
-    std::printf("  seed %d: %.1f %% of the error left after 30 min, %.1f %% after 2 h\n", static_cast<int>(seed), 100 * early, 100 * late);
+    std::printf("  seed %d: %.1f %% of the error left after 30 min, %.1f %% after 2 h\n", seed, 100 * early,
+                100 * late);
     EXPECT_LT(early, 0.2);
     EXPECT_LT(late, 0.1);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
+#include <iterator>
 
 #include <chrono>
 #include <random>
@@ -37,7 +38,8 @@ std::string streamed(const std::string& text, const StreamOptions& options = qui
 }
 
 TEST(CompensateStream, WritesOffsetsDeviationsAndStatusForEachRow) {
-  const std::string out = streamed("time_s,spindle.speed_rpm,axis.X.position_mm,T_nose_C\n0,0,100,20\n60,6000,100,20\n120.5,6000,-100,\n");
+  const std::string out =
+      streamed("time_s,spindle.speed_rpm,axis.X.position_mm,T_nose_C\n0,0,100,20\n60,6000,100,20\n120.5,6000,-100,\n");
   std::istringstream lines(out);
   std::string header, row;
   std::getline(lines, header);
@@ -56,7 +58,7 @@ TEST(CompensateStream, AgreesWithTheCompensatorRowByRow) {
   std::string text = "time_s,spindle.speed_rpm,air.T_C,axis.B.position_deg,T_nose_C\n";
   Compensator compensator(nominal());
   Eigen::VectorXd row = compensator.channels().defaults();
-  Eigen::VectorXd sensors = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(nominal().machine.sensors.size()), std::nan(""));
+  Eigen::VectorXd sensors = Eigen::VectorXd::Constant(std::ssize(nominal().machine.sensors), std::nan(""));
   std::vector<double> expected;
   for (int i = 0; i < 300; ++i) {
     const double speed = i < 150 ? 8000 : 0, air = 20 + 0.01 * i, b = i % 90, nose = 20 + 0.02 * i;
@@ -93,7 +95,8 @@ TEST(CompensateStream, AMissingLastNewlineAndBlankLinesAtTheEndAreFine) {
 TEST(CompensateStream, MistakesAreNamedWithLineAndColumn) {
   const auto with = [](const std::string& text) { return [text] { streamed(text, quiet(true)); }; };
   expect_input_error(with(""), {"rows.csv", "no header"});
-  expect_input_error(with("time_s,spindel.speed_rpm\n"), {"rows.csv:1 column 2", "spindel", "nearest: spindle.speed_rpm"});
+  expect_input_error(with("time_s,spindel.speed_rpm\n"),
+                     {"rows.csv:1 column 2", "spindel", "nearest: spindle.speed_rpm"});
   expect_input_error(with("time_s,T_nos_C\n"), {"T_nos_C", "nearest: T_nose_C"});
   expect_input_error(with("air.T_C\n20\n"), {"time_s"});
   expect_input_error(with("time_s,air.T_C,air.T_C\n"), {"column 3", "second time"});
@@ -108,7 +111,8 @@ TEST(CompensateStream, MistakesAreNamedWithLineAndColumn) {
   expect_input_error(with("time_s,air.T_C\n0,1e999\n"), {"rows.csv:2 air.T_C"});
   expect_input_error(with("time_s,air.T_C\n0,inf\n"), {"rows.csv:2 air.T_C"});
   expect_input_error(with("time_s,T_nose_C\n0,1e300\n"), {"rows.csv:2 T_nose_C", "1e300", "at most 1e+10"});
-  expect_input_error(with("time_s,cutting_fluid.on\n0,-1\n"), {"rows.csv:2", "cutting_fluid.on = -1", "0 (off) to 1 (on)"});
+  expect_input_error(with("time_s,cutting_fluid.on\n0,-1\n"),
+                     {"rows.csv:2", "cutting_fluid.on = -1", "0 (off) to 1 (on)"});
   expect_input_error(with("time_s\n0\n1700000000\n"), {"rows.csv:3", "leaps", "1700000000 s after 0 s"});
 }
 
@@ -117,7 +121,8 @@ TEST(CompensateStream, AFullOutputIsAnError) {
   std::istringstream in("time_s\n0\n60\n");
   std::ostringstream out;
   out.setstate(std::ios::badbit);
-  expect_input_error([&] { compensate_stream(compensator, nominal().machine, in, "rows.csv", out, quiet()); }, {"written"});
+  expect_input_error([&] { compensate_stream(compensator, nominal().machine, in, "rows.csv", out, quiet()); },
+                     {"written"});
 }
 
 TEST(CompensateStream, WhatCannotBeReadIsMissingUnlessAskedToBeStrict) {
@@ -125,7 +130,8 @@ TEST(CompensateStream, WhatCannotBeReadIsMissingUnlessAskedToBeStrict) {
   StreamOptions options = quiet();
   options.warn = [&](const std::string& text) { said.push_back(text); };
   Compensator compensator(nominal());
-  std::istringstream in("time_s,spindle.speed_rpm,T_nose_C\n0,0,20\n60,fast,20\n120,0,warm\n,0,20\n180,0\n\n240,0,20\n300,-,20\n");
+  std::istringstream in(
+      "time_s,spindle.speed_rpm,T_nose_C\n0,0,20\n60,fast,20\n120,0,warm\n,0,20\n180,0\n\n240,0,20\n300,-,20\n");
   std::ostringstream out;
   const StreamSummary summary = compensate_stream(compensator, nominal().machine, in, "rows.csv", out, options);
   EXPECT_EQ(summary.rows, 7);
@@ -136,8 +142,13 @@ TEST(CompensateStream, WhatCannotBeReadIsMissingUnlessAskedToBeStrict) {
   std::vector<std::string> rows;
   for (std::string line; std::getline(lines, line);) rows.push_back(line);
   ASSERT_EQ(rows.size(), 8U);
-  const char* endings[] = {",ok", ",input_missing spindle.speed_rpm=unreadable", ",sensor_failed T_nose_C=unreadable", ",input_missing time_s=missing",
-                           ",input_missing row=unreadable", ",ok", ",input_missing spindle.speed_rpm=unreadable"};
+  const char* endings[] = {",ok",
+                           ",input_missing spindle.speed_rpm=unreadable",
+                           ",sensor_failed T_nose_C=unreadable",
+                           ",input_missing time_s=missing",
+                           ",input_missing row=unreadable",
+                           ",ok",
+                           ",input_missing spindle.speed_rpm=unreadable"};
   for (std::size_t i = 0; i < 7; ++i) EXPECT_TRUE(rows[i + 1].ends_with(endings[i])) << rows[i + 1];
   // A row without a time gets the answer of the row before once more.
   EXPECT_EQ(rows[4].substr(0, rows[4].rfind(',')), rows[3].substr(0, rows[3].rfind(',')));
@@ -149,11 +160,13 @@ TEST(CompensateStream, WhatCannotBeReadIsMissingUnlessAskedToBeStrict) {
 
 TEST(CompensateStream, ALineWithoutEndHasALimit) {
   class Endless : public std::streambuf {
-   public:
-    explicit Endless(std::string start) : start_(std::move(start)) { setg(start_.data(), start_.data(), start_.data() + start_.size()); }
+  public:
+    explicit Endless(std::string start) : start_(std::move(start)) {
+      setg(start_.data(), start_.data(), start_.data() + start_.size());
+    }
     long blocks = 0;
 
-   private:
+  private:
     int_type underflow() override {
       if (++blocks > 100000) return traits_type::eof();
       setg(digits_.data(), digits_.data(), digits_.data() + digits_.size());
@@ -166,7 +179,8 @@ TEST(CompensateStream, ALineWithoutEndHasALimit) {
     std::istream in(&source);
     std::ostringstream out;
     Compensator compensator(nominal());
-    expect_input_error([&] { compensate_stream(compensator, nominal().machine, in, "rows", out, quiet()); }, {"a line of more than", "at most 262143 characters"});
+    expect_input_error([&] { compensate_stream(compensator, nominal().machine, in, "rows", out, quiet()); },
+                       {"a line of more than", "at most 262143 characters"});
     EXPECT_LT(source.blocks, 300);
   }
 }
@@ -176,8 +190,10 @@ TEST(CompensateStream, RowsOfAnotherMachineAreRefused) {
   const std::string rows = "time_s\n0\n60\n", own = fmt::format("# machine {} {}\n", machine.name, machine.hash);
   EXPECT_EQ(streamed(own + rows), streamed(rows));
   EXPECT_EQ(streamed("# written by hand\n" + rows), streamed(rows));
-  expect_input_error([&] { streamed("# machine other 0123\n" + rows); }, {"rows.csv:1", "'other'", "'0123'", machine.name.c_str(), machine.hash.c_str()});
-  expect_input_error([&] { streamed(fmt::format("# machine other {}\n", machine.hash) + rows); }, {"rows.csv:1", "'other'"});
+  expect_input_error([&] { streamed("# machine other 0123\n" + rows); },
+                     {"rows.csv:1", "'other'", "'0123'", machine.name.c_str(), machine.hash.c_str()});
+  expect_input_error([&] { streamed(fmt::format("# machine other {}\n", machine.hash) + rows); },
+                     {"rows.csv:1", "'other'"});
   // The same machine after a change of its file: said, and an error only to the strict.
   std::string said;
   StreamOptions options = quiet();
@@ -185,17 +201,18 @@ TEST(CompensateStream, RowsOfAnotherMachineAreRefused) {
   EXPECT_EQ(streamed(fmt::format("# machine {} 0123\n", machine.name) + rows, options), streamed(rows));
   EXPECT_NE(said.find("'0123'"), std::string::npos);
   options.strict = true;
-  expect_input_error([&] { streamed(fmt::format("# machine {} 0123\n", machine.name) + rows, options); }, {"rows.csv:1"});
+  expect_input_error([&] { streamed(fmt::format("# machine {} 0123\n", machine.name) + rows, options); },
+                     {"rows.csv:1"});
 }
 
 /// A stream of rows that are made when they are read, so that memory stays what the code needs.
 class EndlessRows : public std::streambuf {
- public:
+public:
   EndlessRows(std::string header, long rows) : line_(std::move(header)), rows_(rows) {
     setg(line_.data(), line_.data(), line_.data() + line_.size());
   }
 
- private:
+private:
   int_type underflow() override {
     if (next_ >= rows_) return traits_type::eof();
     line_ = fmt::format("{},{},{},{},{},{:.2f},{:.2f}\n", next_, next_ / 600 % 2 * 6000, 20 + next_ % 7200 / 3600.0,
@@ -210,10 +227,10 @@ class EndlessRows : public std::streambuf {
 
 /// Counts what is written and drops it.
 class Drain : public std::streambuf {
- public:
+public:
   long bytes = 0;
 
- private:
+private:
   int_type overflow(int_type c) override {
     ++bytes;
     return c;
@@ -236,7 +253,8 @@ long resident_kB() {
 TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
   const auto run = [](long count) {
     Compensator fresh(nominal());
-    EndlessRows source("time_s,spindle.speed_rpm,air.T_C,axis.X.position_mm,axis.B.position_deg,T_nose_C,T_bed_C\n", count);
+    EndlessRows source("time_s,spindle.speed_rpm,air.T_C,axis.X.position_mm,axis.B.position_deg,T_nose_C,T_bed_C\n",
+                       count);
     Drain drain;
     std::istream in(&source);
     std::ostream out(&drain);
@@ -255,8 +273,8 @@ TEST(CompensateStream, IsFastAndItsMemoryDoesNotGrow) {
 #endif
   run(rows);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::printf("  %.0f rows/s at order %d, %ld kB more than before\n", static_cast<double>(rows) / seconds, static_cast<int>(nominal().system.order()),
-              resident_kB() - before);
+  std::printf("  %.0f rows/s at order %d, %ld kB more than before\n", static_cast<double>(rows) / seconds,
+              nominal().system.order(), resident_kB() - before);
   if (memory_is_ours) {
     EXPECT_LT(resident_kB() - before, 2000);
   }

@@ -17,8 +17,8 @@
 #include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
-#include "tests/diagnosis/lumped_machine.h"
 #include "mesh/machine/file.h"
+#include "tests/diagnosis/lumped_machine.h"
 
 namespace {
 
@@ -37,9 +37,12 @@ double number(const mesh::Machine& machine, const Parameter& parameter) {
 /// The three rods with one thing more of every kind: only read, never run.
 mesh::Machine full_house() {
   std::string text = lumped::machine_text();
-  const auto put = [&](const std::string& old, const std::string& with) { text.replace(text.find(old), old.size(), with); };
+  const auto put = [&](const std::string& old, const std::string& with) {
+    text.replace(text.find(old), old.size(), with);
+  };
   put("id = \"air\"\n", "id = \"air\"\ngradient_K_m = 0.2\n");
-  put("axis = \"Z\"\nconductance", "axis = \"Z\"\nstiffness_normal_N_mm3 = 300\nstiffness_tangential_N_mm3 = 200\nconductance");
+  put("axis = \"Z\"\nconductance",
+      "axis = \"Z\"\nstiffness_normal_N_mm3 = 300\nstiffness_tangential_N_mm3 = 200\nconductance");
   text += R"(
 [[body]]
 id = "screw"
@@ -105,7 +108,9 @@ compensation::Measurement of_full_house() {
   return m;
 }
 
-std::vector<Parameter> full_parameters() { return diagnosis::candidate_parameters(full_house(), of_full_house(), true); }
+std::vector<Parameter> full_parameters() {
+  return diagnosis::candidate_parameters(full_house(), of_full_house(), true);
+}
 
 std::vector<std::string> lines(const std::string& text) {
   std::vector<std::string> result;
@@ -138,7 +143,8 @@ TEST(Hypothesis, every_kind_is_offered_once_per_item) {
   EXPECT_EQ(kinds.count("coolant_flow"), 1u);
   EXPECT_EQ(kinds.count("coolant_coupling"), 1u);
   EXPECT_EQ(kinds.count("control_sensor_offset"), 1u);
-  for (const char* kind : {"sensor_offset", "sensor_drift", "sensor_lag", "sensor_detached"}) EXPECT_EQ(kinds.count(kind), 6u);
+  for (const char* kind : {"sensor_offset", "sensor_drift", "sensor_lag", "sensor_detached"})
+    EXPECT_EQ(kinds.count(kind), 6u);
   EXPECT_EQ(kinds.count("probe_drift"), 4u);
   EXPECT_EQ(kinds.count("clock_shift"), 12u);
 }
@@ -167,14 +173,16 @@ TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
   compensation::Measurement slow = lumped::measure({}, {.hours = 8, .sample_s = 300});
   EXPECT_NEAR(clock_std(slow, 0), 150, 2);
   EXPECT_NEAR(clock_std(slow, 300), 30, 0.5) << "each change has its own time";
-  const auto channel = [&](const std::string& input) { return *std::find_if(slow.channels.begin(), slow.channels.end(), [&](const auto& c) { return c.input == input; }); };
+  const auto channel = [&](const std::string& input) {
+    return *std::find_if(slow.channels.begin(), slow.channels.end(), [&](const auto& c) { return c.input == input; });
+  };
   const auto blank = [&](Eigen::Index column, Eigen::Index every) {
     for (Eigen::Index i = 0; i < slow.data.rows(); i += every) slow.data.values(i, column) = std::nan("");
   };
   // Where an axis swings is blank while it stands.
   compensation::MeasuredChannel range = channel("axis.Z.position_mm");
   range.id = range.input = "axis.Z.low_mm";
-  range.column = static_cast<int>(slow.data.values.cols());
+  range.column = slow.data.values.cols();
   slow.data.values.conservativeResize(Eigen::NoChange, range.column + 1);
   slow.data.values.col(range.column).setConstant(50);
   slow.channels.push_back(range);
@@ -216,8 +224,7 @@ TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
   const auto before = lines(machine.text);
   for (const Parameter& p : all_parameters()) {
     SCOPED_TRACE(p.kind + " of " + p.where);
-    const auto after =
-        lines(diagnosis::extended_text(machine, p, p.ratio ? 2.0 : 0.5, 0.1, "because of a test"));
+    const auto after = lines(diagnosis::extended_text(machine, p, p.ratio ? 2.0 : 0.5, 0.1, "because of a test"));
     const bool guides = p.kind == "sensor_offset" && p.item == machine.coolants.front().guide_sensor;
     if (p.kind == "probe_drift" || p.kind == "clock_shift" || guides) {  // a table of its own at the end
       ASSERT_EQ(after.size(), before.size() + 5);
@@ -229,11 +236,9 @@ TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
     // Without the changed line and the comment above it, both files are the same.
     std::size_t first = 0, last = 0;
     while (first < before.size() && before[first] == after[first]) ++first;
-    while (last + first < before.size() && before[before.size() - 1 - last] == after[after.size() - 1 - last])
-      ++last;
+    while (last + first < before.size() && before[before.size() - 1 - last] == after[after.size() - 1 - last]) ++last;
     EXPECT_LE(before.size() - first - last, 1u);
-    ASSERT_EQ(after.size() - first - last,
-              before.size() - first - last + (before.size() == first + last ? 2u : 1u));
+    ASSERT_EQ(after.size() - first - last, before.size() - first - last + (before.size() == first + last ? 2u : 1u));
     EXPECT_NE(after[first].find("# diagnosis: " + p.kind), std::string::npos);
     EXPECT_NE(after[first].find("because of a test"), std::string::npos);
   }
@@ -243,8 +248,7 @@ TEST(Hypothesis, extended_text_keeps_form_and_comment_of_the_line) {
   const mesh::Machine machine = lumped::machine();
   const std::string text =
       diagnosis::extended_text(machine, lumped::find("film_coefficient", "base.film"), 1.5, 0.1, "");
-  EXPECT_NE(text.find("film_coefficient_W_m2K = {value = 13.5, std_percent = 10} # still air"),
-            std::string::npos);
+  EXPECT_NE(text.find("film_coefficient_W_m2K = {value = 13.5, std_percent = 10} # still air"), std::string::npos);
   const std::string joint =
       diagnosis::extended_text(machine, lumped::find("contact_conductance", "mounts"), 0.5, 0.1, "");
   EXPECT_NE(joint.find("conductance_W_m2K = { value = 200, std_percent = 10 }"), std::string::npos);
@@ -255,10 +259,9 @@ TEST(Hypothesis, extended_text_keeps_form_and_comment_of_the_line) {
 
 TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
   const mesh::Machine machine = lumped::machine();
-  const mesh::Machine parsed =
-      mesh::parse_machine(diagnosis::extended_text(machine, lumped::find("source_power", "guide_friction"),
-                                                   0.4, 0.1, "line one\nline two"),
-                          machine.path);
+  const mesh::Machine parsed = mesh::parse_machine(
+      diagnosis::extended_text(machine, lumped::find("source_power", "guide_friction"), 0.4, 0.1, "line one\nline two"),
+      machine.path);
   EXPECT_DOUBLE_EQ(parsed.sources[1].scale.value, 0.4);
   EXPECT_DOUBLE_EQ(parsed.sources[0].scale.value, 1.0);
   EXPECT_EQ(parsed.sources[0].laws.size(), 1u);
@@ -272,7 +275,7 @@ TEST(Hypothesis, an_offset_of_a_guiding_sensor_is_the_records_alone) {
   ASSERT_EQ(changed.readings.size(), 1u);
   EXPECT_EQ(changed.readings[0].id, "T1_reading");
   EXPECT_DOUBLE_EQ(changed.readings[0].offset, 0.7);
-  EXPECT_DOUBLE_EQ(changed.sensors[static_cast<std::size_t>(changed.sensor_index("T1"))].offset, 0.0);
+  EXPECT_DOUBLE_EQ(changed.sensors[changed.sensor_index("T1")].offset, 0.0);
 }
 
 TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
@@ -283,14 +286,14 @@ TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
   EXPECT_EQ(read.readings[0].id, "dx@1+x");
   EXPECT_DOUBLE_EQ(read.readings[0].shift, 120.0);
   EXPECT_THROW(mesh::parse_machine(machine.text + "\n[[reading]]\nid = \"a b\"\n", machine.path), core::InputError);
-  EXPECT_THROW(mesh::parse_machine(machine.text + "\n[[reading]]\nid = \"a\"\n[[reading]]\nid = \"a\"\n", machine.path), core::InputError);
+  EXPECT_THROW(mesh::parse_machine(machine.text + "\n[[reading]]\nid = \"a\"\n[[reading]]\nid = \"a\"\n", machine.path),
+               core::InputError);
 }
 
 TEST(Hypothesis, two_changes_follow_each_other) {
   const mesh::Machine machine = lumped::machine();
   const Parameter a = lumped::find("source_power", "pump"), b = lumped::find("sensor_offset", "T5_reading");
-  const mesh::Machine one =
-      mesh::parse_machine(diagnosis::extended_text(machine, a, 2.0, 0.1, ""), machine.path);
+  const mesh::Machine one = mesh::parse_machine(diagnosis::extended_text(machine, a, 2.0, 0.1, ""), machine.path);
   const mesh::Machine two = mesh::parse_machine(diagnosis::extended_text(one, b, 1.0, 0.1, ""), machine.path);
   EXPECT_DOUBLE_EQ(two.sources[2].scale.value, 2.0);
   EXPECT_DOUBLE_EQ(two.sensors[4].offset, 1.0);
@@ -345,20 +348,17 @@ TEST(Hypothesis, unusual_texts_are_read_or_refused) {
   std::string windows;
   for (const char c : machine.text) windows += c == '\n' ? "\r\n" : std::string(1, c);
   crlf = mesh::parse_machine(windows, machine.path);
-  EXPECT_DOUBLE_EQ(mesh::parse_machine(diagnosis::extended_text(crlf, motor, 1.25, 0.1, ""), machine.path)
-                       .sources[0]
-                       .scale.value,
-                   1.25);
+  EXPECT_DOUBLE_EQ(
+      mesh::parse_machine(diagnosis::extended_text(crlf, motor, 1.25, 0.1, ""), machine.path).sources[0].scale.value,
+      1.25);
 
   mesh::Machine tricky = machine;
   const std::string head = "name = \"rods\"";
-  tricky.text.replace(tricky.text.find(head), head.size(),
-                      "name = '''\n[[source]]\nid = \"motor\"\nscale = 3'''");
+  tricky.text.replace(tricky.text.find(head), head.size(), "name = '''\n[[source]]\nid = \"motor\"\nscale = 3'''");
   tricky = mesh::parse_machine(tricky.text, machine.path);
-  EXPECT_DOUBLE_EQ(mesh::parse_machine(diagnosis::extended_text(tricky, motor, 1.25, 0.1, ""), machine.path)
-                       .sources[0]
-                       .scale.value,
-                   1.25);
+  EXPECT_DOUBLE_EQ(
+      mesh::parse_machine(diagnosis::extended_text(tricky, motor, 1.25, 0.1, ""), machine.path).sources[0].scale.value,
+      1.25);
 
   mesh::Machine gone = machine;
   gone.text = "schema = 1\n";
@@ -393,8 +393,8 @@ TEST(Hypothesis, readme_lists_the_kinds_that_the_code_knows) {
   const auto& kinds = diagnosis::known_kinds();
   ASSERT_EQ(table.size(), kinds.size());
   for (std::size_t i = 0; i < kinds.size(); ++i)
-    EXPECT_EQ(table[i], (std::vector<std::string>{kinds[i].kind, kinds[i].where, kinds[i].name, kinds[i].unit,
-                                                  kinds[i].sense}));
+    EXPECT_EQ(table[i],
+              (std::vector<std::string>{kinds[i].kind, kinds[i].where, kinds[i].name, kinds[i].unit, kinds[i].sense}));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "diagnosis/data/grey_box.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <cmath>
 #include <cstdlib>
@@ -31,7 +32,7 @@ compensation::Measurement record(const Extra& extra, double days = 3.0, std::uin
     c.kind = kind;
     c.unit = unit;
     c.uncertainty = uncertainty;
-    c.column = static_cast<Index>(m.channels.size()) + 1;
+    c.column = std::ssize(m.channels) + 1;
     m.channels.push_back(c);
   };
   add("T_hall", compensation::ChannelKind::temperature, "degC", 0.02);
@@ -42,13 +43,14 @@ compensation::Measurement record(const Extra& extra, double days = 3.0, std::uin
   m.data.values.resize(n, 4);
   double slow = 0, fast = 0, walk = 0;
   for (Index i = 0; i < n; ++i) {
-    const double hour = static_cast<double>(i) / 12.0;
-    const double hall = 1.5 * std::sin(2 * std::numbers::pi * hour / 24) + 0.7 * std::sin(hour) + 0.4 * std::sin(2.7 * hour + 1);
+    const double hour = i / 12.0;
+    const double hall =
+        1.5 * std::sin(2 * std::numbers::pi * hour / 24) + 0.7 * std::sin(hour) + 0.4 * std::sin(2.7 * hour + 1);
     walk += 0.04 * normal(random) - 0.01 * walk;
     const double frame = walk + 0.3 * hall;
     slow += (hall - slow) * (1 - std::exp(-300.0 / 7200.0));
     fast += (frame - fast) * (1 - std::exp(-300.0 / 1200.0));
-    m.data.values.row(i) << 300.0 * static_cast<double>(i), 20 + hall + 0.02 * normal(random), 20 + frame + 0.02 * normal(random),
+    m.data.values.row(i) << 300.0 * i, 20 + hall + 0.02 * normal(random), 20 + frame + 0.02 * normal(random),
         6.0 * slow - 4.0 * fast + extra(hour) + 0.1 * normal(random);
   }
   return m;
@@ -58,7 +60,8 @@ diagnosis::Diagnosis run(const compensation::Measurement& m) { return diagnosis:
 
 std::string listed(const diagnosis::Diagnosis& d) {
   std::string text = d.verdict + ": " + d.sentence + "\n";
-  for (const auto& r : d.ranking) text += "  " + r.parameter.kind + " " + r.parameter.where + " " + std::to_string(r.probability) + "\n";
+  for (const auto& r : d.ranking)
+    text += "  " + r.parameter.kind + " " + r.parameter.where + " " + std::to_string(r.probability) + "\n";
   for (const auto& note : d.notes) text += "  " + note + "\n";
   return text;
 }
@@ -77,7 +80,7 @@ TEST(GreyBox, finds_what_a_step_of_each_input_does) {
 TEST(GreyBox, a_gap_in_a_temperature_is_a_straight_line) {
   auto m = record([](double) { return 0.0; });
   for (Index i = 0; i < m.data.rows(); ++i) {
-    m.data.values(i, 1) = 20.0 + 0.01 * static_cast<double>(i);
+    m.data.values(i, 1) = 20.0 + 0.01 * i;
     if (i % 24 != 0 && i + 1 != m.data.rows()) m.data.values(i, 1) = std::nan("");
   }
   const diagnosis::DataRecord data = diagnosis::data_record(m, 600);
@@ -130,7 +133,8 @@ TEST(DataDiagnosis, two_elements_on_one_input_are_no_discrepancy) {
 }
 
 TEST(DataDiagnosis, a_swing_that_nothing_follows_is_unexplained) {
-  const diagnosis::Diagnosis d = run(record([](double hour) { return hour < 24 ? 0.0 : 5.0 * std::sin(0.011 * hour * hour); }));
+  const diagnosis::Diagnosis d =
+      run(record([](double hour) { return hour < 24 ? 0.0 : 5.0 * std::sin(0.011 * hour * hour); }));
   EXPECT_EQ(d.verdict, "unexplained") << listed(d);
   EXPECT_TRUE(d.causes.empty());
   EXPECT_NEAR(d.reduction_percent, 0.0, 1e-9);
@@ -179,7 +183,8 @@ TEST(DataDiagnosis, gaps_do_not_matter) {
 /// The drift of a real machine: whatever is said has to hold on its last day.
 TEST(DataDiagnosis, of_a_real_drift_is_honest) {
   const char* given = std::getenv("THERMOTWIN_DATA");
-  const std::filesystem::path folder = std::filesystem::path(given ? given : THERMOTWIN_SOURCE_DIR "/../shared/data") / "measured_drift";
+  const std::filesystem::path folder =
+      std::filesystem::path(given ? given : THERMOTWIN_SOURCE_DIR "/../shared/data") / "measured_drift";
   if (!std::filesystem::exists(folder / "data.csv")) GTEST_SKIP() << folder / "data.csv";
   const diagnosis::Diagnosis d = run(compensation::read_measurement(folder));
   EXPECT_NE(d.verdict, "no_discrepancy") << listed(d);

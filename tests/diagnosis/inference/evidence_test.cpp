@@ -28,7 +28,7 @@ std::vector<ChannelCovariance> some_channels(std::mt19937_64& random) {
   std::vector<ChannelCovariance> channels;
   for (const Index n : {7, 4, 9}) {
     ChannelCovariance c;
-    c.time = VectorXd::LinSpaced(n, 0, 600.0 * static_cast<double>(n - 1));
+    c.time = VectorXd::LinSpaced(n, 0, 600.0 * (n - 1));
     c.time[n - 1] += 500;  // irregular
     c.noise_variance = random_matrix(n, 1, random).cwiseAbs2().array() + 0.05;
     c.shapes = 0.3 * random_matrix(n, 2, random);
@@ -95,8 +95,7 @@ TEST(Evidence, posterior_equals_the_conditional_gaussian) {
   const diagnosis::Whitener whitener(s.channels);
   const diagnosis::LinearEvidence evidence(whitener.whiten(s.columns), whitener.whiten(s.residual), s.prior);
   const MatrixXd prior = s.prior.cwiseAbs2().asDiagonal();
-  const MatrixXd gain =
-      prior * s.columns.transpose() * (s.base + s.columns * prior * s.columns.transpose()).inverse();
+  const MatrixXd gain = prior * s.columns.transpose() * (s.base + s.columns * prior * s.columns.transpose()).inverse();
   EXPECT_LT((evidence.mean() - gain * s.residual).norm(), 1e-9);
   EXPECT_LT((evidence.covariance() - (prior - gain * s.columns * prior)).norm(), 1e-9);
 }
@@ -118,9 +117,8 @@ TEST(Evidence, widened_priors_equal_a_new_computation) {
     EXPECT_NEAR(widened.chi_square, direct.chi_square(), 1e-8);
     EXPECT_LT(widened.chi_square, evidence.chi_square());
     for (std::size_t k = 0; k < which.size(); ++k) {
-      EXPECT_NEAR(widened.mean[static_cast<Index>(k)], direct.mean()[which[k]], 1e-9);
-      EXPECT_NEAR(widened.std[static_cast<Index>(k)], std::sqrt(direct.covariance()(which[k], which[k])),
-                  1e-9);
+      EXPECT_NEAR(widened.mean[k], direct.mean()[which[k]], 1e-9);
+      EXPECT_NEAR(widened.std[k], std::sqrt(direct.covariance()(which[k], which[k])), 1e-9);
     }
   }
 }
@@ -137,9 +135,9 @@ TEST(Evidence, of_data_drawn_from_the_model_has_the_right_chi_square) {
   double sum = 0;
   constexpr int draws = 400;
   for (int i = 0; i < draws; ++i)
-    sum += diagnosis::LinearEvidence(whitener.whiten(columns),
-                                     whitener.whiten(root * random_matrix(20, 1, random)), prior)
-               .chi_square();
+    sum +=
+        diagnosis::LinearEvidence(whitener.whiten(columns), whitener.whiten(root * random_matrix(20, 1, random)), prior)
+            .chi_square();
   EXPECT_NEAR(sum / draws, 20.0, 4 * std::sqrt(2 * 20.0 / draws));
 }
 

@@ -15,8 +15,8 @@
 #include "diagnosis/report/diagnosis_json.h"
 #include "mesh/machine/file.h"
 #include "mesh/machine/kinematics.h"
-#include "tests/diagnosis/meshed_machine.h"
 #include "reduction/model/reduced_simulation.h"
+#include "tests/diagnosis/meshed_machine.h"
 
 namespace {
 
@@ -27,28 +27,34 @@ struct Hidden {
   const char *body, *box, *law;  ///< of the machine that is measured
   Eigen::Vector3d place;         ///< m
   const char* follows;
-  double power;                  ///< W at the largest value of the record
+  double power;  ///< W at the largest value of the record
 };
 void PrintTo(const Hidden& hidden, std::ostream* out) { *out << hidden.body << " " << hidden.follows; }
 
 compensation::Measurement measured(const Hidden& hidden, std::uint64_t seed) {
   std::string text = meshed::machine_text();
   if (hidden.body)
-    text += fmt::format("\n[[surface]]\nid = \"unknown.place\"\nbody = \"{}\"\nrule = {{ {} }}\n[[source]]\nid = \"unknown\"\nlaw = [ {} ]\n"
-                        "place = [ {{ surface = \"unknown.place\" }} ]\n", hidden.body, hidden.box, hidden.law);
+    text += fmt::format(
+        "\n[[surface]]\nid = \"unknown.place\"\nbody = \"{}\"\nrule = {{ {} }}\n[[source]]\nid = \"unknown\"\nlaw = [ "
+        "{} ]\n"
+        "place = [ {{ surface = \"unknown.place\" }} ]\n",
+        hidden.body, hidden.box, hidden.law);
   const mesh::Machine machine = compensation::perturbed(mesh::parse_machine(text, "boxes/machine.toml"), seed, 0.7);
-  const std::vector<mesh::Pose> poses{mesh::parse_pose(machine, "X=0,Z=0", "test"), mesh::parse_pose(machine, "X=150,Z=80", "test"),
+  const std::vector<mesh::Pose> poses{mesh::parse_pose(machine, "X=0,Z=0", "test"),
+                                      mesh::parse_pose(machine, "X=150,Z=80", "test"),
                                       mesh::parse_pose(machine, "X=-150,Z=-80", "test")};
-  return compensation::measure_virtually(meshed::full_model(machine, 2), meshed::load(machine, "shift", meshed::shift), poses,
-                                         {.sensor_noise_K = 0.03, .probe_noise_um = 0.2, .seed = seed, .mesh_cache = {}});
+  return compensation::measure_virtually(
+      meshed::full_model(machine, 2), meshed::load(machine, "shift", meshed::shift), poses,
+      {.sensor_noise_K = 0.03, .probe_noise_um = 0.2, .seed = seed, .mesh_cache = {}});
 }
 
 std::string listed(const Diagnosis& d) {
   std::string text = d.sentence + "\n";
   for (std::size_t i = 0; i < std::min<std::size_t>(6, d.ranking.size()); ++i) {
     const auto& r = d.ranking[i];
-    text += fmt::format("  {:.3f} {} {} {} {:.3g} +- {:.2g}, log {:.1f}\n", r.probability, r.parameter.kind, r.parameter.where,
-                        r.parameter.missing ? "follows " + r.parameter.missing->follows : "", r.value, r.std, r.log_evidence);
+    text += fmt::format("  {:.3f} {} {} {} {:.3g} +- {:.2g}, log {:.1f}\n", r.probability, r.parameter.kind,
+                        r.parameter.where, r.parameter.missing ? "follows " + r.parameter.missing->follows : "",
+                        r.value, r.std, r.log_evidence);
   }
   return text;
 }
@@ -84,11 +90,18 @@ TEST_P(MissingSource, IsFoundWhereItIs) {
 
 INSTANTIATE_TEST_SUITE_P(
     Places, MissingSource,
-    ::testing::Values(Hidden{"column", "box_min_mm = [60, 379, 300], box_max_mm = [121, 381, 480]",
-                             "{ input = \"spindle.speed_rpm\", at = [0, 4000, 12000], power_W = [0, 45, 130] }", {0.09, 0.38, 0.39},
-                             "spindle.speed_rpm", 98},
-                      Hidden{"bed", "box_min_mm = [-401, -130, -180], box_max_mm = [-399, 40, -20]",
-                             "{ input = \"machine.on\", at = [0, 1], power_W = [0, 90] }", {-0.4, -0.045, -0.1}, "machine.on", 90}));
+    ::testing::Values(Hidden{"column",
+                             "box_min_mm = [60, 379, 300], box_max_mm = [121, 381, 480]",
+                             "{ input = \"spindle.speed_rpm\", at = [0, 4000, 12000], power_W = [0, 45, 130] }",
+                             {0.09, 0.38, 0.39},
+                             "spindle.speed_rpm",
+                             98},
+                      Hidden{"bed",
+                             "box_min_mm = [-401, -130, -180], box_max_mm = [-399, 40, -20]",
+                             "{ input = \"machine.on\", at = [0, 1], power_W = [0, 90] }",
+                             {-0.4, -0.045, -0.1},
+                             "machine.on",
+                             90}));
 
 TEST(MissingSource, IsNotSeenWhereThereIsNone) {
   const Diagnosis d = diagnosis::diagnose(meshed::reduced(), measured({}, 12), {});
@@ -100,19 +113,22 @@ TEST(MissingSource, ExtendedMachineRunsInBothModelsAlike) {
   diagnosis::Parameter cause = diagnosis::make_parameter("source_missing", "column");
   auto missing = std::make_shared<diagnosis::MissingSource>();
   const auto& patches = meshed::reduced().patches.items;
-  const auto patch = std::find_if(patches.begin(), patches.end(), [](const auto& p) { return p.surface.body == "column" && p.centre.z() > 0.3; });
+  const auto patch = std::find_if(patches.begin(), patches.end(),
+                                  [](const auto& p) { return p.surface.body == "column" && p.centre.z() > 0.3; });
   ASSERT_NE(patch, patches.end());
   missing->surface = patch->surface;
   missing->follows = "spindle.speed_rpm";
   missing->at = 9000;
   missing->most = 12000;
   cause.missing = missing;
-  const mesh::Machine extended = mesh::parse_machine(diagnosis::extended_text(machine, cause, 80.0, 4.0, "test"), machine.path);
+  const mesh::Machine extended =
+      mesh::parse_machine(diagnosis::extended_text(machine, cause, 80.0, 4.0, "test"), machine.path);
   const auto load = meshed::load(extended, "shift", meshed::shift);
   const auto poses = mesh::workspace_poses(machine);
   const auto full = solver::run_campaign(meshed::full_model(extended), {load}, {}).front(),
              nominal = solver::run_campaign(meshed::full_model(machine), {load}, {}).front();
-  const auto reduced = reduction::simulate_reduced(diagnosis::model_of_changed(meshed::reduced(), extended), extended, load, poses);
+  const auto reduced =
+      reduction::simulate_reduced(diagnosis::model_of_changed(meshed::reduced(), extended), extended, load, poses);
   const double effect = reduction::compare(nominal, full).max_um, error = reduction::compare(full, reduced).max_um;
   std::printf("80 W move the TCP by up to %.2f um; reduced against full %.3f um\n", effect, error);
   EXPECT_GT(effect, 1.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "diagnosis/diagnose.h"
 #include "diagnosis/inference/switch_times.h"
+#include "diagnosis/diagnose.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,8 @@ compensation::Measurement sparse(const compensation::Measurement& dense, unsigne
   compensation::Measurement m = dense;
   std::mt19937 random(seed);
   std::vector<Index> kept{0};
-  for (Index row = minutes * 3 / 5; row + 1 < dense.data.rows(); row += minutes) kept.push_back(row + static_cast<Index>(random() % 3) - 1);
+  for (Index row = minutes * 3 / 5; row + 1 < dense.data.rows(); row += minutes)
+    kept.push_back(row + static_cast<Index>(random() % 3) - 1);
   m.data.values = MatrixXd(dense.data.values(kept, Eigen::all));
   return m;
 }
@@ -32,7 +33,8 @@ compensation::Measurement sparse(const compensation::Measurement& dense, unsigne
 TEST(LateChanges, are_moved_to_where_they_came) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 17);
-  const compensation::Measurement m = sparse(lumped::measure({}, {.hours = 24, .sample_s = 60, .noise_K = 0.02, .noise_um = 0.1}), 3, 15);
+  const compensation::Measurement m =
+      sparse(lumped::measure({}, {.hours = 24, .sample_s = 60, .noise_K = 0.02, .noise_um = 0.1}), 3, 15);
   diagnosis::DiagnoseOptions how;
   how.temperature_error_percent = how.displacement_error_percent = 0.2;  // the model has the machine's own cells
   const diagnosis::Seen seen = diagnosis::see(model, m, how);
@@ -55,7 +57,8 @@ TEST(LateChanges, a_log_that_sees_them_late_raises_no_alarm) {
   diagnosis::DiagnoseOptions how;
   how.temperature_error_percent = 3;  // 27 nodes
   for (const unsigned seed : {5U, 6U, 7U}) {
-    const diagnosis::Diagnosis d = diagnosis::diagnose(model, sparse(lumped::measure({}, {.sample_s = 60, .seed = seed, .spread = 0.5}), seed), how);
+    const diagnosis::Diagnosis d = diagnosis::diagnose(
+        model, sparse(lumped::measure({}, {.sample_s = 60, .seed = seed, .spread = 0.5}), seed), how);
     EXPECT_EQ(d.verdict, "no_discrepancy") << seed << ": " << d.sentence;
   }
 }
@@ -64,7 +67,12 @@ TEST(LateChanges, leave_a_cause_to_be_found) {
   const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
   diagnosis::DiagnoseOptions how;
   how.temperature_error_percent = 3;
-  const diagnosis::Diagnosis d = diagnosis::diagnose(model, sparse(lumped::measure({{lumped::find("source_power", "motor"), 1.6}}, {.sample_s = 60, .seed = 8, .spread = 0.5}), 8), how);
+  const diagnosis::Diagnosis d = diagnosis::diagnose(
+      model,
+      sparse(
+          lumped::measure({{lumped::find("source_power", "motor"), 1.6}}, {.sample_s = 60, .seed = 8, .spread = 0.5}),
+          8),
+      how);
   ASSERT_EQ(d.verdict, "explained") << d.sentence;
   ASSERT_EQ(d.causes.size(), 1U);
   EXPECT_EQ(d.causes[0].parameter.kind, "source_power");

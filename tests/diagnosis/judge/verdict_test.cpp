@@ -18,7 +18,11 @@ using diagnosis::Diagnosis;
 using lumped::find;
 
 /// A second parameter in what is decided, and the probabilities that both are needed and that something is unknown.
-struct Second { double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0; bool missing = false; double leftover = 0.0; };
+struct Second {
+  double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0;
+  bool missing = false;
+  double leftover = 0.0;
+};
 
 /// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
 Diagnosis decided(double value, double probability, double log_evidence, const Second& second = {}) {
@@ -33,7 +37,7 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
       p.missing = std::make_shared<diagnosis::MissingSource>();
     }
     problem.parameters.push_back(p);
-    diagnosis::Hypothesis& h = found.hypotheses[static_cast<std::size_t>(i) + 1];
+    diagnosis::Hypothesis& h = found.hypotheses[i + 1];
     h.members = {i};
     h.value = Eigen::VectorXd::Constant(1, i == 0 ? value : second.value);
     h.std = Eigen::VectorXd::Constant(1, 0.02);
@@ -77,11 +81,14 @@ TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_s
 
 TEST(Verdict, a_source_that_is_seen_is_there_however_unsure_its_size) {
   // 0.03 +- 0.02 W, as the place leaves it open: two inputs share it, none is left.
-  const Diagnosis d = decided(0.03, 0.58, 35.4, {.value = 0.03, .probability = 0.42, .log_evidence = 35.1, .missing = true});
+  const Diagnosis d =
+      decided(0.03, 0.58, 35.4, {.value = 0.03, .probability = 0.42, .log_evidence = 35.1, .missing = true});
   EXPECT_EQ(d.verdict, "ambiguous");
   ASSERT_EQ(d.ambiguous_set.size(), 2U);
   EXPECT_EQ(d.ambiguous_set[0].parameter.where, "here");
-  EXPECT_EQ(decided(0.03, 0.58, 5.4, {.value = 0.03, .probability = 0.42, .log_evidence = 5.1, .missing = true}).verdict, "no_discrepancy");
+  EXPECT_EQ(
+      decided(0.03, 0.58, 5.4, {.value = 0.03, .probability = 0.42, .log_evidence = 5.1, .missing = true}).verdict,
+      "no_discrepancy");
 }
 
 TEST(Verdict, a_source_of_unsure_size_that_is_sure_itself_is_named) {
@@ -89,7 +96,8 @@ TEST(Verdict, a_source_of_unsure_size_that_is_sure_itself_is_named) {
   EXPECT_EQ(alone.verdict, "explained");
   ASSERT_EQ(alone.causes.size(), 1U);
   EXPECT_EQ(alone.causes[0].parameter.where, "here");
-  const Diagnosis beside = decided(0.03, 0.39, 35.4, {.value = 0.0, .log_evidence = 0.0, .unknown = 0.61, .missing = true});
+  const Diagnosis beside =
+      decided(0.03, 0.39, 35.4, {.value = 0.0, .log_evidence = 0.0, .unknown = 0.61, .missing = true});
   EXPECT_EQ(beside.verdict, "ambiguous");
   EXPECT_EQ(beside.ambiguous_set.size(), 2U);
 }
@@ -110,23 +118,31 @@ TEST(Verdict, a_second_cause_is_named_where_it_is_likely_and_no_other_one_is) {
     return d.causes.size();
   };
   EXPECT_EQ(named({.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}), 2U);
-  EXPECT_EQ(named({.value = 1.6, .probability = 0.6, .log_evidence = 8.0, .pair = 0.8}), 1U);   // another second one shares
+  EXPECT_EQ(named({.value = 1.6, .probability = 0.6, .log_evidence = 8.0, .pair = 0.8}),
+            1U);  // another second one shares
   EXPECT_EQ(named({.value = 1.6, .probability = 0.45, .log_evidence = 8.0, .pair = 0.46}), 1U);
-  EXPECT_EQ(named({.value = 1.2, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}), 1U);  // within its uncertainty
+  EXPECT_EQ(named({.value = 1.2, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}),
+            1U);  // within its uncertainty
   // The first one has to be sure, and beyond its own.
-  EXPECT_EQ(decided(1.6, 0.85, 300.0, {.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}).verdict, "ambiguous");
-  EXPECT_TRUE(decided(1.2, 0.99, 5.0, {.value = 1.6, .probability = 0.78, .log_evidence = 4.0, .pair = 0.8}).causes.empty());
+  EXPECT_EQ(decided(1.6, 0.85, 300.0, {.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}).verdict,
+            "ambiguous");
+  EXPECT_TRUE(
+      decided(1.2, 0.99, 5.0, {.value = 1.6, .probability = 0.78, .log_evidence = 4.0, .pair = 0.8}).causes.empty());
 }
 
 TEST(Verdict, beside_a_cause_and_something_unknown_a_likely_one_is_in_the_set) {
-  const Diagnosis d = decided(1.6, 0.99, 300.0, {.value = 1.6, .probability = 0.8, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6});
+  const Diagnosis d = decided(1.6, 0.99, 300.0,
+                              {.value = 1.6, .probability = 0.8, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6});
   EXPECT_EQ(d.verdict, "ambiguous");
   ASSERT_EQ(d.causes.size(), 1U);
   ASSERT_EQ(d.ambiguous_set.size(), 2U);
   EXPECT_EQ(d.ambiguous_set[0].parameter.where, "column.film");
   EXPECT_EQ(d.ambiguous_set[1].parameter.kind, "unknown");
   EXPECT_NE(d.sentence.find("and one of: film_coefficient of column.film"), std::string::npos) << d.sentence;
-  EXPECT_EQ(decided(1.6, 0.99, 300.0, {.value = 1.6, .probability = 0.4, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6}).ambiguous_set.size(), 1U);
+  EXPECT_EQ(decided(1.6, 0.99, 300.0,
+                    {.value = 1.6, .probability = 0.4, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6})
+                .ambiguous_set.size(),
+            1U);
 }
 
 TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
@@ -136,7 +152,9 @@ TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
   ASSERT_EQ(d.ambiguous_set.size(), 2U);
   EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
   EXPECT_EQ(d.ambiguous_set[1].parameter.where, "motor");
-  EXPECT_NE(d.sentence.find("something that no kind describes, probability 0.61; source_power of motor"), std::string::npos) << d.sentence;
+  EXPECT_NE(d.sentence.find("something that no kind describes, probability 0.61; source_power of motor"),
+            std::string::npos)
+      << d.sentence;
   ASSERT_EQ(diagnosis::marked_causes(d).size(), 1U);
   EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.94}).verdict, "ambiguous");
   EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.96}).verdict, "unexplained");
@@ -161,7 +179,9 @@ TEST(Verdict, what_strains_an_explanation_leaves_it_open) {
     diagnosis::leave_open(problem, {}, {.freedom = freedom, .other = other, .which = 1}, d);
     EXPECT_EQ(d.verdict == "ambiguous", !d.strained.empty());
     EXPECT_EQ(d.verdict == "ambiguous", diagnosis::only_unknown_shares(d));
-    if (d.verdict == "ambiguous") { EXPECT_NE(diagnosis::sentence_of(d).find(d.strained), std::string::npos); }
+    if (d.verdict == "ambiguous") {
+      EXPECT_NE(diagnosis::sentence_of(d).find(d.strained), std::string::npos);
+    }
     return d.strained;
   };
   EXPECT_EQ(left_open(1.7, 3.1), "");

@@ -9,9 +9,9 @@
 #include "diagnosis/causes/parameter_sizes.h"
 #include "diagnosis/response/response.h"
 #include "mesh/machine/file.h"
-#include "tests/diagnosis/meshed_machine.h"
 #include "reduction/model/reduced_simulation.h"
 #include "solver/campaign/load_result.h"
+#include "tests/diagnosis/meshed_machine.h"
 
 namespace {
 
@@ -21,7 +21,9 @@ struct Change {
   const char *kind, *where;
   double value, least_um;  ///< what it moves the TCP by at least
 };
-void PrintTo(const Change& change, std::ostream* out) { *out << change.kind << " of " << change.where << " " << change.value; }
+void PrintTo(const Change& change, std::ostream* out) {
+  *out << change.kind << " of " << change.where << " " << change.value;
+}
 
 /// Results of one load on the full model at the workspace's poses.
 solver::LoadResult run(const mesh::Machine& machine) {
@@ -38,26 +40,34 @@ TEST_P(ChangedMachine, RunsInBothModelsAlike) {
   const Change& change = GetParam();
   const diagnosis::Parameter cause = diagnosis::make_parameter(change.kind, change.where);
   const mesh::Machine machine = meshed::machine();
-  const mesh::Machine extended = mesh::parse_machine(diagnosis::extended_text(machine, cause, change.value, 0.1, ""), machine.path);
+  const mesh::Machine extended =
+      mesh::parse_machine(diagnosis::extended_text(machine, cause, change.value, 0.1, ""), machine.path);
   const solver::LoadResult full = run(extended);
   const reduction::ReducedModel model = diagnosis::model_of_changed(meshed::reduced(), extended);
   const auto poses = mesh::workspace_poses(machine);
   const auto load = meshed::load(extended, "shift", meshed::shift);
-  const auto reduced = [&](const reduction::ReducedModel& of) { return reduction::simulate_reduced(of, extended, load, poses); };
-  const double base = reduction::compare(nominal(), reduction::simulate_reduced(meshed::reduced(), machine, load, poses)).max_um;
-  const double effect = reduction::compare(nominal(), full).max_um, error = reduction::compare(full, reduced(model)).max_um;
-  std::printf("%s of %s x %.2f: moves the TCP by up to %.2f um; reduced against full %.3f um, nominal machine %.3f um\n", change.kind, change.where,
-              change.value, effect, error, base);
+  const auto reduced = [&](const reduction::ReducedModel& of) {
+    return reduction::simulate_reduced(of, extended, load, poses);
+  };
+  const double base =
+      reduction::compare(nominal(), reduction::simulate_reduced(meshed::reduced(), machine, load, poses)).max_um;
+  const double effect = reduction::compare(nominal(), full).max_um,
+               error = reduction::compare(full, reduced(model)).max_um;
+  std::printf(
+      "%s of %s x %.2f: moves the TCP by up to %.2f um; reduced against full %.3f um, nominal machine %.3f um\n",
+      change.kind, change.where, change.value, effect, error, base);
   EXPECT_GT(effect, change.least_um);
   // Rows follow a power of the stiffness only in part.
   EXPECT_LT(error, 1.5 * base + (cause.kind == "contact_stiffness" ? 0.1 : 0.02) * effect);
-  EXPECT_GT(reduction::compare(full, reduced(meshed::reduced())).max_um, 0.8 * effect) << "without its parts the model cannot know";
+  EXPECT_GT(reduction::compare(full, reduced(meshed::reduced())).max_um, 0.8 * effect)
+      << "without its parts the model cannot know";
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, ChangedMachine,
-                         ::testing::Values(Change{"expansion_coefficient", "column", 1.3, 1}, Change{"expansion_coefficient", "bed", 0.8, 1},
-                                           Change{"heat_capacity", "head", 1.6, 1}, Change{"heat_capacity", "column", 0.6, 1},
-                                           Change{"scale_expansion", "Z", 0.4, 0.5}, Change{"screw_expansion", "X", 1.3, 1},
-                                           Change{"contact_stiffness", "feet", 0.4, 0.2}, Change{"contact_stiffness", "X_guide", 2.0, 0.2}));
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, ChangedMachine,
+    ::testing::Values(Change{"expansion_coefficient", "column", 1.3, 1}, Change{"expansion_coefficient", "bed", 0.8, 1},
+                      Change{"heat_capacity", "head", 1.6, 1}, Change{"heat_capacity", "column", 0.6, 1},
+                      Change{"scale_expansion", "Z", 0.4, 0.5}, Change{"screw_expansion", "X", 1.3, 1},
+                      Change{"contact_stiffness", "feet", 0.4, 0.2}, Change{"contact_stiffness", "X_guide", 2.0, 0.2}));
 
 }  // namespace

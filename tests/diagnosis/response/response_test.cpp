@@ -14,9 +14,9 @@
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/inference/hypothesis_fit.h"
 #include "diagnosis/response/problem.h"
-#include "tests/diagnosis/lumped_machine.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/operation/layout.h"
+#include "tests/diagnosis/lumped_machine.h"
 
 namespace {
 
@@ -39,8 +39,7 @@ Observations observe(const compensation::Measurement& m, double interval = 600) 
 TEST(Response, follows_the_stepper_of_the_reduced_model) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
-  const compensation::Measurement measurement =
-      lumped::measure({}, {.hours = 12, .noise_K = 0, .noise_um = 0});
+  const compensation::Measurement measurement = lumped::measure({}, {.hours = 12, .noise_K = 0, .noise_um = 0});
   const Observations obs = observe(measurement);
   const Eigen::MatrixXd predicted = Response(model, obs).at_points(machine);
 
@@ -57,9 +56,8 @@ TEST(Response, follows_the_stepper_of_the_reduced_model) {
       chiller.emplace(machine, operating.layout(), operating.channels(),
                       solver::chiller_set_points(machine, operating.layout(), read, operating.guide_K(row)));
     const double step = obs.points[s + 1] - obs.points[s];
-    stepper.advance(
-        state, operating.coefficients(row, chiller->advance(row, read, operating.guide_K(row), step)),
-        step);
+    stepper.advance(state, operating.coefficients(row, chiller->advance(row, read, operating.guide_K(row), step)),
+                    step);
   }
   const Index last = predicted.rows() - 1;
   const VectorXd sensors = (model.system.sensors * state + offsets).array() + machine.reference_C;
@@ -77,8 +75,7 @@ TEST(Response, predicts_its_own_kind_of_machine) {
   const VectorXd difference = obs.stacked() - Response(model, obs).predict(lumped::machine());
   Index row = 0;
   for (const auto& channel : obs.channels) {
-    EXPECT_LT(difference.segment(row, channel.size()).cwiseAbs().maxCoeff(),
-              channel.is_temperature() ? 0.06 : 0.6)
+    EXPECT_LT(difference.segment(row, channel.size()).cwiseAbs().maxCoeff(), channel.is_temperature() ? 0.06 : 0.6)
         << channel.channel.id;
     row += channel.size();
   }
@@ -91,15 +88,19 @@ TEST(Response, tangents_equal_central_differences) {
   const Observations obs = observe(measurement);
   const Response response(model, obs);
   const auto parameters = diagnosis::candidate_parameters(machine, measurement);
-  VectorXd values(static_cast<Index>(parameters.size()));
+  VectorXd values(std::ssize(parameters));
   for (Index i = 0; i < values.size(); ++i) {
-    const Parameter& p = parameters[static_cast<std::size_t>(i)];
+    const Parameter& p = parameters[i];
     // Not at nominal; readings beside their bounds and where no clock hides another.
-    values[i] = p.ratio ? 1.1 : p.kind == "sensor_lag" ? 400.0 : p.kind == "sensor_detached" ? 0.2 : p.kind == "sensor_offset" || p.kind == "clock_shift" ? 0.0 : 0.3;
+    values[i] = p.ratio                                                ? 1.1
+                : p.kind == "sensor_lag"                               ? 400.0
+                : p.kind == "sensor_detached"                          ? 0.2
+                : p.kind == "sensor_offset" || p.kind == "clock_shift" ? 0.0
+                                                                       : 0.3;
   }
   const auto linear = response.linearise(machine, parameters, values, true);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
-    const auto at = static_cast<Index>(i);
+    const Index at = i;
     const double h = p_step(parameters[i]);
     VectorXd up = values, down = values;
     up[at] += h;
@@ -130,10 +131,11 @@ reduction::Parts parts_of(const reduction::ReducedModel& model, Index cells) {
   const Index size = model.system.order();
   for (Index rod = 0; rod < 3; ++rod) {
     parts.capacity.push_back(Eigen::MatrixXd::Zero(size, size));
-    parts.capacity.back().block(rod * cells, rod * cells, cells, cells) = model.system.capacity.block(rod * cells, rod * cells, cells, cells);
+    parts.capacity.back().block(rod * cells, rod * cells, cells, cells) =
+        model.system.capacity.block(rod * cells, rod * cells, cells, cells);
     parts.bodies.push_back(only(model.outputs, rod * cells, cells));
   }
-  parts.stiffness_exponent.setZero(static_cast<Index>(model.machine.joints.size()));
+  parts.stiffness_exponent.setZero(std::ssize(model.machine.joints));
   return parts;
 }
 
@@ -144,7 +146,8 @@ TEST(Response, parts_change_as_a_model_of_other_materials) {
   const reduction::Parts& parts = *model.parts;
   const Observations obs = observe(lumped::measure({}, {.hours = 10}));
   const Response response(model, obs);
-  const Parameter heat = diagnosis::make_parameter("heat_capacity", "column"), growth = diagnosis::make_parameter("expansion_coefficient", "head");
+  const Parameter heat = diagnosis::make_parameter("heat_capacity", "column"),
+                  growth = diagnosis::make_parameter("expansion_coefficient", "head");
   VectorXd values(2);
   values << 1.3, 1.2;
   reduction::ReducedModel other = model;
@@ -160,7 +163,8 @@ TEST(Response, parts_change_as_a_model_of_other_materials) {
     up[i] += 1e-3;
     down[i] -= 1e-3;
     const VectorXd central = (response.predict(diagnosis::with_parameters(machine, {heat, growth}, up)) -
-                              response.predict(diagnosis::with_parameters(machine, {heat, growth}, down))) / 2e-3;
+                              response.predict(diagnosis::with_parameters(machine, {heat, growth}, down))) /
+                             2e-3;
     EXPECT_LT((linear.sensitivity.col(i) - central).norm(), 3e-3 * central.norm()) << i;
   }
 }
@@ -175,20 +179,24 @@ TEST(Response, heat_that_enters_spread_is_that_of_a_model_with_other_inputs) {
   int sources = 0;
   for (std::size_t k = 0; k < model.system.layout.inputs.size(); ++k) {
     if (model.system.layout.inputs[k].kind != solver::InputKind::source) continue;
-    const auto at = static_cast<Index>(k);
+    const Index at = k;
     other.system.inputs.col(at) = spread * model.system.inputs.col(at);
     // As much heat, in other places.
-    EXPECT_NEAR(model.system.one_kelvin.dot(other.system.inputs.col(at)), model.system.one_kelvin.dot(model.system.inputs.col(at)), 1e-9);
-    EXPECT_GT((other.system.inputs.col(at) - model.system.inputs.col(at)).norm(), 0.1 * model.system.inputs.col(at).norm());
+    EXPECT_NEAR(model.system.one_kelvin.dot(other.system.inputs.col(at)),
+                model.system.one_kelvin.dot(model.system.inputs.col(at)), 1e-9);
+    EXPECT_GT((other.system.inputs.col(at) - model.system.inputs.col(at)).norm(),
+              0.1 * model.system.inputs.col(at).norm());
     ++sources;
   }
   ASSERT_GT(sources, 0);
-  const std::vector<Parameter> parameters{diagnosis::make_parameter("source_power", machine.sources[0].id), diagnosis::make_parameter("contact_conductance", machine.joints[0].id)};
+  const std::vector<Parameter> parameters{diagnosis::make_parameter("source_power", machine.sources[0].id),
+                                          diagnosis::make_parameter("contact_conductance", machine.joints[0].id)};
   const VectorXd nominal = VectorXd::Ones(2);
   const auto linear = response.linearise(machine, parameters, nominal, false, {}, true);
   const Eigen::MatrixXd there = Response(other, obs).linearise(machine, parameters, nominal, false).sensitivity;
   // Free convection is linearised about another state there.
-  EXPECT_LT((there.col(0) - linear.sensitivity.col(0) - linear.spread.col(0)).norm(), 1e-3 * linear.sensitivity.col(0).norm());
+  EXPECT_LT((there.col(0) - linear.sensitivity.col(0) - linear.spread.col(0)).norm(),
+            1e-3 * linear.sensitivity.col(0).norm());
   EXPECT_GT(linear.spread.col(0).norm(), 1e-2 * linear.sensitivity.col(0).norm());
   EXPECT_EQ(linear.spread.col(1).norm(), 0.0);
 }
@@ -233,8 +241,7 @@ TEST(Response, disturbed_surroundings_equal_changed_inputs) {
     }
     const VectorXd difference = Response(model, changed).predict(machine) - linear.predicted;
     ASSERT_GT(difference.norm(), 0.1);
-    EXPECT_LT((linear.disturbed.col(0) - difference).norm(), 1e-6 * difference.norm())
-        << "ambient " << ambient;
+    EXPECT_LT((linear.disturbed.col(0) - difference).norm(), 1e-6 * difference.norm()) << "ambient " << ambient;
   }
 }
 
@@ -258,15 +265,18 @@ TEST(Problem, a_linear_form_elsewhere_is_exact_there) {
   const VectorXd exact = response.predict(changed);
   const double moved = (exact - nominal.predicted).norm();
   EXPECT_LT((there.predicted + there.moved_around({}) - exact).norm(), 1e-9 * exact.norm());
-  EXPECT_GT((nominal.predicted + nominal.columns.leftCols(around.size()) * around - exact).norm(), 0.002 * moved) << "it is not linear";
+  EXPECT_GT((nominal.predicted + nominal.columns.leftCols(around.size()) * around - exact).norm(), 0.002 * moved)
+      << "it is not linear";
   // A hypothesis is fitted with all others where they are, and told with these at nominal.
   diagnosis::Hypothesis hypothesis;
   hypothesis.members = {motor};
   hypothesis.value = VectorXd::Constant(1, 1.2);
   const diagnosis::White white(there);
   diagnosis::refine(hypothesis, there, response, model.machine, white, 0.0, 3, 1.0);
-  const mesh::Machine fitted = diagnosis::with_parameters(there.machine_around(model.machine, {motor}), {there.parameters[static_cast<std::size_t>(motor)]}, hypothesis.value);
-  EXPECT_LT((hypothesis.predicted + there.moved_around({motor}) - response.predict(fitted)).norm(), 1e-9 * exact.norm());
+  const mesh::Machine fitted = diagnosis::with_parameters(there.machine_around(model.machine, {motor}),
+                                                          {there.parameters[motor]}, hypothesis.value);
+  EXPECT_LT((hypothesis.predicted + there.moved_around({motor}) - response.predict(fitted)).norm(),
+            1e-9 * exact.norm());
 }
 
 TEST(Response, is_bitwise_the_same_for_any_threads) {
@@ -276,8 +286,8 @@ TEST(Response, is_bitwise_the_same_for_any_threads) {
   const Observations obs = observe(measurement);
   const Response response(model, obs);
   const auto parameters = diagnosis::candidate_parameters(machine, measurement);
-  VectorXd values(static_cast<Index>(parameters.size()));
-  for (Index i = 0; i < values.size(); ++i) values[i] = parameters[static_cast<std::size_t>(i)].nominal;
+  VectorXd values(std::ssize(parameters));
+  for (Index i = 0; i < values.size(); ++i) values[i] = parameters[i].nominal;
   core::set_thread_count(1);
   const auto one = response.linearise(machine, parameters, values, true);
   core::set_thread_count(3);
@@ -308,7 +318,7 @@ TEST(Observations, gaps_and_other_sampling_change_no_mean) {
 TEST(Observations, a_start_with_decimals_ends) {
   compensation::Measurement m = lumped::measure({}, {.hours = 23});
   ASSERT_GE(m.data.rows(), 660);
-  for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, 0) = 692.005 + 60.0 * static_cast<double>(i);
+  for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, 0) = 692.005 + 60.0 * i;
   const Observations seen = observe(m);
   double samples = 0;
   for (const auto& channel : seen.channels)
@@ -326,22 +336,23 @@ TEST(Observations, no_mean_reaches_over_the_split) {
     EXPECT_NEAR(intervals, std::round(intervals), 1e-9);
     EXPECT_GE(intervals, 4.0 - 1e-9) << "enough to be fitted";
     EXPECT_GE(seen.end - seen.split, share * (seen.end - seen.start) * (share < 0.8 ? 1.0 : 0.5));
-    for (const auto& channel : seen.channels)
-      EXPECT_LT(channel.interval[static_cast<std::size_t>(channel.fitted) - 1], std::lround(intervals));
+    for (const auto& channel : seen.channels) EXPECT_LT(channel.interval[channel.fitted - 1], std::lround(intervals));
   }
 }
 
 compensation::Measurement without_rows(compensation::Measurement m, const std::vector<double>& times) {
   std::vector<Index> kept;
   for (Index i = 0; i < m.data.rows(); ++i)
-    if (std::none_of(times.begin(), times.end(), [&](double t) { return std::abs(m.data.values(i, 0) - t) < 1.0; })) kept.push_back(i);
+    if (std::none_of(times.begin(), times.end(), [&](double t) { return std::abs(m.data.values(i, 0) - t) < 1.0; }))
+      kept.push_back(i);
   m.data.values = MatrixXd(m.data.values(kept, Eigen::all));
   return m;
 }
 
 TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   // Speeds change at 3 h; of rows every minute the one there is lost, and four where nothing changes.
-  const compensation::Measurement whole = lumped::measure({}, {.hours = 8, .sample_s = 60, .noise_K = 0, .noise_um = 0}),
+  const compensation::Measurement whole =
+                                      lumped::measure({}, {.hours = 8, .sample_s = 60, .noise_K = 0, .noise_um = 0}),
                                   holed = without_rows(whole, {3 * 3600, 3600, 3660, 6000, 9000});
   const mesh::Machine machine = lumped::machine();
   const solver::Channels channels(machine);
@@ -366,7 +377,8 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   EXPECT_NEAR(paused.may_hold[0].from, 3 * 3600 - 1800, 1e-9);
   EXPECT_LT((paused.points.array() - (3 * 3600 + 1800)).abs().minCoeff(), 1e-6);
   // Of slow rows two may be lost, longer than an interval of means; and each change may have come up to a row before it was seen.
-  const compensation::Measurement slow = lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0});
+  const compensation::Measurement slow =
+      lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0});
   const Observations seen = observe(without_rows(slow, {3 * 3600, 3 * 3600 + 300}));
   ASSERT_GE(seen.may_hold.size(), 2U);
   EXPECT_NEAR(seen.may_hold[0].to - seen.may_hold[0].from, 300.0, 1e-9);
@@ -384,7 +396,9 @@ TEST(Observations, a_change_comes_when_it_is_said_to) {
   const compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0});
   const mesh::Machine machine = lumped::machine();
   const double shown = 3 * 3600, came = shown - 210;
-  const auto with = [&](double when) { return diagnosis::observe(m, machine, solver::Channels(machine), {.changes = {{shown, when}}}); };
+  const auto with = [&](double when) {
+    return diagnosis::observe(m, machine, solver::Channels(machine), {.changes = {{shown, when}}});
+  };
   const Observations obs = with(came);
   EXPECT_LT((obs.points.array() - came).abs().minCoeff(), 1e-6);
   std::vector<Observations::MayHold> whiles;
@@ -414,7 +428,8 @@ TEST(Observations, a_change_comes_when_it_is_said_to) {
 
 TEST(Observations, what_the_last_row_says_holds_for_nothing) {
   // Speeds change at 6 h, which is the last row, behind one that is lost: all of the record has its step.
-  const compensation::Measurement m = without_rows(lumped::measure({}, {.hours = 6, .sample_s = 300}), {6 * 3600 - 300});
+  const compensation::Measurement m =
+      without_rows(lumped::measure({}, {.hours = 6, .sample_s = 300}), {6 * 3600 - 300});
   const Observations obs = observe(m);
   EXPECT_EQ(obs.points[obs.points.size() - 1], obs.end);
   for (const auto& channel : obs.channels) {
@@ -426,7 +441,8 @@ TEST(Observations, what_the_last_row_says_holds_for_nothing) {
 
 TEST(Observations, more_changes_than_have_times_leave_the_clocks_in_doubt) {
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 300});
-  const auto rpm = std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
+  const auto rpm =
+      std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
   EXPECT_EQ(observe(m).told_row_s, 300);
   for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, rpm->column) = i / 4 % 2 ? 6000 : 0;
   const Observations obs = observe(m);
@@ -438,11 +454,13 @@ TEST(Observations, more_changes_than_have_times_leave_the_clocks_in_doubt) {
 TEST(Observations, what_may_have_changed_elsewhere_ends_a_step) {
   // Steps of two rows of 150 s, a speed that changes with each: too often to be a switch.
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 150});
-  const auto rpm = std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
+  const auto rpm =
+      std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
   for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, rpm->column) = i % 2 ? 6000 : 0;
   const Observations obs = observe(m);
   ASSERT_EQ(obs.may_hold.size(), 24U);
-  for (const Observations::MayHold& may : obs.may_hold) EXPECT_LT((obs.points.array() - may.to).abs().minCoeff(), 1e-6) << may.to;
+  for (const Observations::MayHold& may : obs.may_hold)
+    EXPECT_LT((obs.points.array() - may.to).abs().minCoeff(), 1e-6) << may.to;
 }
 
 TEST(Response, inputs_that_hold_earlier_are_what_an_earlier_change_does) {
@@ -454,14 +472,17 @@ TEST(Response, inputs_that_hold_earlier_are_what_an_earlier_change_does) {
   Index row = 0;
   while (m.data.values(row, 0) < 3 * 3600 - 1) ++row;
   for (const auto& channel : m.channels)
-    if (!channel.input.empty() && channel.kind != compensation::ChannelKind::temperature) late.data.values(row, channel.column) = m.data.values(row - 1, channel.column);
+    if (!channel.input.empty() && channel.kind != compensation::ChannelKind::temperature)
+      late.data.values(row, channel.column) = m.data.values(row - 1, channel.column);
   const Observations right = observe(m), wrong = observe(late);
-  const auto may = std::find_if(wrong.may_hold.begin(), wrong.may_hold.end(), [](const auto& h) { return std::abs(h.from - 3 * 3600) < 1; });
+  const auto may = std::find_if(wrong.may_hold.begin(), wrong.may_hold.end(),
+                                [](const auto& h) { return std::abs(h.from - 3 * 3600) < 1; });
   ASSERT_NE(may, wrong.may_hold.end());
   const Response response(model, wrong);
   const diagnosis::Problem problem = diagnosis::make_problem(machine, late, wrong, response, {});
-  const auto held = static_cast<Index>(wrong.may_hold.size());
-  const VectorXd column = problem.columns.rightCols(held).col(may - wrong.may_hold.begin()), truth = Response(model, right).predict(machine) - problem.predicted;
+  const auto held = std::ssize(wrong.may_hold);
+  const VectorXd column = problem.columns.rightCols(held).col(may - wrong.may_hold.begin()),
+                 truth = Response(model, right).predict(machine) - problem.predicted;
   EXPECT_GT(truth.cwiseAbs().maxCoeff(), 0.05);
   EXPECT_LT((column - truth).norm(), 0.03 * truth.norm());
   EXPECT_NEAR(problem.prior_std.tail(held)[may - wrong.may_hold.begin()], 0.577, 1e-3);
@@ -478,15 +499,16 @@ TEST(Observations, no_step_reaches_over_a_switch) {
   compensation::Measurement jumping = m;  // what is another in every row is averaged all the same
   for (const auto& channel : m.channels)
     if (channel.input == "spindle.speed_rpm")
-      for (Index i = 0; i < m.data.rows(); ++i) jumping.data.values(i, channel.column) = 1000.0 * static_cast<double>(1 + i % 7);
+      for (Index i = 0; i < m.data.rows(); ++i) jumping.data.values(i, channel.column) = 1000.0 * (1 + i % 7);
   EXPECT_LT(observe(jumping).rows.rows(), 120);
   // One switch in the middle of a step ends it.
   compensation::Measurement switched = m;
   for (const auto& channel : m.channels)
     if (channel.input == "spindle.speed_rpm")
-      for (Index i = 0; i < m.data.rows(); ++i) switched.data.values(i, channel.column) = m.data.values(i, 0) < 7250 - 1 ? 0.0 : 9000.0;
+      for (Index i = 0; i < m.data.rows(); ++i)
+        switched.data.values(i, channel.column) = m.data.values(i, 0) < 7250 - 1 ? 0.0 : 9000.0;
     else if (channel.input == "axis.Z.position_mm")
-      for (Index i = 0; i < m.data.rows(); ++i) switched.data.values(i, channel.column) = 100.0 + 10.0 * static_cast<double>(i % 9);
+      for (Index i = 0; i < m.data.rows(); ++i) switched.data.values(i, channel.column) = 100.0 + 10.0 * (i % 9);
   EXPECT_LT((observe(switched).points.array() - 7250).abs().minCoeff(), 1e-6);
 }
 
@@ -509,9 +531,11 @@ TEST(Observations, an_axis_that_is_logged_as_it_moves_makes_no_more_steps) {
   const solver::Channels channels(machine);
   for (const auto& channel : m.channels) {
     if (channel.input != "axis.Z.position_mm") continue;
-    for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, channel.column) = i % 7 < 3 ? 30.0 + i % 5 : 320.0 + 10 * (i % 4);
+    for (Index i = 0; i < m.data.rows(); ++i)
+      m.data.values(i, channel.column) = i % 7 < 3 ? 30.0 + i % 5 : 320.0 + 10 * (i % 4);
   }
-  const Observations joined = diagnosis::observe(m, machine, channels, {}), each = diagnosis::observe(m, machine, channels, {.longest_step_s = 60});
+  const Observations joined = diagnosis::observe(m, machine, channels, {}),
+                     each = diagnosis::observe(m, machine, channels, {.longest_step_s = 60});
   EXPECT_EQ(each.rows.rows(), 720);
   EXPECT_TRUE(each.mixed.empty());
   EXPECT_EQ(joined.rows.rows(), 144);

@@ -37,12 +37,14 @@ void expect_edge_nodes_in_the_middle(const mesh::TetMesh& m) {
   ASSERT_EQ(m.face_edges.cols(), m.face_count());
   for (Eigen::Index e = 0; e < m.elements(); ++e)
     for (int i = 0; i < 6; ++i) {
-      const Eigen::Vector3d middle = 0.5 * (m.points.col(m.tets(mesh::tet_edge[i][0], e)) + m.points.col(m.tets(mesh::tet_edge[i][1], e)));
+      const Eigen::Vector3d middle =
+          0.5 * (m.points.col(m.tets(mesh::tet_edge[i][0], e)) + m.points.col(m.tets(mesh::tet_edge[i][1], e)));
       EXPECT_LT((m.points.col(m.tet_edges(i, e)) - middle).norm(), 1e-15);
     }
   for (Eigen::Index f = 0; f < m.face_count(); ++f)
     for (int i = 0; i < 3; ++i) {
-      const Eigen::Vector3d middle = 0.5 * (m.points.col(m.faces(mesh::face_edge[i][0], f)) + m.points.col(m.faces(mesh::face_edge[i][1], f)));
+      const Eigen::Vector3d middle =
+          0.5 * (m.points.col(m.faces(mesh::face_edge[i][0], f)) + m.points.col(m.faces(mesh::face_edge[i][1], f)));
       EXPECT_LT((m.points.col(m.face_edges(i, f)) - middle).norm(), 1e-15);
     }
 }
@@ -99,13 +101,15 @@ TEST(Shape, RulesAreExactAndPositive) {
     for (int a = 0; a <= degree; ++a)
       for (int b = 0; a + b <= degree; ++b) {
         double face = 0.0;
-        for (const mesh::FacePoint& p : mesh::face_rule(degree)) face += p.share * std::pow(p.at[0], a) * std::pow(p.at[1], b);
+        for (const mesh::FacePoint& p : mesh::face_rule(degree))
+          face += p.share * std::pow(p.at[0], a) * std::pow(p.at[1], b);
         EXPECT_NEAR(face, 2.0 * factorial(a) * factorial(b) / factorial(a + b + 2), 1e-15) << degree << a << b;
         for (int c = 0; a + b + c <= degree; ++c) {
           double tet = 0.0;
           for (const mesh::TetPoint& p : mesh::tet_rule(degree))
             tet += p.share * std::pow(p.at[0], a) * std::pow(p.at[1], b) * std::pow(p.at[3], c);
-          EXPECT_NEAR(tet, 6.0 * factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3), 1e-15) << degree << a << b << c;
+          EXPECT_NEAR(tet, 6.0 * factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3), 1e-15)
+              << degree << a << b << c;
         }
       }
   }
@@ -117,7 +121,9 @@ constexpr const char* ten_nodes =  // corners, then the middles of 12 23 31 14 2
 
 TEST(Quadratic, InpKeepsItsNodes) {
   const samples::Folder folder;
-  const auto read = [&](const std::string& text) { return mesh::read_tet_mesh(folder.write("ten.inp", text), options()); };
+  const auto read = [&](const std::string& text) {
+    return mesh::read_tet_mesh(folder.write("ten.inp", text), options());
+  };
   const mesh::TetMesh m = read(ten_nodes);
   EXPECT_EQ(m.nodes(), 10);
   expect_edge_nodes_in_the_middle(m);
@@ -136,13 +142,14 @@ TEST(Quadratic, InpKeepsItsNodes) {
 TEST(Quadratic, NeighboursShareTheirEdgeNodes) {
   const samples::Folder folder;
   const std::string crack = std::string(replaced(ten_nodes, "*SURFACE,NAME=FOOT\n7,S1\n", "")) +
-      "*NODE\n11,0,0,-1\n12,.5,0,0\n13,0,0,-.5\n14,.5,0,-.5\n15,0,.5,-.5\n"
-      "*ELEMENT,TYPE=C3D10\n8,2,1,3,11,12,7,6,14,13,15\n";
+                            "*NODE\n11,0,0,-1\n12,.5,0,0\n13,0,0,-.5\n14,.5,0,-.5\n15,0,.5,-.5\n"
+                            "*ELEMENT,TYPE=C3D10\n8,2,1,3,11,12,7,6,14,13,15\n";
   const std::string message = message_of([&] { mesh::read_tet_mesh(folder.write("crack.inp", crack), options()); });
   EXPECT_NE(message.find("element 8"), std::string::npos) << message;
   EXPECT_NE(message.find("neighbour"), std::string::npos) << message;
   const mesh::TetMesh whole = mesh::read_tet_mesh(
-      folder.write("whole.inp", replaced(replaced(crack, "8,2,1,3,11,12,7,6", "8,2,1,3,11,5,7,6"), "12,.5,0,0\n", "")), options());
+      folder.write("whole.inp", replaced(replaced(crack, "8,2,1,3,11,12,7,6", "8,2,1,3,11,5,7,6"), "12,.5,0,0\n", "")),
+      options());
   EXPECT_EQ(whole.nodes(), 14);
   expect_edge_nodes_in_the_middle(whole);
 }
@@ -203,7 +210,8 @@ poisson = 0.26
 [[body]]
 id = "block"
 material = "iron"
-cad = ")" + cad + R"("
+cad = ")" +
+         cad + R"("
 unit = "m"
 element_size_mm = 50
 [[surface]]
@@ -227,8 +235,10 @@ TEST(Quadratic, TheMachineChoosesTheOrder) {
   mesh::write_vtu(folder.path() / "quadratic.vtu", quadratic);
   const auto built = [&](const std::string& mesh_lines, const std::string& cad) {
     const mesh::MeshOptions with_cache{1.0, folder.path() / "cache"};
-    mesh::build_machine_mesh(mesh::parse_machine(one_body(mesh_lines, cad), folder.path() / "machine.toml"), with_cache);
-    return mesh::build_machine_mesh(mesh::parse_machine(one_body(mesh_lines, cad), folder.path() / "machine.toml"), with_cache);
+    mesh::build_machine_mesh(mesh::parse_machine(one_body(mesh_lines, cad), folder.path() / "machine.toml"),
+                             with_cache);
+    return mesh::build_machine_mesh(mesh::parse_machine(one_body(mesh_lines, cad), folder.path() / "machine.toml"),
+                                    with_cache);
   };
   EXPECT_EQ(built("", "linear.vtu").nodes(), 27);
   const mesh::MachineMesh promoted = built("[mesh]\norder = 2\n", "linear.vtu");
@@ -243,16 +253,19 @@ TEST(Quadratic, TheMachineChoosesTheOrder) {
 
 TEST(Machine, ConductivityMayBeATensor) {
   const auto material = [](const std::string& line) {
-    return mesh::parse_machine(replaced(one_body("[mesh]\ncapacity = \"lumped\"\n", "block.vtu"), "conductivity_W_mK = 46", line), "machine.toml");
+    return mesh::parse_machine(
+        replaced(one_body("[mesh]\ncapacity = \"lumped\"\n", "block.vtu"), "conductivity_W_mK = 46", line),
+        "machine.toml");
   };
   EXPECT_TRUE(material("conductivity_W_mK = 46").lumped_capacity);
   EXPECT_FALSE(material("conductivity_W_mK = 46").materials[0].conductivity_tensor.has_value());
-  const Eigen::Matrix3d full = *material("conductivity_tensor_W_mK = [3, 2, 1, 0.1, 0.2, 0.3]").materials[0].conductivity_tensor;
+  const Eigen::Matrix3d full =
+      *material("conductivity_tensor_W_mK = [3, 2, 1, 0.1, 0.2, 0.3]").materials[0].conductivity_tensor;
   EXPECT_TRUE(full.isApprox((Eigen::Matrix3d() << 3, 0.1, 0.3, 0.1, 2, 0.2, 0.3, 0.2, 1).finished()));
   EXPECT_TRUE(material("conductivity_tensor_W_mK = [3, 2, 1]").materials[0].conductivity_tensor->isDiagonal());
-  for (const char* bad : {"conductivity_tensor_W_mK = [3, 2]", "conductivity_tensor_W_mK = [3, 2, -1]",
-                          "conductivity_tensor_W_mK = [1, 1, 1, 2, 0, 0]",
-                          "conductivity_tensor_W_mK = [1, 1, 1]\nconductivity_W_mK = 1"})
+  for (const char* bad :
+       {"conductivity_tensor_W_mK = [3, 2]", "conductivity_tensor_W_mK = [3, 2, -1]",
+        "conductivity_tensor_W_mK = [1, 1, 1, 2, 0, 0]", "conductivity_tensor_W_mK = [1, 1, 1]\nconductivity_W_mK = 1"})
     EXPECT_NE(message_of([&] { material(bad); }).find("machine.toml:"), std::string::npos) << bad;
 }
 

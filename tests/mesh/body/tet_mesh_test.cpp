@@ -39,9 +39,7 @@ TEST(TetMesh, FindsFacesInAnyOrder) {
 }
 
 TEST(TetMesh, RefusesWhatIsNoMesh) {
-  const auto check = [](mesh::TetMesh bad) {
-    return message_of([&] { mesh::build_boundary(bad, "bracket"); });
-  };
+  const auto check = [](mesh::TetMesh bad) { return message_of([&] { mesh::build_boundary(bad, "bracket"); }); };
   const mesh::TetMesh good = samples::box_mesh({1, 1, 1}, 1);
   EXPECT_EQ(check(good), "");
   const auto expect = [](const std::string& message, const char* word) {

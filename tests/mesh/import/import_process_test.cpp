@@ -25,10 +25,17 @@ TEST(ImportProcess, TheMeshArrivesBitByBit) {
 
 TEST(ImportProcess, ErrorsKeepTheirWordsAndType) {
   const auto message = [](const auto& fault) {
-    return samples::message_of([&] { mesh::mesh_in_child("body", {}, [&]() -> mesh::TetMesh { fault(); return {}; }); });
+    return samples::message_of([&] {
+      mesh::mesh_in_child("body", {}, [&]() -> mesh::TetMesh {
+        fault();
+        return {};
+      });
+    });
   };
-  EXPECT_EQ(message([] { throw core::MeshError("body 'a': b.stl: line 3", "x: y", "z; or w"); }), "body 'a': b.stl: line 3: x: y; allowed: z; or w");
-  EXPECT_THROW(mesh::mesh_in_child("body", {}, []() -> mesh::TetMesh { throw core::SolverError("diverged"); }), core::SolverError);
+  EXPECT_EQ(message([] { throw core::MeshError("body 'a': b.stl: line 3", "x: y", "z; or w"); }),
+            "body 'a': b.stl: line 3: x: y; allowed: z; or w");
+  EXPECT_THROW(mesh::mesh_in_child("body", {}, []() -> mesh::TetMesh { throw core::SolverError("diverged"); }),
+               core::SolverError);
   EXPECT_THROW(mesh::mesh_in_child("body", {}, []() -> mesh::TetMesh { throw std::bad_alloc(); }), std::bad_alloc);
 }
 
@@ -53,7 +60,9 @@ TEST(ImportProcess, TheLimitOfTimeFollowsTheSizeOfTheMesh) {
 }
 
 TEST(ImportProcess, ACrashAndALoopWithoutEndAreErrors) {
-  const auto message = [](const auto& work) { return samples::message_of([&] { mesh::mesh_in_child("body 'a': b.step", {1.0, 0.0}, work); }); };
+  const auto message = [](const auto& work) {
+    return samples::message_of([&] { mesh::mesh_in_child("body 'a': b.step", {1.0, 0.0}, work); });
+  };
   const std::string crash = message([]() -> mesh::TetMesh {
     std::signal(SIGSEGV, SIG_DFL);  // a sanitizer would end it with a status of its own
     std::raise(SIGSEGV);
@@ -61,8 +70,7 @@ TEST(ImportProcess, ACrashAndALoopWithoutEndAreErrors) {
   });
   EXPECT_NE(crash.find("body 'a': b.step: reading or meshing it crashed"), std::string::npos) << crash;
   const std::string loop = message([]() -> mesh::TetMesh {
-    for (volatile long i = 0;; i = i + 1) {
-    }
+    for (volatile long i = 0;; i = i + 1) {}
   });
   EXPECT_NE(loop.find("not read and meshed within 1 s of processor time"), std::string::npos) << loop;
 }

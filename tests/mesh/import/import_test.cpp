@@ -77,8 +77,8 @@ TEST(Import, SolidsThatTouchAreOneBody) {
   for (Eigen::Index f = 0; f < both.face_count(); ++f) area += both.face_area(f);
   EXPECT_NEAR(area, 0.04 + 0.015 - 2 * 0.0025, 1e-9);
   // BREP has no unit of its own.
-  EXPECT_NEAR(mesh::import_body(data / "two_boxes.brep", options(0.5, 0.0254)).points.row(0).maxCoeff(),
-              150 * 0.0254, 1e-6);
+  EXPECT_NEAR(mesh::import_body(data / "two_boxes.brep", options(0.5, 0.0254)).points.row(0).maxCoeff(), 150 * 0.0254,
+              1e-6);
 }
 
 TEST(Import, CadMistakes) {
@@ -87,16 +87,14 @@ TEST(Import, CadMistakes) {
               mesh::import_body(folder.write("bad.step", "ISO-10303-21;\nnonsense"), options(0.03));
             }).find("part"),
             std::string::npos);
-  EXPECT_NE(
-      message_of([&] { mesh::import_body(folder.path() / "none.step", options(0.03)); }).find("no such file"),
-      std::string::npos);
+  EXPECT_NE(message_of([&] { mesh::import_body(folder.path() / "none.step", options(0.03)); }).find("no such file"),
+            std::string::npos);
   EXPECT_NE(message_of([&] { mesh::import_body(folder.write("x.sat", ""), options(0.03)); }).find(".step"),
             std::string::npos);
   EXPECT_NE(message_of([&] { mesh::import_body(data / "two_boxes.brep", options(0.5, 1.0)); }).find("unit"),
             std::string::npos);
-  EXPECT_NE(
-      message_of([&] { mesh::import_body(data / "two_boxes.brep", options(0.0)); }).find("element size"),
-      std::string::npos);
+  EXPECT_NE(message_of([&] { mesh::import_body(data / "two_boxes.brep", options(0.0)); }).find("element size"),
+            std::string::npos);
 }
 
 TEST(Import, StlPartsBecomeGroups) {
@@ -193,8 +191,8 @@ TEST(Import, ACavityStaysHollow) {
   const samples::Folder folder;
   mesh::Surface inner = box_surface({30, 30, 30}, {70, 70, 70});
   samples::turn_over(inner);
-  const auto path = folder.write(
-      "hollow.stl", samples::stl_text(samples::together(box_surface({0, 0, 0}, {100, 100, 100}), inner)));
+  const auto path =
+      folder.write("hollow.stl", samples::stl_text(samples::together(box_surface({0, 0, 0}, {100, 100, 100}), inner)));
   expect_good(mesh::import_body(path, options(0.025)), 1e-3 - 0.064e-3, 1e-6);
 }
 
@@ -217,13 +215,10 @@ TEST(Import, BrokenSurfaceFiles) {
   const std::string metre = samples::stl_text(box_surface({0, 0, 0}, {0.2, 0.1, 0.3}));
   EXPECT_NE(message_of([&] { mesh::import_body(folder.write("m.stl", metre), options(0.03)); }).find("unit"),
             std::string::npos);
-  EXPECT_NE(message_of([&] {
-              mesh::import_body(folder.write("junk.obj", "hello"), options(0.03));
-            }).find("junk.obj"),
+  EXPECT_NE(message_of([&] { mesh::import_body(folder.write("junk.obj", "hello"), options(0.03)); }).find("junk.obj"),
             std::string::npos);
-  EXPECT_NE(
-      message_of([&] { mesh::import_body(folder.path() / "absent.stl", options(0.03)); }).find("absent.stl"),
-      std::string::npos);
+  EXPECT_NE(message_of([&] { mesh::import_body(folder.path() / "absent.stl", options(0.03)); }).find("absent.stl"),
+            std::string::npos);
 }
 
 TEST(Import, LibrariesKeepTheirOwnEigen) {
@@ -250,9 +245,7 @@ TEST(Import, VtuRoundTripKeepsGroups) {
               mesh::import_body(folder.write("half.vtu", text.substr(0, text.size() / 2)), options(0.1, 1.0));
             }).find("half.vtu"),
             std::string::npos);
-  EXPECT_NE(message_of([&] {
-              mesh::import_body(folder.write("not.vtu", "hello"), options(0.1, 1.0));
-            }).find("not.vtu"),
+  EXPECT_NE(message_of([&] { mesh::import_body(folder.write("not.vtu", "hello"), options(0.1, 1.0)); }).find("not.vtu"),
             std::string::npos);
 }
 

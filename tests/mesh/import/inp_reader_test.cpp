@@ -21,13 +21,9 @@ mesh::ImportOptions options() {
   return o;
 }
 
-mesh::TetMesh box() {
-  return samples::box_mesh({0.1, 0.1, 0.1}, 1);
-}
+mesh::TetMesh box() { return samples::box_mesh({0.1, 0.1, 0.1}, 1); }
 
-mesh::TetMesh made(const std::string& text) {
-  return mesh::finish(mesh::parse_inp(text, "box.inp"), options());
-}
+mesh::TetMesh made(const std::string& text) { return mesh::finish(mesh::parse_inp(text, "box.inp"), options()); }
 
 TEST(Inp, MeshAndSets) {
   // Element 1 of the box: nodes 1 2 4 8 (walk x, y, z); its side S1 = 1-2-3 lies in z = 0.
@@ -82,8 +78,7 @@ TEST(Inp, MistakesNameTheLine) {
       EXPECT_NE(message.find(word), std::string::npos) << "'" << message << "' lacks " << word;
   };
   // Lines: 4 heading, 8 nodes (5 .. 12), keyword 13, elements from 14.
-  fails(replaced(good, "\n1, 1, 2, 4, 8\n", "\n1, 2, 1, 4, 8\n"),
-        {"box.inp:14", "element 1 is inverted", "bracket"});
+  fails(replaced(good, "\n1, 1, 2, 4, 8\n", "\n1, 2, 1, 4, 8\n"), {"box.inp:14", "element 1 is inverted", "bracket"});
   fails(replaced(good, "\n1, 1, 2, 4, 8\n", "\n1, 1, 1, 4, 8\n"), {"node 1 twice"});
   fails(replaced(good, "\n1, 1, 2, 4, 8\n", "\n1, 1, 2, 4, 99\n"), {"box.inp:14", "node 99"});
   fails(replaced(good, "\n1, 1, 2, 4, 8\n", "\n1, 1, 2, 4\n"), {"box.inp:14", "nodes"});

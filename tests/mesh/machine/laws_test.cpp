@@ -33,9 +33,11 @@ TEST(MachineLaws, UnitsBecomeSi) {
   EXPECT_DOUBLE_EQ(bearing.mean_diameter, 0.085);
   EXPECT_DOUBLE_EQ(bearing.viscosity, 22e-6);
   EXPECT_DOUBLE_EQ(bearing.count, 4.0);
-  const std::string screw_bearing = R"({ kind = "bearing", motion = "X", pitch_mm = 20, ratio = 2, f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })";
+  const std::string screw_bearing =
+      R"({ kind = "bearing", motion = "X", pitch_mm = 20, ratio = 2, f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })";
   EXPECT_DOUBLE_EQ(parsed(with_law(screw_bearing)).sources[0].losses[0].turns, 100.0);  // a metre
-  const auto guide = law_of<mesh::GuideLoss>(R"({ kind = "guide", motion = "X", coulomb_N = 120, viscous_N_s_m = 40 })");
+  const auto guide =
+      law_of<mesh::GuideLoss>(R"({ kind = "guide", motion = "X", coulomb_N = 120, viscous_N_s_m = 40 })");
   EXPECT_DOUBLE_EQ(guide.viscous, 40.0);
   const auto screw = law_of<mesh::ScrewLoss>(
       R"({ kind = "ball_screw", motion = "X", pitch_mm = 20, mean_diameter_mm = 40, preload_N = 3000, load_N = 900, efficiency = 0.92 })");
@@ -45,7 +47,8 @@ TEST(MachineLaws, UnitsBecomeSi) {
       R"({ kind = "motor", motion = "C", ratio = 3, at_rpm = [0, 3000], torque_Nm = [4, 12], torque_constant_Nm_A = 1.5, resistance_ohm = 0.4, winding_C = 90, hysteresis_W = 30, eddy_W = 20, nominal_rpm = 3000 })");
   EXPECT_DOUBLE_EQ(motor.torque(25.0), 8.0);
   EXPECT_DOUBLE_EQ(motor.nominal_speed, 50.0);
-  const auto held = law_of<mesh::HoldingLoss>(R"({ kind = "holding", motion = "B", balanced_at_deg = 90, full_power_W = 3500, linear_share = 1 })");
+  const auto held = law_of<mesh::HoldingLoss>(
+      R"({ kind = "holding", motion = "B", balanced_at_deg = 90, full_power_W = 3500, linear_share = 1 })");
   EXPECT_DOUBLE_EQ(held.balanced, std::numbers::pi / 2);
   EXPECT_DOUBLE_EQ(held.full_power, 3500.0);
 }
@@ -67,37 +70,50 @@ TEST(MachineLaws, KindsAndTablesStandTogether) {
 }
 
 TEST(MachineLaws, WrongLawsAreRefused) {
-  for (const auto& [law, part] : {
-           std::pair{R"({ kind = "guide", motion = "B", coulomb_N = 1 })", "linear axis: X"},
-           {R"({ kind = "guide", motion = "X" })", "without friction"},
-           {R"({ kind = "holding", motion = "X", full_power_W = 1 })", "rotary axis: B, C"},
-           {R"({ kind = "holding", motion = "C", full_power_W = 1 })", "vertical axis 'C'"},
-           {R"({ kind = "holding", motion = "B", full_power_W = 1, mass_kg = 3 })", "mass_kg"},
-           {R"({ kind = "bearing", motion = "Q", f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })", "one of: spindle, X, B, C"},
-           {R"({ kind = "bearing", motion = "X", f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })", "pitch_mm"},
-           {R"({ kind = "bearing", motion = "spindle", pitch_mm = 3, f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })", "pitch_mm"},
-           {R"({ kind = "motor", motion = "spindle", torque_Nm = 4, torque_constant_Nm_A = 0, resistance_ohm = 1 })", "torque_constant_Nm_A"},
-           {R"({ kind = "motor", motion = "spindle", at_rpm = [0, 2], torque_Nm = [1], torque_constant_Nm_A = 1, resistance_ohm = 1 })", "torque_Nm"},
-           {R"({ kind = "motor", motion = "spindle", eddy_W = 3 })", "nominal_rpm"},
-           {R"({ kind = "motor", motion = "spindle" })", "without losses"},
-           {R"({ kind = "ball_screw", motion = "X", pitch_mm = 20, mean_diameter_mm = 40, efficiency = 1.2 })", "efficiency"},
-           {R"({ kind = "ball_screw", motion = "X", pitch_mm = 20, mean_diameter_mm = 40, preload_kN = 3 })", "preload_N"},
-           {R"({ kind = "gear", motion = "X" })", "ball_screw"},
-       })
+  for (
+      const auto& [law, part] : {
+          std::pair{R"({ kind = "guide", motion = "B", coulomb_N = 1 })", "linear axis: X"},
+          {R"({ kind = "guide", motion = "X" })", "without friction"},
+          {R"({ kind = "holding", motion = "X", full_power_W = 1 })", "rotary axis: B, C"},
+          {R"({ kind = "holding", motion = "C", full_power_W = 1 })", "vertical axis 'C'"},
+          {R"({ kind = "holding", motion = "B", full_power_W = 1, mass_kg = 3 })", "mass_kg"},
+          {R"({ kind = "bearing", motion = "Q", f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })",
+           "one of: spindle, X, B, C"},
+          {R"({ kind = "bearing", motion = "X", f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })", "pitch_mm"},
+          {R"({ kind = "bearing", motion = "spindle", pitch_mm = 3, f0 = 2, mean_diameter_mm = 40, viscosity_mm2_s = 30 })",
+           "pitch_mm"},
+          {R"({ kind = "motor", motion = "spindle", torque_Nm = 4, torque_constant_Nm_A = 0, resistance_ohm = 1 })",
+           "torque_constant_Nm_A"},
+          {R"({ kind = "motor", motion = "spindle", at_rpm = [0, 2], torque_Nm = [1], torque_constant_Nm_A = 1, resistance_ohm = 1 })",
+           "torque_Nm"},
+          {R"({ kind = "motor", motion = "spindle", eddy_W = 3 })", "nominal_rpm"},
+          {R"({ kind = "motor", motion = "spindle" })", "without losses"},
+          {R"({ kind = "ball_screw", motion = "X", pitch_mm = 20, mean_diameter_mm = 40, efficiency = 1.2 })",
+           "efficiency"},
+          {R"({ kind = "ball_screw", motion = "X", pitch_mm = 20, mean_diameter_mm = 40, preload_kN = 3 })",
+           "preload_N"},
+          {R"({ kind = "gear", motion = "X" })", "ball_screw"},
+      })
     EXPECT_NE(refusal(law).find(part), std::string::npos) << law << "\n" << refusal(law);
 }
 
 TEST(MachineLaws, ContactPressure) {
   const std::string guide = "conductance_W_m2K = {value = 1500, std_percent = 30}";
-  const auto joint = [&](const std::string& keys) { return parsed(replaced(machine_text(), guide, guide + "\n" + keys)).joints[0].law; };
+  const auto joint = [&](const std::string& keys) {
+    return parsed(replaced(machine_text(), guide, guide + "\n" + keys)).joints[0].law;
+  };
   EXPECT_NEAR(joint("pressure_MPa = 2\nnominal_pressure_MPa = 1").factor(false), std::pow(2.0, 0.95), 1e-12);
-  EXPECT_NEAR(joint("pressure_MPa = 2\nnominal_pressure_MPa = 1\nclamped_pressure_MPa = 4").factor(true), std::pow(4.0, 0.95), 1e-12);
-  EXPECT_NEAR(joint("pressure_MPa = 3\npressure_at_MPa = [1, 4]\npressure_factor = [1, 2.5]").factor(false), 2.0, 1e-12);
-  for (const auto& [keys, part] : {std::pair{"nominal_pressure_MPa = 1", "pressure_MPa"},
-                                   {"pressure_MPa = 2", "nominal_pressure_MPa"},
-                                   {"pressure_MPa = 2\nnominal_pressure_MPa = 1\npressure_at_MPa = [1]\npressure_factor = [1]", "nominal_pressure_MPa"},
-                                   {"pressure_MPa = 2\npressure_at_MPa = [4, 1]\npressure_factor = [1, 2]", "rising"},
-                                   {"pressure_MPa = 9000\nnominal_pressure_MPa = 1e-4", "1e-4 to 1e4"}}) {
+  EXPECT_NEAR(joint("pressure_MPa = 2\nnominal_pressure_MPa = 1\nclamped_pressure_MPa = 4").factor(true),
+              std::pow(4.0, 0.95), 1e-12);
+  EXPECT_NEAR(joint("pressure_MPa = 3\npressure_at_MPa = [1, 4]\npressure_factor = [1, 2.5]").factor(false), 2.0,
+              1e-12);
+  for (const auto& [keys, part] :
+       {std::pair{"nominal_pressure_MPa = 1", "pressure_MPa"},
+        {"pressure_MPa = 2", "nominal_pressure_MPa"},
+        {"pressure_MPa = 2\nnominal_pressure_MPa = 1\npressure_at_MPa = [1]\npressure_factor = [1]",
+         "nominal_pressure_MPa"},
+        {"pressure_MPa = 2\npressure_at_MPa = [4, 1]\npressure_factor = [1, 2]", "rising"},
+        {"pressure_MPa = 9000\nnominal_pressure_MPa = 1e-4", "1e-4 to 1e4"}}) {
     const std::string said = message_of([&] { joint(keys); });
     EXPECT_NE(said.find(part), std::string::npos) << keys << "\n" << said;
   }
@@ -111,7 +127,9 @@ fixed_bearing_mm = [-500, 0, 10]
 nut_mm = [0, 0, 10]
 expansion_1_K = {value = 11.5e-6, std_percent = 3}
 )";
-std::string with_screw(const std::string& text) { return replaced(machine_text(), "[[ambient]]", text + "[[ambient]]"); }
+std::string with_screw(const std::string& text) {
+  return replaced(machine_text(), "[[ambient]]", text + "[[ambient]]");
+}
 
 TEST(MachineLaws, ScrewsAndFeedback) {
   const std::string x_axis = "rapid_mm_min = 60000";
@@ -123,7 +141,9 @@ TEST(MachineLaws, ScrewsAndFeedback) {
   EXPECT_FALSE(closed.screws[0].far_bearing);
   const mesh::Machine semi = parsed(replaced(with_screw(screw), x_axis, x_axis + "\nfeedback = \"screw\""));
   EXPECT_EQ(semi.axes[0].feedback, "screw");
-  const mesh::Machine stretched = parsed(with_screw(screw + "bearings = \"fixed_fixed\"\nfar_bearing_mm = [500, 0, 10]\npretension_N = 8000\nbearing_stiffness_N_um = 900\n"));
+  const mesh::Machine stretched =
+      parsed(with_screw(screw + "bearings = \"fixed_fixed\"\nfar_bearing_mm = [500, 0, 10]\npretension_N = "
+                                "8000\nbearing_stiffness_N_um = 900\n"));
   EXPECT_DOUBLE_EQ(stretched.screws[0].far_bearing->x(), 0.5);
   EXPECT_DOUBLE_EQ(stretched.screws[0].pretension, 8000.0);
   EXPECT_DOUBLE_EQ(stretched.screws[0].bearing_stiffness, 900e6);
@@ -131,7 +151,8 @@ TEST(MachineLaws, ScrewsAndFeedback) {
   for (const auto& [text, part] : {
            std::pair{replaced(machine_text(), x_axis, x_axis + "\nfeedback = \"screw\""), "without a [[screw]]"},
            {with_screw(screw + "pretension_N = 8000\n"), "fixed_fixed"},
-           {with_screw(screw + "bearings = \"fixed_fixed\"\nfar_bearing_mm = [500, 300, 10]\npretension_N = 1\n"), "along the axis"},
+           {with_screw(screw + "bearings = \"fixed_fixed\"\nfar_bearing_mm = [500, 300, 10]\npretension_N = 1\n"),
+            "along the axis"},
            {replaced(with_screw(screw), "nut_body = \"slide\"", "nut_body = \"swivel\""), "axis 'X'"},
            {replaced(with_screw(screw), "parent = \"bed\"\nelastic = false", "parent = \"bed\""), "elastic = false"},
            {replaced(machine_text(), "endless = true", "endless = true\nfeedback = \"screw\""), "linear axis"},

@@ -17,9 +17,7 @@ using samples::replaced;
 
 namespace {
 
-mesh::Machine small() {
-  return mesh::parse_machine(machine_text(), "/there/machine.toml");
-}
+mesh::Machine small() { return mesh::parse_machine(machine_text(), "/there/machine.toml"); }
 
 TEST(MachineFile, UnitsBecomeSi) {
   const mesh::Machine m = small();
@@ -51,8 +49,7 @@ TEST(MachineFile, SurfacesAndJoints) {
   EXPECT_NEAR(m.surfaces[2].any_of[0].max_angle, 10 * std::numbers::pi / 180, 1e-15);
   EXPECT_DOUBLE_EQ(m.surfaces[4].any_of[0].cylinder_radius, 0.02);
   EXPECT_DOUBLE_EQ(m.surfaces[4].any_of[0].tolerance, 1e-3);
-  EXPECT_NE(m.surfaces[4].any_of[0].place.find("machine.toml:"), std::string::npos)
-      << m.surfaces[4].any_of[0].place;
+  EXPECT_NE(m.surfaces[4].any_of[0].place.find("machine.toml:"), std::string::npos) << m.surfaces[4].any_of[0].place;
   const mesh::JointSpec& guide = m.joints[0];
   EXPECT_DOUBLE_EQ(guide.stiffness_normal.value, 300e9);
   EXPECT_DOUBLE_EQ(guide.stiffness_normal.std_percent, 20.0);
@@ -106,8 +103,10 @@ TEST(MachineFile, ReadingAsksForTheCadFiles) {
 TEST(MachineFile, ACoolerMaySwitch) {
   EXPECT_EQ(small().coolants[0].control, mesh::ChillerControl::lag);
   const std::string guided = "guide_sensor = \"T1\"\n";
-  const mesh::Machine m = mesh::parse_machine(
-      replaced(machine_text(), guided, guided + "control = \"two_point\"\nband_K = 1.5\npull_down_K = 6\ndrift_up_K = 2\n"), "machine.toml");
+  const mesh::Machine m =
+      mesh::parse_machine(replaced(machine_text(), guided,
+                                   guided + "control = \"two_point\"\nband_K = 1.5\npull_down_K = 6\ndrift_up_K = 2\n"),
+                          "machine.toml");
   EXPECT_EQ(m.coolants[0].control, mesh::ChillerControl::two_point);
   EXPECT_DOUBLE_EQ(m.coolants[0].band, 1.5);
   EXPECT_DOUBLE_EQ(m.coolants[0].pull_down, 6.0);
@@ -174,7 +173,8 @@ return_of = "second"
 [[sensor]]
 id = "in_tank"
 volume = "tank"
-)", "machine.toml");
+)",
+                                              "machine.toml");
   EXPECT_DOUBLE_EQ(m.volumes[0].capacity.value, 0.2 * 1000.0 * 4180.0);
   EXPECT_DOUBLE_EQ(m.volumes[0].capacity.std_percent, 5.0);
   EXPECT_EQ(m.volumes[0].exchanges[0].state, "door.front.open");
@@ -205,15 +205,16 @@ TEST_P(MachineMistake, IsNamed) {
   const std::string message = samples::message_of([&] { mesh::parse_machine(text, "machine.toml"); });
   ASSERT_FALSE(message.empty()) << "accepted: " << with;
   EXPECT_NE(message.find("machine.toml"), std::string::npos) << message;
-  for (const char* word : words)
-    EXPECT_NE(message.find(word), std::string::npos) << message << "\n  lacks: " << word;
+  for (const char* word : words) EXPECT_NE(message.find(word), std::string::npos) << message << "\n  lacks: " << word;
 }
 
 INSTANTIATE_TEST_SUITE_P(
     All, MachineMistake,
     testing::Values(
         Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\nband_K = 1\n", {"band_K", "two_point"}},
-        Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\ncontrol = \"two_point\"\nband_K = 3\npull_down_K = 1\n", {"pull_down_K"}},
+        Mistake{"guide_sensor = \"T1\"\n",
+                "guide_sensor = \"T1\"\ncontrol = \"two_point\"\nband_K = 3\npull_down_K = 1\n",
+                {"pull_down_K"}},
         Mistake{"schema = 1", "schema = 2", {"schema"}}, Mistake{"[tcp]", "[tpc]", {"tcp"}},
         Mistake{"density_kg_m3 = 7200", "density_g_cm3 = 7.2", {"density"}},
         Mistake{"young_GPa = 120", "young_GPa = 120e9", {"young_GPa", "2000"}},
@@ -247,8 +248,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"master = \"bed.rails\"\naxis = \"X\"", "master = \"bed.rails\"\naxis = \"B\"", {"'B'", "X"}},
         Mistake{"master = \"bed.rails\"\naxis = \"X\"", "master = \"table.top\"\naxis = \"X\"", {"B, C"}},
         Mistake{"ambient = \"foundation\"", "master = \"bed.rails\"", {"mount"}},
-        Mistake{
-            "conductance_W_m2K = 100", "conductance_W_m2K = 100\nstiffness_normal_N_mm3 = 5", {"elastic"}},
+        Mistake{"conductance_W_m2K = 100", "conductance_W_m2K = 100\nstiffness_normal_N_mm3 = 5", {"elastic"}},
         Mistake{"divide = [2, 1, 1]", "divide = [2, 0, 1]", {"divide"}},
         Mistake{"sectors = 8", "sectors = 8\ndivide = [1, 1, 1]", {"divide"}},
         Mistake{"conductance_W_m2K = 50", "conductance_W_m2K = -50", {"conductance", "-50"}},
@@ -259,28 +259,32 @@ INSTANTIATE_TEST_SUITE_P(
                 "kind = \"free_convection\"\nfilm_coefficient_W_m2K = 3\nfactor",
                 {"film_coefficient_W_m2K", "constant"}},
         Mistake{"axis = \"C\"\nradius_mm", "axis = \"X\"\nradius_mm", {"rotary axis", "spindle"}},
-        Mistake{"state = \"cutting_fluid.on\"",
-                "state = \"cutting_fluid.off\"",
-                {"cutting_fluid.off", "cutting_fluid.on"}},
+        Mistake{
+            "state = \"cutting_fluid.on\"", "state = \"cutting_fluid.off\"", {"cutting_fluid.off", "cutting_fluid.on"}},
         Mistake{"id = \"wet\"\nsurfaces = [\"table.top\"]",
                 "id = \"wet\"\nsurfaces = [\"table.topp\"]",
                 {"table.topp", "table.top"}},
         Mistake{"guide_sensor = \"T1\"", "guide_sensor = \"T9\"", {"T9", "T1"}},
-        Mistake{
-            "input = \"spindle.speed_rpm\"", "input = \"spindle.rpm\"", {"spindle.rpm", "spindle.speed_rpm"}},
-        Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\nguide_warmed_by = \"T1\"\nguide_warmed_share = 0.1\n", {"guide_warmed_by", "no volume yet"}},
+        Mistake{"input = \"spindle.speed_rpm\"", "input = \"spindle.rpm\"", {"spindle.rpm", "spindle.speed_rpm"}},
+        Mistake{"guide_sensor = \"T1\"\n",
+                "guide_sensor = \"T1\"\nguide_warmed_by = \"T1\"\nguide_warmed_share = 0.1\n",
+                {"guide_warmed_by", "no volume yet"}},
         Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\ncontrols = \"return\"\n", {"controls", "two_point"}},
         Mistake{"guide_sensor = \"T1\"\n", "guide_sensor = \"T1\"\ngain = 2\n", {"gain", "pi"}},
         Mistake{"volume_l = 0.7\n", "volume_l = 0.7\nshare = 0.5\n", {"0.5", "what flows in"}},
         Mistake{"volume_l = 0.7\n", "volume_l = 0.7\npath_mm = [[0, 0, 0], [0, 0, 0]]\n", {"path_mm", "no length"}},
-        Mistake{"volume_l = 0.7\n", "volume_l = 0.7\n[[volume]]\nid = \"air\"\nheat_capacity_J_K = 5\n", {"air", "of its own"}},
-        Mistake{"volume_l = 0.7\n", "volume_l = 0.7\n[[volume]]\nid = \"a\"\nheat_capacity_J_K = 5\n[[volume.exchange]]\nwith = \"a\"\nconductance_W_K = 1\n", {"itself"}},
+        Mistake{"volume_l = 0.7\n",
+                "volume_l = 0.7\n[[volume]]\nid = \"air\"\nheat_capacity_J_K = 5\n",
+                {"air", "of its own"}},
+        Mistake{"volume_l = 0.7\n",
+                "volume_l = 0.7\n[[volume]]\nid = \"a\"\nheat_capacity_J_K = 5\n[[volume.exchange]]\nwith = "
+                "\"a\"\nconductance_W_K = 1\n",
+                {"itself"}},
         Mistake{"at = [0, 6000, 12000]", "at = [0, 6000]", {"3 numbers for 2"}},
         Mistake{"at = [0, 6000, 12000]", "at = [0, 12000, 6000]", {"rising"}},
         Mistake{"share = 0.4", "share = 0.5", {"1.1", "at most 1"}},
         Mistake{"{ surface = \"table.top\", share = 0.4 }", "{ share = 0.4 }", {"none of surface"}},
-        Mistake{
-            "tool_surface = \"bed.rails\"", "tool_surface = \"table.top\"", {"tool_surface", "table.top"}},
+        Mistake{"tool_surface = \"bed.rails\"", "tool_surface = \"table.top\"", {"tool_surface", "table.top"}},
         Mistake{"X_mm = [-400, 0, 400]", "X_mm = [-500, 0, 400]", {"X_mm", "-400"}},
         Mistake{"X_mm = [-400, 0, 400]", "Q_mm = [-400, 0, 400]", {"Q_mm"}},
         Mistake{"[workspace]", "[workspaces]", {"workspaces", "workspace"}}));

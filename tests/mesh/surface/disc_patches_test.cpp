@@ -30,7 +30,7 @@ mesh::Surface torus(int turns, int sides) {
       s.triangles.col(2 * corner(i, j)) << corner(i, j), corner(i + 1, j), corner(i + 1, j + 1);
       s.triangles.col(2 * corner(i, j) + 1) << corner(i, j), corner(i + 1, j + 1), corner(i, j + 1);
     }
-  s.part.assign(static_cast<std::size_t>(s.triangles.cols()), 0);
+  s.part.assign(s.triangles.cols(), 0);
   s.part_names = {""};
   return s;
 }
@@ -39,7 +39,7 @@ TEST(DiscPatches, EachIsADiscWhoseRimPassesNoCornerTwice) {
   const mesh::Surface s = torus(40, 20);
   const std::vector<int> patch = mesh::disc_patches(s);
   std::map<int, std::vector<Eigen::Index>> triangles;
-  for (std::size_t t = 0; t < patch.size(); ++t) triangles[patch[t]].push_back(static_cast<Eigen::Index>(t));
+  for (std::size_t t = 0; t < patch.size(); ++t) triangles[patch[t]].push_back(t);
   EXPECT_GT(triangles.size(), 5u);
   EXPECT_LT(triangles.size(), 200u);
   for (const auto& [number, own] : triangles) {

@@ -31,17 +31,14 @@ mesh::Surface without(const mesh::Surface& surface, int triangle) {
   const Eigen::Index last = result.triangles.cols() - 1;
   result.triangles.col(triangle) = result.triangles.col(last).eval();
   result.triangles.conservativeResize(3, last);
-  result.part.resize(static_cast<std::size_t>(last));
+  result.part.resize(last);
   return result;
 }
 
-TEST(Surface, AGoodBoxPasses) {
-  EXPECT_EQ(fault(box_surface(origin, {0.1, 0.2, 0.3})), "");
-}
+TEST(Surface, AGoodBoxPasses) { EXPECT_EQ(fault(box_surface(origin, {0.1, 0.2, 0.3})), ""); }
 
 TEST(Surface, Hole) {
-  expect_words(fault(without(box_surface(origin, {0.1, 0.1, 0.1}), 11)),
-               {"cover", "holes", "3 open edges", "mm"});
+  expect_words(fault(without(box_surface(origin, {0.1, 0.1, 0.1}), 11)), {"cover", "holes", "3 open edges", "mm"});
 }
 
 TEST(Surface, FlippedFace) {
@@ -86,13 +83,10 @@ TEST(Surface, WrongUnit) {
 
 TEST(Surface, SelfIntersection) {
   const mesh::Surface a = box_surface(origin, {0.1, 0.1, 0.1});
-  expect_words(fault(samples::together(a, box_surface({0.05, 0.05, 0.05}, {0.15, 0.15, 0.15}))),
-               {"cut each other"});
+  expect_words(fault(samples::together(a, box_surface({0.05, 0.05, 0.05}, {0.15, 0.15, 0.15}))), {"cut each other"});
   // A bar right through, and one whose sides lie in the planes of the box.
-  expect_words(fault(samples::together(a, box_surface({0.03, 0.04, -0.1}, {0.06, 0.07, 0.2}))),
-               {"cut each other"});
-  expect_words(fault(samples::together(a, box_surface({0.1, 0.02, 0.02}, {0.2, 0.08, 0.08}))),
-               {"cut each other"});
+  expect_words(fault(samples::together(a, box_surface({0.03, 0.04, -0.1}, {0.06, 0.07, 0.2}))), {"cut each other"});
+  expect_words(fault(samples::together(a, box_surface({0.1, 0.02, 0.02}, {0.2, 0.08, 0.08}))), {"cut each other"});
   // Apart by a hundredth of the size: fine.
   EXPECT_EQ(fault(samples::together(a, box_surface({0.101, 0, 0}, {0.2, 0.1, 0.1}))), "");
 }
@@ -121,9 +115,8 @@ TEST(Surface, CavitiesAreSolidsInsideOut) {
   EXPECT_EQ(fault(hollow), "");
   EXPECT_EQ(mesh::pieces(hollow, "cover").size(), 1u);
   // A solid in the cavity, and one beside: three pieces, the cavity with the outer box.
-  const auto all =
-      samples::together(samples::together(hollow, box_surface({0.04, 0.04, 0.04}, {0.06, 0.06, 0.06})),
-                        box_surface({0.2, 0, 0}, {0.3, 0.1, 0.1}));
+  const auto all = samples::together(samples::together(hollow, box_surface({0.04, 0.04, 0.04}, {0.06, 0.06, 0.06})),
+                                     box_surface({0.2, 0, 0}, {0.3, 0.1, 0.1}));
   const auto parts = mesh::pieces(all, "cover");
   ASSERT_EQ(parts.size(), 3u);
   EXPECT_EQ(parts[0].triangles.cols(), 24);
@@ -147,22 +140,19 @@ TEST(Surface, WeldJoinsAcrossCells) {
 }
 
 TEST(TriangleTree, NearestAgreesWithTryingAll) {
-  const mesh::Surface s =
-      samples::together(box_surface(origin, {1, 2, 3}), box_surface({5, 5, 5}, {6, 7, 6}));
+  const mesh::Surface s = samples::together(box_surface(origin, {1, 2, 3}), box_surface({5, 5, 5}, {6, 7, 6}));
   const mesh::TriangleTree tree(s.points, s.triangles);
   unsigned state = 1;
-  const auto random = [&] {
-    return static_cast<double>(state = state * 1664525u + 1013904223u) / 4294967296.0 * 10.0 - 1.0;
-  };
+  const auto random = [&] { return (state = state * 1664525u + 1013904223u) / 4294967296.0 * 10.0 - 1.0; };
   for (int n = 0; n < 200; ++n) {
     const Vector3d p(random(), random(), random());
     double best = 1e300;
     for (Eigen::Index t = 0; t < s.triangles.cols(); ++t)
-      best = std::min(
-          best, (mesh::nearest_on_triangle(p, s.points.col(s.triangles(0, t)),
-                                           s.points.col(s.triangles(1, t)), s.points.col(s.triangles(2, t))) -
-                 p)
-                    .norm());
+      best =
+          std::min(best, (mesh::nearest_on_triangle(p, s.points.col(s.triangles(0, t)), s.points.col(s.triangles(1, t)),
+                                                    s.points.col(s.triangles(2, t))) -
+                          p)
+                             .norm());
     const auto found = tree.nearest(p);
     EXPECT_DOUBLE_EQ(found.distance, best);
     EXPECT_NEAR((found.point - p).norm(), best, 1e-14);

@@ -35,9 +35,9 @@ TEST(Basis, ColumnsOfSeveralBlocksAreOrthonormalNestedAndLoseWhatDepends) {
   const Index n = 300;
   const solver::SparseMatrix capacity = rod(n, 5.0);
   MatrixXd x = random(n, 130, 1);
-  for (Index j = 0; j < x.cols(); ++j) x.col(j) *= std::pow(10.0, -0.08 * static_cast<double>(j));
+  for (Index j = 0; j < x.cols(); ++j) x.col(j) *= std::pow(10.0, -0.08 * j);
   x.col(7).setZero();
-  x.col(60) = 2.0 * x.col(3) - x.col(50);   // on columns of its own and of an earlier block
+  x.col(60) = 2.0 * x.col(3) - x.col(50);  // on columns of its own and of an earlier block
   x.col(101) = x.col(99) + x.col(100);
   const MatrixXd v = orthonormal(capacity, x);
   ASSERT_EQ(v.cols(), 127);
@@ -51,7 +51,7 @@ TEST(Basis, ColumnsOfSeveralBlocksAreOrthonormalNestedAndLoseWhatDepends) {
 TEST(Basis, CompressedColumnsKeepTheirOuterProduct) {
   const Index n = 200;
   const solver::SparseMatrix energy = rod(n, 0.1);
-  MatrixXd x = random(n, 60, 2) * random(60, 400, 3);                    // rank 60 in 400 columns
+  MatrixXd x = random(n, 60, 2) * random(60, 400, 3);  // rank 60 in 400 columns
   x.rightCols(100) *= 1e-2;
   const MatrixXd small = compressed(energy, x, 1e-6);
   EXPECT_EQ(small.cols(), 60);

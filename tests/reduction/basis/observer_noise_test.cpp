@@ -24,18 +24,22 @@ using Eigen::VectorXd;
 
 TEST(StationaryPrediction, OfOneStateIsTheRootOfItsQuadratic) {
   const double f = 0.9, q = 0.3, h = 2.0, r = 0.5;
-  const double s = stationary_prediction(MatrixXd::Constant(1, 1, f), MatrixXd::Constant(1, 1, q), MatrixXd::Constant(1, 1, h), VectorXd::Constant(1, r))(0, 0);
+  const double s = stationary_prediction(MatrixXd::Constant(1, 1, f), MatrixXd::Constant(1, 1, q),
+                                         MatrixXd::Constant(1, 1, h), VectorXd::Constant(1, r))(0, 0);
   // h^2 s^2 + (r - f^2 r - q h^2) s - q r = 0
   const double b = r - f * f * r - q * h * h;
   EXPECT_NEAR(s, (-b + std::sqrt(b * b + 4 * h * h * q * r)) / (2 * h * h), 1e-12);
-  const double open = stationary_prediction(MatrixXd::Constant(1, 1, f), MatrixXd::Constant(1, 1, q), MatrixXd::Zero(1, 1), VectorXd::Ones(1))(0, 0);
+  const double open = stationary_prediction(MatrixXd::Constant(1, 1, f), MatrixXd::Constant(1, 1, q),
+                                            MatrixXd::Zero(1, 1), VectorXd::Ones(1))(0, 0);
   EXPECT_NEAR(open, q / (1 - f * f), 1e-10);
 }
 
 TEST(StationaryPrediction, SolvesTheRiccatiEquation) {
   std::mt19937 engine(3);
   std::normal_distribution<double> normal;
-  const auto random = [&](Index rows, Index columns) { return MatrixXd(MatrixXd::NullaryExpr(rows, columns, [&](Index, Index) { return normal(engine); })); };
+  const auto random = [&](Index rows, Index columns) {
+    return MatrixXd(MatrixXd::NullaryExpr(rows, columns, [&](Index, Index) { return normal(engine); }));
+  };
   constexpr Index n = 12;
   MatrixXd f = random(n, n);
   f *= 0.995 / f.eigenvalues().cwiseAbs().maxCoeff();
@@ -66,7 +70,7 @@ struct Boxes {
       solver::Coefficients c;
       c.p = standing;
       c.q = VectorXd::Zero(model.system.inputs.cols());
-      c.q(static_cast<Index>(k)) = 100.0;
+      c.q(k) = 100.0;
       VectorXd x = VectorXd::Zero(model.system.order());
       for (int i = 0; i < 20; ++i) {
         stepper.advance(x, c, 600.0);
@@ -86,7 +90,7 @@ double rms_um(const ReducedModel& model, const MatrixXd& states) {
   const MatrixXd values = value_rows(model, poses) * states;
   double sum = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) sum += values.middleRows(18 * static_cast<Index>(i), 3).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(poses.size()) / static_cast<double>(states.cols()));
+  return std::sqrt(sum / static_cast<double>(poses.size()) / states.cols());
 }
 
 TEST(ObserverNoise, LiesBetweenNothingAndWhatThePriorLeaves) {
@@ -98,7 +102,8 @@ TEST(ObserverNoise, LiesBetweenNothingAndWhatThePriorLeaves) {
     return observer_noise(model, boxes().states, boxes().standing);
   };
   const ObserverNoise fine = with(0.01), usual = with(0.05), blind = with(1e6);
-  std::printf("prior %.2f um, open %.2f um; sensors of 0.01 K leave %.3f, of 0.05 K %.3f um\n", prior, usual.open_um, fine.predicted_um, usual.predicted_um);
+  std::printf("prior %.2f um, open %.2f um; sensors of 0.01 K leave %.3f, of 0.05 K %.3f um\n", prior, usual.open_um,
+              fine.predicted_um, usual.predicted_um);
   EXPECT_NEAR(blind.predicted_um, blind.open_um, 1e-6 * blind.open_um);
   EXPECT_LT(usual.predicted_um, 0.9 * usual.open_um);
   EXPECT_LT(fine.predicted_um, usual.predicted_um);
@@ -114,10 +119,12 @@ TEST(ObserverNoise, GrowsWithWhatTheMachineIsUnsureOf) {
   for (mesh::FilmSpec& film : model.machine.films) film.coefficient.std_percent = 0;
   EXPECT_EQ(prior_share(model.machine), 0.1);
   const double unstated = observer_noise(model, boxes().states, boxes().standing).open_um;
-  const double all = static_cast<double>(model.machine.sources.size() + model.machine.films.size());
+  const double all = model.machine.sources.size() + model.machine.films.size();
   for (mesh::SourceSpec& source : model.machine.sources) source.scale.std_percent = 30;
-  EXPECT_NEAR(prior_share(model.machine), 0.3 * std::sqrt(static_cast<double>(model.machine.sources.size()) / all), 1e-12);
-  EXPECT_NEAR(observer_noise(model, boxes().states, boxes().standing).open_um / unstated, prior_share(model.machine) / 0.1, 1e-6);
+  EXPECT_NEAR(prior_share(model.machine), 0.3 * std::sqrt(static_cast<double>(model.machine.sources.size()) / all),
+              1e-12);
+  EXPECT_NEAR(observer_noise(model, boxes().states, boxes().standing).open_um / unstated,
+              prior_share(model.machine) / 0.1, 1e-6);
   EXPECT_THROW(observer_noise(model, MatrixXd(30, 0), boxes().standing), core::InputError);
 }
 

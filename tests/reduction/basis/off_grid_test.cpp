@@ -53,7 +53,8 @@ const Boxes& boxes() {
 
 TEST(OffGrid, PosesAreInTheWorkspaceAndAlwaysTheSame) {
   const mesh::Machine& machine = boxes().full.mesh.machine;
-  const auto poses = random_poses(machine, 50), again = random_poses(machine, 50), other = random_poses(machine, 50, 21);
+  const auto poses = random_poses(machine, 50), again = random_poses(machine, 50),
+             other = random_poses(machine, 50, 21);
   EXPECT_EQ(poses, again);
   EXPECT_NE(poses, other);
   double low = 1, high = -1;
@@ -89,7 +90,10 @@ TEST(OffGrid, BetweenThemInterpolationAddsToTheReduction) {
   const FullRows between = full_rows(b.full, random_poses(machine, 6));
   const auto truth = off_grid_truth(machine, between, b.results[0].snapshots);
   OffGridErrors errors = off_grid_errors(b.model, b.summary.basis, machine, b.loads[0], truth, between);
-  EXPECT_LT(errors.own_rows_um(), 3.0 * compare(b.results[0], simulate_reduced(b.model, machine, b.loads[0], mesh::workspace_poses(machine))).max_um);
+  EXPECT_LT(
+      errors.own_rows_um(),
+      3.0 *
+          compare(b.results[0], simulate_reduced(b.model, machine, b.loads[0], mesh::workspace_poses(machine))).max_um);
   // A model whose stored rows are wrong in the middle errs between the poses, its own rows do not.
   ReducedModel broken = b.model;
   for (MatrixXd& rows : broken.outputs.tool) rows *= 1.1;
@@ -101,7 +105,8 @@ TEST(OffGrid, BetweenThemInterpolationAddsToTheReduction) {
   const std::string text = core::read_file(scratch.path() / "off_grid.csv");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 7);
   EXPECT_NE(text.find("\nwarm_up,"), std::string::npos);
-  EXPECT_THROW(off_grid_errors(b.model, MatrixXd(b.summary.basis.leftCols(3)), machine, b.loads[0], truth, between), core::InputError);
+  EXPECT_THROW(off_grid_errors(b.model, MatrixXd(b.summary.basis.leftCols(3)), machine, b.loads[0], truth, between),
+               core::InputError);
 }
 
 }  // namespace

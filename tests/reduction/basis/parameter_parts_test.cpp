@@ -69,7 +69,8 @@ MatrixXd fields(const solver::FullModel& full) {
     for (Index i = 0; i < full.mesh.bodies[b].nodes(); ++i) {
       const Eigen::Vector3d p = full.mesh.bodies[b].points.col(i);
       for (int k = 0; k < 4; ++k)
-        basis(full.mesh.first_node[b] + i, k) = 1.0 + std::sin((3.0 + k) * p.x() + (k - 1.0) * p.y() + 2.0 * p.z() + static_cast<double>(b) * (k + 1));
+        basis(full.mesh.first_node[b] + i, k) =
+            1.0 + std::sin((3.0 + k) * p.x() + (k - 1.0) * p.y() + 2.0 * p.z() + static_cast<double>(b) * (k + 1));
     }
   return basis;
 }
@@ -136,12 +137,15 @@ TEST(Parts, StoredRowsAreTheMachineItselfAtEveryStoredPose) {
   for (std::size_t i = 0; i < outputs.tool_poses.size(); ++i) {
     const mesh::Pose& pose = outputs.tool_poses[i];
     const solver::OutputRows rows = full.elastic.output_rows(pose);
-    const MatrixXd tool = rows.tool * base().basis, axis = rows.table_axis * base().basis, own = rows.table_own * base().basis;
+    const MatrixXd tool = rows.tool * base().basis, axis = rows.table_axis * base().basis,
+                   own = rows.table_own * base().basis;
     const MatrixXd stored = side_rows(machine, outputs, pose);
     taken_over = std::max(taken_over, (tool - outputs.tool[i]).norm());
     for (Index k = 0; k < tool.cols(); ++k) {
       const solver::Vector6 here = solver::tcp_error(machine, pose, tool.col(k), axis.col(k), own.col(k)).error;
-      const solver::Vector6 there = solver::tcp_error(machine, pose, stored.col(k).head<6>(), stored.col(k).segment<6>(6), stored.col(k).tail<7>()).error;
+      const solver::Vector6 there = solver::tcp_error(machine, pose, stored.col(k).head<6>(),
+                                                      stored.col(k).segment<6>(6), stored.col(k).tail<7>())
+                                        .error;
       off = std::max(off, (there - here).norm());
       size = std::max(size, here.norm());
     }
@@ -157,8 +161,10 @@ TEST(Parts, EachExpansionChangesItsOwnRows) {
     ASSERT_GT(change.norm(), 1e-3 * base().rows.norm()) << what;
     EXPECT_LT((change - by * stacked(part)).norm(), 1e-8 * change.norm()) << what;
   };
-  expect("column", parts.bodies[3], 0.3, rows_after([](mesh::Machine& m) { material_of(m, "column").expansion.value *= 1.3; }));
-  expect("slide", parts.bodies[1], -0.4, rows_after([](mesh::Machine& m) { material_of(m, "slide").expansion.value *= 0.6; }));
+  expect("column", parts.bodies[3], 0.3,
+         rows_after([](mesh::Machine& m) { material_of(m, "column").expansion.value *= 1.3; }));
+  expect("slide", parts.bodies[1], -0.4,
+         rows_after([](mesh::Machine& m) { material_of(m, "slide").expansion.value *= 0.6; }));
   expect("scale", parts.scales[1], -0.5, rows_after([](mesh::Machine& m) { m.scales[1].expansion.value *= 0.5; }));
   expect("screw", parts.screws[0], 0.25, rows_after([](mesh::Machine& m) { m.screws[0].expansion.value *= 1.25; }));
   EXPECT_TRUE(parts.scales[0].tool.empty()) << "X is held by its screw";
@@ -184,13 +190,16 @@ TEST(Parts, StiffnessChangesAsCentralDifferencesSay) {
 TEST(Parts, AStiffnessFarFromItsOwnIsFollowedByAPower) {
   // Soft mounts give as their compliance says.
   const double ln = std::log(0.4);
-  const MatrixXd change = rows_after([&](mesh::Machine& m) {
+  const MatrixXd change = rows_after([&](mesh::Machine&m) {
                             m.joints[0].stiffness_normal.value *= 0.4;
                             m.joints[0].stiffness_tangential.value *= 0.4;
-                          }) - base().rows, slope = stacked(base().parts.stiffness[0]);
-  const double off = (change - base().parts.stiffness_amount(0, ln) * slope).norm(), by_logarithm = (change - ln * slope).norm();
-  std::printf("exponent %.2f: off by %.1f %% of the change, by the logarithm %.1f %%\n", base().parts.stiffness_exponent[0],
-              100 * off / change.norm(), 100 * by_logarithm / change.norm());
+                          }) -
+                          base().rows,
+                 slope = stacked(base().parts.stiffness[0]);
+  const double off = (change - base().parts.stiffness_amount(0, ln) * slope).norm(),
+               by_logarithm = (change - ln * slope).norm();
+  std::printf("exponent %.2f: off by %.1f %% of the change, by the logarithm %.1f %%\n",
+              base().parts.stiffness_exponent[0], 100 * off / change.norm(), 100 * by_logarithm / change.norm());
   EXPECT_LT(off, 0.15 * change.norm());
   EXPECT_LT(off, 0.7 * by_logarithm);
 }

@@ -41,7 +41,7 @@ TEST(Patches, CoverTheSkinOfEveryBodyEvenly) {
   for (const Patch& patch : patches()) ids.insert(patch.surface.id);
   EXPECT_EQ(ids.size(), 60U);
   for (const mesh::TetMesh& body : full().mesh.bodies) {
-    const std::string& id = full().mesh.machine.bodies[static_cast<std::size_t>(&body - full().mesh.bodies.data())].id;
+    const std::string& id = full().mesh.machine.bodies[&body - full().mesh.bodies.data()].id;
     std::set<int> covered;
     for (const Patch& patch : patches()) {
       if (patch.surface.body != id) continue;
@@ -51,7 +51,7 @@ TEST(Patches, CoverTheSkinOfEveryBodyEvenly) {
       for (const int face : faces) area += body.face_area(face);
       EXPECT_NEAR(patch.area, area, 1e-12);
     }
-    EXPECT_EQ(static_cast<Index>(covered.size()), body.face_count()) << id << ": every triangle is on a patch";
+    EXPECT_EQ(std::ssize(covered), body.face_count()) << id << ": every triangle is on a patch";
   }
 }
 
@@ -59,7 +59,7 @@ TEST(Patches, CoverTheSkinOfEveryBodyEvenly) {
 TEST(Patches, AreOfLikeWidthOnAllBodies) {
   double widest = 0, moment = 0, area = 0;
   for (const Patch& patch : patches()) {
-    const mesh::TetMesh& body = full().mesh.bodies[static_cast<std::size_t>(full().mesh.machine.body_index(patch.surface.body))];
+    const mesh::TetMesh& body = full().mesh.bodies[full().mesh.machine.body_index(patch.surface.body)];
     for (const int face : mesh::select_faces(body, patch.surface.any_of.front())) {
       const double distance = (body.face_centre(face) - patch.centre).norm();
       widest = std::max(widest, distance);
@@ -68,7 +68,8 @@ TEST(Patches, AreOfLikeWidthOnAllBodies) {
     }
   }
   const double usual = std::sqrt(moment / area);
-  std::printf("60 patches: triangles %.0f mm from the middle of their patch, the farthest %.0f mm\n", 1e3 * usual, 1e3 * widest);
+  std::printf("60 patches: triangles %.0f mm from the middle of their patch, the farthest %.0f mm\n", 1e3 * usual,
+              1e3 * widest);
   EXPECT_LT(widest, 0.22);
   EXPECT_LT(usual, 0.106) << "0.107 with seeds that are not moved to the middle";
 }
@@ -76,7 +77,7 @@ TEST(Patches, AreOfLikeWidthOnAllBodies) {
 TEST(Patches, AreTheSamePlacesOnAFinerMesh) {
   const mesh::MachineMesh fine = test::small_machine_mesh(2);
   for (const Patch& patch : patches()) {
-    const mesh::TetMesh& body = fine.bodies[static_cast<std::size_t>(fine.machine.body_index(patch.surface.body))];
+    const mesh::TetMesh& body = fine.bodies[fine.machine.body_index(patch.surface.body)];
     double area = 0;
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
     for (const int face : mesh::select_faces(body, patch.surface.any_of.front())) {
@@ -101,9 +102,9 @@ TEST(Patches, HeatTheirOwnPlace) {
   for (std::size_t b = 0; b < full().mesh.bodies.size(); ++b)
     places.middleCols(full().mesh.first_node[b], full().mesh.bodies[b].nodes()) = full().mesh.bodies[b].points;
   for (std::size_t k = 0; k < patches().size(); ++k) {
-    const VectorXd load = loads.col(static_cast<Index>(k)).head(places.cols());
+    const VectorXd load = loads.col(k).head(places.cols());
     EXPECT_LT((places * load - patches()[k].centre).norm(), 1e-9) << patches()[k].surface.id;
-    const auto body = static_cast<std::size_t>(full().mesh.machine.body_index(patches()[k].surface.body));
+    const std::size_t body = full().mesh.machine.body_index(patches()[k].surface.body);
     EXPECT_NEAR(load.segment(full().mesh.first_node[body], full().mesh.bodies[body].nodes()).sum(), 1.0, 1e-12);
   }
 }
@@ -112,8 +113,10 @@ TEST(Patches, ActOnTheReducedModelAsOnTheFullOne) {
   const ReducedModel model = reduce(full(), {}, {}, {.order = 90, .patches = 60});
   ASSERT_EQ(model.patches.inputs.cols(), 60);
   const PatchErrors errors = patch_errors(full(), model);
-  std::printf("steady and hourly response of TCP and sensors to 60 patches, order 90: off by %.2f %% in the median, 95 of 100 by less than %.2f %%\n",
-              100 * errors.median, 100 * errors.most95);
+  std::printf(
+      "steady and hourly response of TCP and sensors to 60 patches, order 90: off by %.2f %% in the median, 95 of 100 "
+      "by less than %.2f %%\n",
+      100 * errors.median, 100 * errors.most95);
   EXPECT_LT(errors.median, 0.02);
   EXPECT_LT(errors.most95, 0.10);
 }

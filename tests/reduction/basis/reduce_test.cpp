@@ -2,6 +2,7 @@
 #include "reduction/basis/reduce.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <optional>
@@ -127,7 +128,7 @@ const Reduction& reduction() {
 
 MatrixXd operator_at(const ReducedSystem& system, const VectorXd& p) {
   MatrixXd a = system.conduction;
-  for (Index j = 0; j < p.size(); ++j) a += p(j) * system.terms[static_cast<std::size_t>(j)];
+  for (Index j = 0; j < p.size(); ++j) a += p(j) * system.terms[j];
   return a;
 }
 
@@ -175,7 +176,8 @@ TEST(Reduce, RotationsAndBothSidesAgreeToo) {
       simulate_reduced(r.model, c.full.mesh.machine, c.loads[1], mesh::workspace_poses(c.full.mesh.machine));
   for (const std::string& column : solver::tcp_columns()) {
     const VectorXd truth = c.results[1].tcp.column(column);
-    EXPECT_LT((reduced.tcp.column(column) - truth).cwiseAbs().maxCoeff(), 0.5 + 0.01 * truth.cwiseAbs().maxCoeff()) << column;
+    EXPECT_LT((reduced.tcp.column(column) - truth).cwiseAbs().maxCoeff(), 0.5 + 0.01 * truth.cwiseAbs().maxCoeff())
+        << column;
   }
 }
 
@@ -238,9 +240,10 @@ TEST(Reduce, WithoutTrainingTheKrylovBasisAloneIsGood) {
   EXPECT_EQ(model.system.order(), 60);
   EXPECT_TRUE(summary.order_error_um.empty());
   for (std::size_t i = 0; i < 2; ++i) {
-    const ReductionErrors errors = compare(
-        c.results[i], simulate_reduced(model, c.full.mesh.machine, c.loads[i], mesh::workspace_poses(c.full.mesh.machine)));
-    std::printf("Krylov only, order 60, load %s: at most %.4f um of %.1f\n", errors.load.c_str(), errors.max_um, errors.peak_um);
+    const ReductionErrors errors = compare(c.results[i], simulate_reduced(model, c.full.mesh.machine, c.loads[i],
+                                                                          mesh::workspace_poses(c.full.mesh.machine)));
+    std::printf("Krylov only, order 60, load %s: at most %.4f um of %.1f\n", errors.load.c_str(), errors.max_um,
+                errors.peak_um);
     EXPECT_LT(errors.max_um, 0.3);
   }
 }
@@ -253,8 +256,8 @@ TEST(Reduce, AChangedMachineNeedsNoNewReduction) {
   for (mesh::FilmSpec& film : changed.mesh.machine.films) film.coefficient.value *= 3.0;
   changed.mesh.machine.coolants[0].flow.value *= 0.6;
   const solver::LoadResult full = solver::run_campaign(changed, {c.loads[1]}, {})[0];
-  const ReductionErrors errors = compare(
-      full, simulate_reduced(reduction().model, changed.mesh.machine, c.loads[1], mesh::workspace_poses(changed.mesh.machine)));
+  const ReductionErrors errors = compare(full, simulate_reduced(reduction().model, changed.mesh.machine, c.loads[1],
+                                                                mesh::workspace_poses(changed.mesh.machine)));
   std::printf("changed machine: peak %.2f um, at most %.4f um\n", errors.peak_um, errors.max_um);
   EXPECT_LT(errors.max_um, 0.01 * errors.peak_um + 0.2);
 }
@@ -290,8 +293,10 @@ TEST(ErrorEstimate, IsWithinAFactorOfTwoOnALoadThatItNeverSaw) {
     const EstimatedRun run = simulate_with_estimate(made.model, made.reference, c.full.mesh.machine, c.loads[1], poses);
     const Effectivity judged = effectivity(c.results[1], run);
     const double truth = compare(c.results[1], run.result).max_um;
-    std::printf("order %td: error %.4f um, estimated %.4f um; estimated/true median %.3f, 5..95 %% %.3f..%.3f, within two %.0f %%\n",
-                order, truth, judged.max_um, judged.median, judged.low, judged.high, 100 * judged.within_two);
+    std::printf(
+        "order %td: error %.4f um, estimated %.4f um; estimated/true median %.3f, 5..95 %% %.3f..%.3f, within two %.0f "
+        "%%\n",
+        order, truth, judged.max_um, judged.median, judged.low, judged.high, 100 * judged.within_two);
     EXPECT_GT(judged.median, 0.5);
     EXPECT_LT(judged.median, 2.0);
     EXPECT_GT(judged.within_two, 0.8);
@@ -304,7 +309,8 @@ TEST(ErrorEstimate, SmallerOrForeignReferencesAreRefused) {
   const Campaign& c = campaign();
   const Estimated made(20);
   const auto run = [&](const ReducedModel& reference) {
-    simulate_with_estimate(made.model, reference, c.full.mesh.machine, c.loads[1], {mesh::home_pose(c.full.mesh.machine)});
+    simulate_with_estimate(made.model, reference, c.full.mesh.machine, c.loads[1],
+                           {mesh::home_pose(c.full.mesh.machine)});
   };
   EXPECT_THROW(run(made.model), core::InputError);
   ReducedModel foreign = made.reference;
@@ -315,9 +321,10 @@ TEST(ErrorEstimate, SmallerOrForeignReferencesAreRefused) {
 TEST(TrainedRange, SaysWhatLeavesIt) {
   const Campaign& c = campaign();
   const Estimated made(20);
-  ASSERT_EQ(made.model.trained.low.size(), static_cast<Index>(made.model.system.terms.size()));
+  ASSERT_EQ(made.model.trained.low.size(), std::ssize(made.model.system.terms));
   TrainedRange seen;
-  simulate_reduced(made.model, c.full.mesh.machine, c.loads[0], {mesh::home_pose(c.full.mesh.machine)}, {.seen = &seen});
+  simulate_reduced(made.model, c.full.mesh.machine, c.loads[0], {mesh::home_pose(c.full.mesh.machine)},
+                   {.seen = &seen});
   EXPECT_EQ(outside_trained(made.model, seen), "") << "a load of the training";
   seen.high(0) *= 3.0;
   const std::string text = outside_trained(made.model, seen);
@@ -328,9 +335,12 @@ TEST(Reduce, ExactStepsAreWhatFineStepsComeTo) {
   const Campaign& c = campaign();
   const mesh::Machine& machine = c.full.mesh.machine;
   const std::vector<mesh::Pose> pose{mesh::home_pose(machine)};
-  const auto z = [&](const ReducedRun& how) { return simulate_reduced(reduction().model, machine, c.loads[0], pose, how).tcp.column("dz_um"); };
+  const auto z = [&](const ReducedRun& how) {
+    return simulate_reduced(reduction().model, machine, c.loads[0], pose, how).tcp.column("dz_um");
+  };
   const VectorXd truth = z({.refine = 0.05});
-  const double stepped = (z({}) - truth).cwiseAbs().maxCoeff(), exact = (z({.exact = true}) - truth).cwiseAbs().maxCoeff();
+  const double stepped = (z({}) - truth).cwiseAbs().maxCoeff(),
+               exact = (z({.exact = true}) - truth).cwiseAbs().maxCoeff();
   std::printf("time error of dz: SDIRK2 %.2e um, exact steps %.2e um\n", stepped, exact);
   EXPECT_GT(stepped, 0.0);
   EXPECT_LT(exact, 0.5 * stepped);
@@ -349,8 +359,9 @@ TEST(BasisMethods, OfOneOrderCompareOnTheSameLoad) {
   const auto error = [&](BasisMethod method) {
     const Estimated made(40, method);
     EXPECT_LE(made.model.system.order(), 40) << "snapshots of one load may span less";
-    const double worst = compare(c.results[1], simulate_reduced(made.model, c.full.mesh.machine, c.loads[1], poses)).max_um;
-    std::printf("%s, order 40: %.4f um\n", basis_methods[static_cast<int>(method)], worst);
+    const double worst =
+        compare(c.results[1], simulate_reduced(made.model, c.full.mesh.machine, c.loads[1], poses)).max_um;
+    std::printf("%s, order 40: %.4f um\n", basis_methods[method], worst);
     return worst;
   };
   const double combined = error(BasisMethod::combined), modal = error(BasisMethod::modal);
@@ -370,7 +381,8 @@ TEST(Reduce, ResultsThatDoNotFitAreRefused) {
 
 TEST(Reduce, PosesComeBackFromATable) {
   const mesh::Machine& machine = campaign().full.mesh.machine;
-  const std::vector<mesh::Pose> poses = poses_of(machine, campaign().results[0].tcp), expected = mesh::workspace_poses(machine);
+  const std::vector<mesh::Pose> poses = poses_of(machine, campaign().results[0].tcp),
+                                expected = mesh::workspace_poses(machine);
   ASSERT_EQ(poses.size(), expected.size());
   for (std::size_t i = 0; i < poses.size(); ++i) EXPECT_LT((poses[i] - expected[i]).norm(), 1e-12);
 }

@@ -2,6 +2,7 @@
 #include "reduction/bound/error_bound.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -56,7 +57,7 @@ struct Boxes {
   MatrixXd operator_at(const VectorXd& p) const {
     MatrixXd a = conduction;
     for (Index j = 0; j < p.size(); ++j)
-      if (p(j) != 0.0) a += p(j) * terms[static_cast<std::size_t>(j)];
+      if (p(j) != 0.0) a += p(j) * terms[j];
     return a;
   }
 };
@@ -68,7 +69,8 @@ const Boxes& boxes() {
 
 struct ExactBound {
   MatrixXd space;
-  BoundModel model = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses, {.dual = 25, .probes = {.count = 0}}, &space);
+  BoundModel model = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses,
+                                      {.dual = 25, .probes = {.count = 0}}, &space);
 };
 const ExactBound& exact() {
   static const ExactBound made;
@@ -89,7 +91,7 @@ struct Draw {
     const solver::FullModel& full = boxes().full;
     const solver::OperatingModel operating(full.mesh.machine, full.thermal.layout);
     initial_K = 10.0 * unit(engine) - 5.0;
-    VectorXd factor(static_cast<Index>(full.thermal.terms.size()));
+    VectorXd factor(std::ssize(full.thermal.terms));
     for (double& value : factor) value = std::exp(0.3 * normal(engine));
     const auto points = operating_points(operating);
     for (int phase = 0; phase < phases; ++phase) {
@@ -105,7 +107,7 @@ struct Draw {
       set("coolant.main.on", unit(engine) < 0.5 ? 0.0 : 1.0);
       solver::Coefficients c = operating.coefficients(row, VectorXd::Constant(1, 10.0 * unit(engine) - 5.0));
       for (Index k = 0; k < c.q.size(); ++k)
-        if (const int term = full.thermal.layout.inputs[static_cast<std::size_t>(k)].term; term >= 0) c.q(k) *= factor(term);
+        if (const int term = full.thermal.layout.inputs[k].term; term >= 0) c.q(k) *= factor(term);
       c.p.array() *= factor.array();
       const double step = 20.0 * std::pow(30.0, unit(engine));
       for (unsigned i = 0, count = 1 + static_cast<unsigned>(engine() % 4); i < count; ++i) steps.push_back({c, step});
@@ -116,16 +118,17 @@ struct Draw {
   MatrixXd run_full() const {
     const Boxes& b = boxes();
     const double share = (1.0 - solver::sdirk_gamma) / solver::sdirk_gamma;
-    MatrixXd states(b.full.thermal.size, static_cast<Index>(steps.size()) + 1);
+    MatrixXd states(b.full.thermal.size, std::ssize(steps) + 1);
     states.col(0).setConstant(initial_K);
     Eigen::PartialPivLU<MatrixXd> lu;
     const RunRecord::Step* last = nullptr;
     for (std::size_t k = 0; k < steps.size(); ++k) {
       const RunRecord::Step& step = steps[k];
       const double scale = solver::sdirk_gamma * step.length_s;
-      if (!last || last->c.p != step.c.p || last->length_s != step.length_s) lu.compute(b.capacity + scale * b.operator_at(step.c.p));
+      if (!last || last->c.p != step.c.p || last->length_s != step.length_s)
+        lu.compute(b.capacity + scale * b.operator_at(step.c.p));
       last = &step;
-      const auto at = static_cast<Index>(k);
+      const Index at = k;
       const VectorXd heat = scale * (b.full.thermal.inputs * step.c.q), before = states.col(at);
       const VectorXd first = lu.solve(b.capacity * before + heat);
       states.col(at + 1) = lu.solve(b.capacity * ((1.0 - share) * before + share * first) + heat);
@@ -150,7 +153,7 @@ struct Draw {
 };
 
 struct Judged {
-  std::vector<double> ratios;   // bound over error, where the error is no rounding
+  std::vector<double> ratios;  // bound over error, where the error is no rounding
   std::size_t statements = 0, broken = 0;
   double worst_bound_um = 0, worst_error_um = 0;
 };
@@ -163,12 +166,12 @@ void judge(const BoundModel& bound, unsigned seed, Judged& all) {
   const ErrorBound made = error_bound(b.model, bound, b.full.mesh.machine, run);
   ASSERT_EQ(made.table.rows(), static_cast<Index>(run.outputs.size() * bound.poses.size()));
   const MatrixXd own = value_rows(b.model, bound.poses);
-  const Index values = own.rows() / static_cast<Index>(bound.poses.size());
+  const Index values = own.rows() / std::ssize(bound.poses);
   static const std::vector<MatrixXd> rows = {error_rows(b.full, b.poses[0]), error_rows(b.full, b.poses[1])};
   Index row = 0;
   for (const RunRecord::Output& output : run.outputs)
     for (std::size_t i = 0; i < bound.poses.size(); ++i, ++row) {
-      const VectorXd full = 1e6 * (rows[i].transpose() * truth.col(static_cast<Index>(output.steps)));
+      const VectorXd full = 1e6 * (rows[i].transpose() * truth.col(output.steps));
       const VectorXd error = (full - own.middleRows(static_cast<Index>(i) * values, 6) * output.state).cwiseAbs();
       const VectorXd stated = made.table.values.row(row).tail(6);
       for (Index k = 0; k < 6; ++k) {
@@ -189,16 +192,21 @@ double median(std::vector<double> values) {
 TEST(ErrorBound, HoldsForEveryOutputOfHundredsOfDraws) {
   Judged all;
   for (unsigned seed = 1; seed <= 200; ++seed) judge(exact_bound(), seed, all);
-  std::printf("order %d, bound on order %d with %d duals: %zu statements, bound over error: least %.2f, median %.2f; largest error %.3f, bound %.3f um\n",
-              static_cast<int>(boxes().model.system.order()), static_cast<int>(exact_bound().terms.order()), static_cast<int>(exact_bound().terms.dual()),
-              all.statements, *std::min_element(all.ratios.begin(), all.ratios.end()), median(all.ratios), all.worst_error_um, all.worst_bound_um);
+  std::printf(
+      "order %d, bound on order %d with %d duals: %zu statements, bound over error: least %.2f, median %.2f; largest "
+      "error %.3f, bound %.3f um\n",
+      static_cast<int>(boxes().model.system.order()), static_cast<int>(exact_bound().terms.order()),
+      static_cast<int>(exact_bound().terms.dual()), all.statements,
+      *std::min_element(all.ratios.begin(), all.ratios.end()), median(all.ratios), all.worst_error_um,
+      all.worst_bound_um);
   EXPECT_EQ(all.broken, 0u);
   EXPECT_GT(all.ratios.size(), 1000u);
   EXPECT_LT(median(all.ratios), 10.0);
 }
 
 TEST(ErrorBound, HoldsWithRandomProbes) {
-  const BoundModel bound = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses, {.dual = 25, .probes = {.count = 60}});
+  const BoundModel bound = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses,
+                                            {.dual = 25, .probes = {.count = 60}});
   Judged all;
   for (unsigned seed = 1; seed <= 60; ++seed) judge(bound, seed, all);
   std::printf("60 probes: %zu statements, bound over error: least %.2f, median %.2f\n", all.statements,
@@ -218,19 +226,19 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
   BoundSum sum(bound.terms);
   const Index dual_order = bound.terms.dual();
   const double g = solver::sdirk_gamma, share = (1.0 - g) / g, r2 = std::numbers::sqrt2;
-  const Index last = static_cast<Index>(run.outputs.back().steps);
+  const Index last = run.outputs.back().steps;
 
   // Norms by their definitions, in coordinates of U: residuals through exact probes.
   VectorXd state = bound.one_kelvin * run.initial_K;
-  const Index mark = static_cast<Index>(run.outputs[run.outputs.size() - 2].steps);
+  const Index mark = run.outputs[run.outputs.size() - 2].steps;
   ASSERT_GT(mark, 0);
   ASSERT_LT(mark, last);
   double primal[2] = {0.0, 0.0};  // before the last window and in it
   double smallest = 1.0;
   for (Index k = 0; k < last; ++k) {
-    const RunRecord::Step& step = run.steps[static_cast<std::size_t>(k)];
+    const RunRecord::Step& step = run.steps[k];
     for (Index j = 0; j < step.c.p.size(); ++j)
-      if (bound.least(j) > 0.0 && bound.layout.terms[static_cast<std::size_t>(j)].kind != solver::TermKind::coolant_flow)
+      if (bound.least(j) > 0.0 && bound.layout.terms[j].kind != solver::TermKind::coolant_flow)
         smallest = std::min(smallest, step.c.p(j) / bound.least(j));
     const double scale = g * step.length_s;
     sum.set(step.c.p);
@@ -249,11 +257,13 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
     double dual[2] = {0.0, 0.0};
     VectorXd row = bound.rows[1].row(output).head(dual_order);
     for (Index k = last - 1; k >= 0; --k) {
-      const RunRecord::Step& step = run.steps[static_cast<std::size_t>(k)];
+      const RunRecord::Step& step = run.steps[k];
       const double scale = g * step.length_s;
       sum.set(step.c.p);
       const MatrixXd of_dual = sum.dual_residual();
-      const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(dual_order, dual_order) + scale * sum.conduction().topLeftCorner(dual_order, dual_order).transpose());
+      const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd::Identity(dual_order, dual_order) +
+                                             scale *
+                                                 sum.conduction().topLeftCorner(dual_order, dual_order).transpose());
       const VectorXd second = lu.solve(row), first = lu.solve(share * second);
       MatrixXd rho(bound.primal_inputs.rows(), 2);
       rho << scale * (of_dual * first), scale * (of_dual * second);
@@ -266,7 +276,8 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
     const double own = (value_rows(b.model, {b.poses[1]}).row(output)).dot(run.outputs.back().state);
     const double beside = std::abs(1e6 * bound.rows[1].row(output).dot(state) - own);
     const double stated = made.table.values(made.table.rows() - 1, made.table.values.cols() - 6 + output);
-    const double product = std::sqrt((dual[0] + dual[1]) * (primal[0] + primal[1])) + std::sqrt(dual[0] * primal[0]) + std::sqrt(dual[1] * primal[1]);
+    const double product = std::sqrt((dual[0] + dual[1]) * (primal[0] + primal[1])) + std::sqrt(dual[0] * primal[0]) +
+                           std::sqrt(dual[1] * primal[1]);
     EXPECT_NEAR(stated - beside, 1e6 * 0.5 * product / smallest, 1e-5 * stated) << output;
   }
   EXPECT_NEAR(made.scale, 1.0 / smallest, 1e-9 / smallest);
@@ -284,7 +295,9 @@ TEST(ErrorBound, ResidualsAreThoseOfEachTermAndOfItsTranspose) {
   for (std::size_t j = 0; j <= b.terms.size(); ++j) {
     BoundSum with(bound.terms);
     if (j > 0) with.set(VectorXd::Unit(bound.terms.count(), static_cast<Index>(j) - 1));
-    const auto alone = [&](const MatrixXd& sum, const MatrixXd& of_base) { return j == 0 ? sum : MatrixXd(sum - of_base); };
+    const auto alone = [&](const MatrixXd& sum, const MatrixXd& of_base) {
+      return j == 0 ? sum : MatrixXd(sum - of_base);
+    };
     const MatrixXd& k = j == 0 ? b.conduction : b.terms[j - 1];
     const auto expect_gram = [&](const MatrixXd& residual, const MatrixXd& seen) {
       const MatrixXd gram = residual.transpose() * least.solve(residual);
@@ -293,7 +306,8 @@ TEST(ErrorBound, ResidualsAreThoseOfEachTermAndOfItsTranspose) {
     const MatrixXd on_u = u.transpose() * k * u;
     EXPECT_LT((alone(with.conduction(), none.conduction()) - on_u).norm(), 1e-9 * on_u.norm() + 1e-15) << "term " << j;
     expect_gram(b.capacity * u * on_u - k * u, alone(with.residual(), none.residual()));
-    expect_gram(b.capacity * w * (w.transpose() * k.transpose() * w) - k.transpose() * w, alone(with.dual_residual(), none.dual_residual()));
+    expect_gram(b.capacity * w * (w.transpose() * k.transpose() * w) - k.transpose() * w,
+                alone(with.dual_residual(), none.dual_residual()));
     one_way = one_way || (k - k.transpose()).norm() > 0.1 * k.norm();
   }
   EXPECT_TRUE(one_way) << "a machine with a coolant";
@@ -306,7 +320,8 @@ TEST(ErrorBound, FileGivesTheSameBound) {
   write_bound(path, exact_bound());
   const BoundModel read = read_bound(path, b.model);
   const RunRecord run = Draw(5, 2).run_reduced();
-  const ErrorBound before = error_bound(b.model, exact_bound(), b.full.mesh.machine, run), after = error_bound(b.model, read, b.full.mesh.machine, run);
+  const ErrorBound before = error_bound(b.model, exact_bound(), b.full.mesh.machine, run),
+                   after = error_bound(b.model, read, b.full.mesh.machine, run);
   EXPECT_EQ(before.table.values, after.table.values);
   EXPECT_EQ(before.table.columns, after.table.columns);
   ReducedModel other = b.model;

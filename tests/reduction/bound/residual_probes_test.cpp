@@ -2,6 +2,7 @@
 #include "reduction/bound/residual_probes.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -82,7 +83,7 @@ TEST(ResidualProbes, FewOfThemSeeNoNormTooSmall) {
 TEST(ResidualProbes, ShareIsChernoffs) {
   for (const Index count : {10, 100, 400}) {
     const double s = certain_share(count, 1e-6);
-    EXPECT_NEAR(0.5 * static_cast<double>(count) * (std::log(s) + 1.0 - s), std::log(1e-6), 1e-9);
+    EXPECT_NEAR(0.5 * count * (std::log(s) + 1.0 - s), std::log(1e-6), 1e-9);
     EXPECT_LT(s, 1.0);
   }
 }
@@ -94,10 +95,10 @@ TEST(ResidualProbes, LeastConductionIsBelowAll) {
   const VectorXd least = VectorXd::Zero(thermal().least.size());
   MatrixXd parts;
   const MatrixXd m = least_conduction(system, least, parts);
-  EXPECT_EQ(parts.cols(), static_cast<Index>(thermal().mesh.machine.bodies.size()) + system.size - system.nodes);
+  EXPECT_EQ(parts.cols(), std::ssize(thermal().mesh.machine.bodies) + system.size - system.nodes);
   const auto at = [&](const VectorXd& p) {
     MatrixXd k = system.conduction;
-    for (Index j = 0; j < p.size(); ++j) k += p(j) * MatrixXd(system.terms[static_cast<std::size_t>(j)]);
+    for (Index j = 0; j < p.size(); ++j) k += p(j) * MatrixXd(system.terms[j]);
     return MatrixXd(0.5 * (k + k.transpose()));
   };
   const MatrixXd held = at(least), springs = m - held;
@@ -110,8 +111,9 @@ TEST(ResidualProbes, LeastConductionIsBelowAll) {
     for (double& value : p) value += 200.0 * unit(engine);
     VectorXd symmetric = thermal().least;
     for (Index j = 0; j < p.size(); ++j)
-      if (system.layout.terms[static_cast<std::size_t>(j)].kind == solver::TermKind::coolant_flow) symmetric(j) = 0.0;
-    const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(at(p) - at(symmetric), Eigen::EigenvaluesOnly).eigenvalues();
+      if (system.layout.terms[j].kind == solver::TermKind::coolant_flow) symmetric(j) = 0.0;
+    const VectorXd values =
+        Eigen::SelfAdjointEigenSolver<MatrixXd>(at(p) - at(symmetric), Eigen::EigenvaluesOnly).eigenvalues();
     EXPECT_GT(values(0), -1e-9 * values(values.size() - 1));
   }
 }

@@ -2,6 +2,7 @@
 #include "reduction/model/model_file.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <random>
 
@@ -43,8 +44,8 @@ ReducedModel random_model(Index r = 7) {
   model.system.capacity = MatrixXd::Identity(r, r);
   model.system.conduction = random(r, r);
   for (std::size_t j = 0; j < model.system.layout.terms.size(); ++j) model.system.terms.push_back(random(r, r));
-  model.system.inputs = random(r, static_cast<Index>(model.system.layout.inputs.size()));
-  model.system.sensors = random(static_cast<Index>(model.machine.sensors.size()), r);
+  model.system.inputs = random(r, std::ssize(model.system.layout.inputs));
+  model.system.sensors = random(std::ssize(model.machine.sensors), r);
   model.system.one_kelvin = random(r, 1);
   model.outputs.tool_poses = mesh::workspace_poses(model.machine);
   model.outputs.table_poses = OutputGrid(model.machine).table_poses();
@@ -126,7 +127,7 @@ TEST(ModelFile, PartsComeBackAndMayBeAbsent) {
   for (std::size_t b = 0; b < model.machine.bodies.size(); ++b) parts.capacity.push_back(MatrixXd::Random(7, 7));
   parts.bodies.resize(model.machine.bodies.size());
   parts.stiffness.resize(model.machine.joints.size());
-  parts.stiffness_exponent = Eigen::VectorXd::Random(static_cast<Index>(model.machine.joints.size()));
+  parts.stiffness_exponent = Eigen::VectorXd::Random(std::ssize(model.machine.joints));
   for (ReducedOutputs* part : {&parts.bodies[3], &parts.stiffness[1]}) {
     *part = model.outputs;
     part->tool_poses.clear();

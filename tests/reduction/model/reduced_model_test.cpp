@@ -96,7 +96,8 @@ TEST(ReducedStepper, ChangedCoefficientsAgreeWithAFreshStepper) {
 
 TEST(ReducedStepper, AlternatingStatesKeepTheirFactors) {
   const ReducedSystem system = random_system(30, 10, 5, 14);
-  const solver::Coefficients states[] = {random_coefficients(system, 15), random_coefficients(system, 16), random_coefficients(system, 17)};
+  const solver::Coefficients states[] = {random_coefficients(system, 15), random_coefficients(system, 16),
+                                         random_coefficients(system, 17)};
   ReducedStepper stepper(system);
   VectorXd state = VectorXd::Zero(30);
   for (int i = 0; i < 300; ++i) stepper.advance(state, states[i / 5 % 3], 60.0);
@@ -183,7 +184,7 @@ TEST(PoseWeights, ReproduceQuadraticsAndTheirSumIsOne) {
     ASSERT_EQ(weights.size(), 9);
     EXPECT_NEAR(weights.sum(), 1.0, 1e-14);
     double sum = 0;
-    for (std::size_t k = 0; k < grid.size(); ++k) sum += weights(static_cast<Index>(k)) * f(grid[k]);
+    for (std::size_t k = 0; k < grid.size(); ++k) sum += weights(k) * f(grid[k]);
     EXPECT_NEAR(sum, f(pose), 1e-13);
   }
 }
@@ -192,12 +193,13 @@ TEST(PoseWeights, AreExactAtTheGridAndClampedBeyondIt) {
   const mesh::Machine machine = test::small_machine();
   const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine);
   for (std::size_t k = 0; k < grid.size(); ++k) {
-    EXPECT_EQ(pose_weights(machine, grid[k], mesh::workspace_poses(machine).size()), VectorXd::Unit(9, static_cast<Index>(k)));
+    EXPECT_EQ(pose_weights(machine, grid[k], mesh::workspace_poses(machine).size()), VectorXd::Unit(9, k));
   }
   mesh::Pose outside = grid[8];
   outside(0) += 1.0;
   outside(1) += 1.0;
-  EXPECT_EQ(pose_weights(machine, outside, mesh::workspace_poses(machine).size()), pose_weights(machine, grid[8], mesh::workspace_poses(machine).size()));
+  EXPECT_EQ(pose_weights(machine, outside, mesh::workspace_poses(machine).size()),
+            pose_weights(machine, grid[8], mesh::workspace_poses(machine).size()));
 }
 
 TEST(PoseWeights, TwoPositionsAreLinearAndManyPiecewise) {
@@ -208,7 +210,8 @@ TEST(PoseWeights, TwoPositionsAreLinearAndManyPiecewise) {
   pose(0) = 0.1;
   EXPECT_TRUE(pose_weights(machine, pose, mesh::workspace_poses(machine).size()).isApprox(Eigen::Vector2d(0.25, 0.75)));
   machine.workspace.positions = {{-0.2, -0.1, 0.0, 0.2}};
-  EXPECT_TRUE(pose_weights(machine, pose, mesh::workspace_poses(machine).size()).isApprox(Eigen::Vector4d(0, 0, 0.5, 0.5)));
+  EXPECT_TRUE(
+      pose_weights(machine, pose, mesh::workspace_poses(machine).size()).isApprox(Eigen::Vector4d(0, 0, 0.5, 0.5)));
   machine.workspace.positions = {{0.05}};
   EXPECT_EQ(pose_weights(machine, pose, mesh::workspace_poses(machine).size()), VectorXd::Ones(1));
 }
@@ -223,14 +226,15 @@ mesh::Machine swivel_machine() {
   b.low = -0.5;
   b.high = 2.0;
   machine.axes.push_back(b);
-  machine.bodies[static_cast<std::size_t>(machine.body_index("slide"))].axis = "B";
+  machine.bodies[machine.body_index("slide")].axis = "B";
   machine.workspace.table_axes = {"C", "B"};
   machine.workspace.table_positions = {{0.0, 1.0}, {0.0, 0.8, 1.5}};
   return machine;
 }
 
 /// f interpolated from the stored poses, minus f, at random poses.
-double interpolation_error(const mesh::Machine& machine, const OutputGrid& grid, const std::function<double(const mesh::Pose&)>& f) {
+double interpolation_error(const mesh::Machine& machine, const OutputGrid& grid,
+                           const std::function<double(const mesh::Pose&)>& f) {
   Numbers number(34);
   double worst = 0;
   VectorXd weights;
@@ -240,7 +244,7 @@ double interpolation_error(const mesh::Machine& machine, const OutputGrid& grid,
     pose(1) = number(-0.1, 0.1);
     grid.tool_weights(pose, weights);
     double sum = 0;
-    for (std::size_t k = 0; k < grid.tool_count(); ++k) sum += weights(static_cast<Index>(k)) * f(grid.tool_poses()[k]);
+    for (std::size_t k = 0; k < grid.tool_count(); ++k) sum += weights(k) * f(grid.tool_poses()[k]);
     worst = std::max(worst, std::abs(sum - f(pose)));
   }
   return worst;
@@ -252,7 +256,9 @@ TEST(PoseWeights, OuterLinesAddWhatTheGridDoesNotSee) {
   ASSERT_EQ(stored.tool_count(), 9u + 2u * 3u * 6u);
   for (const OutputGrid* grid : {&stored, &coarse})
     for (std::size_t k = 0; k < grid->tool_count(); ++k)
-      EXPECT_TRUE(pose_weights(machine, grid->tool_poses()[k], grid->tool_count()).isApprox(VectorXd::Unit(static_cast<Index>(grid->tool_count()), static_cast<Index>(k)), 1e-13)) << k;
+      EXPECT_TRUE(pose_weights(machine, grid->tool_poses()[k], grid->tool_count())
+                      .isApprox(VectorXd::Unit(grid->tool_count(), k), 1e-13))
+          << k;
   EXPECT_DOUBLE_EQ(stored.tool_poses()[9](0), -0.15);
   EXPECT_DOUBLE_EQ(stored.tool_poses()[9](1), -0.1);
   EXPECT_DOUBLE_EQ(stored.tool_poses()[12](0), 0.05) << "the middle is the grid's";
@@ -260,7 +266,8 @@ TEST(PoseWeights, OuterLinesAddWhatTheGridDoesNotSee) {
   // Cubics of each axis, linear in the other, beside the quadratics of both, which the grid knows; the same with a
   // quadratic of the other axis that is none at its ends.
   const auto cubic = [](const mesh::Pose& p) {
-    return 1.0 - 3.0 * p(1) + 5.0 * p(0) * p(1) + 7.0 * p(0) * p(0) * p(1) * p(1) + 40.0 * p(0) * p(0) * p(0) * (1.0 + 2.0 * p(1)) - 60.0 * p(1) * p(1) * p(1) * (1.0 - 3.0 * p(0));
+    return 1.0 - 3.0 * p(1) + 5.0 * p(0) * p(1) + 7.0 * p(0) * p(0) * p(1) * p(1) +
+           40.0 * p(0) * p(0) * p(0) * (1.0 + 2.0 * p(1)) - 60.0 * p(1) * p(1) * p(1) * (1.0 - 3.0 * p(0));
   };
   EXPECT_LT(interpolation_error(machine, stored, cubic), 1e-13);
   EXPECT_GT(interpolation_error(machine, coarse, cubic), 0.01) << "the lines gain nothing";
@@ -277,7 +284,9 @@ TEST(PoseWeights, OuterLinesAddWhatTheGridDoesNotSee) {
   mesh::Machine two = machine;  // no middle: outer lines alone
   two.workspace.positions[1] = {-0.1, 0.1};
   EXPECT_EQ(OutputGrid(two).tool_count(), 6u + 2u * 6u);
-  EXPECT_LT(interpolation_error(two, OutputGrid(two), [](const mesh::Pose& p) { return p(0) * p(0) * p(0) * (1.0 + p(1)); }), 1e-13);
+  EXPECT_LT(
+      interpolation_error(two, OutputGrid(two), [](const mesh::Pose& p) { return p(0) * p(0) * p(0) * (1.0 + p(1)); }),
+      1e-13);
   EXPECT_THROW(OutputGrid(machine, 13), core::SolverError);
 }
 
@@ -293,10 +302,11 @@ double turning_error(const mesh::Machine& machine, double low, double high) {
     const VectorXd weights = table_weights(machine, pose);
     double one = 0, cosine = 0, sine = 0;
     for (std::size_t k = 0; k < grid.size(); ++k) {
-      const double w = weights(static_cast<Index>(k));
+      const double w = weights(k);
       one += w, cosine += w * std::cos(grid[k](3)), sine += w * std::sin(grid[k](3));
     }
-    worst = std::max({worst, std::abs(one - 1.0), std::abs(cosine - std::cos(pose(3))), std::abs(sine - std::sin(pose(3)))});
+    worst = std::max(
+        {worst, std::abs(one - 1.0), std::abs(cosine - std::cos(pose(3))), std::abs(sine - std::sin(pose(3)))});
   }
   return worst;
 }
@@ -310,7 +320,8 @@ TEST(TableWeights, AreExactForWhatStandsStillWhileTheTableTilts) {
   EXPECT_EQ(grid[8](2), 0.0) << "the table's own axis stands at 0";
   EXPECT_EQ(OutputGrid(machine).table_grid_places(), (std::vector<std::size_t>{0, 8, 15}));
   EXPECT_LT(turning_error(machine, 0.0, 1.5), 1e-13);
-  for (std::size_t k = 0; k < grid.size(); ++k) EXPECT_TRUE(table_weights(machine, grid[k]).isApprox(VectorXd::Unit(16, static_cast<Index>(k)), 1e-14));
+  for (std::size_t k = 0; k < grid.size(); ++k)
+    EXPECT_TRUE(table_weights(machine, grid[k]).isApprox(VectorXd::Unit(16, k), 1e-14));
   mesh::Pose beyond = grid.back();
   beyond(3) = 1.9;
   EXPECT_EQ(table_weights(machine, beyond), table_weights(machine, grid.back()));
@@ -318,7 +329,8 @@ TEST(TableWeights, AreExactForWhatStandsStillWhileTheTableTilts) {
   OutputGrid(machine).table_grid_weights(grid[8], coarse);
   EXPECT_TRUE(coarse.isApprox(Eigen::Vector3d(0, 1, 0), 1e-14));
   OutputGrid(machine).table_grid_weights(grid[4], coarse);
-  EXPECT_NEAR(coarse.dot(Eigen::Vector3d(std::cos(grid[0](3)), std::cos(grid[8](3)), std::cos(grid[15](3)))), std::cos(0.4), 1e-13);
+  EXPECT_NEAR(coarse.dot(Eigen::Vector3d(std::cos(grid[0](3)), std::cos(grid[8](3)), std::cos(grid[15](3)))),
+              std::cos(0.4), 1e-13);
 
   machine.workspace.table_positions[1] = {-0.4, 0.0, 0.3, 0.8, 1.5};
   EXPECT_LT(turning_error(machine, -0.4, 1.5), 1e-13);

@@ -2,6 +2,7 @@
 #include "reduction/systems/identify.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <Eigen/Eigenvalues>
 #include <random>
@@ -48,12 +49,18 @@ struct Chain {
   }
 
   /// Inputs step to other values every hour or so; which ones move is asked for.
-  Samples run(const std::string& name, unsigned seed, const std::vector<Index>& moving, double initial_K, int hours = 12) const {
+  Samples run(const std::string& name, unsigned seed, const std::vector<Index>& moving, double initial_K,
+              int hours = 12) const {
     std::mt19937 engine(seed);
     std::uniform_real_distribution<double> unit(0.0, 1.0);
     constexpr double step = 300.0;
     const Index times = hours * 12 + 1, n = a.rows();
-    Samples load{name, VectorXd::LinSpaced(times, 0.0, step * static_cast<double>(times - 1)), MatrixXd::Zero(times, 5), MatrixXd(times, c.rows()), poses, initial_K};
+    Samples load{name,
+                 VectorXd::LinSpaced(times, 0.0, step * static_cast<double>(times - 1)),
+                 MatrixXd::Zero(times, 5),
+                 MatrixXd(times, c.rows()),
+                 poses,
+                 initial_K};
     load.inputs.leftCols(2).setConstant(initial_K);
     for (const Index k : moving) {
       double value = 0.0;
@@ -77,7 +84,8 @@ struct Chain {
   }
 
   std::vector<Samples> training() const {
-    return {run("air", 1, {0}, 1.0, 48), run("ground", 2, {1}, 0.0, 48), run("first", 3, {2}, 0.0), run("second", 4, {3}, 2.0), run("all", 5, {0, 1, 2, 3}, -1.0)};
+    return {run("air", 1, {0}, 1.0, 48), run("ground", 2, {1}, 0.0, 48), run("first", 3, {2}, 0.0),
+            run("second", 4, {3}, 2.0), run("all", 5, {0, 1, 2, 3}, -1.0)};
   }
 };
 
@@ -99,8 +107,9 @@ double worst_of(const ReducedLinearSystem& model, const Samples& load) {
 TEST(Identify, PredictsALoadThatItNeverSaw) {
   const Samples unseen = Chain().run("unseen", 99, {0, 1, 2, 3}, 3.0, 30);
   const ReducedLinearSystem model = identified().model(identified().order());
-  std::printf("order %d of %d, ridge %.0e, on %s: off by %.2f %% of the largest\n", static_cast<int>(model.order()), static_cast<int>(identified().lags().base.size()),
-              identified().ridge(), identified().kept_out().c_str(), 100 * worst_of(model, unseen));
+  std::printf("order %d of %d, ridge %.0e, on %s: off by %.2f %% of the largest\n", model.order(),
+              identified().lags().base.size(), identified().ridge(), identified().kept_out().c_str(),
+              100 * worst_of(model, unseen));
   EXPECT_LT(worst_of(model, unseen), 0.03);
   EXPECT_GT(worst_of(identified().model(2), unseen), 0.06) << "two states cannot do";
 }
@@ -132,7 +141,8 @@ TEST(Identify, IsStableAtEveryOrder) {
   std::vector<Samples> wild = Chain().training();
   for (Samples& load : wild)
     for (Index i = 1; i < load.outputs.rows(); ++i)
-      for (Index j = 0; j < load.outputs.cols(); ++j) load.outputs(i, j) = 30.0 * normal(engine) + std::exp(3e-5 * load.time(i));
+      for (Index j = 0; j < load.outputs.cols(); ++j)
+        load.outputs(i, j) = 30.0 * normal(engine) + std::exp(3e-5 * load.time(i));
   const Identification made(wild, even, {});
   for (const Identification* of : {&identified(), &made})
     for (Index order = 1; order <= std::min<Index>(of->largest_order(), 25); ++order) {
@@ -172,17 +182,19 @@ CampaignTables tables_of(const mesh::Machine& machine) {
   tables.inputs.columns = {"time_s"};
   tables.inputs.columns.insert(tables.inputs.columns.end(), channels.names().begin(), channels.names().end());
   tables.inputs.values.resize(3, channels.size() + 1);
-  for (Index i = 0; i < 3; ++i) tables.inputs.values.row(i) << 60.0 * static_cast<double>(i), channels.defaults().transpose();
+  for (Index i = 0; i < 3; ++i) tables.inputs.values.row(i) << 60.0 * i, channels.defaults().transpose();
   tables.sensors.columns = {"time_s"};
   for (const mesh::SensorSpec& sensor : machine.sensors) tables.sensors.columns.push_back(sensor.id + "_C");
-  tables.sensors.values = MatrixXd::Constant(3, static_cast<Index>(tables.sensors.columns.size()), 23.0);
+  tables.sensors.values = MatrixXd::Constant(3, std::ssize(tables.sensors.columns), 23.0);
   tables.sensors.values.col(0) << 0, 60, 120;
   tables.tcp.columns = {"time_s"};
   for (const std::string& name : mesh::pose_columns(machine)) tables.tcp.columns.push_back(name);
-  for (const char* name : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"}) tables.tcp.columns.push_back(name);
-  tables.tcp.values.resize(6, static_cast<Index>(tables.tcp.columns.size()));
+  for (const char* name : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"})
+    tables.tcp.columns.push_back(name);
+  tables.tcp.values.resize(6, std::ssize(tables.tcp.columns));
   for (Index i = 0; i < 6; ++i)
-    for (Index j = 0; j < tables.tcp.values.cols(); ++j) tables.tcp.values(i, j) = j == 0 ? 60.0 * static_cast<double>(i / 2) : 100.0 * static_cast<double>(i) + static_cast<double>(j);
+    for (Index j = 0; j < tables.tcp.values.cols(); ++j)
+      tables.tcp.values(i, j) = j == 0 ? 60.0 * (i / 2) : 100.0 * i + static_cast<double>(j);
   return tables;
 }
 
@@ -203,17 +215,18 @@ TEST(CampaignTables, AreReadAsInputsAndOutputs) {
   };
   EXPECT_EQ(input("air.T_K")(1), 5.0);
   EXPECT_EQ(input("cutting_fluid.on x (cutting_fluid.T_K - air.T_K)"), Eigen::Vector3d(0, 5, 0));
-  const solver::OperatingModel operating(machine, solver::make_layout(machine, std::vector<solver::JointGrid>(machine.joints.size(), {-1, false, {0.0}})));
+  const solver::OperatingModel operating(
+      machine, solver::make_layout(machine, std::vector<solver::JointGrid>(machine.joints.size(), {-1, false, {0.0}})));
   VectorXd row = operating.channels().defaults();
   row(operating.channels().index("spindle.speed_rpm")) = 6000.0;
   ASSERT_GT(operating.source_powers(row).maxCoeff(), 0.0);
   EXPECT_EQ(u.row(2).head(operating.source_powers(row).size()).transpose(), operating.source_powers(row));
   EXPECT_EQ(inputs.initial_K(tables), 3.0);
   const MatrixXd y = campaign_outputs(tables, machine.reference_C);
-  const Index first = static_cast<Index>(mesh::pose_columns(machine).size()) + 1;
+  const Index first = std::ssize(mesh::pose_columns(machine)) + 1;
   EXPECT_EQ(campaign_poses(tables), 2);
   EXPECT_EQ(y.rows(), 3);
-  EXPECT_EQ(y(1, 6 + 2), 300.0 + static_cast<double>(first + 2)) << "dz of the second pose at the second time: row 3";
+  EXPECT_EQ(y(1, 6 + 2), 300.0 + (first + 2)) << "dz of the second pose at the second time: row 3";
   EXPECT_EQ(y(2, y.cols() - 1), 3.0);
   EXPECT_EQ(static_cast<Index>(campaign_output_names(machine, tables).size()), y.cols());
   tables.tcp.values(3, 0) = 7.0;

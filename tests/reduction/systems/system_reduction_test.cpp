@@ -39,7 +39,7 @@ MatrixXcd response(const ReducedLinearSystem& s, Complex at) { return response(s
 Eigen::VectorXcd poles_of(const MatrixXd& a) { return lapack::schur(a).triangular.diagonal(); }
 
 class Quiet : public testing::Test {
- protected:
+protected:
   void SetUp() override { core::set_quiet(true); }
   void TearDown() override { core::set_quiet(false); }
 };
@@ -65,8 +65,11 @@ TEST_F(SystemReductionTest, TrueErrorsKeepTheBound) {
       EXPECT_LE(point.error.value, point.bound * (1 + 1e-8) + 1e-12 * point.norm.value) << order;
       // No reduced model of this order comes closer than the next Hankel singular value.
       EXPECT_GE(point.error.value, point.hankel(order) * (1 - 1e-3)) << order;
-      EXPECT_NEAR((response(system.base, Complex(0, point.error.frequency)) - response(reduction.model, Complex(0, point.error.frequency))).norm() /
-                      point.error.value, 1.0, 0.8);
+      EXPECT_NEAR((response(system.base, Complex(0, point.error.frequency)) -
+                   response(reduction.model, Complex(0, point.error.frequency)))
+                          .norm() /
+                      point.error.value,
+                  1.0, 0.8);
     }
 }
 
@@ -84,7 +87,9 @@ TEST_F(SystemReductionTest, PenzlsSystemNeedsFewStates) {
   const double wanted = std::abs(response(test::penzl().base, Complex(0, 100.0))(0));
   EXPECT_GE(point.norm.value, wanted * (1 - 1e-9));
   for (const double frequency : {100.0, 200.0, 400.0}) {
-    const auto pole = std::min_element(point.poles.begin(), point.poles.end(), [&](Complex a, Complex b) { return std::abs(a - Complex(-1, frequency)) < std::abs(b - Complex(-1, frequency)); });
+    const auto pole = std::min_element(point.poles.begin(), point.poles.end(), [&](Complex a, Complex b) {
+      return std::abs(a - Complex(-1, frequency)) < std::abs(b - Complex(-1, frequency));
+    });
     EXPECT_LT(std::abs(*pole - Complex(-1, frequency)), 0.05) << frequency;
   }
 }
@@ -104,7 +109,8 @@ TEST_F(SystemReductionTest, LowRankRouteGivesTheSameModel) {
     EXPECT_NEAR(a.norm.value, b.norm.value, 1e-6 * a.norm.value);
     EXPECT_NEAR(a.error.value, b.error.value, 1e-2 * a.error.value + 1e-9 * a.norm.value);
     for (const double w : {0.0, 1.0, 30.0})
-      EXPECT_LT((response(dense.model, Complex(0, w)) - response(sparse.model, Complex(0, w))).norm(), 1e-8 * a.norm.value);
+      EXPECT_LT((response(dense.model, Complex(0, w)) - response(sparse.model, Complex(0, w))).norm(),
+                1e-8 * a.norm.value);
   }
 }
 
@@ -112,7 +118,8 @@ TEST_F(SystemReductionTest, ModalModelsKeepTheirPoles) {
   const LinearSystem system = test::chain(30, false);
   const SystemReduction reduction = reduce_system(system, with_order(10, Method::modal));
   const Eigen::VectorXcd poles = poles_of(MatrixXd(system.base.A));
-  for (const Complex& pole : reduction.points.front().poles) EXPECT_LT((poles.array() - pole).abs().minCoeff(), 1e-9 * std::abs(pole));
+  for (const Complex& pole : reduction.points.front().poles)
+    EXPECT_LT((poles.array() - pole).abs().minCoeff(), 1e-9 * std::abs(pole));
   // A system that is nothing but ten modes is reproduced.
   const SystemReduction all = reduce_system(test::chain(5, true), with_order(10, Method::modal));
   EXPECT_LT(all.points.front().error.value, 1e-10 * all.points.front().norm.value);
@@ -194,14 +201,17 @@ TEST_F(SystemReductionTest, BasesOfUnsymmetricSystemsAreJoinedToo) {
   }
 }
 
-void write(const std::filesystem::path& file, const MatrixXd& matrix) { core::write_file(file, core::format_matrix_market(matrix, "test")); }
+void write(const std::filesystem::path& file, const MatrixXd& matrix) {
+  core::write_file(file, core::format_matrix_market(matrix, "test"));
+}
 
 void write_folder(const std::filesystem::path& folder, const LinearSystem& system) {
   write(folder / "A.mtx", MatrixXd(system.base.A));
   write(folder / "E.mtx", MatrixXd(system.base.E));
   write(folder / "B.mtx", system.base.B);
   write(folder / "C.mtx", system.base.C);
-  for (const ParameterMatrix& film : system.films) write(folder / ("A_film_" + film.name + ".mtx"), MatrixXd(film.matrix));
+  for (const ParameterMatrix& film : system.films)
+    write(folder / ("A_film_" + film.name + ".mtx"), MatrixXd(film.matrix));
 }
 
 TEST_F(SystemReductionTest, FilesHoldTheModel) {

@@ -37,7 +37,8 @@ std::vector<LinearSystem> systems_of_all_kinds() {
 }
 
 TEST(SystemSolver, OneStateHasTheKnownHankelValue) {
-  const LinearSystem one = test::make_system(test::sparse(1, 1, {{0, 0, -2.0}}), MatrixXd::Constant(1, 1, 3.0), MatrixXd::Constant(1, 1, 5.0), true);
+  const LinearSystem one = test::make_system(test::sparse(1, 1, {{0, 0, -2.0}}), MatrixXd::Constant(1, 1, 3.0),
+                                             MatrixXd::Constant(1, 1, 5.0), true);
   EXPECT_DOUBLE_EQ(hankel(one.base)(0), 15.0 / 4.0);
   StateSpace general = one.base;
   general.symmetric = false;
@@ -58,11 +59,16 @@ TEST(SystemSolver, FactorsSolveTheLyapunovEquations) {
   for (const LinearSystem& system : systems_of_all_kinds()) {
     const GramianFactors factors = make_system_solver(system.base, "system")->gramians();
     const MatrixXd e(system.base.E), a(system.base.A);
-    const MatrixXd p = factors.controllability * factors.controllability.transpose(), q = factors.observability * factors.observability.transpose();
+    const MatrixXd p = factors.controllability * factors.controllability.transpose(),
+                   q = factors.observability * factors.observability.transpose();
     const MatrixXd of_p = a * p * e.transpose(), of_q = a.transpose() * q * e;
-    EXPECT_LT((of_p + of_p.transpose() + system.base.B * system.base.B.transpose()).norm(), 1e-11 * of_p.norm()) << a.rows();
-    EXPECT_LT((of_q + of_q.transpose() + system.base.C.transpose() * system.base.C).norm(), 1e-11 * of_q.norm()) << a.rows();
-    EXPECT_LT((factors.core - factors.observability.transpose() * e * factors.controllability).norm(), 1e-11 * factors.core.norm()) << a.rows();
+    EXPECT_LT((of_p + of_p.transpose() + system.base.B * system.base.B.transpose()).norm(), 1e-11 * of_p.norm())
+        << a.rows();
+    EXPECT_LT((of_q + of_q.transpose() + system.base.C.transpose() * system.base.C).norm(), 1e-11 * of_q.norm())
+        << a.rows();
+    EXPECT_LT((factors.core - factors.observability.transpose() * e * factors.controllability).norm(),
+              1e-11 * factors.core.norm())
+        << a.rows();
   }
 }
 
@@ -86,7 +92,8 @@ TEST(SystemSolver, HankelValuesDoNotDependOnTheCoordinates) {
 
 TEST(SystemSolver, SparseAndDenseRoutesAgree) {
   for (const LinearSystem& system : systems_of_all_kinds()) {
-    const auto dense = make_system_solver(system.base, "system"), sparse = make_system_solver(system.base, "system", sparse_route);
+    const auto dense = make_system_solver(system.base, "system"),
+               sparse = make_system_solver(system.base, "system", sparse_route);
     EXPECT_TRUE(dense->dense());
     EXPECT_FALSE(sparse->dense());
     const VectorXd wanted = lapack::svd(dense->gramians().core).values;
@@ -126,7 +133,8 @@ TEST(SystemSolver, ModesAreModes) {
       for (Index k = 0; k < modes.values.size(); ++k) {
         const MatrixXcd ax = system.base.A * modes.right.col(k), ex = system.base.E * modes.right.col(k);
         EXPECT_LT((ax - modes.values(k) * ex).norm(), 1e-7 * ax.norm());
-        const MatrixXcd ya = system.base.A.transpose() * modes.left.col(k), ye = system.base.E.transpose() * modes.left.col(k);
+        const MatrixXcd ya = system.base.A.transpose() * modes.left.col(k),
+                        ye = system.base.E.transpose() * modes.left.col(k);
         EXPECT_LT((ya - modes.values(k) * ye).norm(), 1e-7 * ya.norm());
         EXPECT_LT(std::abs((modes.left.col(k).transpose() * ex)(0) - 1.0), 1e-8);
       }
@@ -146,7 +154,8 @@ TEST(SystemSolver, UnstableSystemsAreRefusedWithTheEigenvalue) {
   for (const SolverOptions& options : {SolverOptions{}, sparse_route}) {
     StateSpace growing = test::rod(30).base;
     for (Index k = 0; k < 31; ++k) growing.A.coeffRef(k, k) += 8.0 / 30;
-    EXPECT_NE(refusal(growing, options).find("folder: not stable: (A, E) has the eigenvalue "), std::string::npos) << refusal(growing, options);
+    EXPECT_NE(refusal(growing, options).find("folder: not stable: (A, E) has the eigenvalue "), std::string::npos)
+        << refusal(growing, options);
     growing.symmetric = false;
     EXPECT_NE(refusal(growing, options).find("not stable"), std::string::npos);
 
@@ -164,11 +173,13 @@ TEST(SystemSolver, SingularEIsRefused) {
   for (const SolverOptions& options : {SolverOptions{}, sparse_route}) {
     StateSpace system = test::chain(10, true).base;
     system.E.coeffRef(3, 3) = 0.0;
-    EXPECT_NE(refusal(system, options).find("folder/E.mtx: singular: 1 of its 20 rows are empty"), std::string::npos) << refusal(system, options);
+    EXPECT_NE(refusal(system, options).find("folder/E.mtx: singular: 1 of its 20 rows are empty"), std::string::npos)
+        << refusal(system, options);
     system.E.coeffRef(3, 3) = 1.0;
     system.E.coeffRef(4, 3) = 1.0;
     system.E.coeffRef(3, 4) = 1.0;
-    EXPECT_NE(refusal(system, options).find("E.mtx: singular: reciprocal condition"), std::string::npos) << refusal(system, options);
+    EXPECT_NE(refusal(system, options).find("E.mtx: singular: reciprocal condition"), std::string::npos)
+        << refusal(system, options);
   }
 }
 
@@ -177,8 +188,9 @@ TEST(SystemSolver, StatesThatNothingDrivesAreNoTrouble) {
   system.B.conservativeResize(Eigen::NoChange, 2);
   system.B.col(1).setZero();
   EXPECT_LT((hankel(system).head(5) - hankel(test::rod(20).base).head(5)).norm(), 1e-14);
-  const LinearSystem apart = test::make_system(test::sparse(3, 3, {{0, 0, -1.0}, {1, 1, -2.0}, {2, 2, -3.0}, {0, 1, 1.0}}),
-                                               (MatrixXd(3, 1) << 1, 0, 0).finished(), (MatrixXd(1, 3) << 1, 1, 1).finished());
+  const LinearSystem apart =
+      test::make_system(test::sparse(3, 3, {{0, 0, -1.0}, {1, 1, -2.0}, {2, 2, -3.0}, {0, 1, 1.0}}),
+                        (MatrixXd(3, 1) << 1, 0, 0).finished(), (MatrixXd(1, 3) << 1, 1, 1).finished());
   const VectorXd values = hankel(apart.base);
   EXPECT_NEAR(values(0), 0.5, 1e-15);
   EXPECT_LT(values(1), 1e-15);

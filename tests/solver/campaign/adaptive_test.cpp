@@ -20,9 +20,13 @@ namespace {
 
 struct Rig {
   explicit Rig(mesh::Machine machine = test::slide_machine())
-      : mesh(test::slide_mesh(1, std::move(machine))), system(assemble_thermal(mesh)), model(mesh.machine, system.layout) {}
+      : mesh(test::slide_mesh(1, std::move(machine))),
+        system(assemble_thermal(mesh)),
+        model(mesh.machine, system.layout) {}
 
-  LoadProgram program(const std::string& text) const { return LoadProgram::parse("schema = 1\n" + text, "p.toml", mesh.machine); }
+  LoadProgram program(const std::string& text) const {
+    return LoadProgram::parse("schema = 1\n" + text, "p.toml", mesh.machine);
+  }
 
   struct Result {
     RunSummary summary;
@@ -57,7 +61,8 @@ const std::string program_text =
     "[[phase]]\nduration_s = 4500\ncutting_fluid = false\n";
 
 std::string adaptive(double tolerance_K, double longest_s = 7200) {
-  return fmt::format("[time]\ntolerance_K = {}\nlongest_step_s = {}\nshortest_step_s = 0.001\n", tolerance_K, longest_s);
+  return fmt::format("[time]\ntolerance_K = {}\nlongest_step_s = {}\nshortest_step_s = 0.001\n", tolerance_K,
+                     longest_s);
 }
 
 }  // namespace
@@ -129,8 +134,10 @@ TEST(AdaptiveIntegrator, FactorsOfSinglePrecisionReachTheTolerance) {
       start = one.end;
     }
     EXPECT_EQ(rounded.statistics().factorisations, 1);
-    if (tolerance > 1e-6) EXPECT_EQ(rounded.statistics().iterations, rounded.statistics().solves);
-    else EXPECT_GT(rounded.statistics().iterations, rounded.statistics().solves);
+    if (tolerance > 1e-6)
+      EXPECT_EQ(rounded.statistics().iterations, rounded.statistics().solves);
+    else
+      EXPECT_GT(rounded.statistics().iterations, rounded.statistics().solves);
   }
 }
 
@@ -153,7 +160,8 @@ TEST(AdaptiveIntegrator, TheErrorFollowsTheTolerance) {
 
 TEST(AdaptiveIntegrator, AgreesWithFixedStepsAndNeedsFewerOfThem) {
   const Rig s;
-  const LoadProgram steps = s.program(program_text + adaptive(1e-3)), fixed = s.program("time_step_s = 5\n" + program_text);
+  const LoadProgram steps = s.program(program_text + adaptive(1e-3)),
+                    fixed = s.program("time_step_s = 5\n" + program_text);
   ASSERT_EQ(fixed.time().scheme, TimeScheme::fixed);
   const auto found = s.run(steps);
   ThermalIntegrator integrator(s.system);
@@ -171,12 +179,13 @@ TEST(AdaptiveIntegrator, AgreesWithFixedStepsAndNeedsFewerOfThem) {
 TEST(AdaptiveIntegrator, StepsStandOnALadderAndFactorsAreKept) {
   const Rig s;
   const auto found = s.run(s.program(program_text + adaptive(1e-3)), 1e-9);
-  EXPECT_EQ(found.summary.shortest_step, std::ldexp(900.0, static_cast<int>(std::log2(found.summary.shortest_step / 900.0))));
+  EXPECT_EQ(found.summary.shortest_step,
+            std::ldexp(900.0, static_cast<int>(std::log2(found.summary.shortest_step / 900.0))));
   EXPECT_LE(found.summary.longest_step, 900.0);  // the outputs' distance
   EXPECT_LT(found.summary.factorisations, found.summary.steps / 2);
   EXPECT_GT(found.summary.factorisations, 3);
   // Corners and outputs are met to the bit.
-  for (std::size_t i = 0; i < found.times.size(); ++i) EXPECT_EQ(found.times[i], 900.0 * static_cast<double>(i));
+  for (std::size_t i = 0; i < found.times.size(); ++i) EXPECT_EQ(found.times[i], 900.0 * i);
 }
 
 TEST(AdaptiveIntegrator, OutputsCanBeChosen) {
@@ -210,7 +219,8 @@ mesh::Machine switching_machine(bool guided_by_bed) {
 
 TEST(TwoPointCooler, SwitchesWhereTheExponentialsMeetTheBand) {
   const Rig s(switching_machine(false));
-  const auto found = s.run(s.program("output_s = 1800\n[[phase]]\nduration_s = 7200\nspindle_rpm = 6000\n" + adaptive(0.01)));
+  const auto found =
+      s.run(s.program("output_s = 1800\n[[phase]]\nduration_s = 7200\nspindle_rpm = 6000\n" + adaptive(0.01)));
   // From the set point up to +0.5, then between the band's ends.
   const double tau = 300.0, up = tau * std::log(2.5 / 1.5), down = tau * std::log(4.5 / 3.5);
   double time = tau * std::log(2.0 / 1.5);
@@ -226,7 +236,8 @@ TEST(TwoPointCooler, SwitchTimesConvergeWithSecondOrder) {
   // The bed's sensor feels the coolant and the spindle by way of the slide.
   const Rig s(switching_machine(true));
   const auto switch_times = [&](double longest_s, double tolerance) {
-    const auto found = s.run(s.program("output_s = 3600\n[[phase]]\nduration_s = 7200\nspindle_rpm = 12000\n" + adaptive(tolerance, longest_s)));
+    const auto found = s.run(s.program("output_s = 3600\n[[phase]]\nduration_s = 7200\nspindle_rpm = 12000\n" +
+                                       adaptive(tolerance, longest_s)));
     std::vector<double> times;
     for (const auto& at : found.summary.switches) times.push_back(at.time);
     return times;
@@ -255,7 +266,8 @@ TEST(TwoPointCooler, AFixedStepSeesTheMeanOfTheSwitchingOutlet) {
   const mesh::Machine machine = switching_machine(false);
   const Channels channels(machine);
   const Layout layout;
-  Chiller coarse(machine, layout, channels, Eigen::VectorXd::Zero(1)), fine(machine, layout, channels, Eigen::VectorXd::Zero(1));
+  Chiller coarse(machine, layout, channels, Eigen::VectorXd::Zero(1)),
+      fine(machine, layout, channels, Eigen::VectorXd::Zero(1));
   const Eigen::VectorXd readings = Eigen::VectorXd::Zero(2), air = Eigen::VectorXd::Constant(1, 0.3);
   double sum = 0.0;
   for (int i = 0; i < 100000; ++i) sum += fine.advance(channels.defaults(), readings, air, 0.01)[0] * 0.01;

@@ -20,7 +20,7 @@ namespace {
 const std::filesystem::path vmc5 = std::filesystem::path(THERMOTWIN_SOURCE_DIR) / "cases" / "vmc5";
 
 class Campaign : public ::testing::Test {
- protected:
+protected:
   Campaign() : folder_(std::filesystem::temp_directory_path() / ("thermotwin_campaign_" + std::to_string(::getpid()))) {
     std::filesystem::create_directories(folder_);
   }
@@ -29,9 +29,10 @@ class Campaign : public ::testing::Test {
     std::filesystem::remove_all(folder_, ignored);
   }
   LoadProgram program(const std::string& name, double air_C) const {
-    core::write_file(folder_ / (name + ".toml"),
-                     "schema = 1\ntitle = \"" + name + "\"\ninitial_C = 20\ntime_step_s = 120\noutput_s = 600\n"
-                     "[[phase]]\nname = \"warm\"\nduration_s = 1800\nair_C = " + std::to_string(air_C) + "\n");
+    core::write_file(folder_ / (name + ".toml"), "schema = 1\ntitle = \"" + name +
+                                                     "\"\ninitial_C = 20\ntime_step_s = 120\noutput_s = 600\n"
+                                                     "[[phase]]\nname = \"warm\"\nduration_s = 1800\nair_C = " +
+                                                     std::to_string(air_C) + "\n");
     return LoadProgram::read(folder_ / (name + ".toml"), box_machine_);
   }
   static FullModel model() {
@@ -68,7 +69,8 @@ TEST_F(Campaign, WritesTablesAndResumes) {
   const mesh::Pose pose = test::box_pose(0.2, 0.1);
   const OutputRows rows = full.elastic.output_rows(pose);
   const Eigen::VectorXd end = warm.snapshots.col(3);
-  const TcpError error = tcp_error(full.mesh.machine, pose, rows.tool * end, rows.table_axis * end, rows.table_own * end);
+  const TcpError error =
+      tcp_error(full.mesh.machine, pose, rows.tool * end, rows.table_axis * end, rows.table_own * end);
   EXPECT_NEAR(warm.tcp.column("dy_um")[4 * 9 - 1], error.error[1] * 1e6, 1e-9);
 
   // One load is complete, the other was stopped: only that one runs again, with the same numbers.
@@ -101,7 +103,8 @@ TEST_F(Campaign, ReadsTheCaseOfTheRepository) {
 
 TEST_F(Campaign, CaseErrorsNameTheLoad) {
   const auto expect_error = [&](const std::string& text, const std::string& part) {
-    core::write_file(folder_ / "case.toml", "schema = 1\nmachine = \"" + (vmc5 / "machine.toml").string() + "\"\n" + text);
+    core::write_file(folder_ / "case.toml",
+                     "schema = 1\nmachine = \"" + (vmc5 / "machine.toml").string() + "\"\n" + text);
     try {
       read_case(folder_);
       FAIL() << text;
@@ -116,7 +119,8 @@ TEST_F(Campaign, CaseErrorsNameTheLoad) {
   expect_error("trian = [\"etve\"]\n", "train");
   expect_error("size = \"huge\"\n", "huge");
   expect_error("[check_points]\nposes = [\"Q=1\"]\n", "Q");
-  core::write_file(folder_ / "case.toml", "schema = 1\nmachine = \"" + (vmc5 / "machine.toml").string() + "\"\ntrain = [\"etve\"]\n");
+  core::write_file(folder_ / "case.toml",
+                   "schema = 1\nmachine = \"" + (vmc5 / "machine.toml").string() + "\"\ntrain = [\"etve\"]\n");
   EXPECT_THROW(read_case(folder_).load("nothing"), core::InputError);
   EXPECT_NO_THROW(read_case(folder_).load("etve"));
 }

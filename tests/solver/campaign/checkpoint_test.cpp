@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <iterator>
 
 #include <cstring>
 
@@ -25,8 +26,9 @@ namespace {
 struct Killed {};
 
 class CheckpointTest : public ::testing::Test {
- protected:
-  CheckpointTest() : folder_(std::filesystem::temp_directory_path() / ("thermotwin_checkpoint_" + std::to_string(::getpid()))) {
+protected:
+  CheckpointTest()
+      : folder_(std::filesystem::temp_directory_path() / ("thermotwin_checkpoint_" + std::to_string(::getpid()))) {
     std::filesystem::create_directories(folder_);
     core::set_quiet(true);
   }
@@ -52,18 +54,20 @@ struct Rig {
   }
   LoadProgram program(const std::string& time, int air) const {
     return LoadProgram::parse("schema = 1\noutput_s = 300\ntime_step_s = 60\n" + time +
-                                  "[[phase]]\nduration_s = 1500\nspindle_rpm = 9000\nair_C = [20, " + std::to_string(air) +
+                                  "[[phase]]\nduration_s = 1500\nspindle_rpm = 9000\nair_C = [20, " +
+                                  std::to_string(air) +
                                   "]\n[[phase]]\nduration_s = 1800\nspindle_rpm = 0\ncutting_fluid = true\n",
                               "p.toml", machine);
   }
   /// States at all outputs; kills the run at its n-th output if asked to.
-  Eigen::MatrixXd run(const std::vector<const LoadProgram*>& block, Checkpoint* checkpoint, int kill_at, double* resumed = nullptr) const {
+  Eigen::MatrixXd run(const std::vector<const LoadProgram*>& block, Checkpoint* checkpoint, int kill_at,
+                      double* resumed = nullptr) const {
     const OperatingModel model(machine, system.layout);
     SimulationOptions options;
     options.progress = false;
     options.checkpoint = checkpoint;
-    const auto loads = static_cast<Eigen::Index>(block.size());
-    Eigen::MatrixXd states = Eigen::MatrixXd::Zero(system.size, loads * static_cast<Eigen::Index>(block.front()->output_times().size()));
+    const auto loads = std::ssize(block);
+    Eigen::MatrixXd states = Eigen::MatrixXd::Zero(system.size, loads * std::ssize(block.front()->output_times()));
     Eigen::Index filled = 0;
     if (checkpoint) {
       checkpoint->save_rest = [&](core::BinaryWriter& out) { out.matrix(states); };
@@ -93,7 +97,8 @@ struct Rig {
 
 TEST_F(CheckpointTest, KilledRunsGoOnWithTheSameBits) {
   const Rig rig;
-  const LoadProgram warm = rig.program("", 26), cold = rig.program("", 15), adaptive = rig.program("[time]\ntolerance_K = 0.002\n", 26);
+  const LoadProgram warm = rig.program("", 26), cold = rig.program("", 15),
+                    adaptive = rig.program("[time]\ntolerance_K = 0.002\n", 26);
   const std::vector<std::vector<const LoadProgram*>> blocks{{&warm, &cold}, {&adaptive}};
   for (const auto& block : blocks) {
     const Eigen::MatrixXd whole = rig.run(block, nullptr, -1);
@@ -117,7 +122,8 @@ TEST_F(CheckpointTest, StaleAndDamagedFilesAreNotUsed) {
   writer.write([](core::BinaryWriter& out) { out.number(3.5); });
   const auto restore = [&](const std::string& hash, bool resume = true) {
     double value = 0.0;
-    const bool done = Checkpoint(path, hash, {"a", "b"}, 0.0, resume).restore([&](core::BinaryReader& in) { value = in.number(); });
+    const bool done =
+        Checkpoint(path, hash, {"a", "b"}, 0.0, resume).restore([&](core::BinaryReader& in) { value = in.number(); });
     return done ? value : -1.0;
   };
   EXPECT_EQ(restore("0123456789abcdef"), 3.5);
@@ -143,8 +149,9 @@ TEST_F(CheckpointTest, AKilledCampaignGoesOnWithTheSameBits) {
   ElasticModel elastic(mesh, thermal);
   const FullModel full{std::move(mesh), std::move(thermal), std::move(elastic)};
   const auto program = [&](const std::string& name, const std::string& text) {
-    return LoadProgram::parse("schema = 1\noutput_s = 300\ntime_step_s = 60\n" + text + "[[phase]]\nduration_s = 1800\nair_C = [20, 26]\n",
-                              name + ".toml", full.mesh.machine);
+    return LoadProgram::parse(
+        "schema = 1\noutput_s = 300\ntime_step_s = 60\n" + text + "[[phase]]\nduration_s = 1800\nair_C = [20, 26]\n",
+        name + ".toml", full.mesh.machine);
   };
   const std::vector<LoadProgram> loads{program("a", ""), program("b", "initial_C = 25\n"), program("c", "[time]\n")};
   CampaignOptions options;
@@ -166,13 +173,15 @@ TEST_F(CheckpointTest, AKilledCampaignGoesOnWithTheSameBits) {
   const auto expect_same_files = [&] {
     for (const char* load : {"a", "b", "c"})
       for (const char* file : {"tcp.csv", "sensors.csv", "inputs.csv", "heat.csv", "snapshots.bin", "done"})
-        EXPECT_EQ(core::content_hash(core::read_file(folder_ / "out" / load / file)), core::content_hash(core::read_file(folder_ / "whole" / load / file)))
+        EXPECT_EQ(core::content_hash(core::read_file(folder_ / "out" / load / file)),
+                  core::content_hash(core::read_file(folder_ / "whole" / load / file)))
             << load << " " << file;
   };
   run_campaign(full, loads, options);
   expect_same_files();
   // Nothing is left but results.
-  for (const auto& entry : std::filesystem::directory_iterator(options.out)) EXPECT_TRUE(entry.is_directory()) << entry.path();
+  for (const auto& entry : std::filesystem::directory_iterator(options.out))
+    EXPECT_TRUE(entry.is_directory()) << entry.path();
 
   // A block whose results were half written: its other load does not run alone.
   int outputs = 0;

@@ -26,7 +26,8 @@ Eigen::VectorXd linear_field(const mesh::MachineMesh& mesh, Eigen::Index size) {
   Eigen::VectorXd field = Eigen::VectorXd::Zero(size);
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
     for (Eigen::Index i = 0; i < mesh.bodies[b].points.cols(); ++i)
-      field[mesh.first_node[b] + i] = 3.0 + Eigen::Vector3d(5, -8, 20).dot(mesh.bodies[b].points.col(i)) * (b == 0 ? 1.0 : -1.0);
+      field[mesh.first_node[b] + i] =
+          3.0 + Eigen::Vector3d(5, -8, 20).dot(mesh.bodies[b].points.col(i)) * (b == 0 ? 1.0 : -1.0);
   return field;
 }
 
@@ -85,7 +86,8 @@ TEST(StartField, HonoursItsSensorsAndIsNearTheField) {
   const mesh::MachineMesh mesh = test::slide_mesh(2, observed_machine());
   const ThermalSystem thermal = assemble_thermal(mesh);
   const OperatingModel model(mesh.machine, thermal.layout);
-  const LoadProgram program = LoadProgram::parse("schema = 1\n[[phase]]\nduration_h = 3\nspindle_rpm = 9000\nair_C = 23\n", "p.toml", mesh.machine);
+  const LoadProgram program = LoadProgram::parse(
+      "schema = 1\n[[phase]]\nduration_h = 3\nspindle_rpm = 9000\nair_C = 23\n", "p.toml", mesh.machine);
   // The truth: an hour into a warm-up, with heat that the field knows nothing of.
   ThermalIntegrator integrator(thermal);
   SimulationOptions options;
@@ -96,11 +98,13 @@ TEST(StartField, HonoursItsSensorsAndIsNearTheField) {
   });
   const Eigen::VectorXd seen = thermal.sensors * truth;
   std::vector<int> all(mesh.machine.sensors.size());
-  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
   const Coefficients still = model.coefficients(model.channels().defaults(), Eigen::VectorXd::Zero(1));
   const Eigen::VectorXd field = field_from_sensors(thermal, still, all, seen);
   EXPECT_LT((thermal.sensors * field - seen).cwiseAbs().maxCoeff(), 1e-8);
-  const auto rms = [&](const Eigen::VectorXd& off) { return std::sqrt(off.head(thermal.nodes).squaredNorm() / static_cast<double>(thermal.nodes)); };
+  const auto rms = [&](const Eigen::VectorXd& off) {
+    return std::sqrt(off.head(thermal.nodes).squaredNorm() / thermal.nodes);
+  };
   const Eigen::VectorXd uniform = Eigen::VectorXd::Constant(thermal.size, seen.mean());
   EXPECT_LT(rms(field - truth), 0.3 * rms(uniform - truth));
   // No spikes: nowhere far from what the sensors saw.
@@ -127,12 +131,14 @@ TEST(StartField, ReadsATableOfSensors) {
   const ThermalSystem thermal = assemble_thermal(mesh);
   const OperatingModel model(machine, thermal.layout);
   const LoadProgram program = LoadProgram::parse("schema = 1\n[[phase]]\nduration_h = 1\n", "p.toml", machine);
-  const core::Table table = core::parse_csv("time_s,B1_C,B2_C,other\n0,21,22,1\n100,nan,24,1\n200,23,26,1\n", "sensors.csv");
+  const core::Table table =
+      core::parse_csv("time_s,B1_C,B2_C,other\n0,21,22,1\n100,nan,24,1\n200,23,26,1\n", "sensors.csv");
   const Eigen::VectorXd seen = thermal.sensors * field_from_sensors(table, 50.0, model, program, thermal);
   EXPECT_NEAR(seen[0], 1.5, 1e-8);        // 21.5 degC across the gap
   EXPECT_NEAR(seen[1], 3.0 - 0.5, 1e-8);  // the reading without its offset
   EXPECT_THROW(field_from_sensors(table, 300.0, model, program, thermal), core::InputError);
-  EXPECT_THROW(field_from_sensors(core::parse_csv("time_s,x\n0,1\n", "s.csv"), 0.0, model, program, thermal), core::InputError);
+  EXPECT_THROW(field_from_sensors(core::parse_csv("time_s,x\n0,1\n", "s.csv"), 0.0, model, program, thermal),
+               core::InputError);
 
   // A run starts there.
   ThermalIntegrator integrator(thermal);

@@ -39,7 +39,8 @@ Eigen::Vector3d on_master(const mesh::TetMesh& master, const ContactPoint& c) {
 }
 
 /// Two bodies without a gap of their own; surfaces are groups.
-mesh::MachineMesh pair_mesh(const std::string& slave_group, const std::string& master_group, mesh::TetMesh slave, mesh::TetMesh master) {
+mesh::MachineMesh pair_mesh(const std::string& slave_group, const std::string& master_group, mesh::TetMesh slave,
+                            mesh::TetMesh master) {
   mesh::Machine m;
   m.materials = {test::steel()};
   m.bodies = {test::body("slave"), test::body("master")};
@@ -112,7 +113,8 @@ TEST(Contact, ARailNarrowerThanTheSlavesTriangles) {
 TEST(Contact, TheRimIsCutExactlyAtAnyAngle) {
   const mesh::MachineMesh mesh = test::slide_mesh();
   // A square of 0.1 on a bed of 0.12, turned so that two corners hang over its sides.
-  const auto contact = find_contact(mesh, mesh.machine.joints[0], turned({0.3, 0.06, 0}, Eigen::Vector3d::UnitZ(), std::numbers::pi / 4), home);
+  const auto contact = find_contact(mesh, mesh.machine.joints[0],
+                                    turned({0.3, 0.06, 0}, Eigen::Vector3d::UnitZ(), std::numbers::pi / 4), home);
   EXPECT_NEAR(total_area(contact), 0.01 - 2.0 * std::pow(0.05 * std::sqrt(2.0) - 0.06, 2), 1e-12);
 }
 
@@ -128,7 +130,9 @@ TEST(Contact, ShapeFunctionsOfBothSidesAreIntegratedExactly) {
   // Of a quadratic polynomial squared on either side, and of the product: nodal values give it back.
   for (const int order : {1, 2}) {
     const mesh::MachineMesh mesh = test::with_order(test::slide_mesh(), order);
-    const auto f = [&](const Eigen::Vector3d& p) { return order == 1 ? 1.0 + 7.0 * p.x() - 5.0 * p.y() : 1.0 + 30.0 * p.x() * p.x() - 40.0 * p.x() * p.y(); };
+    const auto f = [&](const Eigen::Vector3d& p) {
+      return order == 1 ? 1.0 + 7.0 * p.x() - 5.0 * p.y() : 1.0 + 30.0 * p.x() * p.x() - 40.0 * p.x() * p.y();
+    };
     const auto value = [&](std::size_t body, int face, const Eigen::Vector3d& at) {
       const mesh::FaceNodes nodes = mesh::face_nodes(mesh.bodies[body], face);
       const mesh::FaceValues shape = mesh::face_shape(order, at);
@@ -153,11 +157,13 @@ TEST(Contact, ShapeFunctionsOfBothSidesAreIntegratedExactly) {
 
 TEST(Contact, AllOfAShaftTouchesItsBore) {
   // Facets of a shaft and of its bore, at any angle to each other: neither gaps nor double cover.
-  const mesh::MachineMesh mesh = pair_mesh("x1", "x0", tube({0.03, 0.2, 0.01}, {0.05, 1.3, 0.04}, {1, 7, 3}), tube({0.0502, 0.0, 0.0}, {0.07, 1.5, 0.05}, {1, 11, 4}));
+  const mesh::MachineMesh mesh = pair_mesh("x1", "x0", tube({0.03, 0.2, 0.01}, {0.05, 1.3, 0.04}, {1, 7, 3}),
+                                           tube({0.0502, 0.0, 0.0}, {0.07, 1.5, 0.05}, {1, 11, 4}));
   double area = 0.0;
   for (const int face : mesh.surfaces[0]) area += mesh.bodies[0].face_area(face);
   for (const double angle : {0.0, 0.031, -0.05}) {
-    const auto contact = find_contact(mesh, mesh.machine.joints[0], turned(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), angle), home);
+    const auto contact = find_contact(mesh, mesh.machine.joints[0],
+                                      turned(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), angle), home);
     EXPECT_NEAR(total_area(contact), area, 1e-12 * area);
     for (const ContactPoint& c : contact) {
       const Eigen::Vector3d from = turned(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(), angle) * c.position;
@@ -168,8 +174,10 @@ TEST(Contact, AllOfAShaftTouchesItsBore) {
 
 TEST(Contact, OfTwoLayersTheNearerCounts) {
   // A thin plate over a part of the base, both within reach of the pad above.
-  const mesh::TetMesh base = test::box_mesh({0, 0, 0}, {0.3, 0.2, 0.098}, {7, 4, 1}), plate = test::box_mesh({0.05, 0.02, 0.0985}, {0.17, 0.11, 0.1}, {5, 3, 1});
-  const mesh::MachineMesh mesh = pair_mesh("z0", "up", test::box_mesh({0.1, 0.01, 0.101}, {0.2, 0.11, 0.15}, {4, 5, 1}), both(base, plate));
+  const mesh::TetMesh base = test::box_mesh({0, 0, 0}, {0.3, 0.2, 0.098}, {7, 4, 1}),
+                      plate = test::box_mesh({0.05, 0.02, 0.0985}, {0.17, 0.11, 0.1}, {5, 3, 1});
+  const mesh::MachineMesh mesh =
+      pair_mesh("z0", "up", test::box_mesh({0.1, 0.01, 0.101}, {0.2, 0.11, 0.15}, {4, 5, 1}), both(base, plate));
   double near = 0.0, far = 0.0;
   for (const ContactPoint& c : find_contact(mesh, mesh.machine.joints[0], home, home)) {
     const double gap = c.position.z() - on_master(mesh.bodies[1], c).z();
@@ -217,8 +225,7 @@ TEST(Contact, GridOfAnEndlessAxisClosesItself) {
   machine.workspace = {};
   const std::vector<double> grid = contact_grid(test::slide_mesh(1, machine), machine.joints[0]);
   ASSERT_EQ(grid.size(), 12u);
-  for (std::size_t i = 0; i < grid.size(); ++i)
-    EXPECT_NEAR(grid[i], std::numbers::pi / 6.0 * static_cast<double>(i), 1e-12);
+  for (std::size_t i = 0; i < grid.size(); ++i) EXPECT_NEAR(grid[i], std::numbers::pi / 6.0 * i, 1e-12);
 }
 
 TEST(Contact, PadsAreDividedByCellsAndSectors) {
@@ -231,8 +238,7 @@ TEST(Contact, PadsAreDividedByCellsAndSectors) {
   ASSERT_EQ(halves.count, 2);
   double area[2] = {0, 0};
   const std::vector<int>& faces = mesh.surfaces[3];
-  for (std::size_t f = 0; f < faces.size(); ++f)
-    area[halves.of_face[f]] += mesh.bodies[1].face_area(faces[f]);
+  for (std::size_t f = 0; f < faces.size(); ++f) area[halves.of_face[f]] += mesh.bodies[1].face_area(faces[f]);
   EXPECT_NEAR(area[0], area[1], 1e-12);
   guide.sectors = 4;
   guide.sector_point = {0.3, 0.06, 0.1};

@@ -17,12 +17,12 @@ namespace {
 /// Box with its inner nodes moved at random, so that no symmetry helps.
 mesh::TetMesh shaken_box(int order = 1) {
   mesh::TetMesh box = test::box_mesh({0, 0, 0}, {0.4, 0.3, 0.2}, {4, 3, 3});
-  std::vector<char> skin(static_cast<std::size_t>(box.nodes()), 0);
-  for (Eigen::Index i = 0; i < box.faces.size(); ++i) skin[static_cast<std::size_t>(box.faces.data()[i])] = 1;
+  std::vector<char> skin(box.nodes(), 0);
+  for (Eigen::Index i = 0; i < box.faces.size(); ++i) skin[box.faces.data()[i]] = 1;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shift(-0.015, 0.015);
   for (Eigen::Index i = 0; i < box.nodes(); ++i)
-    if (!skin[static_cast<std::size_t>(i)])
+    if (!skin[i])
       for (int k = 0; k < 3; ++k) box.points(k, i) += shift(random);
   mesh::set_order(box, order);
   return box;
@@ -67,8 +67,8 @@ TEST_P(ElasticOfOrder, RigidMotionIsRecovered) {
   for (Eigen::Index i = 0; i < box.nodes(); ++i)
     motion.segment<3>(3 * i) = shift + turn.cross(box.points.col(i) - point);
   for (int i = 0; i < 3; ++i) {
-    EXPECT_NEAR(evaluate(fit[static_cast<std::size_t>(i)], motion), shift[i], 1e-16);
-    EXPECT_NEAR(evaluate(fit[static_cast<std::size_t>(3 + i)], motion), turn[i], 1e-16);
+    EXPECT_NEAR(evaluate(fit[i], motion), shift[i], 1e-16);
+    EXPECT_NEAR(evaluate(fit[3 + i], motion), turn[i], 1e-16);
   }
   const Functional growth = radial_growth(box, box.groups.at("z1"), {0.1, 0.2, 0.0}, Eigen::Vector3d::UnitZ());
   EXPECT_NEAR(evaluate(growth, motion), 0.0, 1e-16);

@@ -23,8 +23,7 @@ struct Model {
   mesh::MachineMesh mesh;
   ThermalSystem thermal;
   ElasticModel elastic;
-  explicit Model(mesh::MachineMesh m)
-      : mesh(std::move(m)), thermal(assemble_thermal(mesh)), elastic(mesh, thermal) {}
+  explicit Model(mesh::MachineMesh m) : mesh(std::move(m)), thermal(assemble_thermal(mesh)), elastic(mesh, thermal) {}
 };
 
 TcpError error_at(const Model& model, const mesh::Pose& pose, const Eigen::VectorXd& temperature) {
@@ -95,7 +94,7 @@ TEST(ElasticModel, TapeMovesTheSlide) {
   const mesh::Pose pose = box_pose(0.15, -0.05);
   const Vector6 change = error_at(tape, pose, temperature).error - error_at(same, pose, temperature).error;
   const double difference = 8.0e-6 - 11.5e-6;
-  EXPECT_NEAR(change[0], -difference * (0.15 + 0.4), 1e-10);   // the table goes with the slide
+  EXPECT_NEAR(change[0], -difference * (0.15 + 0.4), 1e-10);  // the table goes with the slide
   EXPECT_NEAR(change[2], difference * (0.4 - 0.05 - 0.6), 1e-10);
   EXPECT_NEAR(change[1], 0.0, 1e-10);
 }
@@ -104,7 +103,8 @@ TEST(ElasticModel, TapeFeelsTheTemperatureBelowIt) {
   // Only the bed is warm, linearly along x: the tape's expansion is the integral from its fixed end.
   const Model model(box_machine_mesh());
   Eigen::VectorXd warm = Eigen::VectorXd::Zero(model.thermal.size);
-  for (Eigen::Index i = 0; i < model.mesh.bodies[0].nodes(); ++i) warm[i] = 1.0 + 2.0 * model.mesh.bodies[0].points(0, i);
+  for (Eigen::Index i = 0; i < model.mesh.bodies[0].nodes(); ++i)
+    warm[i] = 1.0 + 2.0 * model.mesh.bodies[0].points(0, i);
   test::BoxMachineOptions options;
   options.tape_expansion = 0.0;
   const Model rigid_tape(box_machine_mesh(options));
@@ -139,7 +139,8 @@ Vector6 top_of_block(bool divided, double stiffness) {
   machine.tcp.table_radius = 0.1;
   std::vector<mesh::TetMesh> boxes;
   if (divided)
-    boxes = {test::box_mesh({0, 0, 0}, {0.2, 0.2, 0.2}, {6, 6, 6}), test::box_mesh({0, 0, 0.2}, {0.2, 0.2, 0.4}, {6, 6, 6})};
+    boxes = {test::box_mesh({0, 0, 0}, {0.2, 0.2, 0.2}, {6, 6, 6}),
+             test::box_mesh({0, 0, 0.2}, {0.2, 0.2, 0.4}, {6, 6, 6})};
   else
     boxes = {test::box_mesh({0, 0, 0}, {0.2, 0.2, 0.4}, {6, 6, 12})};
   const Model model(test::machine_mesh(machine, boxes));

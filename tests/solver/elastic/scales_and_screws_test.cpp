@@ -54,7 +54,9 @@ struct Model {
   ThermalSystem thermal;
   ElasticModel elastic;
   explicit Model(const Options& options = {})
-      : mesh(with_screw(options)), thermal(assemble_thermal(mesh)), elastic(mesh, thermal) {}
+      : mesh(with_screw(options)),
+        thermal(assemble_thermal(mesh)),
+        elastic(mesh, thermal) {}
 
   /// Temperature of the screw only, a function of x; K.
   template <class Function>
@@ -83,7 +85,8 @@ TEST(Screw, EvenlyWarmMovesTheNutByItsLength) {
 TEST(Screw, LinearTemperatureGivesItsIntegral) {
   const Model model;
   // A gradient across the screw cancels.
-  const Eigen::VectorXd warm = model.screw([](const Eigen::Vector3d& p) { return 2.0 + 5.0 * p.x() + 40.0 * p.y() - 30.0 * (p.z() + 0.05); });
+  const Eigen::VectorXd warm =
+      model.screw([](const Eigen::Vector3d& p) { return 2.0 + 5.0 * p.x() + 40.0 * p.y() - 30.0 * (p.z() + 0.05); });
   for (const double x : {-0.2, 0.05, 0.2}) {
     const double to = 0.05 + x;
     EXPECT_NEAR(model.shift(warm, box_pose(x, 0.0)), alpha * (2.0 * (to + 0.4) + 2.5 * (to * to - 0.16)), 1e-12) << x;
@@ -124,19 +127,22 @@ TEST(Screw, EvenTemperatureOfAllOnlyScalesTheMachine) {
     const Eigen::VectorXd warm = Eigen::VectorXd::Constant(thermal.size, 2.0);
     const mesh::Pose pose = box_pose(0.1, -0.03);
     const OutputRows rows = elastic.output_rows(pose);
-    const TcpError error = tcp_error(mesh.machine, pose, rows.tool * warm, rows.table_axis * warm, rows.table_own * warm);
+    const TcpError error =
+        tcp_error(mesh.machine, pose, rows.tool * warm, rows.table_axis * warm, rows.table_own * warm);
     const Eigen::Vector3d point = tcp_position(mesh.machine, pose), table(pose[0], 0.0, 0.05);
     Eigen::Vector3d growth = point - table;
     growth.z() = 0.0;
     const double strain = 2.0 * alpha;
-    EXPECT_LT((error.error.head<3>() - strain * (Eigen::Vector3d(0.0, 0.125, 0.25 + pose[1]) - table - growth)).norm(), 2e-4 * strain);
+    EXPECT_LT((error.error.head<3>() - strain * (Eigen::Vector3d(0.0, 0.125, 0.25 + pose[1]) - table - growth)).norm(),
+              2e-4 * strain);
     EXPECT_LT(error.error.tail<3>().norm(), 2e-4 * strain);
   }
 }
 
 TEST(Screw, AdjointRowsAgreeWithTheDisplacements) {
-  for (const Options& options : {Options{}, Options{.stretched = true}, Options{.stretched = true, .bearing_stiffness = 2e8},
-                                 Options{.feedback = "scale", .stretched = true}}) {
+  for (const Options& options :
+       {Options{}, Options{.stretched = true}, Options{.stretched = true, .bearing_stiffness = 2e8},
+        Options{.feedback = "scale", .stretched = true}}) {
     const Model model(options);
     const Eigen::VectorXd temperature = test::uneven_temperature(model.mesh, model.thermal.size);
     const mesh::Pose pose = box_pose(0.137, -0.061);
@@ -164,7 +170,8 @@ TEST(Screw, PretensionTakesUpAnEvenExpansion) {
   EXPECT_GT(tension[0].tension, 8000.0 - rigid);
   const auto slack = model.elastic.screw_tensions(4.0 * even, box_pose(0.0, 0.0));
   EXPECT_LT(slack[0].tension, 0.0);
-  EXPECT_NEAR(model.elastic.screw_tensions(Eigen::VectorXd::Zero(model.thermal.size), box_pose(0.0, 0.0))[0].tension, 8000.0, 1e-9);
+  EXPECT_NEAR(model.elastic.screw_tensions(Eigen::VectorXd::Zero(model.thermal.size), box_pose(0.0, 0.0))[0].tension,
+              8000.0, 1e-9);
 }
 
 TEST(Screw, StretchedOneMovesTheNutByWhatIsUneven) {
@@ -183,7 +190,8 @@ TEST(Screw, StretchedOneMovesTheNutByWhatIsUneven) {
       double sum = 0.0, weight = 0.0;
       const Eigen::Matrix3Xd& points = closed.mesh.bodies[0].points;
       for (Eigen::Index i = 0; i < points.cols(); ++i)
-        if (std::abs(points(2, i) + 0.1) < 1e-9 && std::abs(points(0, i) - at) < 0.126 && std::abs(points(1, i)) < 0.01) {
+        if (std::abs(points(2, i) + 0.1) < 1e-9 && std::abs(points(0, i) - at) < 0.126 &&
+            std::abs(points(1, i)) < 0.01) {
           const double hat = std::max(0.0, 1.0 - std::abs(points(0, i) - at) / 0.125);
           sum += hat * motion(0, i);
           weight += hat;

@@ -38,7 +38,8 @@ TEST(Stress, AMachineThatIsEvenlyWarmHasNone) {
     const MachineStress recovery(mesh);
     const double scale = 210e9 * 11.5e-6 * 2.0;  // of a body that is held
     const mesh::Pose pose = test::box_pose(0.1, 0.02);
-    const Eigen::VectorXd even = Eigen::VectorXd::Constant(thermal.size, 2.0), uneven = test::uneven_temperature(mesh, thermal.size);
+    const Eigen::VectorXd even = Eigen::VectorXd::Constant(thermal.size, 2.0),
+                          uneven = test::uneven_temperature(mesh, thermal.size);
     EXPECT_LT(recovery.nodal(elastic.displacement(even, pose), even).cwiseAbs().maxCoeff(), 1e-4 * scale);
     EXPECT_GT(recovery.nodal(elastic.displacement(uneven, pose), uneven).cwiseAbs().maxCoeff(), 0.01 * scale);
   }

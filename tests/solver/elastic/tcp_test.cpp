@@ -30,8 +30,9 @@ mesh::Axis rotary(const std::string& id, const Vector3d& direction, const Vector
 /// Tool on X and Z; table on C on a swivel B, whose axis lies 0.05 m below the table's top.
 mesh::Machine five_axes() {
   mesh::Machine machine;
-  machine.bodies = {test::body("bed"), test::body("slide", "steel", "bed", "X"), test::body("head", "steel", "slide", "Z"),
-                    test::body("swivel", "steel", "bed", "B"), test::body("table", "steel", "swivel", "C")};
+  machine.bodies = {test::body("bed"), test::body("slide", "steel", "bed", "X"),
+                    test::body("head", "steel", "slide", "Z"), test::body("swivel", "steel", "bed", "B"),
+                    test::body("table", "steel", "swivel", "C")};
   machine.axes = {test::linear_axis("X", Vector3d::UnitX(), -1, 1), test::linear_axis("Z", Vector3d::UnitZ(), -1, 1),
                   rotary("B", Vector3d::UnitY(), {0, 0, -0.05}), rotary("C", Vector3d::UnitZ(), {0, 0, 0})};
   machine.tcp.tool_body = "head";

@@ -17,7 +17,7 @@ namespace thermotwin::solver {
 namespace {
 
 class VtkOutput : public ::testing::Test {
- protected:
+protected:
   VtkOutput() : folder_(std::filesystem::temp_directory_path() / ("thermotwin_vtk_" + std::to_string(::getpid()))) {
     std::filesystem::create_directories(folder_);
   }
@@ -39,7 +39,8 @@ TEST_F(VtkOutput, FieldsCanBeReadBack) {
   const auto path = folder_ / "fields_0001.vtu";
   write_fields(path, mesh_, pose_, temperature_, motion, 300.0);
   const std::string text = head(path);
-  for (const char* name : {"temperature_C", "displacement_um", "\"body\"", "TimeValue", "\"pose\"", "X_mm", "vtkLZ4DataCompressor"})
+  for (const char* name :
+       {"temperature_C", "displacement_um", "\"body\"", "TimeValue", "\"pose\"", "X_mm", "vtkLZ4DataCompressor"})
     EXPECT_NE(text.find(name), std::string::npos) << name;
 
   mesh::ImportOptions options;
@@ -95,8 +96,9 @@ TEST_F(VtkOutput, PosesCarryErrors) {
 
 TEST_F(VtkOutput, AFolderThatCannotBeWrittenIsAnInputError) {
   core::write_file(folder_ / "file", "not a folder");
-  EXPECT_THROW(write_fields(folder_ / "file" / "a.vtu", mesh_, pose_, temperature_, Eigen::Matrix3Xd::Zero(3, mesh_.nodes())),
-               core::InputError);
+  EXPECT_THROW(
+      write_fields(folder_ / "file" / "a.vtu", mesh_, pose_, temperature_, Eigen::Matrix3Xd::Zero(3, mesh_.nodes())),
+      core::InputError);
 }
 
 TEST_F(VtkOutput, PictureIsDrawn) {
@@ -110,7 +112,9 @@ TEST_F(VtkOutput, PictureIsDrawn) {
     EXPECT_FALSE(std::filesystem::exists(path));
     if (std::system("command -v xvfb-run > /dev/null 2>&1") != 0) GTEST_SKIP() << "xvfb-run is not installed";
     const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
-    EXPECT_EQ(std::system(("xvfb-run -a '" + self + "' --gtest_filter=VtkOutput.PictureIsDrawn > /dev/null 2>&1").c_str()), 0);
+    EXPECT_EQ(
+        std::system(("xvfb-run -a '" + self + "' --gtest_filter=VtkOutput.PictureIsDrawn > /dev/null 2>&1").c_str()),
+        0);
     return;
   }
   draw();

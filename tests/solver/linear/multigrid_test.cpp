@@ -37,7 +37,8 @@ ElasticBody bar() {
 Eigen::MatrixXd balanced_loads(const ElasticBody& body, Eigen::Index columns) {
   Eigen::MatrixXd loads(body.stiffness.rows(), columns);
   for (Eigen::Index j = 0; j < columns; ++j)
-    for (Eigen::Index i = 0; i < loads.rows(); ++i) loads(i, j) = std::sin(0.37 * static_cast<double>(i) + static_cast<double>(j)) + ((i + j) % 97 == 0 ? 5.0 : 0.0);
+    for (Eigen::Index i = 0; i < loads.rows(); ++i)
+      loads(i, j) = std::sin(0.37 * i + static_cast<double>(j)) + ((i + j) % 97 == 0 ? 5.0 : 0.0);
   loads -= body.rigid * (body.rigid.transpose() * body.rigid).inverse() * (body.rigid.transpose() * loads);
   clear_fixed(body, loads);
   return loads;
@@ -76,7 +77,8 @@ TEST(Multigrid, ElasticBodyAgreesWithItsFactor) {
   blind.near_null.resize(0, 0);
   Eigen::MatrixXd slow(loads.rows(), 1);
   Eigen::MatrixXd fast(loads.rows(), 1);
-  EXPECT_GT(MultigridSolver(body.stiffness, blind).solve(loads.leftCols(1), slow), solver.solve(loads.leftCols(1), fast));
+  EXPECT_GT(MultigridSolver(body.stiffness, blind).solve(loads.leftCols(1), slow),
+            solver.solve(loads.leftCols(1), fast));
 }
 
 TEST(Multigrid, TheCycleIsSymmetric) {
@@ -130,7 +132,8 @@ TEST(Multigrid, TcpRowsAgreeWithDirectOnes) {
       EXPECT_LT((a.tool.row(i) - b.tool.row(i)).norm(), 1e-7 * a.tool.row(i).norm()) << i;
       EXPECT_LT((a.table_axis.row(i) - b.table_axis.row(i)).norm(), 1e-7 * a.table_axis.row(i).norm()) << i;
     }
-    for (Eigen::Index i = 0; i < 7; ++i) EXPECT_LT((a.table_own.row(i) - b.table_own.row(i)).norm(), 1e-7 * a.table_own.row(i).norm()) << i;
+    for (Eigen::Index i = 0; i < 7; ++i)
+      EXPECT_LT((a.table_own.row(i) - b.table_own.row(i)).norm(), 1e-7 * a.table_own.row(i).norm()) << i;
     const Eigen::VectorXd temperature = test::uneven_temperature(mesh, thermal.size);
     const Eigen::Matrix3Xd u = direct.displacement(temperature, pose), v = found.displacement(temperature, pose);
     EXPECT_LT((u - v).norm(), 1e-7 * u.norm());
@@ -150,12 +153,15 @@ TEST(Multigrid, TemperaturesAgreeWithDirectOnes) {
   // Adjoints with the coolant's flow.
   const Eigen::MatrixXd right = direct.sensors.transpose();
   const Eigen::MatrixXd adjoint = solve_shifted(direct, c, 1e-4, right, true);
-  EXPECT_LT((solve_shifted(iterative, c, 1e-4, right, true) - adjoint).cwiseAbs().maxCoeff(), 1e-8 * adjoint.cwiseAbs().maxCoeff());
+  EXPECT_LT((solve_shifted(iterative, c, 1e-4, right, true) - adjoint).cwiseAbs().maxCoeff(),
+            1e-8 * adjoint.cwiseAbs().maxCoeff());
 
-  const std::string program = "schema = 1\noutput_s = 600\n[[phase]]\nduration_s = 1200\nspindle_rpm = 9000\n"
-                              "[[phase]]\nduration_s = 1200\nspindle_rpm = 0\ncutting_fluid = true\n";
+  const std::string program =
+      "schema = 1\noutput_s = 600\n[[phase]]\nduration_s = 1200\nspindle_rpm = 9000\n"
+      "[[phase]]\nduration_s = 1200\nspindle_rpm = 0\ncutting_fluid = true\n";
   const LoadProgram fixed = LoadProgram::parse(program, "p.toml", machine);
-  const LoadProgram adaptive = LoadProgram::parse("schema = 1\noutput_s = 600\n[time]\n" + program.substr(25), "p.toml", machine);
+  const LoadProgram adaptive =
+      LoadProgram::parse("schema = 1\noutput_s = 600\n[time]\n" + program.substr(25), "p.toml", machine);
   SimulationOptions options;
   options.progress = false;
   for (const bool by_error : {false, true}) {
@@ -173,18 +179,20 @@ TEST(Multigrid, TemperaturesAgreeWithDirectOnes) {
     run(direct, states[0]);
     run(iterative, states[1]);
     for (std::size_t i = 1; i < states[0].size(); ++i)
-      EXPECT_LT((states[0][i] - states[1][i]).cwiseAbs().maxCoeff(), 1e-6 * states[0][i].cwiseAbs().maxCoeff()) << by_error << i;
+      EXPECT_LT((states[0][i] - states[1][i]).cwiseAbs().maxCoeff(), 1e-6 * states[0][i].cwiseAbs().maxCoeff())
+          << by_error << i;
   }
 }
 
 TEST(MemoryPlan, PredictsTheFactor) {
-  const ElasticBody body = assemble_elastic(test::box_mesh({0, 0, 0}, {1.0, 0.8, 0.6}, {20, 16, 12}), test::steel(), "block");
+  const ElasticBody body =
+      assemble_elastic(test::box_mesh({0, 0, 0}, {1.0, 0.8, 0.6}, {20, 16, 12}), test::steel(), "block");
   SparseFactorOptions options;
   options.block = 3;
   const SparseAnalysis analysis = analyse(body.stiffness, options);
   const auto in_use = [] {
     const struct mallinfo2 info = mallinfo2();
-    return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
+    return static_cast<double>(info.uordblks) + info.hblkhd;
   };
   const double before = in_use();
   const SparseFactor factor(body.stiffness, options, analysis);
@@ -226,7 +234,9 @@ TEST(MemoryPlan, AvailableMemoryHeedsCgroups) {
   const auto root = std::filesystem::temp_directory_path() / ("thermotwin_memory_" + std::to_string(::getpid()));
   std::filesystem::create_directories(root / "a" / "b");
   core::write_file(root / "meminfo", "MemTotal: 32000000 kB\nMemFree: 1000000 kB\nMemAvailable: 16000000 kB\n");
-  const auto available = [&](const std::string& group) { return available_memory((root / "meminfo").string(), group, root.string()); };
+  const auto available = [&](const std::string& group) {
+    return available_memory((root / "meminfo").string(), group, root.string());
+  };
   EXPECT_DOUBLE_EQ(available("0::/a/b\n"), 16e6 * 1024);
   core::write_file(root / "a" / "b" / "memory.max", "max\n");
   core::write_file(root / "a" / "b" / "memory.current", "1000\n");

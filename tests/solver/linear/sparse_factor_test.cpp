@@ -45,7 +45,7 @@ SparseFactor::Matrix grid_matrix(int n, int b, double shift) {
 
 Eigen::MatrixXd some_columns(Eigen::Index rows, Eigen::Index columns) {
   Eigen::MatrixXd m(rows, columns);
-  for (Eigen::Index i = 0; i < m.size(); ++i) m.data()[i] = std::sin(0.37 * static_cast<double>(i) + 1.0);
+  for (Eigen::Index i = 0; i < m.size(); ++i) m.data()[i] = std::sin(0.37 * i + 1.0);
   return m;
 }
 
@@ -55,7 +55,8 @@ TEST(SparseFactor, HalfSolveIsARootOfTheInverse) {
   for (const int n : {3, 12}) {
     const auto a = grid_matrix(n, 1, 0.1);
     const SparseFactor factor(a);
-    const Eigen::MatrixXd w = factor.half_solve(Eigen::MatrixXd::Identity(a.rows(), a.rows())), b = some_columns(a.rows(), 5);
+    const Eigen::MatrixXd w = factor.half_solve(Eigen::MatrixXd::Identity(a.rows(), a.rows())),
+                          b = some_columns(a.rows(), 5);
     EXPECT_LT((w * (w.transpose() * b) - factor.solve(b)).norm(), 1e-12 * factor.solve(b).norm());
     EXPECT_LT((w * b - factor.half_solve(b)).norm(), 1e-12 * (w * b).norm());  // one column or many
     EXPECT_LT((w * b.col(0) - factor.half_solve(b.col(0))).norm(), 1e-12 * (w * b.col(0)).norm());
@@ -71,7 +72,7 @@ TEST(SparseFactor, SolvesScalarAndBlockMatrices) {
       const SparseFactor factor(a, options);
       const Eigen::MatrixXd b = some_columns(a.cols(), 70);
       EXPECT_LT((a * factor.solve(b) - b).norm(), 1e-11 * b.norm()) << block << " " << n;
-      EXPECT_GT(factor.memory_bytes(), 8.0 * static_cast<double>(a.cols()));
+      EXPECT_GT(factor.memory_bytes(), 8.0 * a.cols());
     }
 }
 
@@ -131,7 +132,8 @@ TEST(SparseFactor, FewColumnsAgreeWithManyInAnyLayout) {
     EXPECT_LT((a * expected - b).norm(), 1e-10 * b.norm());
     for (int columns : {1, 2, 4, 5, 8, 9, 12, 29}) {
       const double close = 1e-13 * expected.leftCols(columns).norm();
-      EXPECT_LT((factor.solve(Eigen::MatrixXd(b.leftCols(columns))) - expected.leftCols(columns)).norm(), close) << columns;
+      EXPECT_LT((factor.solve(Eigen::MatrixXd(b.leftCols(columns))) - expected.leftCols(columns)).norm(), close)
+          << columns;
       SideBySide wider = SideBySide::Constant(a.cols(), columns + 2, 7.0);  // a view into more columns
       factor.solve_side_by_side(SideBySide(b.leftCols(columns)), wider.middleCols(1, columns));
       EXPECT_LT((wider.middleCols(1, columns) - expected.leftCols(columns)).norm(), close) << columns;
@@ -140,9 +142,11 @@ TEST(SparseFactor, FewColumnsAgreeWithManyInAnyLayout) {
     // A clone shares the plan of the sweeps, not the values.
     SparseFactor clone = factor.clone();
     clone.factorise(2.0 * a);
-    EXPECT_LT((2.0 * clone.solve(Eigen::MatrixXd(b.leftCols(3))) - expected.leftCols(3)).norm(), 1e-13 * expected.leftCols(3).norm());
+    EXPECT_LT((2.0 * clone.solve(Eigen::MatrixXd(b.leftCols(3))) - expected.leftCols(3)).norm(),
+              1e-13 * expected.leftCols(3).norm());
     options.force_wide = true;
-    EXPECT_LT((SparseFactor(a, options).solve(Eigen::MatrixXd(b.leftCols(3))) - expected.leftCols(3)).norm(), 1e-13 * expected.norm());
+    EXPECT_LT((SparseFactor(a, options).solve(Eigen::MatrixXd(b.leftCols(3))) - expected.leftCols(3)).norm(),
+              1e-13 * expected.norm());
   }
 }
 
@@ -185,7 +189,8 @@ TEST(SparseFactor, SweepsHaveTheSameBitsForAnyNumberOfThreads) {
     for (int threads : {2, 5}) {
       core::set_thread_count(threads);
       factor.solve_side_by_side(b, again);
-      EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * static_cast<std::size_t>(b.size())), 0) << columns << ' ' << threads;
+      EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * static_cast<std::size_t>(b.size())), 0)
+          << columns << ' ' << threads;
     }
     core::set_thread_count(0);
     EXPECT_LT((a * expected - b).norm(), 1e-10 * b.norm());

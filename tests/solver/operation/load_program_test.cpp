@@ -52,7 +52,9 @@ id = "X"
 position_mm = -30
 )";
 
-LoadProgram parse(const std::string& text) { return LoadProgram::parse(text, "loads/warm_up.toml", test::slide_machine()); }
+LoadProgram parse(const std::string& text) {
+  return LoadProgram::parse(text, "loads/warm_up.toml", test::slide_machine());
+}
 
 struct Row {
   explicit Row(Eigen::VectorXd v) : values(std::move(v)) {}
@@ -80,7 +82,9 @@ TEST(LoadProgram, StepsMeetCornersAndOutputs) {
     EXPECT_LE(end - before, 60.0 + 1e-9);
     before = end;
   }
-  const auto met = [&](double t) { return std::any_of(ends.begin(), ends.end(), [&](double e) { return std::abs(e - t) < 1e-9; }); };
+  const auto met = [&](double t) {
+    return std::any_of(ends.begin(), ends.end(), [&](double e) { return std::abs(e - t) < 1e-9; });
+  };
   for (double t : outputs) EXPECT_TRUE(t == 0.0 || met(t)) << t;
   for (double t : {1320.0, 4920.0, 5020.0}) EXPECT_TRUE(met(t)) << t;
   EXPECT_GE(p.step_ends(0.5).size(), 2 * ends.size() - 10);
@@ -115,12 +119,13 @@ TEST(LoadProgram, RowsAreMeansAndInputsPersist) {
 }
 
 TEST(LoadProgram, RefusesWhatTheMachineCannotDo) {
-  for (const char* bad : {"spindle_rpm = 13000", "spindle_rpm = -1", "air_C = [1, 2, 3]", "air_C = 900", "aire_C = 20",
-                          "process_W = 100", "machine_on = false\nspindle_rpm = 100", "duration_h = 1",
-                          "[[phase.axis]]\nid = \"Q\"\nposition_mm = 0", "[[phase.axis]]\nid = \"X\"\nposition_mm = 201",
-                          "[[phase.axis]]\nid = \"X\"\nlow_mm = 10\nhigh_mm = -10\nfeed_mm_min = 100",
-                          "[[phase.axis]]\nid = \"X\"\nlow_mm = -10\nhigh_mm = 10\nfeed_mm_min = 100000",
-                          "[[phase.axis]]\nid = \"X\"\nspeed_rpm = 10", "[[phase.axis]]\nid = \"X\""})
+  for (const char* bad :
+       {"spindle_rpm = 13000", "spindle_rpm = -1", "air_C = [1, 2, 3]", "air_C = 900", "aire_C = 20", "process_W = 100",
+        "machine_on = false\nspindle_rpm = 100", "duration_h = 1", "[[phase.axis]]\nid = \"Q\"\nposition_mm = 0",
+        "[[phase.axis]]\nid = \"X\"\nposition_mm = 201",
+        "[[phase.axis]]\nid = \"X\"\nlow_mm = 10\nhigh_mm = -10\nfeed_mm_min = 100",
+        "[[phase.axis]]\nid = \"X\"\nlow_mm = -10\nhigh_mm = 10\nfeed_mm_min = 100000",
+        "[[phase.axis]]\nid = \"X\"\nspeed_rpm = 10", "[[phase.axis]]\nid = \"X\""})
     EXPECT_THROW(parse(phase_with(bad)), core::InputError) << bad;
   EXPECT_THROW(parse("schema = 1\n"), core::InputError);
   EXPECT_THROW(parse("schema = 1\noutput_s = 0.001\n[[phase]]\nduration_h = 3\n"), core::InputError);
@@ -137,7 +142,8 @@ TEST(LoadProgram, AnEndlessAxisTurnsThroughAllItsPositions) {
   c.direction = Eigen::Vector3d::UnitZ();
   c.endless = true;
   machine.axes.push_back(c);
-  const LoadProgram p = LoadProgram::parse(phase_with("[[phase.axis]]\nid = \"C\"\nspeed_rpm = 600\n"), "turn.toml", machine);
+  const LoadProgram p =
+      LoadProgram::parse(phase_with("[[phase.axis]]\nid = \"C\"\nspeed_rpm = 600\n"), "turn.toml", machine);
   const Eigen::VectorXd row = p.row(0, 60);
   const Channels channels(machine);
   EXPECT_DOUBLE_EQ(row[channels.index("axis.C.feed_deg_min")], 216000);
@@ -172,7 +178,8 @@ TEST(Simulation, BlocksGiveWhatSingleRunsGive) {
   for (std::size_t i = 0; i < alone.size(); ++i) EXPECT_NEAR(together[i], alone[i], 1e-8);
   EXPECT_GT(std::abs(alone.back() - 1.0), 0.01);
   ThermalIntegrator integrator(system);
-  EXPECT_THROW(simulate(integrator, model, {&programs[0], &programs[2]}, options, [](const OutputState&) {}), core::InputError);
+  EXPECT_THROW(simulate(integrator, model, {&programs[0], &programs[2]}, options, [](const OutputState&) {}),
+               core::InputError);
 }
 
 TEST(Simulation, TheChillerFollowsTheReadingOfItsSensor) {
@@ -204,7 +211,8 @@ TEST(LoadProgram, TimeSchemeIsReadAndChecked) {
   EXPECT_FALSE(read("").has_time());
   EXPECT_EQ(read("").time().scheme, TimeScheme::fixed);
   EXPECT_EQ(read("[time]\n").time().scheme, TimeScheme::adaptive);
-  const TimeOptions time = read("[time]\nscheme = \"adaptive\"\ntolerance_K = 0.002\nlongest_step_s = 900\nshortest_step_s = 0.5\n").time();
+  const TimeOptions time =
+      read("[time]\nscheme = \"adaptive\"\ntolerance_K = 0.002\nlongest_step_s = 900\nshortest_step_s = 0.5\n").time();
   EXPECT_EQ(time.tolerance_K, 0.002);
   EXPECT_EQ(time.longest_step, 900.0);
   EXPECT_EQ(time.shortest_step, 0.5);
@@ -220,7 +228,8 @@ TEST(LoadProgram, TimeSchemeIsReadAndChecked) {
   EXPECT_NE(message("[time]\nscheme = \"rk4\"\n").find("adaptive"), std::string::npos);
   EXPECT_NE(message("[time]\ntolerance_K = -1\n").find("time.tolerance_K"), std::string::npos);
   EXPECT_NE(message("[time]\nscheme = \"fixed\"\ntolerance_K = 0.1\n").find("adaptive"), std::string::npos);
-  EXPECT_NE(message("[time]\nlongest_step_s = 0.001\nshortest_step_s = 0.5\n").find("longest_step_s"), std::string::npos);
+  EXPECT_NE(message("[time]\nlongest_step_s = 0.001\nshortest_step_s = 0.5\n").find("longest_step_s"),
+            std::string::npos);
 }
 
 TEST(LoadProgram, AdaptiveProgramsRunAlone) {
@@ -228,7 +237,8 @@ TEST(LoadProgram, AdaptiveProgramsRunAlone) {
   const auto read = [&](const std::string& time) {
     return LoadProgram::parse("schema = 1\n" + time + "[[phase]]\nduration_h = 2\n", "p.toml", machine);
   };
-  const std::vector<LoadProgram> programs{read(""), read("[time]\n"), read(""), read("[time]\n"), read("[time]\nscheme = \"backward_euler\"\n")};
+  const std::vector<LoadProgram> programs{read(""), read("[time]\n"), read(""), read("[time]\n"),
+                                          read("[time]\nscheme = \"backward_euler\"\n")};
   const auto blocks = blocks_of_equal_grid(programs);
   ASSERT_EQ(blocks.size(), 4u);
   EXPECT_EQ(blocks[0].size(), 2u);

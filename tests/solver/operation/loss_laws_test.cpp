@@ -70,8 +70,12 @@ TEST(Losses, RiseWithSpeedFromNothing) {
     const double now[4] = {loss_power(bearing(), n), loss_power(mesh::GuideLoss{100, 10}, n),
                            loss_power(mesh::ScrewLoss{0.01, 0.04, 1000, 500, 0.9}, n), loss_power(motor, n, 1.0)};
     for (int k = 0; k < 4; ++k) {
-      if (i == 0) { EXPECT_EQ(now[k], 0.0) << k; }
-      if (i > 0) { EXPECT_GT(now[k], before[k]) << k << " at " << n; }
+      if (i == 0) {
+        EXPECT_EQ(now[k], 0.0) << k;
+      }
+      if (i > 0) {
+        EXPECT_GT(now[k], before[k]) << k << " at " << n;
+      }
       before[k] = now[k];
     }
   }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "solver/operation/chiller.h"
 #include "solver/operation/operating_model.h"
+#include "solver/operation/chiller.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <cmath>
 #include <numbers>
@@ -29,7 +30,7 @@ JointGrid ring_grid() {
 /// Mean of the hat functions over the range by the midpoint rule with many points.
 Eigen::VectorXd sampled(const JointGrid& grid, double low, double high) {
   constexpr int points = 200000;
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(grid.positions.size()));
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(std::ssize(grid.positions));
   for (int i = 0; i < points; ++i) {
     const double x = low + (high - low) * (i + 0.5) / points;
     sum += grid_weights(grid, x, x);
@@ -53,7 +54,7 @@ TEST(GridWeights, AreHatFunctionsAtOnePosition) {
   EXPECT_NEAR(w[1], 0.25, 1e-12);
   EXPECT_NEAR(w[2], 0.75, 1e-12);
   EXPECT_NEAR(w.sum(), 1.0, 1e-12);
-  EXPECT_DOUBLE_EQ(grid_weights(linear_grid(), 0.9, 0.9)[5], 1.0);   // beyond the end
+  EXPECT_DOUBLE_EQ(grid_weights(linear_grid(), 0.9, 0.9)[5], 1.0);  // beyond the end
   EXPECT_DOUBLE_EQ(grid_weights(linear_grid(), -0.4, -0.4)[0], 1.0);
   EXPECT_DOUBLE_EQ(grid_weights({-1, false, {0.0}}, 3.0, 5.0)[0], 1.0);
 }
@@ -71,7 +72,8 @@ TEST(GridWeights, GoRoundAnEndlessAxis) {
   const Eigen::VectorXd last = grid_weights(ring_grid(), turn * 11.5 / 12, turn * 11.5 / 12);
   EXPECT_NEAR(last[11], 0.5, 1e-9);
   EXPECT_NEAR(last[0], 0.5, 1e-9);
-  EXPECT_LT((grid_weights(ring_grid(), 0.3 - 3 * turn, 0.3 - 3 * turn) - grid_weights(ring_grid(), 0.3, 0.3)).norm(), 1e-9);
+  EXPECT_LT((grid_weights(ring_grid(), 0.3 - 3 * turn, 0.3 - 3 * turn) - grid_weights(ring_grid(), 0.3, 0.3)).norm(),
+            1e-9);
   EXPECT_LT((grid_weights(ring_grid(), 0.1, 0.1 + turn).array() - 1.0 / 12).abs().maxCoeff(), 1e-12);
   for (auto [low, high] : {std::pair{-1.0, 1.0}, {5.5, 8.0}, {0.2, 0.2 + 2.4 * turn}}) {
     const Eigen::VectorXd w = grid_weights(ring_grid(), low, high);
@@ -138,10 +140,16 @@ TEST(OperatingModel, InputsCarryTheirTerms) {
   double joint_power = 0.0;
   for (std::size_t k = 0; k < s.layout.inputs.size(); ++k) {
     const Input& input = s.layout.inputs[k];
-    const double q = c.q[static_cast<Eigen::Index>(k)];
-    if (input.kind == InputKind::film_ambient && input.item == 0) { EXPECT_NEAR(q, 5.0 * c.p[0], 1e-12); }
-    if (input.kind == InputKind::contact_ambient) { EXPECT_NEAR(q, 50.0 * 4.0, 1e-12); }
-    if (input.kind == InputKind::coolant_inlet) { EXPECT_NEAR(q, 0.02 * -2.0, 1e-15); }
+    const double q = c.q[k];
+    if (input.kind == InputKind::film_ambient && input.item == 0) {
+      EXPECT_NEAR(q, 5.0 * c.p[0], 1e-12);
+    }
+    if (input.kind == InputKind::contact_ambient) {
+      EXPECT_NEAR(q, 50.0 * 4.0, 1e-12);
+    }
+    if (input.kind == InputKind::coolant_inlet) {
+      EXPECT_NEAR(q, 0.02 * -2.0, 1e-15);
+    }
     if (input.kind == InputKind::source && input.item == 1) joint_power += q;
   }
   EXPECT_NEAR(joint_power, 45.0, 1e-9);
@@ -149,8 +157,12 @@ TEST(OperatingModel, InputsCarryTheirTerms) {
   s.at("coolant.main.on") = 0;
   const Coefficients off = s.model.coefficients(s.row, s.inlet);
   for (std::size_t t = 0; t < s.layout.terms.size(); ++t) {
-    if (s.layout.terms[t].kind == TermKind::coolant_flow) { EXPECT_EQ(off.p[static_cast<Eigen::Index>(t)], 0.0); }
-    if (s.layout.terms[t].kind == TermKind::coolant_wall) { EXPECT_GT(off.p[static_cast<Eigen::Index>(t)], 0.0); }
+    if (s.layout.terms[t].kind == TermKind::coolant_flow) {
+      EXPECT_EQ(off.p[t], 0.0);
+    }
+    if (s.layout.terms[t].kind == TermKind::coolant_wall) {
+      EXPECT_GT(off.p[t], 0.0);
+    }
   }
 }
 

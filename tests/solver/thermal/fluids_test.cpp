@@ -19,8 +19,8 @@ using test::Bench;
 
 constexpr double side = 0.1 * 0.02;  // m^2, of a long side of the bar
 
-mesh::CoolantSegment segment(const std::string& id, const std::string& surface, double film, std::vector<std::string> after = {},
-                             int cells = 1) {
+mesh::CoolantSegment segment(const std::string& id, const std::string& surface, double film,
+                             std::vector<std::string> after = {}, int cells = 1) {
   mesh::CoolantSegment s;
   s.id = id;
   s.surface = surface;
@@ -59,7 +59,8 @@ mesh::Machine held_bar(mesh::CoolantSpec c) {
 
 double outlet(const mesh::Machine& machine, double inlet_K = 10.0) {
   const Bench bench(test::bar_mesh(machine));
-  const Coefficients c = bench.model.coefficients(bench.model.channels().defaults(), Eigen::VectorXd::Constant(1, inlet_K));
+  const Coefficients c =
+      bench.model.coefficients(bench.model.channels().defaults(), Eigen::VectorXd::Constant(1, inlet_K));
   return (bench.system.sensors * solve_steady(bench.system, c))[0];
 }
 
@@ -102,7 +103,8 @@ TEST(Coolant, WarmsUpAlongAWallThatIsHeatedEvenly) {
 
 TEST(Coolant, BranchesMixByTheirFlows) {
   // Two consumers in parallel, one heated: the return is the mean by flow, the balance exact.
-  mesh::CoolantSegment one = segment("one", "z1", 3000.0), two = segment("two", "y1", 3000.0), last = segment("last", "y0", 0.0, {"one", "two"});
+  mesh::CoolantSegment one = segment("one", "z1", 3000.0), two = segment("two", "y1", 3000.0),
+                       last = segment("last", "y0", 0.0, {"one", "two"});
   one.share = 0.3;
   mesh::Machine m = test::bar_machine();
   m.coolants = {coolant({one, two, last})};
@@ -135,8 +137,10 @@ TEST(Coolant, NetworksThatDoNotBalanceAreRefused) {
   one.share = 0.3;
   two.share = 0.5;
   EXPECT_NE(message(coolant({one, two})).find("0.8"), std::string::npos);
-  EXPECT_NE(message(coolant({segment("one", "z1", 1.0, {"two"}), segment("two", "y1", 1.0)})).find("before"), std::string::npos);
-  EXPECT_NE(message(coolant({segment("a", "z1", 1.0), segment("b", "y1", 1.0), segment("c", "z0", 1.0, {"a", "b"}), segment("d", "y0", 1.0, {"a"})}))
+  EXPECT_NE(message(coolant({segment("one", "z1", 1.0, {"two"}), segment("two", "y1", 1.0)})).find("before"),
+            std::string::npos);
+  EXPECT_NE(message(coolant({segment("a", "z1", 1.0), segment("b", "y1", 1.0), segment("c", "z0", 1.0, {"a", "b"}),
+                             segment("d", "y0", 1.0, {"a"})}))
                 .find("elsewhere"),
             std::string::npos);
 }
@@ -170,7 +174,8 @@ TEST(Volume, WetsASurfaceWhileTheFluidRuns) {
   m.films[0].state = "cutting_fluid.on";
   const Bench bench(test::bar_mesh(m));
   const auto run = bench.run(
-      "time_step_s = 300\noutput_s = 36000\n[[phase]]\nduration_h = 10\n[[phase]]\nduration_h = 10\ncutting_fluid = true\n");
+      "time_step_s = 300\noutput_s = 36000\n[[phase]]\nduration_h = 10\n[[phase]]\nduration_h = 10\ncutting_fluid = "
+      "true\n");
   EXPECT_NEAR(run.states[1].head(bench.system.nodes).cwiseAbs().maxCoeff(), 0.0, 1e-9);
   EXPECT_NEAR(run.states[2][0], run.sensors[2][0], 0.05);
   // Given by a measurement it is what was measured.
@@ -192,8 +197,10 @@ TEST(Volume, ADoorLetsTheHallIn) {
   inside.volume = "working_area";
   m.sensors = {inside};
   const Bench bench(test::bar_mesh(m));
-  const auto run = bench.run("time_step_s = 60\noutput_s = 36000\n[[phase]]\nduration_h = 10\n[[phase]]\nduration_h = 10\ndoors_open = [\"front\"]\n"
-                             "[[phase]]\nduration_h = 10\ndoors_open = []\n");
+  const auto run = bench.run(
+      "time_step_s = 60\noutput_s = 36000\n[[phase]]\nduration_h = 10\n[[phase]]\nduration_h = 10\ndoors_open = "
+      "[\"front\"]\n"
+      "[[phase]]\nduration_h = 10\ndoors_open = []\n");
   EXPECT_NEAR(run.sensors[1][0], 26.0, 1e-3);
   EXPECT_NEAR(run.sensors[2][0], 1.0, 1e-3);
   EXPECT_NEAR(run.sensors[3][0], 26.0, 1e-3);
@@ -275,7 +282,9 @@ TEST(Chiller, FixedStepsConvergeToErrorControlThroughTheReturn) {
   // In a fixed step the inlet is its mean: the quick fluid, and so the return, lags by half a step.
   const Bench bench(test::bar_mesh(regulated(true, 150.0)));
   const std::string phase = "[[phase]]\nduration_s = 600\n";
-  const auto at_end = [&](const std::string& step) { return bench.run("time_step_s = " + step + "\noutput_s = 600\n" + phase).sensors.back()[0]; };
+  const auto at_end = [&](const std::string& step) {
+    return bench.run("time_step_s = " + step + "\noutput_s = 600\n" + phase).sensors.back()[0];
+  };
   const double exact = bench.run("output_s = 600\n[time]\ntolerance_K = 1e-5\n" + phase).sensors.back()[0];
   const double coarse = std::abs(at_end("8") - exact), fine = std::abs(at_end("4") - exact);
   EXPECT_LT(coarse, 0.02);
@@ -291,7 +300,8 @@ TEST(Chiller, TwoPointControlOfTheReturnStaysAboutItsBand) {
   c.pull_down = 4.0;
   c.drift_up = 0.0;
   const Bench bench(test::bar_mesh(m));
-  const auto run = bench.run("time_step_s = 20\noutput_s = 100\n[time]\ntolerance_K = 0.01\n[[phase]]\nduration_s = 8000\n");
+  const auto run =
+      bench.run("time_step_s = 20\noutput_s = 100\n[time]\ntolerance_K = 0.01\n[[phase]]\nduration_s = 8000\n");
   EXPECT_GT(run.summary.switches.size(), 8u);
   double low = 1e300, high = -1e300;
   for (std::size_t i = run.times.size() / 2; i < run.times.size(); ++i) {
@@ -318,7 +328,9 @@ TEST(Chiller, TheControlCabinetWarmsItsGuide) {
   m.coolants = {c};
   m.sensors = {return_sensor()};
   const Bench bench(test::bar_mesh(m));
-  const auto run = bench.run("time_step_s = 60\noutput_s = 86400\n[[phase]]\nduration_h = 24\n[[phase]]\nduration_h = 24\nmachine_on = false\n");
+  const auto run = bench.run(
+      "time_step_s = 60\noutput_s = 86400\n[[phase]]\nduration_h = 24\n[[phase]]\nduration_h = 24\nmachine_on = "
+      "false\n");
   EXPECT_NEAR(run.sensors[1][0], 2.0, 1e-3);  // the cooling warms the machine
 }
 
@@ -331,7 +343,8 @@ TEST(CoolantSchedule, RunsOnAndStopsAfterStandstill) {
   const Bench bench(test::bar_mesh(m));
   const LoadProgram load = bench.program(
       "[[phase]]\nduration_h = 1\nspindle_rpm = 3000\n[[phase]]\nduration_h = 5\nspindle_rpm = 0\nair_C = [20, 30]\n"
-      "[[phase]]\nduration_h = 1\nspindle_rpm = 3000\n[[phase]]\nduration_h = 1\nmachine_on = false\nspindle_rpm = 0\n");
+      "[[phase]]\nduration_h = 1\nspindle_rpm = 3000\n[[phase]]\nduration_h = 1\nmachine_on = false\nspindle_rpm = "
+      "0\n");
   const int on = bench.model.channels().index("coolant.main.on"), air = bench.model.channels().index("air.T_C");
   const auto flows = [&](double hours) { return load.row_at(3600.0 * hours, 3600.0 * hours)[on]; };
   EXPECT_EQ(flows(0.5), 1.0);

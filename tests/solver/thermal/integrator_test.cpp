@@ -19,7 +19,10 @@ namespace thermotwin::solver {
 namespace {
 
 struct Rig {
-  explicit Rig(int refine = 1) : mesh(test::slide_mesh(refine)), system(assemble_thermal(mesh)), model(mesh.machine, system.layout) {}
+  explicit Rig(int refine = 1)
+      : mesh(test::slide_mesh(refine)),
+        system(assemble_thermal(mesh)),
+        model(mesh.machine, system.layout) {}
 
   /// Speed, position, fluid and coolant that change from step to step, other ones for each load.
   Coefficients coefficients(int step, int load) const {
@@ -36,7 +39,7 @@ struct Rig {
 
   Eigen::VectorXd conducted(const Coefficients& c, const Eigen::VectorXd& x) const {
     Eigen::VectorXd k = system.conduction * x;
-    for (std::size_t t = 0; t < system.terms.size(); ++t) k += c.p[static_cast<Eigen::Index>(t)] * (system.terms[t] * x);
+    for (std::size_t t = 0; t < system.terms.size(); ++t) k += c.p[t] * (system.terms[t] * x);
     return k;
   }
 
@@ -53,13 +56,15 @@ IntegratorOptions strict(bool backward_euler) {
 }
 
 /// Backward Euler by a new factorisation in each step.
-Eigen::VectorXd direct_step(const Rig& s, ThermalDirectSolver& solver, const Coefficients& c, const Eigen::VectorXd& state, double h) {
+Eigen::VectorXd direct_step(const Rig& s, ThermalDirectSolver& solver, const Coefficients& c,
+                            const Eigen::VectorXd& state, double h) {
   solver.factorise(c.p, 1.0 / h);
   return solver.solve(s.system.inputs * c.q + s.system.capacity * state / h);
 }
 
 /// SDIRK2 in its textbook form, with the same direct solves.
-Eigen::VectorXd direct_sdirk_step(const Rig& s, ThermalDirectSolver& solver, const Coefficients& c, const Eigen::VectorXd& state, double h) {
+Eigen::VectorXd direct_sdirk_step(const Rig& s, ThermalDirectSolver& solver, const Coefficients& c,
+                                  const Eigen::VectorXd& state, double h) {
   const double g = sdirk_gamma;
   solver.factorise(c.p, 1.0 / (g * h));
   const Eigen::VectorXd f = s.system.inputs * c.q;
@@ -128,7 +133,7 @@ TEST(ThermalIntegrator, HeatIsBalancedInEveryStep) {
     double in = 0.0;
     for (std::size_t k = 0; k < s.system.layout.inputs.size(); ++k) {
       const Input& input = s.system.layout.inputs[k];
-      const auto index = static_cast<Eigen::Index>(k);
+      const Eigen::Index index = k;
       const double given = c.q[index] * s.system.inputs.col(index).sum();
       double lost = 0.0;
       if (input.kind == InputKind::film_ambient || input.kind == InputKind::contact_ambient)

@@ -51,8 +51,10 @@ TEST(FilmOfTemperature, AColdPlateLooksTheOtherWay) {
   m.films = {plate(mesh::Orientation::up)};
   const test::Bench bench(test::bar_mesh(m));
   const Eigen::VectorXd row = bench.model.channels().defaults();
-  EXPECT_NEAR(bench.model.film_coefficient(0, row, Eigen::VectorXd::Constant(1, 8.0)), free_convection(mesh::Orientation::up, 0.05, 8.0, 293.15), 1e-12);
-  EXPECT_NEAR(bench.model.film_coefficient(0, row, Eigen::VectorXd::Constant(1, -8.0)), free_convection(mesh::Orientation::down, 0.05, 8.0, 293.15), 1e-12);
+  EXPECT_NEAR(bench.model.film_coefficient(0, row, Eigen::VectorXd::Constant(1, 8.0)),
+              free_convection(mesh::Orientation::up, 0.05, 8.0, 293.15), 1e-12);
+  EXPECT_NEAR(bench.model.film_coefficient(0, row, Eigen::VectorXd::Constant(1, -8.0)),
+              free_convection(mesh::Orientation::down, 0.05, 8.0, 293.15), 1e-12);
   // Without readings: at the nominal difference.
   EXPECT_NEAR(bench.model.film_coefficient(0, row), free_convection(mesh::Orientation::up, 0.05, 3.0, 293.15), 1e-12);
 }
@@ -104,13 +106,15 @@ TEST(Radiation, CoolsAnEvenBodyAsTheFormulaSaysWithSecondOrder) {
   const double a = 0.9 * sigma * skin / (7800.0 * 470.0 * volume), start = 773.15, time = 3600.0;
   const double exact = start * std::pow(1.0 + 3.0 * a * start * start * start * time, -1.0 / 3.0);
   const auto error = [&](int step) {
-    const auto run = bench.run("initial_C = 500\noutput_s = 3600\ntime_step_s = " + std::to_string(step) + "\n[[phase]]\nduration_s = 3600\n");
+    const auto run = bench.run("initial_C = 500\noutput_s = 3600\ntime_step_s = " + std::to_string(step) +
+                               "\n[[phase]]\nduration_s = 3600\n");
     return std::abs(run.states.back().head(bench.system.nodes).mean() + 293.15 - exact);
   };
   const double coarse = error(600), fine = error(300);
   EXPECT_LT(fine, 1.0);
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.15);
-  const auto adaptive = bench.run("initial_C = 500\noutput_s = 3600\n[time]\ntolerance_K = 0.001\n[[phase]]\nduration_s = 3600\n");
+  const auto adaptive =
+      bench.run("initial_C = 500\noutput_s = 3600\n[time]\ntolerance_K = 0.001\n[[phase]]\nduration_s = 3600\n");
   EXPECT_NEAR(adaptive.states.back()[0] + 293.15, exact, 0.05);
 }
 
@@ -121,7 +125,8 @@ TEST(Radiation, BalancesThePowerPlaceByPlace) {
     m.materials[0].conductivity = 5.0;
     m.sources = {test::heat_source("heater", 30.0, "x0")};
     const test::Bench bench(test::bar_mesh(m, order));
-    const auto run = bench.run("initial_C = 20\noutput_s = 2000000\ntime_step_s = 20000\n[[phase]]\nduration_s = 2000000\n");
+    const auto run =
+        bench.run("initial_C = 20\noutput_s = 2000000\ntime_step_s = 20000\n[[phase]]\nduration_s = 2000000\n");
     const Eigen::VectorXd& state = run.states.back();
     EXPECT_GT(state.maxCoeff() - state.minCoeff(), 200.0);
     const mesh::TetMesh& bar = bench.mesh.bodies[0];
@@ -160,7 +165,8 @@ TEST(Material, ConductivityOverTemperatureFollowsKirchhoff) {
     m.ambients.push_back(test::ambient("hot", 320.0));
     const auto error = [&](int finer) {
       const test::Bench bench(test::bar_mesh(m, order, finer));
-      const auto run = bench.run("initial_C = 20\noutput_s = 200000\ntime_step_s = 5000\n[[phase]]\nduration_s = 200000\n");
+      const auto run =
+          bench.run("initial_C = 20\noutput_s = 200000\ntime_step_s = 5000\n[[phase]]\nduration_s = 200000\n");
       EXPECT_EQ(run.summary.unconverged, 0);
       double worst = 0.0;
       for (Eigen::Index i = 0; i < bench.system.nodes; ++i) {
@@ -188,7 +194,8 @@ TEST(Material, HeatIsConservedWithSpecificHeatOverTemperature) {
       const double mass = 7800.0 * volume, time = mass * (18000.0 + 0.5 * 50.0 * (500.0 + 642.857142857)) / 100.0;
       const std::string seconds = std::to_string(time);
       for (const std::string scheme : {"", "[time]\nscheme = \"backward_euler\"\n", "[time]\ntolerance_K = 0.01\n"}) {
-        const auto run = bench.run("initial_C = 20\noutput_s = " + seconds + "\ntime_step_s = 300\n" + scheme + "[[phase]]\nduration_s = " + seconds + "\n");
+        const auto run = bench.run("initial_C = 20\noutput_s = " + seconds + "\ntime_step_s = 300\n" + scheme +
+                                   "[[phase]]\nduration_s = " + seconds + "\n");
         EXPECT_NEAR(run.states.back().head(bench.system.nodes).mean(), 90.0, 2e-3) << scheme;
       }
     }

@@ -2,6 +2,7 @@
 #include "solver/thermal/operator.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <cmath>
 
@@ -14,13 +15,13 @@ namespace {
 /// K0 + sum p K as written.
 SparseMatrix conductance(const ThermalSystem& system, const Eigen::VectorXd& p) {
   SparseMatrix k = system.conduction;
-  for (std::size_t t = 0; t < system.terms.size(); ++t) k += p[static_cast<Eigen::Index>(t)] * system.terms[t];
+  for (std::size_t t = 0; t < system.terms.size(); ++t) k += p[t] * system.terms[t];
   return k;
 }
 
 SideBySide numbers(Eigen::Index rows, Eigen::Index columns, double phase) {
   SideBySide m(rows, columns);
-  for (Eigen::Index i = 0; i < m.size(); ++i) m.data()[i] = std::sin(0.37 * static_cast<double>(i) + phase);
+  for (Eigen::Index i = 0; i < m.size(); ++i) m.data()[i] = std::sin(0.37 * i + phase);
   return m;
 }
 
@@ -31,7 +32,7 @@ TEST(ThermalOperator, EachLoadHasItsOwnCoefficients) {
   const ThermalOperator op(system);
   ASSERT_GT(op.fluids(), 0);
   for (const Eigen::Index loads : {1, 2, 3, 5, 8, 9, 12, 13, 30}) {
-    SideBySide p = numbers(static_cast<Eigen::Index>(system.terms.size()), loads, 0.2).cwiseAbs() * 40.0;
+    SideBySide p = numbers(std::ssize(system.terms), loads, 0.2).cwiseAbs() * 40.0;
     p.row(1).setZero();  // a film that is off in all loads
     p(2, loads - 1) = 0.0;
     const SideBySide x = numbers(system.size, loads, 1.0);
@@ -41,7 +42,8 @@ TEST(ThermalOperator, EachLoadHasItsOwnCoefficients) {
     op.multiply_shifted(p, 3e-3, x, nullptr, only);
     op.multiply_capacity(x, alone);
     for (Eigen::Index l = 0; l < loads; ++l) {
-      const Eigen::VectorXd e = system.capacity * x.col(l), k = conductance(system, p.col(l)) * x.col(l), a = 3e-3 * e + k;
+      const Eigen::VectorXd e = system.capacity * x.col(l), k = conductance(system, p.col(l)) * x.col(l),
+                            a = 3e-3 * e + k;
       EXPECT_LT((ex.col(l) - e).norm(), 1e-13 * e.norm());
       EXPECT_LT((kx.col(l) - k).norm(), 1e-13 * k.norm());
       EXPECT_LT((stored.col(l) - e).norm(), 1e-13 * e.norm());
@@ -55,7 +57,7 @@ TEST(ThermalOperator, EachLoadHasItsOwnCoefficients) {
 TEST(ThermalOperator, BlocksAreTheMatrixInParts) {
   const ThermalSystem system = assemble_thermal(test::slide_mesh());
   const ThermalOperator op(system);
-  const Eigen::VectorXd p = numbers(static_cast<Eigen::Index>(system.terms.size()), 1, 0.2).cwiseAbs() * 40.0;
+  const Eigen::VectorXd p = numbers(std::ssize(system.terms), 1, 0.2).cwiseAbs() * 40.0;
   const Eigen::MatrixXd whole(SparseMatrix(2e-3 * system.capacity + conductance(system, p)));
   const Eigen::Index n = op.nodes(), f = op.fluids();
   SparseMatrix block;
@@ -63,7 +65,8 @@ TEST(ThermalOperator, BlocksAreTheMatrixInParts) {
     op.body_block(again ? p : 2.0 * p, 2e-3, block);
   }
   EXPECT_LT((Eigen::MatrixXd(block) - whole.topLeftCorner(n, n)).norm(), 1e-13 * whole.norm());
-  EXPECT_LT((op.fluid_block(p, 2e-3) - whole.bottomRightCorner(f, f)).norm(), 1e-13 * whole.bottomRightCorner(f, f).norm());
+  EXPECT_LT((op.fluid_block(p, 2e-3) - whole.bottomRightCorner(f, f)).norm(),
+            1e-13 * whole.bottomRightCorner(f, f).norm());
   const Eigen::MatrixXd coupling(op.coupling(p));
   EXPECT_LT((coupling.transpose() - whole.bottomLeftCorner(f, n)).norm(), 1e-13 * coupling.norm());
   EXPECT_LT((coupling - whole.topRightCorner(n, f)).norm(), 1e-13 * coupling.norm());

@@ -2,6 +2,7 @@
 #include "solver/thermal/system.h"
 
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include <Eigen/Dense>
 #include <random>
@@ -78,7 +79,7 @@ TEST_P(ThermalSystemOfOrder, SourcesGiveTheirPowerAtEveryPosition) {
   int at_joint = 0;
   for (std::size_t k = 0; k < s.layout.inputs.size(); ++k) {
     const Input& input = s.layout.inputs[k];
-    const Eigen::VectorXd column = s.inputs.col(static_cast<Eigen::Index>(k));
+    const Eigen::VectorXd column = s.inputs.col(k);
     if (input.kind == InputKind::source) {
       EXPECT_NEAR(column.sum(), 1.0, 1e-12);
       if (input.item == 0 && input.place == 1) {
@@ -88,7 +89,7 @@ TEST_P(ThermalSystemOfOrder, SourcesGiveTheirPowerAtEveryPosition) {
     }
     // A uniform temperature equal to the ambient stands: K_j 1 = B_j
     if (input.kind == InputKind::film_ambient || input.kind == InputKind::contact_ambient) {
-      EXPECT_LT((s.terms[static_cast<std::size_t>(input.term)] * ones(s) - column).cwiseAbs().maxCoeff(), 1e-14);
+      EXPECT_LT((s.terms[input.term] * ones(s) - column).cwiseAbs().maxCoeff(), 1e-14);
     }
   }
   EXPECT_EQ(at_joint, static_cast<int>(s.layout.grids[0].positions.size()));
@@ -109,10 +110,13 @@ TEST_P(ThermalSystemOfOrder, SensorsInterpolateLinearFields) {
 TEST(ThermalSystem, SensorsInterpolateQuadraticFieldsOnAQuadraticMesh) {
   const mesh::MachineMesh& mesh = slide(2);
   const ThermalSystem& s = slide_system(2);
-  const auto field = [](const Eigen::Vector3d& p) { return 3.0 * p.x() * p.x() - 2.0 * p.x() * p.y() + 5.0 * p.z() * p.z(); };
+  const auto field = [](const Eigen::Vector3d& p) {
+    return 3.0 * p.x() * p.x() - 2.0 * p.x() * p.y() + 5.0 * p.z() * p.z();
+  };
   Eigen::VectorXd state = Eigen::VectorXd::Zero(s.size);
   for (std::size_t b = 0; b < 2; ++b)
-    for (Eigen::Index i = 0; i < mesh.bodies[b].nodes(); ++i) state[mesh.first_node[b] + i] = field(mesh.bodies[b].points.col(i));
+    for (Eigen::Index i = 0; i < mesh.bodies[b].nodes(); ++i)
+      state[mesh.first_node[b] + i] = field(mesh.bodies[b].points.col(i));
   const Eigen::VectorXd readings = s.sensors * state;
   EXPECT_NEAR(readings[0], field({0.31, 0.047, 0.033}), 1e-12);
   EXPECT_NEAR(readings[1], field({0.3, 0.06, 0.16}), 1e-12);  // on the skin
@@ -145,10 +149,10 @@ TEST(ThermalSystem, RefusesAJointThatNeverTouches) {
 TEST_P(ThermalSystemOfOrder, ShiftedSolvesAndTheirTransposes) {
   const ThermalSystem& s = slide_system(GetParam());
   Coefficients c;
-  c.p = Eigen::VectorXd::LinSpaced(static_cast<Eigen::Index>(s.terms.size()), 3.0, 40.0);
+  c.p = Eigen::VectorXd::LinSpaced(std::ssize(s.terms), 3.0, 40.0);
   c.q = Eigen::VectorXd::Zero(s.inputs.cols());
   SparseMatrix a = 0.01 * s.capacity + s.conduction;
-  for (std::size_t t = 0; t < s.terms.size(); ++t) a += c.p[static_cast<Eigen::Index>(t)] * s.terms[t];
+  for (std::size_t t = 0; t < s.terms.size(); ++t) a += c.p[t] * s.terms[t];
   const Eigen::MatrixXd b = s.inputs;
   EXPECT_LT((a * solve_shifted(s, c, 0.01, b) - b).norm(), 1e-10 * b.norm());
   EXPECT_LT((a.transpose() * solve_shifted(s, c, 0.01, b, true) - b).norm(), 1e-10 * b.norm());
@@ -158,7 +162,7 @@ TEST_P(ThermalSystemOfOrder, ShiftedSolvesAndTheirTransposes) {
 TEST_P(ThermalSystemOfOrder, AFloatingBodyHasNoSteadyState) {
   const ThermalSystem& s = slide_system(GetParam());
   Coefficients c;
-  c.p = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(s.terms.size()));
+  c.p = Eigen::VectorXd::Zero(std::ssize(s.terms));
   c.q = Eigen::VectorXd::Zero(s.inputs.cols());
   EXPECT_THROW(solve_steady(s, c), core::SolverError);
 }
