@@ -17,5 +17,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
+#include "core/dense_algebra.h"

@@ -8,19 +8,18 @@
 namespace thermotwin::core {
 
 void BinaryWriter::text(std::string_view value) {
-  count(static_cast<std::int64_t>(value.size()));
+  count(value.size());
   raw(value.data(), value.size());
 }
 
 void BinaryWriter::matrix(const Eigen::Ref<const Eigen::MatrixXd>& value) {
   count(value.rows());
   count(value.cols());
-  for (Eigen::Index j = 0; j < value.cols(); ++j)
-    raw(value.col(j).data(), static_cast<std::size_t>(value.rows()) * sizeof(double));
+  for (Eigen::Index j = 0; j < value.cols(); ++j) raw(value.col(j).data(), value.rows() * sizeof(double));
 }
 
 void BinaryWriter::numbers(const std::vector<double>& values) {
-  count(static_cast<std::int64_t>(values.size()));
+  count(values.size());
   raw(values.data(), values.size() * sizeof(double));
 }
 
@@ -54,10 +53,10 @@ std::string BinaryReader::text() {
 
 Eigen::MatrixXd BinaryReader::matrix() {
   const std::int64_t rows = count(), columns = count();
-  const auto left = static_cast<std::int64_t>((bytes_.size() - at_) / sizeof(double));
+  const std::int64_t left = (bytes_.size() - at_) / sizeof(double);
   if (columns > 0 && rows > left / columns) throw InputError(source_, "it ends too early", "a whole file");
   Eigen::MatrixXd value(rows, columns);
-  raw(value.data(), static_cast<std::size_t>(value.size()) * sizeof(double));
+  raw(value.data(), value.size() * sizeof(double));
   return value;
 }
 

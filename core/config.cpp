@@ -104,10 +104,10 @@ std::string shown(const toml::node& node) {
 std::string phrase(const Range& range) {
   const bool bounded_below = range.low > any_number.low;
   const bool bounded_above = range.high < any_number.high;
-  if (bounded_below && bounded_above) return fmt::format("a number from {} to {}", range.low, range.high);
+  if (bounded_below && bounded_above) return fmt::format("a number from {:.9g} to {:.9g}", range.low, range.high);
   if (range.low == positive.low && !bounded_above) return "a number above 0";
-  if (bounded_below) return fmt::format("a number of at least {}", range.low);
-  if (bounded_above) return fmt::format("a number of at most {}", range.high);
+  if (bounded_below) return fmt::format("a number of at least {:.9g}", range.low);
+  if (bounded_above) return fmt::format("a number of at most {:.9g}", range.high);
   return "a finite number";
 }
 
@@ -116,7 +116,7 @@ double number_from(const toml::node& node, const std::string& place, const Range
   if (const auto* real = node.as_floating_point()) {
     value = real->get();
   } else if (const auto* integer = node.as_integer()) {
-    value = static_cast<double>(integer->get());
+    value = integer->get();
   } else {
     throw InputError(place, shown(node), phrase(range) + (node.is_string() ? ", without quotes" : ""));
   }
@@ -256,7 +256,7 @@ int Node::integer(const std::string& key, int low, int high) const {
   if (integer == nullptr || integer->get() < low || integer->get() > high) {
     throw InputError(place(key), shown(value), allowed);
   }
-  return static_cast<int>(integer->get());
+  return integer->get();
 }
 
 int Node::integer_or(const std::string& key, int otherwise, int low, int high) const {

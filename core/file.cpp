@@ -104,7 +104,7 @@ std::string read_file(const fs::path& path) {
   std::string text;
   struct stat status {};
   if (::fstat(file.number(), &status) == 0 && S_ISREG(status.st_mode)) {
-    text.reserve(static_cast<std::size_t>(status.st_size) + 1);
+    text.reserve(status.st_size + 1);
   }
   std::size_t size = 0;
   for (;;) {
@@ -114,7 +114,7 @@ std::string read_file(const fs::path& path) {
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail(path, "read", errno);
     if (count == 0) break;
-    size += static_cast<std::size_t>(count);
+    size += count;
   }
   text.resize(size);
   return text;

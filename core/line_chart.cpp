@@ -100,7 +100,7 @@ std::string LineChart::svg() const {
     }
     svg += fmt::format("<g fill=\"{0}\"><path d=\"{1}\" fill=\"none\" stroke=\"{0}\" stroke-width=\"2\"/>{2}</g>\n",
                        colour, path, dots);
-    const double at = top + 10 + 22 * static_cast<double>(i);
+    const double at = top + 10 + 22.0 * i;
     svg += fmt::format(
         "<path d=\"M{0:.0f} {1:.0f}h20\" stroke=\"{2}\" stroke-width=\"3\"/><text x=\"{3:.0f}\" "
         "y=\"{4:.0f}\">{5}</text>\n",

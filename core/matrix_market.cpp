@@ -133,11 +133,11 @@ private:
 
 std::vector<std::string> lower_words(std::string_view line) {
   std::vector<std::string> words(1);
-  for (const char c : line) {
-    if (std::isspace(static_cast<unsigned char>(c)) != 0) {
+  for (const unsigned char c : line) {
+    if (std::isspace(c) != 0) {
       if (!words.back().empty()) words.emplace_back();
     } else {
-      words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      words.back().push_back(std::tolower(c));
     }
   }
   if (words.back().empty()) words.pop_back();
@@ -195,7 +195,7 @@ struct Entries {
     const std::size_t count = value.size();
     const auto sorted = [count](const std::vector<int>& key, Eigen::Index keys,
                                 const std::vector<std::size_t>* before) {
-      std::vector<std::size_t> begin(static_cast<std::size_t>(keys) + 1, 0), order(count);
+      std::vector<std::size_t> begin(keys + 1, 0), order(count);
       for (const int k : key) ++begin[k + 1];
       for (std::size_t k = 1; k < begin.size(); ++k) begin[k] += begin[k - 1];
       for (std::size_t i = 0; i < count; ++i) {
@@ -205,7 +205,7 @@ struct Entries {
       return order;
     };
     const std::vector<std::size_t> by_row = sorted(row, rows, nullptr), by_column = sorted(column, columns, &by_row);
-    std::vector<int> outer(static_cast<std::size_t>(columns) + 1, 0), inner;
+    std::vector<int> outer(columns + 1, 0), inner;
     std::vector<double> values;
     inner.reserve(count);
     values.reserve(count);
@@ -281,12 +281,12 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
     scan.fail(fmt::format("{} x {}", rows, columns), "a square matrix, as the banner says symmetric");
   Entries entries;
   // An entry is at least two characters: what the text cannot hold is not allocated.
-  const auto room = static_cast<long long>(text.size() / 2 + 1);
+  const long long room = text.size() / 2 + 1;
   if (banner.coordinate) {
     if (!scan.seek_in_line()) scan.fail("a size line without entries", "rows, columns and entries");
     const long long count = scan.whole_number(0, 2'000'000'000, "number of entries");
     if (scan.seek_in_line()) scan.fail(scan.word() + " after the size", "rows, columns and entries");
-    const auto reserved = static_cast<std::size_t>(std::min(count, room)) * (banner.triangle() ? 2 : 1);
+    const std::size_t reserved = std::min(count, room) * (banner.triangle() ? 2 : 1);
     for (auto* list : {&entries.row, &entries.column}) list->reserve(reserved);
     entries.value.reserve(reserved);
     read_coordinates(scan, banner, rows, columns, count, entries);

@@ -62,7 +62,7 @@ void put_line(const std::string& text) {
 }
 
 std::string duration_text(double seconds) {
-  const auto total = static_cast<long long>(std::llround(std::min(seconds, 1e9)));
+  const long long total = std::llround(std::min(seconds, 1e9));
   if (total < 60) return fmt::format("{} s", total);
   if (total < 3600) return fmt::format("{} min {:02} s", total / 60, total % 60);
   return fmt::format("{} h {:02} min", total / 3600, total / 60 % 60);
@@ -96,7 +96,7 @@ struct Progress::State {
 
   std::string state_text() const {
     const std::size_t steps = std::min(done.load(), total);
-    const double share = static_cast<double>(steps) / total;
+    const double share = 1.0 * steps / total;
     std::string text = fmt::format("{}/{} ({:.0f} %)", steps, total, 100.0 * share);
     if (steps > 0 && steps < total) text += ", " + duration_text(elapsed() * (1.0 / share - 1.0)) + " left";
     return text;

@@ -134,7 +134,7 @@ std::string_view content_of(std::string_view text) {
 std::optional<Eigen::Index> Table::find(const std::string& name) const {
   const auto found = std::find(columns.begin(), columns.end(), name);
   if (found == columns.end()) return std::nullopt;
-  return static_cast<Eigen::Index>(found - columns.begin());
+  return found - columns.begin();
 }
 
 Eigen::VectorXd Table::column(const std::string& name) const {
@@ -179,7 +179,7 @@ Table parse_csv(const std::string& text, const std::string& source) {
 Table read_csv(const std::filesystem::path& path) { return parse_csv(read_file(path), path.string()); }
 
 void write_csv(const std::filesystem::path& path, const Table& table, int digits) {
-  assert(static_cast<std::size_t>(table.values.cols()) == table.columns.size());
+  assert(table.values.cols() == std::ssize(table.columns));
   fmt::memory_buffer text;
   const auto out = fmt::appender(text);
   for (const std::string& name : table.columns) {

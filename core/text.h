@@ -16,6 +16,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 /// The candidate with the smallest edit distance to word; empty if there is none.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
+/// Letters of ASCII in one case; other bytes stay.
+std::string lower(std::string_view text);
+std::string upper(std::string_view text);
+
 /// "a, b, c"
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
 

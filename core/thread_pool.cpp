@@ -69,7 +69,7 @@ struct Job {
   }
 };
 
-int all_cores() { return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, max_thread_count); }
+int all_cores() { return std::clamp<int>(std::thread::hardware_concurrency(), 1, max_thread_count); }
 
 class Pool {
 public:

@@ -15,11 +15,11 @@
 #include "diagnosis/inference/missing_source_search.h"
 #include "diagnosis/inference/model_search.h"
 #include "diagnosis/inference/switch_times.h"
+#include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
 #include "diagnosis/judge/next_measurement.h"
 #include "diagnosis/judge/residual_analysis.h"
-#include "diagnosis/judge/verdict.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/report/words.h"
 #include "diagnosis/response/problem.h"
@@ -42,28 +42,16 @@ constexpr double clear = 200.0;        ///< ln Bayes factor against none that no
 constexpr double most_moved = 3.0, least_moved = 0.1;  ///< stated deviations of other parameters in a second look
 constexpr double within_expected = 1.5;                ///< RMS of a residual over what is expected of it
 
-void require_valid(const DiagnoseOptions& options) {
-  const auto require = [](bool holds, const std::string& name, double value, const std::string& allowed) {
-    if (!holds) throw core::InputError("diagnose " + name, fmt::format("{}", value), allowed);
-  };
-  require(options.heldout_share >= 0.05 && options.heldout_share <= 0.9, "heldout_share", options.heldout_share,
-          "0.05 to 0.9");
-  for (const auto& [name, percent] : {std::pair{"displacement_error_percent", options.displacement_error_percent},
-                                      {"temperature_error_percent", options.temperature_error_percent}})
-    require(percent > 0 && percent <= 50, name, percent, "above 0, at most 50");
-  require(options.interval_s > 0, "interval_s", options.interval_s, "a positive number of seconds");
-}
-
 /// The causes that the 'after' columns show: the named ones, else the members of the best model.
 Hypothesis shown(const Problem& problem, const SearchResult& found, const Diagnosis& d) {
-  if (d.verdict == "no_discrepancy" || d.verdict == "unexplained") return {};
+  if (d.verdict == Verdict::no_discrepancy || d.verdict == Verdict::unexplained) return {};
   Hypothesis best;
   for (const Hypothesis& h : found.hypotheses)
     if (!h.members.empty()) {
       best = h;
       break;
     }
-  if (d.verdict == "explained") {
+  if (d.verdict == Verdict::explained) {
     best = {};
     best.value.resize(std::ssize(d.causes));
     best.std.resize(best.value.size());
@@ -173,8 +161,8 @@ bool is_open(const Look& look) {
     return !cause.parameter.name.empty() && cause.probability > perhaps && cause.probability < sure;
   });
   return (none > none_gone && none < none_likely) ||
-         (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d)) ||
-         (d.verdict == "explained" && one_more);
+         (d.verdict == Verdict::ambiguous && d.strained.empty() && !only_unknown_shares(d)) ||
+         (d.verdict == Verdict::explained && one_more);
 }
 
 /// Whether with this share there would be more to fit, and enough left to judge a gain: means of gauges, where there are any.
@@ -184,8 +172,7 @@ bool leaves_enough(const Observations& seen, double heldout_share) {
                                   [](const ObservedChannel& c) { return !c.is_temperature(); });
   Eigen::Index most = 0;
   for (const ObservedChannel& channel : seen.channels)
-    if (gauged != channel.is_temperature())
-      most = std::max(most, static_cast<Eigen::Index>((channel.time.array() >= split).count()));
+    if (gauged != channel.is_temperature()) most = std::max<Index>(most, (channel.time.array() >= split).count());
   return split > seen.split && most >= least_means;
 }
 
@@ -193,7 +180,7 @@ bool leaves_enough(const Observations& seen, double heldout_share) {
 
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
                    const DiagnoseOptions& options) {
-  require_valid(options);
+  options.validate();
   const mesh::Machine& machine = model.machine;
   compensation::require_fits(measurement, machine);
   Look look = look_at(model, measurement, options);
@@ -225,7 +212,8 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     const bool expected = std::all_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) {
       return r.rms_before <= within_expected * r.explained_std;
     });
-    d.verdict = expected && found.hypotheses.front().log_evidence < strong ? "no_discrepancy" : "unexplained";
+    d.verdict =
+        expected && found.hypotheses.front().log_evidence < strong ? Verdict::no_discrepancy : Verdict::unexplained;
     d.warnings.push_back(objection);
     d.causes.clear();
     d.ambiguous_set.clear();
@@ -235,9 +223,9 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     best.refined = true;
     judge(problem, best, d);
   }
-  if (d.verdict == "explained" && worth_extending(problem, best, d))
+  if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
-  if (d.verdict == "ambiguous" && d.strained.empty() && !only_unknown_shares(d))
+  if (d.verdict == Verdict::ambiguous && d.strained.empty() && !only_unknown_shares(d))
     d.next = next_measurement(problem, model, options.programs, d);
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer)

@@ -108,7 +108,7 @@ void check_pieces(const BodySpec& spec, const TetMesh& mesh, const std::string& 
       fmt::format("body '{}' falls into {} pieces; the smallest ({:.4g} cm3, {} elements) lies around {}, {:.3g} mm "
                   "from the others",
                   spec.id, pieces.count, 1e6 * least->volume, least->elements, point_text(least->middle()),
-                  1e3 * distance_to_others(mesh, pieces, static_cast<int>(least - shares.begin()))),
+                  1e3 * distance_to_others(mesh, pieces, least - shares.begin())),
       fmt::format("{} (in CAD let solids share faces, or make each a body with a joint between them; pieces = {} where "
                   "it is meant so)",
                   spec.pieces == 1 ? "one piece" : fmt::format("pieces = {} as machine.toml states", spec.pieces),

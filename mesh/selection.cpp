@@ -29,14 +29,9 @@ struct Condition {
 };
 
 std::string same_in_lower_case(const TetMesh& mesh, const std::string& name) {
-  const auto lower = [](std::string text) {
-    for (char& c : text)
-      if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
-    return text;
-  };
   if (mesh.groups.count(name) > 0) return name;
   for (const auto& [known, faces] : mesh.groups)
-    if (lower(known) == lower(name)) return known;  // Abaqus writes names in capitals
+    if (core::lower(known) == core::lower(name)) return known;  // Abaqus writes names in capitals
   return {};
 }
 

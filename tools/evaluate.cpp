@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -19,6 +20,8 @@
 
 namespace thermotwin::tools {
 namespace {
+
+constexpr long most_lines = 40;  ///< of tables on the terminal
 
 nlohmann::json json_of(const compensation::EvaluationRow& row) {
   const compensation::Measures& m = row.measures;
@@ -140,7 +143,12 @@ void evaluate(const EvaluateOptions& options) {
   }
   json["notes"] = evaluation.notes;
   std::string text = evaluation.brief();
-  core::write_file(folder / "tables.txt", text);
+  const std::string tables = evaluation.tables();
+  core::write_file(folder / "tables.txt", text + tables);
+  const auto lines = std::count(tables.begin(), tables.end(), '\n');
+  text += lines <= most_lines
+              ? tables
+              : fmt::format("a table for each channel ({} lines) in {}\n", lines, (folder / "tables.txt").string());
   if (!evaluation.observer.empty()) {
     core::write_file(folder / "observer.txt", evaluation.observer);
     text += "\n" + evaluation.observer;

@@ -22,6 +22,11 @@
 #include "tools/options.h"
 
 namespace thermotwin::tools {
+namespace {
+
+constexpr std::size_t shown_causes = 5;
+
+}  // namespace
 
 void diagnose(const DiagnoseOptions& options) {
   const compensation::Measurement measurement = compensation::read_measurement(options.data);
@@ -56,9 +61,11 @@ void diagnose(const DiagnoseOptions& options) {
   }
   std::string text = result.sentence + "\n";
   for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
-  for (std::size_t i = 0; i < result.ranking.size() && i < 5; ++i)
-    text += fmt::format("  {:5.1f} %  {} {}\n", 100 * result.ranking[i].probability, result.ranking[i].parameter.kind,
-                        result.ranking[i].parameter.where);
+  // Each channel without a machine has a ranking of its own.
+  for (std::size_t i = 0; i < result.ranking.size() && (without_machine || i < shown_causes); ++i)
+    if (const diagnosis::RankedCause& cause = result.ranking[i]; !without_machine || cause.probability >= 0.01)
+      text += fmt::format("  {:5.1f} %  {} {}\n", 100 * cause.probability, name_of(cause.parameter.kind),
+                          cause.parameter.where);
   if (without_machine && result.causes.empty())
     text += fmt::format("residual on held-out time: {:.2f} um\n", result.heldout_rms_before_um);
   else

@@ -28,7 +28,7 @@ struct Column {
 };
 
 std::vector<Column> columns_of(const core::Table& table, const compensation::LocationOffsets& map,
-                               const std::vector<std::string>& axes, const compensation::KinematicChain& chain) {
+                               const std::vector<std::string>& axes, const mesh::KinematicChain& chain) {
   std::map<std::string, Column> known{{"time_s", {Column::Kind::time, "time_s"}}};
   for (int i = 0; i < 3; ++i)
     known[fmt::format("point_{}_mm", "xyz"[i])] = {Column::Kind::point, "", i, core::units::mm};
@@ -62,10 +62,10 @@ std::vector<Column> columns_of(const core::Table& table, const compensation::Loc
 void offsets(const OffsetsOptions& options) {
   if (options.out == "-" && options.json)
     throw core::UsageError("--json and the offsets would both go to standard output; allowed: --json with --out FILE");
-  compensation::KinematicChain chain = compensation::KinematicChain::parse(options.chain, "--chain");
+  mesh::KinematicChain chain = mesh::KinematicChain::parse(options.chain, "--chain");
   const std::vector<std::string> axes = chain.ids();
   for (const std::string& id : options.along_letter) {
-    compensation::ChainAxis* axis = chain.find(id);
+    mesh::ChainAxis* axis = chain.find(id);
     if (axis == nullptr || !axis->table_side) {
       throw core::InputError("--with-letter", "'" + id + "'", "axes between w and b of --chain");
     }

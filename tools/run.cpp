@@ -19,7 +19,6 @@
 #include "core/file.h"
 #include "core/progress.h"
 #include "diagnosis/causes/hypothesis.h"
-#include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/diagnose.h"
@@ -47,7 +46,8 @@ mesh::Machine measured_machine(const solver::Case& machine_case) {
   const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
   try {
     return diagnosis::with_parameter(compensation::perturbed(machine_case.machine, wrong.seed),
-                                     diagnosis::make_parameter(wrong.kind, wrong.where), wrong.factor);
+                                     diagnosis::make_parameter(diagnosis::kind_named(wrong.kind), wrong.where),
+                                     wrong.factor);
   } catch (const core::InputError& error) {
     throw core::InputError((machine_case.folder / "case.toml").string() + " measured_machine.where: " + error.what());
   }
@@ -188,7 +188,7 @@ std::string hidden_truth(const solver::Case& machine_case) {
   const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
   mesh::Machine nominal = machine_case.machine;
   mesh::Machine measured = measured_machine(machine_case);
-  const diagnosis::Parameter effect = diagnosis::make_parameter(wrong.kind, wrong.where);
+  const diagnosis::Parameter effect = diagnosis::make_parameter(diagnosis::kind_named(wrong.kind), wrong.where);
   const double ratio = *diagnosis::machine_values(measured, effect).front().value /
                        *diagnosis::machine_values(nominal, effect).front().value;
   return fmt::format("            hidden in the virtual measurement of {}: {} of {} x {:.3g}\n", wrong.load, wrong.kind,

@@ -19,9 +19,12 @@
 #include <string>
 #include <vector>
 
-#include "compensation/chain/kinematic_chain.h"
+#include "mesh/machine/kinematic_chain.h"
 
 namespace thermotwin::compensation {
+
+using mesh::ChainAxis;
+using mesh::KinematicChain;
 
 struct OffsetOptions {
   bool orientation = false;       ///< rotary axes may be used for the functional orientation

@@ -106,6 +106,15 @@ double training_hours(const Judge& judge) {
   return hours;
 }
 
+/// ISO 230-3 warms a machine up for four hours; a model fitted on less has hardly seen it settle.
+void note_short_training(Evaluation& result) {
+  constexpr double least_hours = 4.0;
+  if (result.training_hours < least_hours)
+    result.notes.push_back(fmt::format(
+        "fitted on {:.1f} h only: tests of ISO 230-3 last {:.0f} h, and slower parts have not settled by then",
+        result.training_hours, least_hours));
+}
+
 }  // namespace
 
 Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model,
@@ -165,6 +174,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
     result.training_hours += training_hours(other);
     add_rows(other.rows, judge, result);
   }
+  note_short_training(result);
   // A channel that no fit may use is held out in every part.
   for (EvaluationRow& row : result.rows) {
     if (std::find(options.check.begin(), options.check.end(), row.channel) != options.check.end()) row.training = false;

@@ -55,6 +55,12 @@ std::string Evaluation::brief() const {
   for (const Standing& standing : leaderboard) {
     if (!standing.caution.empty()) text += fmt::format("* {} ranked last: {}\n", standing.model, standing.caution);
   }
+  for (const std::string& line : notes) text += "  " + line + "\n";
+  return text;
+}
+
+std::string Evaluation::tables() const {
+  std::string text;
   std::vector<std::string> channels;
   for (const EvaluationRow& row : rows) {
     if (std::find(channels.begin(), channels.end(), row.channel) == channels.end()) channels.push_back(row.channel);
@@ -71,7 +77,6 @@ std::string Evaluation::brief() const {
     }
     text += fmt::format("\n{} ({})\n", channel, unit) + core::format_table(table);
   }
-  for (const std::string& line : notes) text += "  " + line + "\n";
   return text;
 }
 

@@ -42,7 +42,8 @@ struct Evaluation {
   std::string observer;            ///< with a reduced model: which augmented states its sensors tell
   double training_hours = 0;       ///< calibration effort: displacements over this time ...
   Eigen::Index inputs = 0;         ///< ... and this many channels that a control has to know
-  std::string brief() const;       ///< leaderboard, and a table a channel
+  std::string brief() const;       ///< leaderboard and notes
+  std::string tables() const;      ///< a table a channel
 };
 
 /// Fitted on one program (without programs: one day) after the other, judged on each.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/measurement/channel.h"
 #include "compensation/measurement/measurement.h"
 #include "core/error.h"
 #include "core/text.h"
@@ -17,19 +18,6 @@ namespace thermotwin::compensation {
 namespace {
 
 using core::InputError;
-
-/// Unit in which a channel of the control counts, after its name.
-std::string unit_of_input(const std::string& name) {
-  const auto ends = [&](const char* suffix) { return name.ends_with(suffix); };
-  if (ends("_mm_min")) return "mm_min";
-  if (ends("_deg_min")) return "deg_min";
-  if (ends("_rpm")) return "rpm";
-  if (ends("_mm")) return "mm";
-  if (ends("_deg")) return "deg";
-  if (ends("T_C")) return "degC";
-  if (ends("_W")) return "W";
-  return "1";
-}
 
 std::string place_of(const Measurement& measurement, const MeasuredChannel& channel) {
   return (measurement.folder / "channels.toml").string() + " channel '" + channel.id + "'";
@@ -57,7 +45,7 @@ void check_input(const Measurement& measurement, const MeasuredChannel& channel,
     throw InputError(place, "unknown input '" + channel.input + "'",
                      "a channel of the machine (nearest: " + core::nearest(channel.input, channels.names()) + ")");
   }
-  const std::string unit = unit_of_input(channel.input);
+  const std::string unit = channel_named(channel.input).unit;
   if (channel.unit != unit)
     throw InputError(place, "unit '" + channel.unit + "' of input '" + channel.input + "'", "'" + unit + "'");
 }
@@ -80,6 +68,15 @@ void check_displacement(const Measurement& measurement, const MeasuredChannel& c
   mesh::parse_pose(machine, channel.pose_text, place + " pose");
 }
 
+/// Every reading of a temperature within plausible_C.
+void check_readings(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {
+  const auto values = measurement.data.values.col(channel.column);
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (!std::isnan(values[i]) && !machine.plausible(values[i]))
+      machine.require_plausible(values[i], fmt::format("{}:{} column {} '{}'", measurement.data.source,
+                                                       core::Table::line_of_row(i), channel.column + 1, channel.id));
+}
+
 }  // namespace
 
 void require_fits(const Measurement& measurement, const mesh::Machine& machine) {
@@ -95,6 +92,7 @@ void require_fits(const Measurement& measurement, const mesh::Machine& machine) 
       throw InputError(place_of(measurement, channel), "neither sensor nor input nor quantity",
                        "what the channel is on the machine");
     }
+    if (channel.unit == "degC") check_readings(measurement, channel, machine);
   }
 }
 

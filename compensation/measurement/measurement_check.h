@@ -10,7 +10,7 @@
 
 namespace thermotwin::compensation {
 
-/// Checks against a machine: sensors, inputs, quantities and poses exist, units fit.
+/// Checks against a machine: sensors, inputs, quantities and poses exist, units fit, temperatures are plausible.
 void require_fits(const Measurement& measurement, const mesh::Machine& machine);
 
 /// Rows of channels for the measurement's intervals: row i holds from time i to i+1 (last: repeats);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/measurement/virtual_measurement.h"
 
+#include "compensation/measurement/channel.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
@@ -76,25 +77,10 @@ private:
 };
 
 void describe_input(const std::string& name, MeasuredChannel& channel) {
-  struct Suffix {
-    const char* suffix;
-    ChannelKind kind;
-    const char* unit;
-  };
-  static constexpr Suffix suffixes[] = {
-      {"_mm_min", ChannelKind::speed, "mm_min"}, {"_deg_min", ChannelKind::speed, "deg_min"},
-      {"_rpm", ChannelKind::speed, "rpm"},       {"_mm", ChannelKind::position, "mm"},
-      {"_deg", ChannelKind::position, "deg"},    {"T_C", ChannelKind::temperature, "degC"},
-      {"_W", ChannelKind::power, "W"},           {".on", ChannelKind::state, "1"}};
+  const Channel input = channel_named(name);
   channel.id = channel.input = name;
-  channel.kind = ChannelKind::state;
-  channel.unit = "1";
-  for (const Suffix& s : suffixes) {
-    if (!name.ends_with(s.suffix)) continue;
-    channel.kind = s.kind;
-    channel.unit = s.unit;
-    break;
-  }
+  channel.kind = input.kind;
+  channel.unit = input.unit;
 }
 
 /// What a control sends: of the surroundings it knows the air only, of a coolant what the load gives.

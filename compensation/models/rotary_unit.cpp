@@ -43,13 +43,12 @@ struct Roles {
   bool a_c = false;  ///< layout A/C
   VectorXd pack() const {
     VectorXd values(7);
-    values << static_cast<double>(c_power), static_cast<double>(c_speed), static_cast<double>(s_power),
-        static_cast<double>(s_speed), static_cast<double>(air), static_cast<double>(inlet), a_c ? 1.0 : 0.0;
+    values << c_power, c_speed, s_power, s_speed, air, inlet, a_c ? 1.0 : 0.0;
     return values;
   }
   static Roles unpack(const VectorXd& v) {
-    const auto at = [&](Index i) { return static_cast<Index>(v[i]); };
-    return {at(0), at(1), at(2), at(3), at(4), at(5), v[6] > 0.5};
+    const auto at = v.cast<Index>();
+    return {at[0], at[1], at[2], at[3], at[4], at[5], v[6] > 0.5};
   }
 };
 
@@ -316,7 +315,7 @@ public:
     logs = archive.vector("parameters", places);
     const VectorXd packed = archive.vector("roles", 7);
     for (Index i = 0; i < 6; ++i) {
-      if (!(packed[i] >= -1.0 && packed[i] < static_cast<double>(info.size())))
+      if (!(packed[i] >= -1.0 && packed[i] < info.size()))
         throw InputError(archive.place() + " roles", fmt::format("{}", packed[i]), "places of inputs");
     }
     roles = Roles::unpack(packed);
@@ -408,6 +407,164 @@ VectorXd lagged(const VectorXd& time, const VectorXd& raw, double lag_s) {
   return y;
 }
 
+/// One displacement of the unit as it enters the fit.
+struct Target {
+  std::size_t channel;
+  TrainingData data;
+  VectorXd row;
+  double spread;
+  bool averaged;
+};
+
+/// Standard deviation of what is known, from plain sums.
+struct Scatter {
+  double count = 0, variance = 0;
+};
+Scatter scatter_of(const VectorXd& values) {
+  double sum = 0.0, squares = 0.0, count = 0.0;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    sum += value;
+    squares += value * value;
+    count += 1.0;
+  }
+  return {count, count > 0.0 ? squares / count - sum / count * (sum / count) : 0.0};
+}
+
+/// @param left_out  gets a line for each channel that cannot take part
+std::vector<Target> find_targets(const std::vector<UnitChannel>& channels, bool a_c,
+                                 std::vector<std::string>& left_out) {
+  std::vector<Target> targets;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    const VectorXd row = geometry(channels[i].quantity, a_c);
+    if (row.size() == 0) {
+      left_out.push_back(channels[i].data.label + fmt::format(": quantity '{}' is not in the equations of layout {}",
+                                                              channels[i].quantity, a_c ? "A/C" : "B/C"));
+      continue;
+    }
+    Blocks blocks = make_blocks(channels[i].data, most_blocks);
+    const Scatter scatter = scatter_of(blocks.data.target);
+    if (scatter.count < 12.0 || !(scatter.variance > 0.0)) {
+      left_out.push_back(channels[i].data.label + ": a displacement that stays, or fewer than 12 rows");
+      continue;
+    }
+    targets.push_back({i, std::move(blocks.data), row, std::sqrt(scatter.variance), blocks.averaged});
+  }
+  return targets;
+}
+
+/// Least squares in the unit's logarithms, then a log lag for each channel; gains and intercepts of the channels
+/// are solved for at each.
+class UnitFit {
+public:
+  UnitFit(const std::vector<Target>& targets, const Roles& roles, const VectorXd& full)
+      : targets_(targets),
+        roles_(roles),
+        full_(full),
+        start_(places + std::ssize(targets)),
+        spread_(start_.size()) {
+    const auto count = std::ssize(targets);
+    start_.head(places) = usual_parameters();
+    for (Index i = 0; i < places; ++i) spread_[i] = parameters[i].spread;
+    constexpr double usual_lag_s = 120.0, lag_spread = 1.5;
+    start_.tail(count).setConstant(std::log(usual_lag_s));
+    spread_.tail(count).setConstant(lag_spread);
+  }
+
+  /// @throws InputError without a finite fit
+  void search() {
+    SquaresProblem problem;
+    problem.admit = [&](VectorXd& x) { x = x.cwiseMax(start_ - widest * spread_).cwiseMin(start_ + widest * spread_); };
+    problem.residuals = [&](const VectorXd& x, MatrixXd* jacobian) { return residuals(x, jacobian); };
+    const Minimum best = least_squares_search(problem, start_, most_iterations);
+    if (!std::isfinite(best.value) || !best.at.allFinite())
+      throw InputError(targets_.front().data.label, "no finite fit", "inputs and displacements of usual size");
+    best_ = best.at;
+    rises_ = simulated(best_);
+    for (Index i = 0; i < places; ++i)
+      if (at_bound(i)) doubtful_ += fmt::format("{}{}", doubtful_.empty() ? "" : ", ", parameters[i].name);
+  }
+
+  std::unique_ptr<ChannelModel> model(Index t) const {
+    const Target& target = targets_[t];
+    const double lag_s = std::exp(best_[places + t]);
+    const Line line =
+        fit_line(lagged(target.data.time, rises_ * target.row, lag_s), target.data.target, target.data.label);
+    auto model = std::make_unique<RotaryUnit>();
+    model->logs = best_.head(places);
+    model->full = full_;
+    model->row = target.row;
+    model->roles = roles_;
+    model->gain = line.gains[0];
+    model->lag_s = lag_s;
+    const std::string names = at_bound(places + t) ? doubtful_ + (doubtful_.empty() ? "" : ", ") + "k2" : doubtful_;
+    if (!names.empty()) model->doubt = names + " at the bound of the search, the record does not show it";
+    model->intercept = line.intercept;
+    model->rms = std::sqrt(line.squares / line.rows);
+    return model;
+  }
+
+private:
+  static constexpr double widest = 4.0;  // spreads from the usual value
+
+  bool at_bound(Index i) const { return std::abs(best_[i] - start_[i]) > (widest - 1e-6) * spread_[i]; }
+
+  MatrixXd simulated(const VectorXd& x) const {
+    return simulate(targets_.front().data, roles_, full_, x.head(places), targets_.front().averaged);
+  }
+
+  VectorXd residuals_of(const VectorXd& x, const MatrixXd& rises) const {
+    std::vector<double> all;
+    for (Index t = 0; t < std::ssize(targets_); ++t) {
+      const Target& target = targets_[t];
+      const VectorXd y = lagged(target.data.time, rises * target.row, std::exp(x[places + t]));
+      const Line line = fit_line(y, target.data.target, target.data.label);
+      const double scale = 1.0 / (noise_share * target.spread * std::sqrt(line.rows));
+      for (Index i = 0; i < y.size(); ++i) {
+        const double off = target.data.target[i] - line.intercept - line.gains[0] * y[i];
+        all.push_back(std::isfinite(off) ? scale * off * std::sqrt(most_blocks) * 0.3 : 0.0);
+      }
+    }
+    const VectorXd prior = (x - start_).cwiseQuotient(spread_);
+    all.insert(all.end(), prior.begin(), prior.end());
+    return Eigen::Map<const VectorXd>(all.data(), std::ssize(all));
+  }
+
+  VectorXd residuals(const VectorXd& x, MatrixXd* jacobian) const {
+    const MatrixXd rises = simulated(x);
+    const VectorXd at = residuals_of(x, rises);
+    if (jacobian) {
+      constexpr double step = 1e-3;
+      jacobian->resize(at.size(), x.size());
+      for (Index k = 0; k < x.size(); ++k) {
+        VectorXd moved = x;
+        moved[k] += step;
+        jacobian->col(k) = (residuals_of(moved, k < places ? simulated(moved) : rises) - at) / step;
+      }
+    }
+    return at;
+  }
+
+  const std::vector<Target>& targets_;
+  const Roles& roles_;
+  const VectorXd& full_;
+  VectorXd start_, spread_;
+  VectorXd best_;
+  MatrixXd rises_;
+  std::string doubtful_;
+};
+
+/// Roles of the inputs; without a swivel axis among them its letter is in the names of the errors.
+Roles roles_of(const std::vector<UnitChannel>& channels) {
+  Roles roles = find_roles(channels.front().data.info);
+  const bool swivels = roles.s_power >= 0 || roles.s_speed >= 0;
+  for (const UnitChannel& channel : channels) {
+    if (!swivels && channel.quantity.size() == 3 && (channel.quantity == "B0C" || channel.quantity[2] == 'A'))
+      roles.a_c = true;
+  }
+  return roles;
+}
+
 }  // namespace
 
 std::vector<Index> rotary_unit_inputs(const std::vector<InputInfo>& info, const std::string& label) {
@@ -425,120 +582,16 @@ std::vector<Index> rotary_unit_inputs(const std::vector<InputInfo>& info, const 
 
 std::vector<std::unique_ptr<ChannelModel>> fit_rotary_unit(const std::vector<UnitChannel>& channels,
                                                            std::vector<std::string>& left_out) {
-  struct Target {
-    std::size_t channel;
-    TrainingData data;
-    VectorXd row;
-    double spread;
-    bool averaged;
-  };
   std::vector<std::unique_ptr<ChannelModel>> models(channels.size());
   if (channels.empty()) return models;
-  const std::vector<InputInfo>& info = channels.front().data.info;
-  Roles roles = find_roles(info);
-  const bool swivels = roles.s_power >= 0 || roles.s_speed >= 0;
-  // Without a swivel axis among the inputs its letter is in the names of the errors.
-  for (const UnitChannel& channel : channels) {
-    if (!swivels && channel.quantity.size() == 3 && (channel.quantity == "B0C" || channel.quantity[2] == 'A'))
-      roles.a_c = true;
-  }
-  const VectorXd full = full_speeds(roles, info, channels.front().data.inputs);
-  std::vector<Target> targets;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    const VectorXd row = geometry(channels[i].quantity, roles.a_c);
-    if (row.size() == 0) {
-      left_out.push_back(channels[i].data.label + fmt::format(": quantity '{}' is not in the equations of layout {}",
-                                                              channels[i].quantity, roles.a_c ? "A/C" : "B/C"));
-      continue;
-    }
-    Blocks blocks = make_blocks(channels[i].data, most_blocks);
-    double sum = 0.0, squares = 0.0, count = 0.0;
-    for (const double value : blocks.data.target) {
-      if (!std::isfinite(value)) continue;
-      sum += value;
-      squares += value * value;
-      count += 1.0;
-    }
-    const double variance = count > 0.0 ? squares / count - sum / count * (sum / count) : 0.0;
-    if (count < 12.0 || !(variance > 0.0)) {
-      left_out.push_back(channels[i].data.label + ": a displacement that stays, or fewer than 12 rows");
-      continue;
-    }
-    targets.push_back({i, std::move(blocks.data), row, std::sqrt(variance), blocks.averaged});
-  }
+  const Roles roles = roles_of(channels);
+  const TrainingData& first = channels.front().data;
+  const VectorXd full = full_speeds(roles, first.info, first.inputs);
+  const std::vector<Target> targets = find_targets(channels, roles.a_c, left_out);
   if (targets.empty()) return models;
-
-  const auto count = std::ssize(targets);
-  // Unknown: the unit's logarithms, then a log lag for each channel.
-  VectorXd start(places + count), spread(places + count);
-  start.head(places) = usual_parameters();
-  for (Index i = 0; i < places; ++i) spread[i] = parameters[i].spread;
-  constexpr double usual_lag_s = 120.0, lag_spread = 1.5;
-  start.tail(count).setConstant(std::log(usual_lag_s));
-  spread.tail(count).setConstant(lag_spread);
-
-  const auto simulated = [&](const VectorXd& x) {
-    return simulate(targets.front().data, roles, full, x.head(places), targets.front().averaged);
-  };
-  const auto residuals_of = [&](const VectorXd& x, const MatrixXd& rises) {
-    std::vector<double> all;
-    for (Index t = 0; t < count; ++t) {
-      const Target& target = targets[t];
-      const VectorXd y = lagged(target.data.time, rises * target.row, std::exp(x[places + t]));
-      const Line line = fit_line(y, target.data.target, target.data.label);
-      const double scale = 1.0 / (noise_share * target.spread * std::sqrt(line.rows));
-      for (Index i = 0; i < y.size(); ++i) {
-        const double off = target.data.target[i] - line.intercept - line.gains[0] * y[i];
-        all.push_back(std::isfinite(off) ? scale * off * std::sqrt(most_blocks) * 0.3 : 0.0);
-      }
-    }
-    const VectorXd prior = (x - start).cwiseQuotient(spread);
-    all.insert(all.end(), prior.begin(), prior.end());
-    return VectorXd(Eigen::Map<const VectorXd>(all.data(), std::ssize(all)));
-  };
-  SquaresProblem problem;
-  constexpr double widest = 4.0;  // spreads from the usual value
-  problem.admit = [&](VectorXd& x) { x = x.cwiseMax(start - widest * spread).cwiseMin(start + widest * spread); };
-  problem.residuals = [&](const VectorXd& x, MatrixXd* jacobian) {
-    const MatrixXd rises = simulated(x);
-    const VectorXd at = residuals_of(x, rises);
-    if (jacobian) {
-      constexpr double step = 1e-3;
-      jacobian->resize(at.size(), x.size());
-      for (Index k = 0; k < x.size(); ++k) {
-        VectorXd moved = x;
-        moved[k] += step;
-        jacobian->col(k) = (residuals_of(moved, k < places ? simulated(moved) : rises) - at) / step;
-      }
-    }
-    return at;
-  };
-  const Minimum best = least_squares_search(problem, start, most_iterations);
-  if (!std::isfinite(best.value) || !best.at.allFinite())
-    throw InputError(targets.front().data.label, "no finite fit", "inputs and displacements of usual size");
-  const MatrixXd rises = simulated(best.at);
-  const auto at_bound = [&](Index i) { return std::abs(best.at[i] - start[i]) > (widest - 1e-6) * spread[i]; };
-  std::string doubtful;
-  for (Index i = 0; i < places; ++i)
-    if (at_bound(i)) doubtful += fmt::format("{}{}", doubtful.empty() ? "" : ", ", parameters[i].name);
-  for (Index t = 0; t < count; ++t) {
-    const Target& target = targets[t];
-    const double lag_s = std::exp(best.at[places + t]);
-    const Line line =
-        fit_line(lagged(target.data.time, rises * target.row, lag_s), target.data.target, target.data.label);
-    auto model = std::make_unique<RotaryUnit>();
-    model->logs = best.at.head(places);
-    model->full = full;
-    model->row = target.row;
-    model->roles = roles;
-    model->gain = line.gains[0];
-    model->lag_s = lag_s;
-    const std::string names = at_bound(places + t) ? doubtful + (doubtful.empty() ? "" : ", ") + "k2" : doubtful;
-    if (!names.empty()) model->doubt = names + " at the bound of the search, the record does not show it";
-    model->intercept = line.intercept;
-    model->rms = std::sqrt(line.squares / static_cast<double>(line.rows));
-    models[target.channel] = std::move(model);
-  }
+  UnitFit fit(targets, roles, full);
+  fit.search();
+  for (Index t = 0; t < std::ssize(targets); ++t) models[targets[t].channel] = fit.model(t);
   return models;
 }
 

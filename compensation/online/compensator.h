@@ -39,6 +39,7 @@ struct CompensatorOptions {
   bool start_from_sensors = true;
   double largest_um = 0.0;  ///< of an offset, at most 1e5; 0: by the model, see offset_limits.h
   double rate_um_s = 0.0;   ///< of an offset, standing or moving, 1e-6 to 1e6; 0: by the model
+  void validate() const;    ///< @throws InputError
 };
 
 enum class Status { ok, no_sensors, outside_workspace, input_missing, sensor_failed, limited, failed };

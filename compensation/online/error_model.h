@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/online/work_before.h"
 #include "reduction/model/reduced_model.h"
 
 namespace thermotwin::compensation {
@@ -39,29 +40,18 @@ public:
     Eigen::MatrixXd operator_matrix;  ///< K0 + sum p K
   };
 
-  /// A sensor's reading at the start minus the uniform temperature of the start, K.
-  struct FirstReading {
-    Eigen::Index sensor = 0;
-    double value = 0;
-  };
-  /// Where the axes stand at the start: to be told before start() and start_evidence(). @param row  (channels)
-  void work_ends_at(const Eigen::VectorXd& row);
+  using FirstReading = compensation::FirstReading;
+  using UniformStart = compensation::UniformStart;
+  /// Where the axes stand at the start: to be told before start() and before(). @param row  (channels)
+  void work_ends_at(const Eigen::VectorXd& row) { work_before_.ends_at(row); }
   /// Forgets everything. The start may carry what work before it has left: how long ago that ended and how much it
   /// was is weighted by the evidence of the first readings, which are still to be learnt by update().
   /// @param uniform_K  standard deviation of the start's mean   @param readings  none: nothing is known of work before
   /// @param ambient_gap_K  (ambients) temperature that sensors found minus the default of an ambient
   ///   that nobody measures; such an ambient may be at either: mean and deviation become half the gap
   void start(double uniform_K, const std::vector<FirstReading>& readings, const Eigen::VectorXd& ambient_gap_K);
-  /// Logarithm of the probability density of first readings about a uniform temperature of this deviation.
-  double start_evidence(double uniform_K, const std::vector<FirstReading>& readings) const;
-  /// The temperature of a machine that has rested, to which work before adds, K above the reference.
-  struct UniformStart {
-    double middle, std;
-  };
-  /// Probability that a first reading is as far off as this one from what the others foretell of it.
-  /// @param starts  that are possible  @param others, reading  values above the reference
-  double first_reading_chance(const std::vector<UniformStart>& starts, std::vector<FirstReading> others,
-                              const FirstReading& reading) const;
+  /// What work before the start may have left, and what first readings say of that.
+  const WorkBefore& before() const { return work_before_; }
   /// How what the start left changes from now on, until the next advance(). @param interval  its duration and operator
   void foresee(const Interval& interval);
 
@@ -142,24 +132,11 @@ private:
     std::vector<int> ambient_inputs;  ///< inputs that get p of their term times theta
     int ambient = -1;                 ///< index of the ambient, for those
   };
-  /// What a machine that was used before still carries, for each time since (order x heats and hours of work).
-  std::vector<Eigen::MatrixXd> left_behind(const Eigen::VectorXd& row) const;
-  struct WorkBefore {
-    Eigen::MatrixXd sizes;  ///< (heats x times since it ended) root mean squares
-    double log_evidence;    ///< of the readings, all together
-  };
-  /// All heats alike or one alone, each size, each time since: as probable as it makes the readings.
-  WorkBefore work_before(double uniform_K, const std::vector<FirstReading>& readings) const;
-  /// Calls visit(idle, heat or -1, size, log_prior, covariance of the readings) for each of them.
-  template <class Visit>
-  void each_work_before(const Eigen::MatrixXd& rest, const Eigen::MatrixXd& rows, const Visit& visit) const;
-  Eigen::MatrixXd first_covariance(double uniform_K, const std::vector<FirstReading>& readings) const;
-  Eigen::MatrixXd first_rows(const std::vector<FirstReading>& readings) const;
-  Eigen::Index columns_of_heat() const;
-  /// Patterns of unit deviation for these readings, (order x patterns).
-  Eigen::MatrixXd start_patterns(double uniform_K, const std::vector<FirstReading>& readings) const;
-  void add_machine_quantities();
-  void add_ambient_quantities();
+  static std::vector<Quantity> make_quantities(const reduction::ReducedModel& model);
+  static void add_sources(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
+  static void add_terms(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
+  static void add_ambients(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
+  static std::vector<WorkBefore::Ambient> ambients_of(const std::vector<Quantity>& quantities);
   void fade(double duration);
   void settle();
   Eigen::VectorXd shown() const { return theta_ - withheld_; }
@@ -169,9 +146,9 @@ private:
   const reduction::ReducedModel& model_;
   std::vector<Quantity> quantities_;
   std::vector<std::vector<int>> inputs_of_term_;
+  WorkBefore work_before_;
   Eigen::Index start_modes_ = 0;
   Eigen::MatrixXd directions_, sensor_directions_, last_sensor_directions_;
-  std::vector<Eigen::MatrixXd> left_behind_;        ///< of the row that work_ends_at was told
   Eigen::MatrixXd start_rate_, sensor_start_rate_;  ///< of the start's directions, 1/s
   Eigen::MatrixXd sensor_rate_;                     ///< (sensors x directions) 1/s
   static constexpr Eigen::Index outputs = 9;

@@ -18,6 +18,9 @@ namespace thermotwin::compensation {
 /// Time in which a standing machine's offsets get to where they are wanted, s.
 inline constexpr double offset_settle_s = 300.0;
 
+/// What a guard takes (offset_guard.h).
+inline constexpr double largest_offset_um = 1e5, least_rate_um_s = 1e-6, largest_rate_um_s = 1e6;
+
 struct OffsetLimits {
   double largest_um = 0;     ///< of the offset of an axis
   double rate_um_s = 0;      ///< while the axes stand

@@ -52,6 +52,21 @@ private:
     double time, difference;
     bool far;
   };
+  /// What one row says of a sensor besides its reading.
+  struct Row {
+    double time, expected;
+    double others;  ///< what sensors differ by from what is expected
+    double unsure_K_s;
+    bool inputs_leapt, explained;
+  };
+  struct Judged {
+    const Row& row;
+    double deviation, reading;
+    double interval;    ///< s, since the reading before
+    double difference;  ///< from what is expected and usual
+    double step;        ///< of what is expected, since the reading before
+    double unsure, unknown;
+  };
   struct Sensor {
     SensorFault fault = SensorFault::none;
     bool trusted = true, known = false, leapt = false,
@@ -67,16 +82,17 @@ private:
     double smallest_step = 0;          ///< of the reading's digits, where it has coarse ones
     double leapt_at = -1, leap = 0, agreed_since = -1;  ///< s; K; s
     std::deque<Sample> recent;
+
+    void judge(double deviation, double reading, const Row& row);
+
+  private:
+    void start(double time, double reading, double expected);
+    void arrive(double deviation, double reading, const Row& row);
+    bool stands_apart(const Judged& now);
+    bool is_stuck(const Judged& now);
+    bool is_noisy(const Judged& now);
+    void name_fault(double time, bool apart, bool stuck, bool noisy);
   };
-  void start(Sensor& sensor, double time, double reading, double expected);
-  /// What one row says of a sensor besides its reading.
-  struct Row {
-    double time, expected;
-    double others;  ///< what sensors differ by from what is expected
-    double unsure_K_s;
-    bool inputs_leapt, explained;
-  };
-  void judge_one(Sensor& sensor, double deviation, double reading, const Row& row);
 
   Eigen::VectorXd deviation_;
   std::vector<char> explained_;

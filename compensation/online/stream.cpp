@@ -321,6 +321,134 @@ private:
   double time_ = missing, last_time_ = -std::numeric_limits<double>::infinity();
 };
 
+/// The status of a row's offsets, with what of the row could not be read.
+Status row_status(const RowReader& reader, Status status) {
+  if (reader.unreadable().empty() || status == Status::failed || status == Status::input_missing) return status;
+  if (!reader.readable() || reader.input_unreadable()) return Status::input_missing;
+  return status == Status::outside_workspace ? status : Status::sensor_failed;
+}
+
+class OffsetWriter {
+public:
+  OffsetWriter(std::ostream& out, const std::string& in_name, bool unbuffered)
+      : out_(out),
+        in_name_(in_name),
+        unbuffered_(unbuffered) {}
+
+  void header(const std::vector<std::string>& axes) {
+    add(FMT_COMPILE("time_s,"));
+    columns("offset_", axes);
+    columns("std_", axes);
+    add(FMT_COMPILE("status\n"));
+    if (unbuffered_) write();
+  }
+
+  void row(const Offsets& offsets, const RowReader& reader) {
+    add(FMT_COMPILE("{},"), offsets.time);
+    for (const double value : offsets.offset_um) add(FMT_COMPILE("{:.3f},"), value);
+    for (const double value : offsets.std_um) add(FMT_COMPILE("{:.3f},"), value);
+    const Status status = row_status(reader, offsets.status);
+    add(FMT_COMPILE("{}"), status_text(status));
+    if (status == Status::sensor_failed) names(offsets.failed_sensors);
+    if (status == Status::input_missing) names(offsets.failed_inputs);
+    names(reader.unreadable());
+    text_.push_back('\n');
+  }
+
+  /// After a row and all that follows from it.
+  void end_row() {
+    constexpr std::size_t chunk = 1U << 16U;
+    if (unbuffered_ || text_.size() >= chunk) write();
+  }
+
+  void finish() {
+    write();
+    if (!unbuffered_) out_.flush();
+    check();
+  }
+
+private:
+  template <class Format, class... Values>
+  void add(const Format& format, const Values&... values) {
+    fmt::format_to(std::back_inserter(text_), format, values...);
+  }
+
+  void columns(const char* prefix, const std::vector<std::string>& axes) {
+    for (const std::string& axis : axes) {
+      std::string lower = axis;
+      for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+      add(FMT_COMPILE("{}{}_um,"), prefix, lower);
+    }
+  }
+
+  void names(std::string_view text) {
+    if (!text.empty()) add(FMT_COMPILE(" {}"), text);
+  }
+
+  void write() {
+    out_.write(text_.data(), std::ssize(text_));
+    if (unbuffered_) out_.flush();
+    text_.clear();
+    check();
+  }
+
+  void check() const {
+    if (!out_) throw InputError("output of " + in_name_, "cannot be written", "a writable file or pipe with room");
+  }
+
+  std::ostream& out_;
+  const std::string& in_name_;
+  bool unbuffered_;
+  fmt::memory_buffer text_;
+};
+
+/// From a row to its offsets, and probed values to the compensator.
+class Answers {
+public:
+  Answers(Compensator& compensator, const StreamOptions& options)
+      : compensator_(compensator),
+        options_(options),
+        last_(&nothing_),
+        last_applied_(Eigen::VectorXd::Zero(std::ssize(compensator.axes()))) {
+    nothing_.offset_um = last_applied_;
+    nothing_.std_um = Eigen::VectorXd::Constant(last_applied_.size(), compensator.limits().largest_um);
+  }
+  Answers(const Answers&) = delete;
+  Answers& operator=(const Answers&) = delete;
+
+  /// A row that cannot be read gets the answer of the row before.
+  const Offsets& step(const RowReader& reader) {
+    if (reader.readable()) last_ = &compensator_.step(reader.time(), reader.row(), reader.sensors());
+    return *last_;
+  }
+
+  void probe(const RowReader& reader) {
+    if (!reader.readable()) return;
+    if (reader.probed().array().isFinite().any()) {
+      const mesh::Pose pose = compensator_.pose();
+      if (options_.probed_compensated)
+        compensator_.probe_compensated(pose, reader.probed(), last_applied_, options_.probe_std_um);
+      else
+        compensator_.probe(pose, reader.probed(), options_.probe_std_um);
+    }
+    if (options_.probed_compensated) last_applied_ = last_->offset_um;
+  }
+
+private:
+  Compensator& compensator_;
+  const StreamOptions& options_;
+  Offsets nothing_;  ///< before there is a row that can be read
+  const Offsets* last_;
+  Eigen::VectorXd last_applied_;
+};
+
+void ask_for_machine(const std::string& in_name, const mesh::Machine& machine, const StreamOptions& options) {
+  options.log(
+      fmt::format("{} does not say which machine it is of: the model's machine is '{}'; to have it checked, begin with "
+                  "'# machine {} {}'",
+                  in_name, machine.name, machine.name, machine.hash));
+}
+
 }  // namespace
 
 StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
@@ -328,82 +456,21 @@ StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& m
   RowReader reader(in, in_name, options, compensator.channels(), machine);
   StreamSummary summary;
   summary.names_machine = reader.names_machine();
-  if (!summary.names_machine) {
-    options.log(
-        fmt::format("{} does not say which machine it is of: the model's machine is '{}'; to have it checked, begin "
-                    "with '# machine {} {}'",
-                    in_name, machine.name, machine.name, machine.hash));
-  }
-  fmt::memory_buffer text;
-  const auto write = [&] {
-    out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    if (options.unbuffered) out.flush();
-    text.clear();
-    if (!out) throw InputError("output of " + in_name, "cannot be written", "a writable file or pipe with room");
-  };
-  const auto add_axes = [&](const char* prefix) {
-    for (const std::string& axis : compensator.axes()) {
-      std::string lower = axis;
-      for (char& c : lower) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-      fmt::format_to(std::back_inserter(text), "{}{}_um,", prefix, lower);
-    }
-  };
-  fmt::format_to(std::back_inserter(text), "time_s,");
-  add_axes("offset_");
-  add_axes("std_");
-  fmt::format_to(std::back_inserter(text), "status\n");
-  if (options.unbuffered) write();
+  if (!summary.names_machine) ask_for_machine(in_name, machine, options);
+  OffsetWriter writer(out, in_name, options.unbuffered);
+  writer.header(compensator.axes());
 
-  const auto axes = std::ssize(compensator.axes());
-  const auto add_row = [&](const Offsets& offsets) {
-    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},"), offsets.time);
-    for (const double value : offsets.offset_um)
-      fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
-    for (const double value : offsets.std_um) fmt::format_to(std::back_inserter(text), FMT_COMPILE("{:.3f},"), value);
-    Status status = offsets.status;
-    const bool unreadable = !reader.unreadable().empty();
-    if (unreadable && status != Status::failed && status != Status::input_missing) {
-      status = !reader.readable() || reader.input_unreadable() ? Status::input_missing
-               : status == Status::outside_workspace           ? status
-                                                               : Status::sensor_failed;
-    }
-    fmt::format_to(std::back_inserter(text), FMT_COMPILE("{}"), status_text(status));
-    const auto add_names = [&](std::string_view names) {
-      if (!names.empty()) fmt::format_to(std::back_inserter(text), FMT_COMPILE(" {}"), names);
-    };
-    if (status == Status::sensor_failed) add_names(offsets.failed_sensors);
-    if (status == Status::input_missing) add_names(offsets.failed_inputs);
-    if (unreadable) add_names(reader.unreadable());
-    text.push_back('\n');
-    ++summary.rows;
-    summary.unreadable += unreadable;
-  };
-
-  constexpr std::size_t chunk = 1U << 16U;
   constexpr long between_checks = 4096;
-  // The answer to a row that cannot be read, before there is another.
-  Offsets nothing;
-  nothing.offset_um = Eigen::VectorXd::Zero(axes);
-  nothing.std_um = Eigen::VectorXd::Constant(axes, compensator.limits().largest_um);
-  const Offsets* last = &nothing;
-  Eigen::VectorXd last_applied = Eigen::VectorXd::Zero(axes);
+  Answers answers(compensator, options);
   while (reader.next()) {
-    if (reader.readable()) last = &compensator.step(reader.time(), reader.row(), reader.sensors());
-    add_row(*last);
-    if (reader.readable() && reader.probed().array().isFinite().any()) {
-      const mesh::Pose pose = compensator.pose();
-      if (options.probed_compensated)
-        compensator.probe_compensated(pose, reader.probed(), last_applied, options.probe_std_um);
-      else
-        compensator.probe(pose, reader.probed(), options.probe_std_um);
-    }
-    if (options.probed_compensated && reader.readable()) last_applied = last->offset_um;
-    if (options.unbuffered || text.size() >= chunk) write();
+    writer.row(answers.step(reader), reader);
+    ++summary.rows;
+    summary.unreadable += !reader.unreadable().empty();
+    answers.probe(reader);
+    writer.end_row();
     if (summary.rows % between_checks == 0) core::check_interrupt();
   }
-  write();
-  if (!options.unbuffered) out.flush();
-  if (!out) throw InputError("output of " + in_name, "cannot be written", "a writable file or pipe with room");
+  writer.finish();
   return summary;
 }
 

@@ -78,56 +78,88 @@ mesh::ReadingSpec& reading_of(Machine& machine, const std::string& id) {
   return machine.readings.back();
 }
 
-constexpr double hour = 3600.0;
-
-std::vector<MachineValue> source_value(Machine& machine, const std::string& kind, const std::string& id) {
-  mesh::SourceSpec* source = find_item(machine.sources, id, kind);
-  if (kind == "source_speed_law") return {{"source", id, "", "speed_exponent", &source->speed_exponent}};
-  if (kind == "standstill_power") return {{"source", id, "", "standstill_W", &source->standstill}};
-  return {{"source", id, "", "scale", &source->scale.value}};
+/// The numbers of an item that a kind may change.
+double& field(mesh::SourceSpec& source, Kind kind) {
+  if (kind == Kind::source_speed_law) return source.speed_exponent;
+  return kind == Kind::standstill_power ? source.standstill : source.scale.value;
+}
+double& field(mesh::FilmSpec& film, Kind kind) {
+  if (kind == Kind::film_speed_law) return film.speed_factor;
+  return kind == Kind::radiation_load ? film.radiation_load : film.coefficient.value;
+}
+double& field(mesh::AmbientSpec& ambient, Kind kind) {
+  return kind == Kind::ambient_gradient ? ambient.gradient.value : ambient.offset;
+}
+double& field(mesh::JointSpec& joint, Kind kind) {
+  return kind == Kind::contact_conductance ? joint.conductance.value : joint.stiffness_normal.value;
+}
+double& field(mesh::CoolantSpec& coolant, Kind kind) {
+  if (kind == Kind::coolant_flow) return coolant.flow.value;
+  return kind == Kind::coolant_inlet ? coolant.inlet_offset : coolant.guide_offset;
+}
+double& field(mesh::Material& material, Kind kind) {
+  return kind == Kind::expansion_coefficient ? material.expansion.value : material.specific_heat.value;
+}
+double& field(mesh::SensorSpec& sensor, Kind kind) {
+  if (kind == Kind::sensor_drift) return sensor.drift;
+  if (kind == Kind::sensor_lag) return sensor.lag;
+  return kind == Kind::sensor_detached ? sensor.air_share : sensor.offset;
+}
+double& field(mesh::ReadingSpec& reading, Kind kind) {
+  return kind == Kind::probe_drift ? reading.drift : kind == Kind::clock_shift ? reading.shift : reading.offset;
 }
 
-std::vector<MachineValue> film_value(Machine& machine, const std::string& kind, const std::string& id) {
-  mesh::FilmSpec* film = find_item(machine.films, id, kind);
-  if (kind == "film_speed_law") return {{"film", id, "", "speed_factor", &film->speed_factor}};
-  if (kind == "radiation_load") return {{"film", id, "", "radiation_load_W_m2", &film->radiation_load}};
-  const bool constant = film->kind == mesh::FilmKind::constant;
-  return {{"film", id, "", constant ? "film_coefficient_W_m2K" : "factor", &film->coefficient.value}};
+/// The row's own key in the table of the item.
+template <class Item>
+MachineValue value_of(Item& item, const std::string& table, const std::string& id, const KindRow& row) {
+  return {table, id, "", row.key, &field(item, row.kind), row.per_unit};
 }
 
-std::vector<MachineValue> joint_value(Machine& machine, const std::string& kind, const std::string& id) {
-  mesh::JointSpec* joint = find_item(machine.joints, id, kind);
-  if (kind == "contact_conductance") return {{"joint", id, "", "conductance_W_m2K", &joint->conductance.value}};
-  std::vector<MachineValue> both{{"joint", id, "", "stiffness_normal_N_mm3", &joint->stiffness_normal.value, 1e9}};
-  if (joint->stiffness_tangential.value > 0.0)
-    both.push_back({"joint", id, "", "stiffness_tangential_N_mm3", &joint->stiffness_tangential.value, 1e9});
-  return both;
+template <class Items>
+MachineValue value_in(Items& items, const std::string& table, const std::string& id, const KindRow& row) {
+  return value_of(*find_item(items, id, row.name), table, id, row);
 }
 
-std::vector<MachineValue> coolant_value(Machine& machine, const std::string& kind, const std::string& id) {
-  if (kind == "coolant_coupling") {
-    // Ids may hold dots themselves: the coolant is the one whose id the name begins with.
-    for (auto& coolant : machine.coolants)
-      for (auto& segment : coolant.segments)
-        if (coolant.id + "." + segment.id == id)
-          return {{"coolant", coolant.id, segment.id, "film_coefficient_W_m2K", &segment.film_coefficient.value}};
-    throw InputError("diagnosis", "coolant_coupling of '" + id + "'", "<coolant>.<segment> of the machine");
-  }
-  mesh::CoolantSpec* coolant = find_item(machine.coolants, id, kind);
-  if (kind == "coolant_flow") return {{"coolant", id, "", "flow_kg_s", &coolant->flow.value}};
-  if (kind == "coolant_inlet") return {{"coolant", id, "", "inlet_offset_K", &coolant->inlet_offset}};
-  return {{"coolant", id, "", "guide_offset_K", &coolant->guide_offset}};
+template <class Items>
+MachineValue axis_value(Items& items, const std::string& table, const std::string& axis, const KindRow& row) {
+  MachineValue value{table, axis, "", row.key, &find_axis(items, axis, row.name)->expansion.value};
+  value.id_key = "axis";
+  return value;
 }
 
-std::vector<MachineValue> part_value(Machine& machine, const std::string& kind, const std::string& id) {
-  if (kind == "scale_expansion")
-    return {{"scale", id, "", "expansion_1_K", &find_axis(machine.scales, id, kind)->expansion.value, 1.0, "axis"}};
-  if (kind == "screw_expansion")
-    return {{"screw", id, "", "expansion_1_K", &find_axis(machine.screws, id, kind)->expansion.value, 1.0, "axis"}};
-  mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, kind));
-  if (kind == "expansion_coefficient")
-    return {{"material", material.id, "", "expansion_1_K", &material.expansion.value}};
-  return {{"material", material.id, "", "specific_heat_J_kgK", &material.specific_heat.value}};
+MachineValue film_value(Machine& machine, const std::string& id, const KindRow& row) {
+  MachineValue value = value_in(machine.films, "film", id, row);
+  const bool by_law = find_item(machine.films, id, row.name)->kind != mesh::FilmKind::constant;
+  if (row.kind == Kind::film_coefficient && by_law) value.key = "factor";
+  return value;
+}
+
+std::vector<MachineValue> joint_values(Machine& machine, const std::string& id, const KindRow& row) {
+  std::vector<MachineValue> values{value_in(machine.joints, "joint", id, row)};
+  core::Uncertain& tangential = find_item(machine.joints, id, row.name)->stiffness_tangential;
+  if (row.kind == Kind::contact_stiffness && tangential.value > 0.0)
+    values.push_back({"joint", id, "", "stiffness_tangential_N_mm3", &tangential.value, row.per_unit});
+  return values;
+}
+
+MachineValue segment_value(Machine& machine, const std::string& id, const KindRow& row) {
+  // Ids may hold dots themselves: the coolant is the one whose id the name begins with.
+  for (auto& coolant : machine.coolants)
+    for (auto& segment : coolant.segments)
+      if (coolant.id + "." + segment.id == id)
+        return {"coolant", coolant.id, segment.id, row.key, &segment.film_coefficient.value};
+  throw InputError("diagnosis", row.name + " of '" + id + "'", "<coolant>.<segment> of the machine");
+}
+
+MachineValue material_value(Machine& machine, const std::string& id, const KindRow& row) {
+  mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, row.name));
+  return value_of(material, "material", material.id, row);
+}
+
+MachineValue reading_value(Machine& machine, const std::string& id, const KindRow& row) {
+  MachineValue value = value_of(reading_of(machine, id), "reading", id, row);
+  value.may_lack = true;
+  return value;
 }
 
 bool guides_chiller(const Machine& machine, const std::string& sensor) {
@@ -136,19 +168,13 @@ bool guides_chiller(const Machine& machine, const std::string& sensor) {
 }
 
 /// @param channel  where the reading is recorded
-std::vector<MachineValue> reading_value(Machine& machine, const std::string& kind, const std::string& id,
-                                        const std::string& channel) {
-  if (kind == "probe_drift")
-    return {{"reading", id, "", "drift_1_h", &reading_of(machine, id).drift, 1.0 / hour, "id", true}};
-  if (kind == "clock_shift") return {{"reading", id, "", "shift_s", &reading_of(machine, id).shift, 1.0, "id", true}};
-  mesh::SensorSpec* sensor = find_item(machine.sensors, id, kind);
-  if (kind == "sensor_drift") return {{"sensor", id, "", "drift_K_h", &sensor->drift, 1.0 / hour}};
-  if (kind == "sensor_lag") return {{"sensor", id, "", "time_constant_s", &sensor->lag}};
-  if (kind == "sensor_detached") return {{"sensor", id, "", "air_share", &sensor->air_share}};
+MachineValue sensor_value(Machine& machine, const std::string& id, const std::string& channel, const KindRow& row) {
+  const MachineValue value = value_in(machine.sensors, "sensor", id, row);
+  if (row.kind != Kind::sensor_offset || !guides_chiller(machine, id)) return value;
   // The offset of a guiding sensor acts on the machine; what a record alone is off by does not.
-  if (guides_chiller(machine, id))
-    return {{"reading", channel, "", "offset", &reading_of(machine, channel).offset, 1.0, "id", true}};
-  return {{"sensor", id, "", "offset_K", &sensor->offset}};
+  MachineValue recorded = reading_value(machine, channel, row);
+  recorded.key = "offset";
+  return recorded;
 }
 
 }  // namespace
@@ -161,18 +187,22 @@ std::string own_material_id(const Machine& machine, const mesh::BodySpec& body) 
 
 std::vector<MachineValue> machine_values(Machine& machine, const Parameter& parameter) {
   const std::string& id = parameter.item.empty() ? parameter.where : parameter.item;
-  const std::string& kind = parameter.kind;
-  make_parameter(kind, id);  // says which kinds there are
-  if (kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat")
-    return source_value(machine, kind, id);
-  if (kind.starts_with("film_") || kind == "radiation_load") return film_value(machine, kind, id);
-  if (kind == "ambient_gradient")
-    return {{"ambient", id, "", "gradient_K_m", &find_item(machine.ambients, id, kind)->gradient.value}};
-  if (kind.starts_with("ambient_") || kind == "foundation_temperature" || kind == "cutting_fluid")
-    return {{"ambient", id, "", "offset_K", &find_item(machine.ambients, id, kind)->offset}};
-  if (kind.starts_with("contact_")) return joint_value(machine, kind, id);
-  if (kind.starts_with("coolant_") || kind == "control_sensor_offset") return coolant_value(machine, kind, id);
-  return needs_parts(kind) ? part_value(machine, kind, id) : reading_value(machine, kind, id, parameter.where);
+  const KindRow& row = row_of(parameter.kind);
+  switch (row.target) {
+    case Target::source: return {value_in(machine.sources, "source", id, row)};
+    case Target::film: return {film_value(machine, id, row)};
+    case Target::ambient: return {value_in(machine.ambients, "ambient", id, row)};
+    case Target::joint: return joint_values(machine, id, row);
+    case Target::coolant: return {value_in(machine.coolants, "coolant", id, row)};
+    case Target::segment: return {segment_value(machine, id, row)};
+    case Target::body: return {material_value(machine, id, row)};
+    case Target::scale: return {axis_value(machine.scales, "scale", id, row)};
+    case Target::screw: return {axis_value(machine.screws, "screw", id, row)};
+    case Target::sensor: return {sensor_value(machine, id, parameter.where, row)};
+    case Target::reading: return {reading_value(machine, id, row)};
+    case Target::nothing: break;
+  }
+  throw InputError("diagnosis", "kind '" + row.name + "'", "a kind that a value of the machine carries");
 }
 
 double changed_value(double in_file, const Parameter& parameter, double value) {
@@ -186,8 +216,7 @@ Machine with_parameter(const Machine& machine, const Parameter& parameter, doubl
   Machine changed = machine;
   for (const MachineValue& place : machine_values(changed, parameter))
     *place.value = place.per_unit * changed_value(*place.value / place.per_unit, parameter, value);
-  if (parameter.kind == "ambient_offset" || parameter.kind == "foundation_temperature" ||
-      parameter.kind == "cutting_fluid")
+  if (row_of(parameter.kind).target == Target::ambient && parameter.kind != Kind::ambient_gradient)
     shift_defaults(machine, changed);
   return changed;
 }
@@ -206,7 +235,7 @@ std::string extended_text(const Machine& machine, const Parameter& parameter, do
   for (const MachineValue& place : places) {
     const std::string unit = parameter.unit == "1" ? "" : " " + parameter.unit;
     const double was = *place.value / place.per_unit;
-    std::string comment = fmt::format("diagnosis: {} {} {:.4g}{} +- {:.2g}{}, was {:.9g}", parameter.kind,
+    std::string comment = fmt::format("diagnosis: {} {} {:.4g}{} +- {:.2g}{}, was {:.9g}", name_of(parameter.kind),
                                       parameter.name, value, unit, std, unit, was);
     if (!why.empty()) comment += "; " + why;
     text = changed_text(text, machine.path.string(), place, changed_value(was, parameter, value), comment);

@@ -1,89 +1,120 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The kinds of causes, one line each; README.md shows the same table.
-
 #include "diagnosis/causes/kinds.h"
 
 #include <algorithm>
+#include <cassert>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/text.h"
-#include "diagnosis/causes/hypothesis.h"
-#include "diagnosis/causes/parameter.h"
 
 namespace thermotwin::diagnosis {
 
-const std::vector<Kind>& known_kinds() {
+namespace {
+
+/// In the order of Kind; README.md shows the same table.
+const std::vector<KindRow>& table() {
   static const char* const channel = "id of a measured channel";
-  static const std::vector<Kind> kinds = {
-      {"source_power", "id of a [[source]]", "factor", "1", "ratio", 0, 8, 0.01},
-      {"source_missing", "body and place in its home frame", "power", "W", "absolute", 0, 5000, 1},
-      {"source_speed_law", "id of a [[source]] with a law over a speed", "exponent", "1", "absolute", -2, 3, 0.01},
-      {"standstill_power", "id of a [[source]]", "power", "W", "absolute", -2000, 5000, 1},
-      {"process_heat", "id of a [[source]] that only a measured power drives", "factor", "1", "ratio", 0, 8, 0.01},
-      {"film_coefficient", "id of a [[film]]", "factor", "1", "ratio", 0, 8, 0.01},
-      {"film_speed_law", "id of a [[film]] with a law over a speed", "factor", "1", "ratio", 0, 8, 0.01},
-      {"radiation_load", "id of a [[film]]", "flux", "W/m2", "absolute", -300, 1500, 1},
-      {"ambient_offset", "id of an [[ambient]] of air", "offset", "K", "absolute", -30, 30, 0.1},
-      {"ambient_gradient", "id of an [[ambient]] with a gradient", "gradient", "K/m", "absolute", -10, 10, 0.05},
-      {"foundation_temperature", "id of an [[ambient]] that a mount stands on", "offset", "K", "absolute", -30, 30,
-       0.1},
-      {"cutting_fluid", "id of an [[ambient]] of films that cutting_fluid.on switches", "offset", "K", "absolute", -30,
-       30, 0.1},
-      {"contact_conductance", "id of a [[joint]]", "factor", "1", "ratio", 0, 8, 0.01},
-      {"contact_stiffness", "id of a [[joint]]", "factor", "1", "ratio", 0.05, 20, 0.01},
-      {"coolant_flow", "id of a [[coolant]]", "factor", "1", "ratio", 0, 8, 0.01},
-      {"coolant_coupling", "<coolant>.<segment> of a [[coolant.segment]]", "factor", "1", "ratio", 0, 8, 0.01},
-      {"coolant_inlet", "id of a [[coolant]] whose inlet is measured", "offset", "K", "absolute", -30, 30, 0.1},
-      {"control_sensor_offset", "id of a [[coolant]]", "offset", "K", "absolute", -30, 30, 0.1},
-      {"expansion_coefficient", "id of a [[body]]", "factor", "1", "ratio", 0, 4, 0.01},
-      {"heat_capacity", "id of a [[body]]", "factor", "1", "ratio", 0.1, 6, 0.01},
-      {"scale_expansion", "axis of a [[scale]]", "factor", "1", "ratio", 0, 4, 0.01},
-      {"screw_expansion", "axis of a [[screw]]", "factor", "1", "ratio", 0, 4, 0.01},
-      {"sensor_offset", channel, "offset", "K", "absolute", -30, 30, 0.1},
-      {"sensor_drift", channel, "drift", "K/h", "absolute", -3, 3, 0.01},
-      {"sensor_lag", channel, "time_constant", "s", "absolute", 0, 14400, 10},
-      {"sensor_detached", channel, "air_share", "1", "absolute", 0, 1, 0.01},
-      {"probe_drift", channel, "drift", "um/h", "absolute", -200, 200, 0.1},
-      {"clock_shift", "id of a measured channel, \"temperature\" or \"displacement\"", "shift", "s", "absolute", -14400,
-       14400, 150},
+  static constexpr double per_hour = 1.0 / 3600.0;
+  using enum Target;
+  using enum Sense;
+  using enum Effect;
+  static const std::vector<KindRow> rows = {
+      // kind, name, where, target, key, per unit, amount, unit, sense, low, high, step, effect
+      {Kind::source_power, "source_power", "id of a [[source]]", source, "scale", 1, "factor", "1", ratio, 0, 8, 0.01,
+       heat},
+      {Kind::source_missing, "source_missing", "body and place in its home frame", source, "scale", 1, "power", "W",
+       absolute, 0, 5000, 1, heat},
+      {Kind::source_speed_law, "source_speed_law", "id of a [[source]] with a law over a speed", source,
+       "speed_exponent", 1, "exponent", "1", absolute, -2, 3, 0.01, heat},
+      {Kind::standstill_power, "standstill_power", "id of a [[source]]", source, "standstill_W", 1, "power", "W",
+       absolute, -2000, 5000, 1, heat},
+      {Kind::process_heat, "process_heat", "id of a [[source]] that only a measured power drives", source, "scale", 1,
+       "factor", "1", ratio, 0, 8, 0.01, heat},
+      {Kind::film_coefficient, "film_coefficient", "id of a [[film]]", film, "film_coefficient_W_m2K", 1, "factor", "1",
+       ratio, 0, 8, 0.01, coefficient},
+      {Kind::film_speed_law, "film_speed_law", "id of a [[film]] with a law over a speed", film, "speed_factor", 1,
+       "factor", "1", ratio, 0, 8, 0.01, coefficient},
+      {Kind::radiation_load, "radiation_load", "id of a [[film]]", film, "radiation_load_W_m2", 1, "flux", "W/m2",
+       absolute, -300, 1500, 1, coefficient},
+      {Kind::ambient_offset, "ambient_offset", "id of an [[ambient]] of air", ambient, "offset_K", 1, "offset", "K",
+       absolute, -30, 30, 0.1, coefficient},
+      {Kind::ambient_gradient, "ambient_gradient", "id of an [[ambient]] with a gradient", ambient, "gradient_K_m", 1,
+       "gradient", "K/m", absolute, -10, 10, 0.05, coefficient},
+      {Kind::foundation_temperature, "foundation_temperature", "id of an [[ambient]] that a mount stands on", ambient,
+       "offset_K", 1, "offset", "K", absolute, -30, 30, 0.1, coefficient},
+      {Kind::cutting_fluid, "cutting_fluid", "id of an [[ambient]] of films that cutting_fluid.on switches", ambient,
+       "offset_K", 1, "offset", "K", absolute, -30, 30, 0.1, coefficient},
+      {Kind::contact_conductance, "contact_conductance", "id of a [[joint]]", joint, "conductance_W_m2K", 1, "factor",
+       "1", ratio, 0, 8, 0.01, coefficient},
+      {Kind::contact_stiffness, "contact_stiffness", "id of a [[joint]]", joint, "stiffness_normal_N_mm3", 1e9,
+       "factor", "1", ratio, 0.05, 20, 0.01, part},
+      {Kind::coolant_flow, "coolant_flow", "id of a [[coolant]]", coolant, "flow_kg_s", 1, "factor", "1", ratio, 0, 8,
+       0.01, coefficient},
+      {Kind::coolant_coupling, "coolant_coupling", "<coolant>.<segment> of a [[coolant.segment]]", segment,
+       "film_coefficient_W_m2K", 1, "factor", "1", ratio, 0, 8, 0.01, coefficient},
+      {Kind::coolant_inlet, "coolant_inlet", "id of a [[coolant]] whose inlet is measured", coolant, "inlet_offset_K",
+       1, "offset", "K", absolute, -30, 30, 0.1, coefficient},
+      {Kind::control_sensor_offset, "control_sensor_offset", "id of a [[coolant]]", coolant, "guide_offset_K", 1,
+       "offset", "K", absolute, -30, 30, 0.1, coefficient},
+      {Kind::expansion_coefficient, "expansion_coefficient", "id of a [[body]]", body, "expansion_1_K", 1, "factor",
+       "1", ratio, 0, 4, 0.01, part},
+      {Kind::heat_capacity, "heat_capacity", "id of a [[body]]", body, "specific_heat_J_kgK", 1, "factor", "1", ratio,
+       0.1, 6, 0.01, part},
+      {Kind::scale_expansion, "scale_expansion", "axis of a [[scale]]", scale, "expansion_1_K", 1, "factor", "1", ratio,
+       0, 4, 0.01, part},
+      {Kind::screw_expansion, "screw_expansion", "axis of a [[screw]]", screw, "expansion_1_K", 1, "factor", "1", ratio,
+       0, 4, 0.01, part},
+      {Kind::sensor_offset, "sensor_offset", channel, sensor, "offset_K", 1, "offset", "K", absolute, -30, 30, 0.1,
+       readings},
+      {Kind::sensor_drift, "sensor_drift", channel, sensor, "drift_K_h", per_hour, "drift", "K/h", absolute, -3, 3,
+       0.01, readings},
+      {Kind::sensor_lag, "sensor_lag", channel, sensor, "time_constant_s", 1, "time_constant", "s", absolute, 0, 14400,
+       10, timing},
+      {Kind::sensor_detached, "sensor_detached", channel, sensor, "air_share", 1, "air_share", "1", absolute, 0, 1,
+       0.01, readings},
+      {Kind::probe_drift, "probe_drift", channel, reading, "drift_1_h", per_hour, "drift", "um/h", absolute, -200, 200,
+       0.1, readings},
+      {Kind::clock_shift, "clock_shift", "id of a measured channel, \"temperature\" or \"displacement\"", reading,
+       "shift_s", 1, "shift", "s", absolute, -14400, 14400, 150, timing},
+      {Kind::unmeasured_temperature, "unmeasured_temperature", "", nothing, "", 1, "", "", absolute, 0, 0, 0,
+       coefficient},
+      {Kind::time_constant, "time_constant", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
+      {Kind::none, "none", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
+      {Kind::unknown, "unknown", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
   };
-  return kinds;
+  return rows;
 }
 
-bool acts_on_readings(const std::string& kind) {
-  static const std::vector<std::string> kinds = {"sensor_offset",   "sensor_drift", "sensor_lag",
-                                                 "sensor_detached", "probe_drift",  "clock_shift"};
-  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+}  // namespace
+
+const KindRow& row_of(Kind kind) {
+  const KindRow& row = table()[static_cast<std::size_t>(kind)];
+  assert(row.kind == kind);
+  return row;
 }
 
-bool adds_heat(const std::string& kind) {
-  return kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat";
+const std::vector<KindRow>& known_kinds() {
+  static const std::vector<KindRow> known = [] {
+    std::vector<KindRow> rows;
+    std::copy_if(table().begin(), table().end(), std::back_inserter(rows),
+                 [](const KindRow& row) { return row.target != Target::nothing; });
+    return rows;
+  }();
+  return known;
 }
 
-bool needs_parts(const std::string& kind) {
-  static const std::vector<std::string> kinds = {"contact_stiffness", "expansion_coefficient", "heat_capacity",
-                                                 "scale_expansion", "screw_expansion"};
-  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+std::optional<Kind> find_kind(const std::string& name) {
+  for (const KindRow& row : known_kinds())
+    if (row.name == name) return row.kind;
+  return std::nullopt;
 }
 
-Parameter make_parameter(const std::string& kind, const std::string& where) {
+Kind kind_named(const std::string& name) {
+  if (const std::optional<Kind> kind = find_kind(name)) return *kind;
   std::vector<std::string> known;
-  for (const Kind& k : known_kinds()) {
-    known.push_back(k.kind);
-    if (k.kind != kind) continue;
-    Parameter p;
-    p.kind = kind;
-    p.where = where;
-    p.name = k.name;
-    p.unit = k.unit;
-    p.ratio = k.sense == "ratio";
-    p.nominal = p.ratio ? 1.0 : 0.0;
-    p.low = k.low;
-    p.high = k.high;
-    p.step = k.step;
-    return p;
-  }
-  throw core::InputError("diagnosis", "kind '" + kind + "'", "one of: " + core::join(known));
+  for (const KindRow& row : known_kinds()) known.push_back(row.name);
+  throw core::InputError("diagnosis", "kind '" + name + "'", "one of: " + core::join(known));
 }
 
 }  // namespace thermotwin::diagnosis

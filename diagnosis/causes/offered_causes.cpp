@@ -8,6 +8,7 @@
 #include <cmath>
 #include <set>
 
+#include "compensation/measurement/channel.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
@@ -33,14 +34,14 @@ constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0,
 constexpr double detached_std = 0.01;
 
 /// Uncertain by nominal_std where the machine is right, by cause_std where it is wrong.
-Parameter candidate(const std::string& kind, const std::string& where, double nominal_std, double cause_std) {
+Parameter candidate(Kind kind, const std::string& where, double nominal_std, double cause_std) {
   Parameter p = make_parameter(kind, where);
   p.nominal_std = nominal_std;
   p.cause_std = std::max(cause_std, 3.0 * p.nominal_std);
   return p;
 }
 
-Parameter ratio(const std::string& kind, const std::string& where, const core::Uncertain& nominal, double least_std,
+Parameter ratio(Kind kind, const std::string& where, const core::Uncertain& nominal, double least_std,
                 double cause_std) {
   return candidate(kind, where, std::max(nominal.std_percent / 100.0, least_std), cause_std);
 }
@@ -50,9 +51,7 @@ bool measures(const Measurement& measurement, const std::string& input) {
                      [&](const MeasuredChannel& channel) { return channel.input == input; });
 }
 
-bool is_speed(const std::string& channel) {
-  return channel.ends_with("_rpm") || channel.ends_with("_mm_min") || channel.ends_with("_deg_min");
-}
+bool is_speed(const std::string& input) { return compensation::channel_named(input).is_speed(); }
 
 /// Without laws its power is known only where it is measured, and its drive is no axis: the cut.
 bool is_process(const Machine& machine, const mesh::SourceSpec& source) {
@@ -77,33 +76,34 @@ double standing_power(const mesh::SourceSpec& source) {
 void add_sources(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
   for (const mesh::SourceSpec& source : machine.sources) {
     if (is_process(machine, source)) {
-      found.push_back(ratio("process_heat", source.id, source.scale, least_source_std, 1.0));
+      found.push_back(ratio(Kind::process_heat, source.id, source.scale, least_source_std, 1.0));
       continue;
     }
-    found.push_back(ratio("source_power", source.id, source.scale, least_source_std, 0.6));
+    found.push_back(ratio(Kind::source_power, source.id, source.scale, least_source_std, 0.6));
     const bool by_law = source.drive.empty() || !measures(measurement, source.drive + ".power_W");
     const bool by_speed = !source.losses.empty() || std::any_of(source.laws.begin(), source.laws.end(),
                                                                 [](const auto& law) { return is_speed(law.input); });
-    if (by_law && by_speed) found.push_back(candidate("source_speed_law", source.id, exponent_std, 0.7));
+    if (by_law && by_speed) found.push_back(candidate(Kind::source_speed_law, source.id, exponent_std, 0.7));
     // What is on with the machine and no more is one and the same for both.
     if (source.drive.empty() && source.losses.empty() && !source.laws.empty() &&
         std::all_of(source.laws.begin(), source.laws.end(), [](const auto& law) { return law.input == "machine.on"; }))
       continue;
     const double scale = largest_power(source);
-    found.push_back(candidate("standstill_power", source.id, std::max(0.5, 0.01 * scale), std::max(40.0, 0.4 * scale)));
+    found.push_back(
+        candidate(Kind::standstill_power, source.id, std::max(0.5, 0.01 * scale), std::max(40.0, 0.4 * scale)));
     found.back().low = -std::max(0.0, standing_power(source));
   }
 }
 
 void add_films(const Machine& machine, std::vector<Parameter>& found) {
   for (const mesh::FilmSpec& film : machine.films) {
-    found.push_back(ratio("film_coefficient", film.id, film.coefficient, least_film_std, 0.8));
+    found.push_back(ratio(Kind::film_coefficient, film.id, film.coefficient, least_film_std, 0.8));
     const bool by_speed = film.kind == mesh::FilmKind::rotating_disc ||
                           (film.kind == mesh::FilmKind::table && is_speed(film.table.input));
-    if (by_speed) found.push_back(ratio("film_speed_law", film.id, film.coefficient, least_film_std, 0.8));
+    if (by_speed) found.push_back(ratio(Kind::film_speed_law, film.id, film.coefficient, least_film_std, 0.8));
     // What shines on a wetted surface comes with the fluid's film.
     if (film.state.empty() && machine.volume_index(film.ambient) < 0)
-      found.push_back(candidate("radiation_load", film.id, load_std_W_m2, 60.0));
+      found.push_back(candidate(Kind::radiation_load, film.id, load_std_W_m2, 60.0));
   }
 }
 
@@ -113,12 +113,12 @@ bool offset_acts(const mesh::AmbientSpec& ambient, const Measurement& measuremen
 }
 
 /// The ambient's part decides the name: what mounts stand on, what cutting fluid wets, or air.
-std::string offset_kind(const Machine& machine, const mesh::AmbientSpec& ambient) {
+Kind offset_kind(const Machine& machine, const mesh::AmbientSpec& ambient) {
   for (const mesh::JointSpec& joint : machine.joints)
-    if (joint.master.empty() && joint.ambient == ambient.id) return "foundation_temperature";
+    if (joint.master.empty() && joint.ambient == ambient.id) return Kind::foundation_temperature;
   for (const mesh::FilmSpec& film : machine.films)
-    if (film.ambient == ambient.id && film.state == "cutting_fluid.on") return "cutting_fluid";
-  return "ambient_offset";
+    if (film.ambient == ambient.id && film.state == "cutting_fluid.on") return Kind::cutting_fluid;
+  return Kind::ambient_offset;
 }
 
 void add_ambients(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
@@ -134,19 +134,20 @@ void add_ambients(const Machine& machine, const Measurement& measurement, std::v
     }
     if (ambient.has_gradient && !measures(measurement, ambient.id + ".gradient_K_m"))
       found.push_back(candidate(
-          "ambient_gradient", ambient.id,
+          Kind::ambient_gradient, ambient.id,
           std::max(gradient_std_K_m, std::abs(ambient.gradient.value) * ambient.gradient.std_percent / 100.0), 1.0));
   }
 }
 
 void add_coolants(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
-    found.push_back(ratio("coolant_flow", coolant.id, coolant.flow, least_source_std, 0.5));
+    found.push_back(ratio(Kind::coolant_flow, coolant.id, coolant.flow, least_source_std, 0.5));
     for (const mesh::CoolantSegment& segment : coolant.segments)
-      found.push_back(
-          ratio("coolant_coupling", coolant.id + "." + segment.id, segment.film_coefficient, least_contact_std, 0.6));
+      found.push_back(ratio(Kind::coolant_coupling, coolant.id + "." + segment.id, segment.film_coefficient,
+                            least_contact_std, 0.6));
     const bool measured = measures(measurement, "coolant." + coolant.id + ".inlet_T_C");
-    found.push_back(candidate(measured ? "coolant_inlet" : "control_sensor_offset", coolant.id, least_offset_std, 2.0));
+    found.push_back(
+        candidate(measured ? Kind::coolant_inlet : Kind::control_sensor_offset, coolant.id, least_offset_std, 2.0));
   }
 }
 
@@ -155,23 +156,17 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
   for (const mesh::BodySpec& body : machine.bodies) {
     const mesh::Material& material = machine.material(body.material);
     if (body.elastic)
-      found.push_back(ratio("expansion_coefficient", body.id, material.expansion, least_material_std, 0.3));
+      found.push_back(ratio(Kind::expansion_coefficient, body.id, material.expansion, least_material_std, 0.3));
     if (material.specific_heat_table.at.empty())
-      found.push_back(ratio("heat_capacity", body.id, material.specific_heat, least_material_std, 0.3));
+      found.push_back(ratio(Kind::heat_capacity, body.id, material.specific_heat, least_material_std, 0.3));
   }
   for (const mesh::ScaleSpec& scale : machine.scales)
-    found.push_back(ratio("scale_expansion", scale.axis, scale.expansion, least_material_std, 0.4));
+    found.push_back(ratio(Kind::scale_expansion, scale.axis, scale.expansion, least_material_std, 0.4));
   for (const mesh::ScrewSpec& screw : machine.screws)
-    found.push_back(ratio("screw_expansion", screw.axis, screw.expansion, least_material_std, 0.4));
+    found.push_back(ratio(Kind::screw_expansion, screw.axis, screw.expansion, least_material_std, 0.4));
   for (const mesh::JointSpec& joint : machine.joints)
     if (joint.stiffness_normal.value > 0.0)
-      found.push_back(ratio("contact_stiffness", joint.id, joint.stiffness_normal, least_stiffness_std, 0.8));
-}
-
-/// Where an axis swings; blank while it stands.
-bool is_range(const std::string& input) {
-  return input.starts_with("axis.") &&
-         (input.find(".low_") != std::string::npos || input.find(".high_") != std::string::npos);
+      found.push_back(ratio(Kind::contact_stiffness, joint.id, joint.stiffness_normal, least_stiffness_std, 0.8));
 }
 
 /// Mean time between the values of the sparsest input that switches, s. A missing value repeats the
@@ -183,14 +178,14 @@ double input_spacing(const Measurement& measurement, double told_row_s) {
   const double duration = time[time.size() - 1] - time[0];
   double sparsest = 0.0;
   for (const MeasuredChannel& channel : measurement.channels) {
-    if (channel.input.empty() || channel.kind == ChannelKind::temperature || is_range(channel.input)) continue;
+    if (channel.input.empty() || channel.kind == ChannelKind::temperature ||
+        compensation::channel_named(channel.input).quantity == compensation::Quantity::range)
+      continue;
     const double values = measurement.values(channel).array().isFinite().count();
     // A channel that is given once and stands is no clock.
     if (values >= 0.3 * time.size()) sparsest = std::max(sparsest, duration / values);
   }
-  return told_row_s > 0.0
-             ? std::max(0.0, sparsest - duration / static_cast<double>(time.size())) + step_share * told_row_s
-             : sparsest;
+  return told_row_s > 0.0 ? std::max(0.0, sparsest - duration / time.size()) + step_share * told_row_s : sparsest;
 }
 
 void add_readings(const Machine& machine, const Measurement& measurement, double told_row_s,
@@ -202,27 +197,28 @@ void add_readings(const Machine& machine, const Measurement& measurement, double
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind == ChannelKind::displacement) {
       ++displacements;
-      found.push_back(candidate("probe_drift", channel.id, std::max(drift_std_um_h, 0.05 * channel.uncertainty), 1.5));
+      found.push_back(
+          candidate(Kind::probe_drift, channel.id, std::max(drift_std_um_h, 0.05 * channel.uncertainty), 1.5));
       if (channel.unit == "um/m") found.back().unit = "um/m/h";
     } else if (channel.kind == ChannelKind::temperature && machine.sensor_index(channel.sensor) >= 0 &&
                seen.insert(channel.sensor).second) {
       ++temperatures;
       const double noise = std::max(channel.uncertainty, 0.01);
-      found.push_back(candidate("sensor_offset", channel.id, noise, 2.0));
-      found.push_back(candidate("sensor_drift", channel.id, std::max(drift_std_K_h, 0.02 * noise), 0.06));
-      found.push_back(candidate("sensor_lag", channel.id, lag_std, 1200.0));
+      found.push_back(candidate(Kind::sensor_offset, channel.id, noise, 2.0));
+      found.push_back(candidate(Kind::sensor_drift, channel.id, std::max(drift_std_K_h, 0.02 * noise), 0.06));
+      found.push_back(candidate(Kind::sensor_lag, channel.id, lag_std, 1200.0));
       if (machine.ambient_index("air") >= 0)
-        found.push_back(candidate("sensor_detached", channel.id, detached_std, 0.6));
+        found.push_back(candidate(Kind::sensor_detached, channel.id, detached_std, 0.6));
       for (std::size_t back = machine.ambient_index("air") >= 0 ? 4 : 3; back > 0; --back)
         found[found.size() - back].item = channel.sensor;
     } else {
       continue;
     }
-    found.push_back(candidate("clock_shift", channel.id, clock_std, 1800.0));
+    found.push_back(candidate(Kind::clock_shift, channel.id, clock_std, 1800.0));
   }
   // The clock of a whole device, where it has more than one channel.
-  if (temperatures > 1) found.push_back(candidate("clock_shift", "temperature", clock_std, 1800.0));
-  if (displacements > 1) found.push_back(candidate("clock_shift", "displacement", clock_std, 1800.0));
+  if (temperatures > 1) found.push_back(candidate(Kind::clock_shift, "temperature", clock_std, 1800.0));
+  if (displacements > 1) found.push_back(candidate(Kind::clock_shift, "displacement", clock_std, 1800.0));
 }
 
 }  // namespace
@@ -234,7 +230,7 @@ std::vector<Parameter> candidate_parameters(const Machine& machine, const Measur
   add_films(machine, found);
   for (const mesh::JointSpec& joint : machine.joints)
     if (joint.conductance.value > 0.0)
-      found.push_back(ratio("contact_conductance", joint.id, joint.conductance, least_contact_std, 0.8));
+      found.push_back(ratio(Kind::contact_conductance, joint.id, joint.conductance, least_contact_std, 0.8));
   add_ambients(machine, measurement, found);
   add_coolants(machine, measurement, found);
   if (with_parts) add_parts(machine, found);

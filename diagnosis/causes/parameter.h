@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "diagnosis/causes/kinds.h"
 #include "mesh/machine/machine.h"
 
 namespace thermotwin::diagnosis {
@@ -21,7 +22,7 @@ struct MissingSource {
 };
 
 struct Parameter {
-  std::string kind;          ///< "source_power", "film_coefficient", ... (README table)
+  Kind kind = Kind::none;
   std::string where;         ///< id in machine.toml, or channel id of a sensor, probe or clock
   std::string name;          ///< "factor", "offset", ...
   std::string unit;          ///< "1", "K", "W", ...
@@ -35,5 +36,11 @@ struct Parameter {
   double prior_share = 0;    ///< of its kind's prior; 0: that of any place of the kind
   std::shared_ptr<const MissingSource> missing;  ///< of a source_missing
 };
+
+/// The parameter of a kind at an item, with the kind's name, unit, bounds and nominal value.
+Parameter make_parameter(Kind kind, const std::string& where);
+
+/// "source_power of motor"
+std::string name_of(const Parameter& parameter);
 
 }  // namespace thermotwin::diagnosis

@@ -57,11 +57,11 @@ VectorXd stiffness_amounts(const reduction::Parts& parts, const PartChanges& cha
 
 AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Machine& machine) {
   AddedSources added{model.system.layout, {}};
-  const std::size_t own = model.machine.sources.size();
-  if (machine.sources.size() <= own) return added;
+  const int own = std::ssize(model.machine.sources);
+  if (std::ssize(machine.sources) <= own) return added;
   const auto& patches = model.patches.items;
   added.inputs.resize(model.system.order(), machine.sources.size() - own);
-  for (std::size_t i = own; i < machine.sources.size(); ++i) {
+  for (int i = own; i < std::ssize(machine.sources); ++i) {
     const mesh::SourceSpec& source = machine.sources[i];
     const auto patch = std::find_if(patches.begin(), patches.end(), [&](const reduction::Patch& p) {
       return source.places.size() == 1 && p.surface.id == source.places.front().surface;
@@ -69,7 +69,7 @@ AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Mac
     if (patch == patches.end())
       throw core::InputError("source " + source.id, "a source that the reduced model does not have",
                              "one surface patch of the model as its place, or a new reduction");
-    added.layout.inputs.push_back({.kind = solver::InputKind::source, .item = static_cast<int>(i)});
+    added.layout.inputs.push_back({.kind = solver::InputKind::source, .item = i});
     added.inputs.col(i - own) = model.patches.inputs.col(patch - patches.begin());
   }
   return added;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double day = 86400.0, hour = 3600.0;
 constexpr double daily_days = 3.0;  ///< length of a record that tells a daily swing from a drift
-constexpr int drift_starts = 8;     ///< of a drift, evenly over the parts that are fitted
+constexpr int drift_starts = 48;    ///< of a drift, evenly over the parts that are fitted
 constexpr double gain_width = 2.0;  ///< prior of a slow element's gain: this times target's spread over input's spread
 constexpr double slower[] = {2.0, 4.0};  ///< time constants of slow elements, times the longest of the box
 constexpr double unknown_sizes[] = {0.03, 0.1, 0.3,
@@ -134,8 +134,8 @@ struct Mixture {
 };
 
 /// All variants, weighed by their evidence.
-Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, const std::string& kind,
-                   const std::string& name, const std::string& unit) {
+Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, Kind kind, const std::string& name,
+                   const std::string& unit) {
   Extension extension{kind, name, unit, 0, 0, 0, 0, 0, {}};
   std::vector<Fitted::Result> results;
   std::vector<double> logs;
@@ -151,7 +151,7 @@ Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, c
     const double weight = std::exp(logs[i] - total);
     extension.predicted += weight * results[i].predicted;
     begins.add(weight, variants[i].value, 0.0);
-    if (kind == "time_constant")
+    if (kind == Kind::time_constant)
       value.add(weight, variants[i].value,
                 variants[i].value / std::sqrt(12.0));  // as wide as the steps between variants
     else if (results[i].mean.size() == 1)
@@ -232,12 +232,12 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   const Fitted fitted(record, box, columns, value, joined(first, middle));
   const double size = std::max({root_mean_square(judged.before(middle)), spread_of(value(first)), 1e-6});
   const std::string& unit = record.channels[target].unit;
-  judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), "probe_drift", "drift", unit + "/h"));
+  judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), Kind::probe_drift, "drift", unit + "/h"));
   if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day)
     judged.extensions.push_back(
-        averaged(fitted, {daily_swing(record, size)}, "unmeasured_temperature", "daily_amplitude", unit));
+        averaged(fitted, {daily_swing(record, size)}, Kind::unmeasured_temperature, "daily_amplitude", unit));
   judged.extensions.push_back(
-      averaged(fitted, slow_elements(record, box, first, size), "time_constant", "slowest", "s"));
+      averaged(fitted, slow_elements(record, box, first, size), Kind::time_constant, "slowest", "s"));
 
   const double log_none = fitted.with({MatrixXd(record.time.size(), 0), VectorXd(0), 0.0}).log_evidence;
   std::vector<double> unknown;

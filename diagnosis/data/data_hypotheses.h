@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/causes/kinds.h"
 #include "diagnosis/data/grey_box.h"
 
 namespace thermotwin::diagnosis {
@@ -23,7 +24,8 @@ std::vector<Eigen::Index> finite_rows(const Eigen::VectorXd& values, const std::
 
 /// A way to extend the grey box, averaged over its variants (when a drift begins, how slow an element is).
 struct Extension {
-  std::string kind, name, unit;
+  Kind kind = Kind::none;
+  std::string name, unit;
   double probability = 0, log_evidence = 0;  ///< the second against none
   double value = 0, std = 0;                 ///< of the parameter
   double begins = 0;                         ///< s after the record's start; of a drift

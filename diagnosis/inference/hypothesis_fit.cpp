@@ -37,8 +37,7 @@ constexpr double delay_of_two =
 Freedom freedom(const Problem& problem, const std::vector<int>& members, const MatrixXd& sensitivity,
                 const MatrixXd& spread, const VectorXd& size) {
   const Observations& obs = problem.observations;
-  const int spans =
-      std::clamp(static_cast<int>(std::lround((obs.end - obs.start) / wandering_knot_s)), 1, most_wandering_knots);
+  const int spans = std::clamp<long>(std::lround((obs.end - obs.start) / wandering_knot_s), 1, most_wandering_knots);
   const double width = (obs.end - obs.start) / spans;
   VectorXd time(obs.size());
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
@@ -96,9 +95,8 @@ double normal_mass(double mean, double std, double low, double high) {
 /// The clock of a channel that lags; -1: not among the parameters.
 int clock_of(const Problem& problem, int lag) {
   const Parameter& p = problem.parameters[lag];
-  for (std::size_t i = 0; p.kind == "sensor_lag" && i < problem.parameters.size(); ++i)
-    if (problem.parameters[i].kind == "clock_shift" && problem.parameters[i].where == p.where)
-      return static_cast<int>(i);
+  for (int i = 0; p.kind == Kind::sensor_lag && i < std::ssize(problem.parameters); ++i)
+    if (problem.parameters[i].kind == Kind::clock_shift && problem.parameters[i].where == p.where) return i;
   return -1;
 }
 
@@ -253,7 +251,7 @@ Strain strain_of(const Problem& problem, const Hypothesis& h) {
   const LinearEvidence whole = evidence(White(problem, true), form);
   Strain strain;
   const Index heldout = problem.measured.size() - problem.fitted(problem.measured).size();
-  strain.heldout_chi_square = (whole.chi_square() - fitted) / static_cast<double>(std::max<Index>(heldout, 1));
+  strain.heldout_chi_square = (whole.chi_square() - fitted) / std::max<Index>(heldout, 1);
   const VectorXd off = whole.mean().cwiseQuotient(form.prior_std).cwiseAbs();
   strain.freedom = off.tail(off.size() - problem.columns.cols()).maxCoeff();
   for (Index i = 0; i < problem.around.size(); ++i)

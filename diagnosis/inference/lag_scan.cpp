@@ -27,9 +27,8 @@ std::vector<ScannedReading> scan_readings(const Problem& problem, const Response
                                           const std::vector<int>& candidates) {
   std::vector<int> curved;
   for (const int i : candidates) {
-    const std::string& kind = problem.parameters[i].kind;
     const bool member = std::find(form.members.begin(), form.members.end(), i) != form.members.end();
-    if ((kind == "sensor_lag" || kind == "clock_shift") && !member) curved.push_back(i);
+    if (acts_in_time(problem.parameters[i].kind) && !member) curved.push_back(i);
   }
   if (curved.empty()) return {};
   std::vector<Parameter> members;

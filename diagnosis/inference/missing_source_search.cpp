@@ -12,6 +12,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "compensation/measurement/channel.h"
 #include "core/thread_pool.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
@@ -47,11 +48,11 @@ struct Followed {
 };
 
 /// Largest value that the input can have; that seen where nothing says.
-double largest(const mesh::Machine& machine, const std::string& channel, double seen) {
+double largest(const mesh::Machine& machine, const compensation::Channel& input, double seen) {
   constexpr double degree = std::numbers::pi / 180.0;
-  if (channel == "spindle.speed_rpm") return std::max(seen, machine.spindle_max_rpm);
+  if (input.quantity == compensation::Quantity::turning) return std::max(seen, machine.spindle_max_rpm);
   for (const mesh::Axis& axis : machine.axes)
-    if (channel.starts_with("axis." + axis.id + ".feed_"))
+    if (input.quantity == compensation::Quantity::feed && input.axis == axis.id)
       return std::max(seen, axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? 1e-3 : degree));
   return seen;
 }
@@ -61,11 +62,11 @@ std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver
                                       const compensation::Measurement& measurement, const Observations& obs) {
   std::vector<Followed> found{{"machine.on", 1, 1}};
   for (const compensation::MeasuredChannel& measured : measurement.channels) {
-    using Kind = compensation::ChannelKind;
+    using compensation::ChannelKind;
     const int channel = measured.input.empty() ? -1 : channels.index(measured.input);
     if (channel < 0 || measured.input == "machine.on" || found.size() >= most_inputs) continue;
-    if (measured.kind != Kind::speed && measured.kind != Kind::power && measured.kind != Kind::state &&
-        measured.kind != Kind::flow)
+    if (measured.kind != ChannelKind::speed && measured.kind != ChannelKind::power &&
+        measured.kind != ChannelKind::state && measured.kind != ChannelKind::flow)
       continue;
     double low = 1e300, high = 0.0;
     for (Index s = 0; s < obs.rows.rows(); ++s) {
@@ -74,7 +75,7 @@ std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver
       high = std::max(high, value);
     }
     if (high > 0.0 && high - low > stands_still * high)
-      found.push_back({measured.input, high, largest(machine, measured.input, high)});
+      found.push_back({measured.input, high, largest(machine, compensation::channel_named(measured.input), high)});
   }
   return found;
 }
@@ -92,9 +93,9 @@ Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& 
   for (Index j = 0; j < p.size(); ++j)
     if (p[j] != 0.0) a += p[j] * model.system.terms[j];
   const Index outputs = rows.rows();
-  MatrixXd seen(outputs * static_cast<Index>(std::size(shifts)), patches.cols());
-  for (std::size_t i = 0; i < std::size(shifts); ++i)
-    seen.middleRows(outputs * static_cast<Index>(i), outputs) =
+  MatrixXd seen(outputs * std::ssize(shifts), patches.cols());
+  for (Index i = 0; i < std::ssize(shifts); ++i)
+    seen.middleRows(outputs * i, outputs) =
         scale.cwiseInverse().asDiagonal() * rows *
         Eigen::PartialPivLU<MatrixXd>(a + shifts[i] * model.system.capacity).solve(patches);
   // Right singular vectors by way of the left ones, which are fewer.
@@ -128,14 +129,14 @@ MatrixXd between(const MatrixXd& both) {
 
 /// Log of the mean over the shares, one row a patch.
 MatrixXd over_shares(const MatrixXd& evidence) {
-  const Index shares = std::size(spread_shares), patches = evidence.rows() / shares;
+  const Index shares = std::ssize(spread_shares), patches = evidence.rows() / shares;
   MatrixXd mean(patches, evidence.cols());
   for (Index k = 0; k < patches; ++k)
     for (Index j = 0; j < mean.cols(); ++j) {
       double top = evidence(k, j), sum = 0.0;
       for (Index s = 1; s < shares; ++s) top = std::max(top, evidence(k + s * patches, j));
       for (Index s = 0; s < shares; ++s) sum += std::exp(evidence(k + s * patches, j) - top);
-      mean(k, j) = top + std::log(sum / static_cast<double>(shares));
+      mean(k, j) = top + std::log(sum / shares);
     }
   return mean;
 }
@@ -287,7 +288,7 @@ VectorXd usual_coefficients(const mesh::Machine& machine, const reduction::Reduc
   Index count = 0;
   for (Index s = 0; s < obs.rows.rows(); s += stride, ++count)
     mean += operating.coefficients(obs.rows.row(s).transpose(), inlets).p;
-  return mean / static_cast<double>(count);
+  return mean / count;
 }
 
 }  // namespace
@@ -326,7 +327,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   order.resize(std::min(order.size(), kept_inputs));
   std::vector<Parameter> found;
   std::vector<MatrixXd> freedom;
-  const Index m = weights.rows(), shares = static_cast<Index>(std::size(spread_shares));
+  const Index m = weights.rows(), shares = std::ssize(spread_shares);
   for (const Index j : order) {
     const VectorXd places = evidence.col(j);
     Index k = 0;
@@ -338,7 +339,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
     source->at = input.at;
     source->most = input.most;
     place((places.array() - total).exp(), patches, *source);
-    Parameter p = make_parameter("source_missing",
+    Parameter p = make_parameter(Kind::source_missing,
                                  fmt::format("{} at {:.0f} {:.0f} {:.0f} mm", source->body, 1e3 * source->centre.x(),
                                              1e3 * source->centre.y(), 1e3 * source->centre.z()));
     p.nominal_std = nominal_W;

@@ -12,6 +12,7 @@
 #include "diagnosis/inference/evidence.h"
 #include "diagnosis/inference/lag_scan.h"
 #include "diagnosis/inference/unknown_cause.h"
+#include "diagnosis/record/diagnose_options.h"
 
 namespace thermotwin::diagnosis {
 
@@ -36,12 +37,12 @@ double log_sum(const std::vector<double>& logs) {
 
 /// Each kind counts the same, and each place of a kind. (candidates) adds up to 1
 std::vector<double> prior_shares(const Problem& problem, const std::vector<int>& candidates) {
-  std::map<std::string, int> places;
+  std::map<Kind, int> places;
   for (const int i : candidates) ++places[problem.parameters[i].kind];
   std::vector<double> shares;
   for (const int i : candidates) {
     const Parameter& p = problem.parameters[i];
-    shares.push_back((p.prior_share > 0.0 ? p.prior_share : 1.0 / places[p.kind]) / static_cast<double>(places.size()));
+    shares.push_back((p.prior_share > 0.0 ? p.prior_share : 1.0 / places[p.kind]) / places.size());
   }
   return shares;
 }
@@ -144,85 +145,97 @@ std::vector<Hypothesis> grow_pairs(const Problem& problem, const Response& respo
   return pairs;
 }
 
-}  // namespace
+/// What a search works on.
+struct Search {
+  const Problem& problem;
+  const Response& response;
+  const mesh::Machine& machine;
+  const SearchOptions& options;
+  White white;
+  LinearForm form;
+  double log_none = 0;
+};
 
-const Hypothesis* SearchResult::single(int parameter) const {
-  for (const Hypothesis& h : hypotheses)
-    if (h.members.size() == 1 && h.members[0] == parameter) return &h;
-  return nullptr;
+/// Parameters that the fitted part can show; the others are put on the list of the invisible ones.
+std::vector<int> visible_candidates(const Search& of, std::vector<int>& invisible) {
+  std::vector<int> candidates;
+  for (int i = 0; i < std::ssize(of.problem.parameters); ++i) {
+    const double seen = of.white.columns.col(i).norm() * of.problem.parameters[i].cause_std;
+    (seen > visible ? candidates : invisible).push_back(i);
+  }
+  return candidates;
 }
 
-SearchResult search(const Problem& problem, const Response& response, const mesh::Machine& machine,
-                    const SearchOptions& options) {
-  SearchResult result;
-  const White white(problem);
-  const LinearForm form = nominal_form(problem, white);
-  const LinearEvidence none(form.columns, form.residual, form.prior_std);
-  const double log_none = none.log_evidence();
-  result.chi_square_none = none.chi_square();
-  result.fitted = white.residual.size();
-  std::vector<int> candidates;
-  for (int i = 0; i < std::ssize(problem.parameters); ++i) {
-    const double seen = white.columns.col(i).norm() * problem.parameters[i].cause_std;
-    (seen > visible ? candidates : result.invisible).push_back(i);
-  }
-  const std::vector<double> share = prior_shares(problem, candidates);
-  const Evidence nominal(form, log_none, options.evidence_share,
-                         scan_readings(problem, response, machine, white, form, candidates));
+/// Fits the first few hypotheses of so many members that are not fitted yet.
+void fit_leading(const Search& of, std::vector<Hypothesis>& all, std::size_t members, int most) {
+  std::vector<Hypothesis*> leading;
+  for (Hypothesis& h : all)
+    if (h.members.size() == members && !h.refined && std::ssize(leading) < most) leading.push_back(&h);
+  core::parallel_for(0, leading.size(), [&](std::size_t i) {
+    refine(*leading[i], of.problem, of.response, of.machine, of.white, of.log_none, of.options.iterations,
+           of.options.evidence_share);
+  });
+  sort_by_posterior(all);
+}
 
-  std::vector<Hypothesis>& all = result.hypotheses;
-  const auto fit_leading = [&](std::size_t members, int most) {
-    std::vector<Hypothesis*> leading;
-    for (Hypothesis& h : all)
-      if (h.members.size() == members && !h.refined && static_cast<int>(leading.size()) < most) leading.push_back(&h);
-    core::parallel_for(0, leading.size(), [&](std::size_t i) {
-      refine(*leading[i], problem, response, machine, white, log_none, options.iterations, options.evidence_share);
-    });
-  };
-  all.resize(1);
-  all[0].log_prior = std::log(options.prior_none);
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    all.push_back(nominal.of(problem, {candidates[i]}, options.prior_single * share[i]));
-  sort_by_posterior(all);
-  fit_leading(1, options.refined_singles);
-  sort_by_posterior(all);
-
-  const std::vector<Hypothesis> pairs =
-      grow_pairs(problem, response, machine, white, nominal, log_none, candidates, share, all, options);
-  all.insert(all.end(), pairs.begin(), pairs.end());
-  sort_by_posterior(all);
-  for (int fitted = 0; fitted < options.most_refined_pairs; fitted += options.pair_group) {
+/// Fits pairs in groups until none that is left comes near the best one.
+void fit_pairs(const Search& of, std::vector<Hypothesis>& all) {
+  for (int fitted = 0; fitted < of.options.most_refined_pairs; fitted += of.options.pair_group) {
     double best = -std::numeric_limits<double>::infinity(), left = best;
     for (const Hypothesis& h : all)
       if (h.members.size() == 2) {
         double& of_these = h.refined ? best : left;
         of_these = std::max(of_these, h.log_prior + h.log_evidence);
       }
-    if (left < best - options.pair_margin) break;
-    fit_leading(2, options.pair_group);
-    sort_by_posterior(all);
+    if (left < best - of.options.pair_margin) break;
+    fit_leading(of, all, 2, of.options.pair_group);
   }
+}
 
-  const UnknownEvidence alone =
-      unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
-                       problem.amplitude, {0.03, 0.1, 0.3, 1.0, 3.0});
-  result.log_evidence_unknown = options.evidence_share * (alone.with - alone.without);
-  result.unknown_channel = alone.channel;
-  // Whether the best single cause and the best pair leave what they do not describe.
-  std::vector<std::pair<const Hypothesis*, double>> leftovers;
+/// No cause, single causes and pairs, most probable first.
+std::vector<Hypothesis> compared(const Search& of, const std::vector<int>& candidates) {
+  const std::vector<double> share = prior_shares(of.problem, candidates);
+  const Evidence nominal(of.form, of.log_none, of.options.evidence_share,
+                         scan_readings(of.problem, of.response, of.machine, of.white, of.form, candidates));
+  std::vector<Hypothesis> all(1);
+  all[0].log_prior = std::log(of.options.prior_none);
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    all.push_back(nominal.of(of.problem, {candidates[i]}, of.options.prior_single * share[i]));
+  sort_by_posterior(all);
+  fit_leading(of, all, 1, of.options.refined_singles);
+
+  const std::vector<Hypothesis> pairs = grow_pairs(of.problem, of.response, of.machine, of.white, nominal, of.log_none,
+                                                   candidates, share, all, of.options);
+  all.insert(all.end(), pairs.begin(), pairs.end());
+  sort_by_posterior(all);
+  fit_pairs(of, all);
+  return all;
+}
+
+/// A hypothesis with something unknown beside it, and the log of its posterior weight.
+using Leftover = std::pair<const Hypothesis*, double>;
+
+/// Whether the best single cause and the best pair leave what they do not describe.
+std::vector<Leftover> leftovers_of(const Search& of, const std::vector<Hypothesis>& all, double log_without) {
+  std::vector<Leftover> leftovers;
   for (const std::size_t members : {1, 2})
     for (const Hypothesis& h : all)
       if (h.members.size() == members && h.refined) {
-        const double log = evidence_beside_unknown(problem, h) - alone.without;
-        leftovers.emplace_back(&h, std::log(options.prior_leftover) + h.log_prior + options.evidence_share * log);
+        const double log = evidence_beside_unknown(of.problem, h) - log_without;
+        leftovers.emplace_back(&h, std::log(of.options.prior_leftover) + h.log_prior + of.options.evidence_share * log);
         break;
       }
-  std::vector<double> logs = {std::log(options.prior_unknown) + result.log_evidence_unknown};
-  for (const Hypothesis& h : all) logs.push_back(h.log_prior + h.log_evidence);
+  return leftovers;
+}
+
+/// Weights to probabilities: of every hypothesis, of none and unknown, and of every parameter to be in the model.
+void weigh(const Search& of, const std::vector<Leftover>& leftovers, SearchResult& result) {
+  std::vector<double> logs = {std::log(of.options.prior_unknown) + result.log_evidence_unknown};
+  for (const Hypothesis& h : result.hypotheses) logs.push_back(h.log_prior + h.log_evidence);
   for (const auto& [h, log] : leftovers) logs.push_back(log);
   const double normal = log_sum(logs);
   result.probability_unknown = std::exp(logs[0] - normal);
-  result.marginal = VectorXd::Zero(std::ssize(problem.parameters));
+  result.marginal = VectorXd::Zero(std::ssize(of.problem.parameters));
   double most_beside = 0.0;
   for (const auto& [h, log] : leftovers) {
     const double probability = std::exp(log - normal);
@@ -234,12 +247,55 @@ SearchResult search(const Problem& problem, const Response& response, const mesh
     for (const int i : h->members) result.marginal[i] += probability;
   }
   result.probability_unknown += result.probability_leftover;
-  for (Hypothesis& h : all) {
+  for (Hypothesis& h : result.hypotheses) {
     h.probability = std::exp(h.log_prior + h.log_evidence - normal);
     if (h.members.empty()) result.probability_none = h.probability;
     for (const int i : h.members) result.marginal[i] += h.probability;
   }
   result.marginal = result.marginal.cwiseMin(1.0);  // sums of many small numbers round
+}
+
+}  // namespace
+
+void SearchOptions::validate() const {
+  for (const auto& [name, share] : {std::pair{"prior_none", prior_none},
+                                    {"prior_single", prior_single},
+                                    {"prior_pair", prior_pair},
+                                    {"prior_unknown", prior_unknown},
+                                    {"prior_leftover", prior_leftover},
+                                    {"evidence_share", evidence_share}})
+    require_option(share > 0 && share <= 1, std::string("search ") + name, share, "above 0, at most 1");
+  for (const auto& [name, count] : {std::pair{"refined_singles", refined_singles},
+                                    {"iterations", iterations},
+                                    {"pair_group", pair_group},
+                                    {"most_refined_pairs", most_refined_pairs}})
+    require_option(count >= 1, std::string("search ") + name, count, "1 or more");
+  require_option(pair_margin >= 0, "search pair_margin", pair_margin, "a number of nats, not negative");
+}
+
+const Hypothesis* SearchResult::single(int parameter) const {
+  for (const Hypothesis& h : hypotheses)
+    if (h.members.size() == 1 && h.members[0] == parameter) return &h;
+  return nullptr;
+}
+
+SearchResult search(const Problem& problem, const Response& response, const mesh::Machine& machine,
+                    const SearchOptions& options) {
+  options.validate();
+  Search of{problem, response, machine, options, White(problem), {}, 0.0};
+  of.form = nominal_form(problem, of.white);
+  const LinearEvidence none(of.form.columns, of.form.residual, of.form.prior_std);
+  of.log_none = none.log_evidence();
+  SearchResult result;
+  result.chi_square_none = none.chi_square();
+  result.fitted = of.white.residual.size();
+  result.hypotheses = compared(of, visible_candidates(of, result.invisible));
+  const UnknownEvidence alone =
+      unknown_evidence(problem, problem.columns, problem.prior_std, problem.measured - problem.predicted,
+                       problem.amplitude, {0.03, 0.1, 0.3, 1.0, 3.0});
+  result.log_evidence_unknown = options.evidence_share * (alone.with - alone.without);
+  result.unknown_channel = alone.channel;
+  weigh(of, leftovers_of(of, result.hypotheses, alone.without), result);
   return result;
 }
 

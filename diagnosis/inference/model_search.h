@@ -25,6 +25,8 @@ struct SearchOptions {
   /// Pairs are fitted in groups, until none that is left comes within `pair_margin` of the best fitted one.
   int pair_group = 4, most_refined_pairs = 16;
   double pair_margin = 4.0;  ///< nats
+
+  void validate() const;  ///< @throws InputError
 };
 
 struct SearchResult {

@@ -53,8 +53,7 @@ std::map<double, double> moved_changes(const Problem& problem, const LinearEvide
 LinearEvidence none_in_time(const Problem& problem, const White& white) {
   Eigen::VectorXd prior_std = problem.prior_std;
   for (std::size_t i = 0; i < problem.parameters.size(); ++i)
-    if (const std::string& kind = problem.parameters[i].kind; kind == "clock_shift" || kind == "sensor_lag")
-      prior_std[i] = in_time_s;
+    if (acts_in_time(problem.parameters[i].kind)) prior_std[i] = in_time_s;
   return {white.columns, white.residual, prior_std};
 }
 

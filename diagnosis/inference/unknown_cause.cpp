@@ -62,7 +62,7 @@ double log_mean(const std::vector<double>& logs) {
   const double top = *std::max_element(logs.begin(), logs.end());
   double sum = 0.0;
   for (const double value : logs) sum += std::exp(value - top);
-  return top + std::log(sum / static_cast<double>(logs.size()));
+  return top + std::log(sum / logs.size());
 }
 
 }  // namespace
@@ -74,7 +74,7 @@ UnknownEvidence unknown_evidence(const Problem& problem, const MatrixXd& columns
   const std::size_t sizes = wandering + std::size(inflations), wide = sizes + 1;
   const std::vector<ChannelCovariance> covariance = problem.fitted_covariance();
   double rows = 0.0;
-  for (const ObservedChannel& channel : observed) rows += static_cast<double>(channel.fitted);
+  for (const ObservedChannel& channel : observed) rows += channel.fitted;
 
   // Every channel as it is, then with something unknown of each size.
   std::vector<Block> blocks(channels * wide);

@@ -7,6 +7,7 @@
 
 #include "core/table.h"
 #include "diagnosis/causes/hypothesis.h"
+#include "diagnosis/judge/verdict.h"
 
 namespace thermotwin::diagnosis {
 
@@ -43,7 +44,7 @@ struct NextMeasurement {
 };
 
 struct Diagnosis {
-  std::string verdict;               ///< explained | no_discrepancy | ambiguous | unexplained
+  Verdict verdict = Verdict::unexplained;
   std::vector<RankedCause> ranking;  ///< most probable first; none and unknown take part
   std::vector<RankedCause> causes;   ///< named ones
   std::vector<RankedCause> ambiguous_set;

@@ -55,12 +55,10 @@ Squares heldout_squares(const Problem& problem, const VectorXd& predicted, const
 
 Interval interval_of(const Problem& problem, const Squares& squares) {
   return reduction_interval(squares.before, squares.after,
-                            static_cast<Index>(std::lround(bootstrap_block_s / problem.observations.interval)));
+                            std::lround(bootstrap_block_s / problem.observations.interval));
 }
 
-bool is_gauge(const ObservedChannel& channel) { return !channel.is_temperature() && channel.channel.unit == "um"; }
-
-bool is_sensor_kind(const Parameter& parameter) { return acts_on_readings(parameter.kind); }
+bool is_gauge(const ObservedChannel& channel) { return channel.is_gauge(); }
 
 void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
   const Observations& obs = problem.observations;
@@ -133,7 +131,7 @@ std::string heldout_objection(const Diagnosis& d, double chi_square) {
   // A right cause makes things worse too where something else, within its uncertainty, had cancelled it: what comes is then as expected.
   if (chi_square < not_foretold) return "";
   std::vector<std::string> names;
-  for (const RankedCause& cause : d.causes) names.push_back(cause.parameter.kind + " of " + cause.parameter.where);
+  for (const RankedCause& cause : d.causes) names.push_back(name_of(cause.parameter));
   return fmt::format(
       "{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not "
       "named.",
@@ -142,14 +140,13 @@ std::string heldout_objection(const Diagnosis& d, double chi_square) {
 
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis) {
   const bool sensors_only = std::all_of(diagnosis.causes.begin(), diagnosis.causes.end(),
-                                        [](const RankedCause& c) { return is_sensor_kind(c.parameter); });
+                                        [](const RankedCause& c) { return acts_on_readings(c.parameter.kind); });
   const bool gauged = std::any_of(problem.observations.channels.begin(), problem.observations.channels.end(), is_gauge);
   if (!sensors_only && gauged) return diagnosis.ci95_low_percent > 0.0;
   const Squares squares = heldout_squares(problem, best.predicted, [&](const ObservedChannel& channel) {
     if (!sensors_only) return channel.is_temperature();
     return std::any_of(diagnosis.causes.begin(), diagnosis.causes.end(), [&](const RankedCause& c) {
-      return c.parameter.where == channel.channel.id ||
-             c.parameter.where == (channel.is_temperature() ? "temperature" : "displacement");
+      return c.parameter.where == channel.channel.id || c.parameter.where == channel.device();
     });
   });
   return squares.count > 0 && interval_of(problem, squares).low > 0.0;

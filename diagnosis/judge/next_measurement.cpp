@@ -40,7 +40,7 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
   const auto& channels = problem.observations.channels;
   double probe = least_um;
   for (const ObservedChannel& c : channels)
-    if (!c.is_temperature() && c.channel.unit == "um") probe = std::max(probe, c.channel.uncertainty);
+    if (c.is_gauge()) probe = std::max(probe, c.channel.uncertainty);
   std::vector<Place> places;
   for (const mesh::SensorSpec& sensor : machine.sensors) {
     const bool read = std::any_of(channels.begin(), channels.end(),
@@ -51,10 +51,7 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
     for (const char* direction : {"dx", "dy", "dz"}) {
       const std::string text = mesh::format_pose(machine, pose);
       const bool read = std::any_of(channels.begin(), channels.end(), [&](const ObservedChannel& c) {
-        return !c.is_temperature() && c.channel.quantity == direction &&
-               mesh::format_pose(machine, c.channel.pose_text.empty()
-                                              ? mesh::home_pose(machine)
-                                              : mesh::parse_pose(machine, c.channel.pose_text, c.channel.id)) == text;
+        return !c.is_temperature() && c.channel.quantity == direction && mesh::format_pose(machine, c.pose) == text;
       });
       places.push_back({std::string(direction) + " at " + text, probe, "um", read});
     }
@@ -120,10 +117,10 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
       best = merit;
       next.load = load;
       next.channel = places[c].name;
-      next.why =
-          fmt::format("{} {} and {} {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
-                      set[pair.first].parameter.kind, set[pair.first].parameter.where, set[pair.second].parameter.kind,
-                      set[pair.second].parameter.where, difference, places[c].unit, difference / places[c].uncertainty);
+      next.why = fmt::format("{} {} and {} {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
+                             name_of(set[pair.first].parameter.kind), set[pair.first].parameter.where,
+                             name_of(set[pair.second].parameter.kind), set[pair.second].parameter.where, difference,
+                             places[c].unit, difference / places[c].uncertainty);
     }
   };
   consider(problem.observations, "the same load as " + diagnosis.measurement, true);
@@ -132,7 +129,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   next.why = fmt::format(
       "no load program, sensor or pose of the machine tells {} {} from {} {} (the largest difference is {:.1f} of its "
       "uncertainty)",
-      set[0].parameter.kind, set[0].parameter.where, set[1].parameter.kind, set[1].parameter.where, best);
+      name_of(set[0].parameter.kind), set[0].parameter.where, name_of(set[1].parameter.kind), set[1].parameter.where,
+      best);
   next.load.clear();
   next.channel.clear();
   return next;

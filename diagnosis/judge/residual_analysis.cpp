@@ -42,7 +42,7 @@ double memory_of(const VectorXd& time, const VectorXd& residual) {
   if (x.size() < 8 || !(power > 0.0)) return 0.0;
   double product = 0.0, gap = 0.0;
   for (Index i = 1; i < x.size(); ++i) product += x[i] * x[i - 1], gap += time[i] - time[i - 1];
-  const double n = static_cast<double>(x.size() - 1), r = product / n / power;
+  const double n = x.size() - 1, r = product / n / power;
   const double length = time[time.size() - 1] - time[0];  // no record shows a longer memory than it lasts
   return r > 0.0 && r < 1.0 ? std::min(-(gap / n) / std::log(r), length) : 0.0;
 }

@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// From the probabilities of a search to a verdict: which causes are named, which share, and when nothing is wrong.
+// What a diagnosis ends with, and how diagnosis.json calls it.
 
-#include "diagnosis/inference/model_search.h"
-#include "diagnosis/judge/diagnosis.h"
-#include "diagnosis/response/problem.h"
+#include <optional>
+#include <string>
 
 namespace thermotwin::diagnosis {
 
-inline constexpr double strong = 10.0;  ///< ln Bayes factor against none
-inline constexpr double sure = 0.9;     ///< marginal probability that names a cause
+enum class Verdict { explained, no_discrepancy, ambiguous, unexplained };
 
-/// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
-void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
+inline std::string name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::explained: return "explained";
+    case Verdict::no_discrepancy: return "no_discrepancy";
+    case Verdict::ambiguous: return "ambiguous";
+    case Verdict::unexplained: return "unexplained";
+  }
+  return "";
+}
 
-/// What is explained stays ambiguous, with something unknown beside it, where all of the record strains the explanation: a size that
-/// wanders, or another parameter that is off, by more than is ever expected.
-void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out);
-
-/// Whether an estimate is further from nominal than three stated standard deviations, and than two of its own; of a
-/// missing source also whether its evidence is strong.
-bool outside_nominal(const RankedCause& cause);
-
-/// What is named is sure, but it is not all.
-bool only_unknown_shares(const Diagnosis& diagnosis);
+/// None where no verdict has this name.
+inline std::optional<Verdict> verdict_named(const std::string& name) {
+  for (const Verdict verdict : {Verdict::explained, Verdict::no_discrepancy, Verdict::ambiguous, Verdict::unexplained})
+    if (name_of(verdict) == name) return verdict;
+  return std::nullopt;
+}
 
 }  // namespace thermotwin::diagnosis

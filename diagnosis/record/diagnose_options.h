@@ -2,6 +2,7 @@
 #pragma once
 // What a diagnosis is asked for.
 
+#include <string>
 #include <vector>
 
 #include "solver/operation/load_program.h"
@@ -16,6 +17,12 @@ struct DiagnoseOptions {
   double displacement_error_percent = 3, temperature_error_percent = 1.5;
   double interval_s = 600;                      ///< residuals are averaged over such intervals
   std::vector<solver::LoadProgram> programs{};  ///< that may be run next, where causes share
+
+  void validate() const;  ///< @throws InputError
 };
+
+/// @param option  words before its name, and the name: "diagnose interval_s"
+/// @throws InputError where it does not hold
+void require_option(bool holds, const std::string& option, double value, const std::string& allowed);
 
 }  // namespace thermotwin::diagnosis

@@ -7,14 +7,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/measurement/channel.h"
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
+#include "diagnosis/record/diagnose_options.h"
+#include "mesh/machine/kinematics.h"
 
 namespace thermotwin::diagnosis {
 
+using compensation::Channel;
 using compensation::ChannelKind;
 using compensation::MeasuredChannel;
 using compensation::Measurement;
+using compensation::Quantity;
 using core::InputError;
 using Eigen::Index;
 
@@ -23,10 +28,10 @@ namespace {
 constexpr double unchanged = 5e-3;  ///< relative: speeds and positions that count as standing still
 
 /// Powers and temperatures enter linearly and may be averaged; speeds, positions and states may not.
-std::vector<bool> averageable(const solver::Channels& channels) {
+std::vector<bool> averageable(const std::vector<Channel>& channels) {
   std::vector<bool> result;
-  for (const std::string& name : channels.names())
-    result.push_back(name.ends_with("T_C") || name.ends_with(".power_W"));
+  for (const Channel& channel : channels)
+    result.push_back(channel.quantity == Quantity::temperature || channel.quantity == Quantity::power);
   return result;
 }
 
@@ -59,9 +64,7 @@ std::vector<Span> equal_parts(const Eigen::VectorXd& time, const Eigen::MatrixXd
     }
     const double span = time[j] - time[i];
     const auto pieces = std::max<Index>(1, static_cast<Index>(std::ceil(span / longest - 1e-9)));
-    const auto end_of = [&](Index k) {
-      return k >= pieces ? time[j] : time[i] + span * static_cast<double>(k) / pieces;
-    };
+    const auto end_of = [&](Index k) { return k >= pieces ? time[j] : time[i] + span * k / pieces; };
     for (Index k = 0; k < pieces; ++k) parts.push_back({end_of(k), end_of(k + 1), sum / span});
     i = j;
   }
@@ -107,16 +110,16 @@ double change_between(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b, 
   return change;
 }
 
-std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const solver::Channels& channels) {
+std::vector<Watched> watched_channels(const Eigen::MatrixXd& rows, const std::vector<Channel>& channels) {
   std::vector<Watched> watched;
-  for (std::size_t c = 0; c < channels.names().size(); ++c) {
-    const std::string& name = channels.names()[c];
-    if (name.ends_with("T_C") || name.ends_with("_mm") || name.ends_with("_deg"))
+  for (Index c = 0; c < rows.cols(); ++c) {
+    const Quantity quantity = channels[c].quantity;
+    if (quantity == Quantity::temperature || quantity == Quantity::position || quantity == Quantity::range)
       continue;  // wander, or are elsewhere in every row
     double largest = 0.0;
     for (const double value : rows.col(c))
       if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
-    if (largest > 0.0) watched.push_back({static_cast<Index>(c), largest});
+    if (largest > 0.0) watched.push_back({c, largest});
   }
   return watched;
 }
@@ -130,8 +133,7 @@ std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::v
     Index changes = 0;
     for (Index i = 0; i + 1 < values.size(); ++i)
       changes += std::abs(values[i + 1] - values[i]) >= changed_share * w.largest;  // not of NaN
-    if (!average[w.channel] && static_cast<double>(changes) <= switched_rows * static_cast<double>(rows.rows()))
-      switched.push_back(w);
+    if (!average[w.channel] && changes <= switched_rows * rows.rows()) switched.push_back(w);
   }
   return switched;
 }
@@ -233,9 +235,9 @@ ObservedChannel average_channel(const MeasuredChannel& channel, const Eigen::Vec
   Index first_sample = -1;
   for (Index i = 0; i < time.size();) {
     auto at = std::min(static_cast<Index>((time[i] - grid.start) / grid.interval), grid.intervals - 1);
-    double end = grid.start + grid.interval * static_cast<double>(at + 1);
+    double end = grid.start + grid.interval * (at + 1);
     // The quotient may round down to the interval before.
-    if (time[i] >= end && at + 1 < grid.intervals) end = grid.start + grid.interval * static_cast<double>(++at + 1);
+    if (time[i] >= end && at + 1 < grid.intervals) end = grid.start + grid.interval * (++at + 1);
     double sum = 0.0, sum_time = 0.0;
     std::vector<Index> used;
     for (; i < time.size() && (time[i] < end || at == grid.intervals - 1); ++i) {
@@ -329,8 +331,16 @@ double split_between(const Observations& of, double heldout_share) {
              std::max(least_fitted, std::floor((1.0 - heldout_share) * (of.end - of.start) / of.interval + 1e-9));
 }
 
+void ObserveOptions::validate() const {
+  require_option(interval_s > 0, "observe interval_s", interval_s, "a positive number of seconds");
+  require_option(heldout_share >= 0 && heldout_share < 1, "observe heldout_share", heldout_share, "0 to less than 1");
+  require_option(longest_step_s > 0, "observe longest_step_s", longest_step_s, "a positive number of seconds");
+  require_option(most_intervals >= 8, "observe most_intervals", most_intervals, "8 or more");
+}
+
 Observations observe(const Measurement& measurement, const mesh::Machine& machine, const solver::Channels& channels,
                      const ObserveOptions& options) {
+  options.validate();
   const std::string place = measurement.folder.string();
   const Eigen::VectorXd time = measurement.time();
   if (time.size() < 2)
@@ -339,15 +349,16 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   out.start = time[0];
   out.end = time[time.size() - 1];
   const double duration = out.end - out.start;
-  out.interval = std::max(options.interval_s, duration / static_cast<double>(options.most_intervals));
+  out.interval = std::max(options.interval_s, duration / options.most_intervals);
   out.intervals = std::max<Index>(1, static_cast<Index>(std::ceil(duration / out.interval - 1e-9)));
   out.split = split_between(out, options.heldout_share);
   if (out.intervals < 8)
     throw InputError(place, fmt::format("a record of {:.0f} s", duration),
                      fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
   const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
-  const std::vector<bool> average = averageable(channels);
-  const std::vector<Watched> watched = watched_channels(rows, channels);
+  const std::vector<Channel> inputs = compensation::channels_of(channels);
+  const std::vector<bool> average = averageable(inputs);
+  const std::vector<Watched> watched = watched_channels(rows, inputs);
   make_steps(input_times(time, rows, watched, average, options.changes, out), rows,
              std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average),
              out);
@@ -356,6 +367,9 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();
     if (!temperature && channel.kind != ChannelKind::displacement) continue;
     ObservedChannel observed = average_channel(channel, time, measurement.values(channel), out);
+    if (!temperature)
+      observed.pose = channel.pose_text.empty() ? mesh::home_pose(machine)
+                                                : mesh::parse_pose(machine, channel.pose_text, "channel " + channel.id);
     if (observed.fitted >= 4)
       out.channels.push_back(std::move(observed));
     else

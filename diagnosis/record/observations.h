@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "compensation/measurement/measurement.h"
+#include "mesh/machine/kinematics.h"
 #include "solver/operation/channels.h"
 
 namespace thermotwin::diagnosis {
@@ -20,6 +21,7 @@ inline constexpr double long_row_s = 120;  ///< rows closer together say well en
 
 struct ObservedChannel {
   compensation::MeasuredChannel channel;
+  mesh::Pose pose;                     ///< of a displacement: home where the channel names none
   std::vector<Eigen::Index> interval;  ///< (n) which interval each mean belongs to, rising
   Eigen::VectorXd time;                ///< (n) s, mean time of its samples
   Eigen::VectorXd value;               ///< (n) in the channel's unit
@@ -32,6 +34,10 @@ struct ObservedChannel {
   std::vector<Weight> weights;  ///< (n x points) sparse
 
   bool is_temperature() const { return channel.kind == compensation::ChannelKind::temperature; }
+  /// A displacement in um, not a rotation.
+  bool is_gauge() const { return !is_temperature() && channel.unit == "um"; }
+  /// The device with its own clock that it is read by: "temperature" or "displacement".
+  std::string device() const { return is_temperature() ? "temperature" : "displacement"; }
   Eigen::Index size() const { return value.size(); }
   /// @param at_points  (points x m)  @return (n x m)
   Eigen::MatrixXd means(const Eigen::MatrixXd& at_points) const;
@@ -78,6 +84,8 @@ struct ObserveOptions {
   Eigen::Index most_intervals = 600;  ///< longer records get longer intervals
   /// s; when that came which the rows of these times show first, if not as the log says.
   std::map<double, double> changes = {};
+
+  void validate() const;  ///< @throws InputError
 };
 
 /// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a sample from

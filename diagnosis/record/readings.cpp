@@ -47,7 +47,7 @@ VectorXd without_noise(const VectorXd& values) {
   const Index n = values.size();
   if (n < fewest_for_noise) return values;
   const VectorXd difference = values.tail(n - 1) - values.head(n - 1);
-  const double noise = -difference.head(n - 2).dot(difference.tail(n - 2)) / static_cast<double>(n - 2);
+  const double noise = -difference.head(n - 2).dot(difference.tail(n - 2)) / (n - 2);
   if (!(noise > 0.0)) return values;
   const double walk = difference.squaredNorm() / (n - 1) - 2.0 * noise,
                ratio = walk * most_noise > noise ? noise / walk : most_noise;

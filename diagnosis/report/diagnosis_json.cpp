@@ -13,7 +13,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json identity(const RankedCause& cause) { return {{"kind", cause.parameter.kind}, {"where", cause.parameter.where}}; }
+Json identity(const RankedCause& cause) {
+  return {{"kind", name_of(cause.parameter.kind)}, {"where", cause.parameter.where}};
+}
 
 /// @param number  of the cause, from 1
 Json named(const RankedCause& cause, std::size_t number) {
@@ -37,7 +39,7 @@ std::string series_file(std::size_t number) { return "source_" + std::to_string(
 
 std::string diagnosis_json(const Diagnosis& diagnosis) {
   Json json;
-  json["verdict"] = diagnosis.verdict;
+  json["verdict"] = name_of(diagnosis.verdict);
   json["causes"] = Json::array();
   for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) json["causes"].push_back(named(diagnosis.causes[i], i + 1));
   json["ranking"] = Json::array();

@@ -108,19 +108,21 @@ bool shows_change(const Diagnosis& d, const mesh::Machine* machine) { return mac
 std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
   const Wording words = wording(d, machine);
   std::string page = "<h1>Diagnosis of " + words.subject + "</h1>\n<p class=\"sub\">" + words.below + "</p>\n";
-  std::string name = d.verdict;
+  std::string name = name_of(d.verdict);
   std::replace(name.begin(), name.end(), '_', ' ');
   std::string warnings;
   for (const std::string& warning : d.warnings) warnings += "<p class=\"warning\">" + typeset(warning) + "</p>";
-  page += "<section class=\"card verdict " + core::xml_text(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
+  page += "<section class=\"card verdict " + name_of(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
           typeset(d.sentence) + "</p>" + warnings + "</section>\n";
   const bool gauged =
       std::any_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.unit == "um"; });
   page += "<div class=\"tiles\">\n";
-  page += tile("most probable", d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
-               d.ranking.empty()
-                   ? ""
-                   : core::xml_text(d.ranking.front().parameter.kind + " " + d.ranking.front().parameter.where));
+  page +=
+      tile(machine == nullptr ? "most probable before the last part" : "most probable",
+           d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
+           d.ranking.empty()
+               ? ""
+               : core::xml_text(name_of(d.ranking.front().parameter.kind) + " " + d.ranking.front().parameter.where));
   if (gauged && !shows_change(d, machine)) {
     page += tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
                  "RMS of all displacement channels");
@@ -139,18 +141,19 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
 std::string ranking_table(const Diagnosis& d, const mesh::Machine* machine) {
   std::string page =
       "<h2>Ranking of causes</h2>\n<section class=\"card "
-      "scroll\"><table>\n<tr><th>kind</th><th>where</th><th>probability</th>"
-      "<th class=\"n\">log evidence</th><th>estimate</th>";
+      "scroll\"><table>\n<tr><th>kind</th><th>where</th><th>probability";
+  page += machine == nullptr ? " before the last part, of each channel" : "";
+  page += "</th><th class=\"n\">log evidence</th><th>estimate</th>";
   page += machine != nullptr ? "<th class=\"n\">stated uncertainty</th><th class=\"n\">explains, held out</th></tr>\n"
                              : "<th class=\"n\">explains of its channel's RMS, held out</th></tr>\n";
   for (std::size_t i = 0; i < d.ranking.size(); ++i) {
     const RankedCause& cause = d.ranking[i];
     const bool parameter = !cause.parameter.name.empty();
-    if (i >= shown_causes && parameter) continue;
+    if (machine != nullptr && i >= shown_causes && parameter) continue;
     const std::string unit = display_unit(cause.parameter.unit);
     page += fmt::format(
         "<tr{}><td>{}</td><td>{}</td><td>{}</td><td class=\"n\">{:.1f}</td><td>{}</td>{}<td class=\"n\">{}</td></tr>\n",
-        cause.probability < 0.01 ? " class=\"quiet\"" : "", core::xml_text(cause.parameter.kind),
+        cause.probability < 0.01 ? " class=\"quiet\"" : "", core::xml_text(name_of(cause.parameter.kind)),
         core::xml_text(cause.parameter.where), bar(cause.probability), cause.log_evidence,
         parameter ? estimate(cause) : "",
         machine == nullptr ? ""
@@ -216,10 +219,9 @@ std::string sets(const Diagnosis& d) {
     page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
     for (const RankedCause& cause : d.ambiguous_set)
       page += "<li>" +
-              (cause.parameter.kind == "none" ? "none: nothing changed"
-               : cause.parameter.name.empty()
-                   ? "something that no kind describes"
-                   : core::xml_text(cause.parameter.kind + " of " + cause.parameter.where) + ": " + estimate(cause)) +
+              (cause.parameter.kind == Kind::none ? "none: nothing changed"
+               : cause.parameter.name.empty()     ? "something that no kind describes"
+                                                  : core::xml_text(name_of(cause.parameter)) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
     page += "</ul>";
     if (!d.next.channel.empty())
@@ -260,7 +262,7 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
   std::string page =
       "<h2>Residuals over time</h2>\n<div class=\"legend\"><span><i class=\"b\"></i>measured − predicted, "
       "before</span>";
-  const bool after = (d.verdict == "explained" || d.verdict == "ambiguous") && shows_change(d, machine);
+  const bool after = (d.verdict == Verdict::explained || d.verdict == Verdict::ambiguous) && shows_change(d, machine);
   if (after) page += "<span><i class=\"a\"></i>after, with the best explanation</span>";
   page += "<span><i class=\"g\"></i>± 2 expected standard deviations (" + wording(d, machine).band +
           ")</span><span><i class=\"h\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";

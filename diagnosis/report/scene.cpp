@@ -47,7 +47,7 @@ void add_ambient(const mesh::Machine& machine, const std::string& id, Where& whe
 
 void add_coolants(const mesh::Machine& machine, const Parameter& cause, Where& where) {
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
-    if (cause.kind == "control_sensor_offset" && coolant.id == cause.where && !coolant.guide_sensor.empty())
+    if (cause.kind == Kind::control_sensor_offset && coolant.id == cause.where && !coolant.guide_sensor.empty())
       where.points.insert(coolant.guide_sensor);
     for (const mesh::CoolantSegment& segment : coolant.segments)
       if (cause.where == coolant.id || cause.where == coolant.id + "." + segment.id)
@@ -61,21 +61,29 @@ Where where_of(const mesh::Machine& machine, const Parameter& cause) {
     for (const auto& item : items)
       if (item.id == cause.where) add(item);
   };
-  const std::string& kind = cause.kind;
-  if (kind.starts_with("source_") || kind == "standstill_power" || kind == "process_heat")
-    named(machine.sources, [&](const auto& source) { add_places(machine, source, where); });
-  if (kind.starts_with("film_") || kind == "radiation_load")
-    named(machine.films, [&](const auto& film) { where.surfaces.insert(film.surfaces.begin(), film.surfaces.end()); });
-  if (kind.starts_with("contact_")) named(machine.joints, [&](const auto& joint) { add_joint(joint, where); });
-  if (kind.starts_with("ambient_") || kind == "foundation_temperature" || kind == "cutting_fluid")
-    add_ambient(machine, cause.where, where);
-  if (kind.starts_with("coolant_") || kind == "control_sensor_offset") add_coolants(machine, cause, where);
-  if (kind == "expansion_coefficient" || kind == "heat_capacity") where.bodies.insert(cause.where);
-  for (const mesh::ScaleSpec& scale : machine.scales)
-    if (kind == "scale_expansion" && scale.axis == cause.where) where.bodies.insert(scale.carrier);
-  for (const mesh::ScrewSpec& screw : machine.screws)
-    if (kind == "screw_expansion" && screw.axis == cause.where) where.bodies.insert(screw.body);
-  if (acts_on_readings(kind)) where.points.insert(cause.item.empty() ? "tool" : cause.item);
+  switch (row_of(cause.kind).target) {
+    case Target::source: named(machine.sources, [&](const auto& source) { add_places(machine, source, where); }); break;
+    case Target::film:
+      named(machine.films,
+            [&](const auto& film) { where.surfaces.insert(film.surfaces.begin(), film.surfaces.end()); });
+      break;
+    case Target::joint: named(machine.joints, [&](const auto& joint) { add_joint(joint, where); }); break;
+    case Target::ambient: add_ambient(machine, cause.where, where); break;
+    case Target::coolant:
+    case Target::segment: add_coolants(machine, cause, where); break;
+    case Target::body: where.bodies.insert(cause.where); break;
+    case Target::scale:
+      for (const mesh::ScaleSpec& scale : machine.scales)
+        if (scale.axis == cause.where) where.bodies.insert(scale.carrier);
+      break;
+    case Target::screw:
+      for (const mesh::ScrewSpec& screw : machine.screws)
+        if (screw.axis == cause.where) where.bodies.insert(screw.body);
+      break;
+    case Target::sensor:
+    case Target::reading: where.points.insert(cause.item.empty() ? "tool" : cause.item); break;
+    case Target::nothing: break;
+  }
   return where;
 }
 
@@ -114,7 +122,7 @@ Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& ca
     all.surfaces.insert(where.surfaces.begin(), where.surfaces.end());
     all.bodies.insert(where.bodies.begin(), where.bodies.end());
     all.points.insert(where.points.begin(), where.points.end());
-    scene.legend.push_back(cause.kind + " of " + cause.where);
+    scene.legend.push_back(name_of(cause));
     if (cause.missing) scene.points.push_back({"unknown source", cause.missing->centre.cast<float>(), true});
   }
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
@@ -131,7 +139,7 @@ Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& ca
     body.triangles = tets.faces;
     for (int& node : body.triangles.reshaped()) {
       int& n = number[node];
-      if (n < 0) n = static_cast<int>(kept.size()), kept.push_back(node);
+      if (n < 0) n = std::ssize(kept), kept.push_back(node);
       node = n;
     }
     body.points = tets.points(Eigen::all, kept).cast<float>();
@@ -159,14 +167,14 @@ std::string scene_html(const Scene& scene) {
   for (const Scene::Body& body : scene.bodies) {
     for (Index n = 0; n < body.points.cols(); ++n)
       for (int c = 0; c < 3; ++c)
-        put(points, static_cast<std::uint16_t>(std::lround(65535.0F * (body.points(c, n) - low[c]) / size)));
+        put<std::uint16_t>(points, std::lround(65535.0F * (body.points(c, n) - low[c]) / size));
     for (Index t = 0; t < body.triangles.cols(); ++t) {
       const bool marked = body.marked[t] != 0;
       if (!marked && t % stride != 0) continue;
-      for (int c = 0; c < 3; ++c) put(triangles, first + static_cast<std::uint32_t>(body.triangles(c, t)));
+      for (int c = 0; c < 3; ++c) put<std::uint32_t>(triangles, first + body.triangles(c, t));
       marks.push_back(marked ? 1 : 0);
     }
-    first += static_cast<std::uint32_t>(body.points.cols());
+    first += body.points.cols();
   }
   std::string dots;
   for (const Scene::Point& p : scene.points) {

@@ -61,11 +61,11 @@ std::string residual_map_svg(const ResidualMap& map) {
   constexpr Index most_columns = 120;
   const Index n = map.hours.size(), channels = map.ratio.cols(), columns = std::min(n, most_columns);
   if (n < 2 || channels == 0) return "";
-  const double tall = row * static_cast<double>(channels);
+  const double tall = row * channels;
   std::string svg = fmt::format(
       "<svg viewBox=\"0 0 {:.0f} {:.0f}\" role=\"img\" aria-label=\"residuals of all channels over time\">\n", wide,
       tall + below);
-  const double cell = (wide - name) / static_cast<double>(columns);
+  const double cell = (wide - name) / columns;
   for (Index c = 0; c < channels; ++c) {
     svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.1f}\" text-anchor=\"end\">{}</text>", name - 6, row * (c + 0.75),
                        core::xml_text(map.channels[c]));
@@ -78,8 +78,8 @@ std::string residual_map_svg(const ResidualMap& map) {
       const double value = sum / count, strength = std::clamp((std::abs(value) - 1.0) / 7.0, 0.0, 1.0);
       svg += fmt::format(
           "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.2f}\" height=\"{:.1f}\" fill=\"{}\" fill-opacity=\"{:.2f}\"/>",
-          name + cell * static_cast<double>(k), row * static_cast<double>(c) + 0.5, cell + 0.05, row - 1,
-          value > 0 ? "#c4552d" : "#1b6ca8", 0.06 + 0.94 * strength);
+          name + cell * k, row * c + 0.5, cell + 0.05, row - 1, value > 0 ? "#c4552d" : "#1b6ca8",
+          0.06 + 0.94 * strength);
     }
     svg += "\n";
   }

@@ -9,10 +9,11 @@
 #include <cctype>
 #include <cmath>
 
+#include "compensation/measurement/channel.h"
 #include "core/text.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
-#include "diagnosis/judge/verdict.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/response/response.h"
 
@@ -32,7 +33,7 @@ std::string in_words(const RankedCause& cause) {
   const std::string more =
       p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95)
                 : "";
-  return fmt::format("{} of {} ({} {:.4g} +- {:.2g}{}{})", p.kind, p.where, p.name, cause.value, cause.std, unit, more);
+  return fmt::format("{} ({} {:.4g} +- {:.2g}{}{})", name_of(p), p.name, cause.value, cause.std, unit, more);
 }
 
 std::string list_in_words(const std::vector<RankedCause>& causes, std::size_t most) {
@@ -65,10 +66,10 @@ std::string sentence_of(const Diagnosis& d) {
                                      d.heldout_rms_before_um, d.heldout_rms_after_um, percent_text(d.reduction_percent),
                                      percent_text(d.ci95_low_percent), percent_text(d.ci95_high_percent))
                                : "";
-  if (d.verdict == "no_discrepancy")
+  if (d.verdict == Verdict::no_discrepancy)
     return "No discrepancy: measurement and model differ by no more than nominal uncertainty, mesh and noise "
            "explain.";
-  if (d.verdict == "unexplained")
+  if (d.verdict == Verdict::unexplained)
     return "Unexplained: measurement and model differ, but none of the known causes describes how.";
   if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front()))
     return fmt::format(
@@ -86,7 +87,7 @@ std::string sentence_of(const Diagnosis& d) {
   if (only_unknown_shares(d))
     return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.",
                        list_in_words(d.causes, 2), d.ambiguous_set.front().probability);
-  if (d.verdict == "ambiguous")
+  if (d.verdict == Verdict::ambiguous)
     return (d.causes.empty() ? "Ambiguous: several causes explain the difference: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
            list_in_words(d.ambiguous_set, 4) + ".";
@@ -103,13 +104,16 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   const Observations& obs = problem.observations;
   const solver::Channels channels(machine);
   std::vector<std::string> warnings, taken, partial, constant;
-  for (const std::string& name : channels.names()) {
+  for (const compensation::Channel& input : compensation::channels_of(channels)) {
+    using compensation::Quantity;
+    const std::string& name = input.name;
     const double otherwise = channels.defaults()[channels.index(name)];
     const bool recorded = std::any_of(measurement.channels.begin(), measurement.channels.end(),
                                       [&](const auto& c) { return c.input == name; });
     // Surroundings but the air are parameters of their own that hardly change; without fluid on a film its state is nothing.
     const bool counts =
-        (!name.ends_with("T_C") || name == "air.T_C") && !name.ends_with("gradient_K_m") && name != "machine.on" &&
+        (input.quantity != Quantity::temperature || name == "air.T_C") && input.quantity != Quantity::gradient &&
+        name != "machine.on" &&
         (name != "cutting_fluid.on" || std::any_of(machine.films.begin(), machine.films.end(),
                                                    [&](const mesh::FilmSpec& film) { return film.state == name; }));
     if (!recorded && counts && std::isfinite(otherwise)) taken.push_back(fmt::format("{} {:.4g}", name, otherwise));
@@ -168,13 +172,12 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
       "Chi-square without a "
       "cause: {:.0f} for {} values.",
       options.displacement_error_percent, options.temperature_error_percent, found.chi_square_none, found.fitted));
-  if ((d.verdict == "unexplained" || only_unknown_shares(d)) && found.unknown_channel >= 0)
+  if ((d.verdict == Verdict::unexplained || only_unknown_shares(d)) && found.unknown_channel >= 0)
     d.notes.push_back("What no kind describes shows best in one channel alone: " +
                       obs.channels[found.unknown_channel].channel.id + ".");
   if (!found.invisible.empty()) {
     std::vector<std::string> names;
-    for (const int i : found.invisible)
-      names.push_back(problem.parameters[i].kind + " of " + problem.parameters[i].where);
+    for (const int i : found.invisible) names.push_back(name_of(problem.parameters[i]));
     d.notes.push_back("Not visible in this measurement, so not judged: " + core::join(names) + ".");
   }
 }

@@ -36,18 +36,18 @@ std::vector<Disturbance> surroundings(const mesh::Machine& machine, const compen
                                       const Observations& obs) {
   std::vector<Disturbance> all;
   const double duration = obs.end - obs.start;
-  for (std::size_t a = 0; a < machine.ambients.size(); ++a) {
+  for (int a = 0; a < std::ssize(machine.ambients); ++a) {
     const mesh::AmbientSpec& ambient = machine.ambients[a];
     const bool measured = std::any_of(measurement.channels.begin(), measurement.channels.end(),
                                       [&](const auto& channel) { return channel.input == ambient.id + ".T_C"; });
     const double stated = std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0;
     const double std_K = measured ? measured_air_std_K : std::max(unmeasured_std_K, stated);
     const double knot_s = measured ? measured_knot_s : unmeasured_knot_s;
-    const int knots = std::clamp(static_cast<int>(std::lround(duration / knot_s)), 2, most_knots);
+    const int knots = std::clamp<long>(std::lround(duration / knot_s), 2, most_knots);
     const double width = duration / knots;
     for (int k = 0; k <= knots; ++k) {
       const double peak = obs.start + width * k;
-      all.push_back({static_cast<int>(a), peak - width, peak, peak + width, std_K});
+      all.push_back({a, peak - width, peak, peak + width, std_K});
     }
   }
   return all;
@@ -219,9 +219,9 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   problem.prior_std.segment(count, starts).setConstant(std::hypot(start_std_K, obs.start_spread_K));
   problem.columns.middleCols(count + starts, air) = linear.disturbed;
   for (Index k = 0; k < air; ++k) problem.prior_std[count + starts + k] = wander[k].std_K;
-  for (std::size_t z = 0; z < zeroed.size(); ++z) {
+  for (Index z = 0; z < std::ssize(zeroed); ++z) {
     const ObservedChannel& channel = obs.channels[zeroed[z]];
-    const Index column = count + starts + air + static_cast<Index>(z);
+    const Index column = count + starts + air + z;
     problem.columns.col(column).segment(problem.first_row(zeroed[z]), channel.size()).setOnes();
     problem.prior_std[column] = std::max(channel.channel.uncertainty, floor_of(channel).noise);
   }

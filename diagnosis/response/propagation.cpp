@@ -310,7 +310,7 @@ std::vector<MatrixXd> propagate(const Nominal& nominal, const std::vector<Varian
   out[0].row(0) = (nominal.rows * run.state).transpose();
   for (const auto& block : blocks) block->record(run.state, 0, out);
   for (Index s = 0; s + 1 < points; ++s) {
-    run.advance(s, 2 * static_cast<Index>(m));
+    run.advance(s, 2 * std::ssize(variants));
     core::parallel_for(0, blocks.size(), [&](std::size_t b) {
       blocks[b]->advance(s);
       blocks[b]->record(run.last, s + 1, out);
@@ -328,17 +328,14 @@ std::vector<MatrixXd> propagate_heat(const Nominal& nominal, const MatrixXd& loa
   const Index points = nominal.observations.points.size(), outputs = nominal.rows.rows(),
               count = loads.cols() * series.cols();
   Run run(nominal);
-  const auto blocks = static_cast<std::size_t>((count + static_cast<Index>(columns_in_block) - 1) /
-                                               static_cast<Index>(columns_in_block));
-  const Index width = columns_in_block;
+  const Index width = columns_in_block, blocks = (count + width - 1) / width;
   std::vector<MatrixXd> state(blocks);
-  for (std::size_t b = 0; b < blocks; ++b)
-    state[b].setZero(loads.rows(), std::min(width, count - static_cast<Index>(b) * width));
+  for (Index b = 0; b < blocks; ++b) state[b].setZero(loads.rows(), std::min(width, count - b * width));
   std::vector<MatrixXd> out(count, MatrixXd::Zero(points, outputs));
   for (Index s = 0; s + 1 < points; ++s) {
     run.advance(s, 2 * count);
     core::parallel_for(0, blocks, [&](std::size_t b) {
-      const Index first = static_cast<Index>(b) * width;
+      const Index first = b * width;
       MatrixXd& x = state[b];
       MatrixXd heat(x.rows(), x.cols());
       for (Index c = 0; c < x.cols(); ++c)

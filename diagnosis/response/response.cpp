@@ -96,19 +96,15 @@ Response::Response(const reduction::ReducedModel& model, const Observations& obs
 Response::Rows Response::observed_rows() const {
   const mesh::Machine& machine = model_.machine;
   const Index r = model_.system.order(), count = std::ssize(observations_.channels);
-  std::vector<mesh::Pose> poses;
   std::vector<Eigen::RowVectorXd> sides;  // of displacements
-  for (const ObservedChannel& observed : observations_.channels) {
-    const compensation::MeasuredChannel& channel = observed.channel;
-    poses.push_back(channel.pose_text.empty() ? mesh::home_pose(machine)
-                                              : mesh::parse_pose(machine, channel.pose_text, "channel " + channel.id));
-    sides.push_back(observed.is_temperature() ? Eigen::RowVectorXd() : sides_of(machine, poses.back(), channel));
-  }
+  for (const ObservedChannel& observed : observations_.channels)
+    sides.push_back(observed.is_temperature() ? Eigen::RowVectorXd()
+                                              : sides_of(machine, observed.pose, observed.channel));
   const auto displacements = [&](const reduction::ReducedOutputs& outputs) {
     MatrixXd all = MatrixXd::Zero(count, r);
     for (Index k = 0; k < count; ++k)
       if (const std::size_t at = k; sides[at].size() > 0)
-        all.row(k) = sides[at] * reduction::side_rows(machine, outputs, poses[at]);
+        all.row(k) = sides[at] * reduction::side_rows(machine, outputs, observations_.channels[at].pose);
     return all;
   };
   Rows rows;
@@ -175,8 +171,7 @@ MatrixXd Response::records(const mesh::Machine& machine, const MatrixXd& states)
       values = sensor_readings(machine.sensors[machine.sensor_index(observed.channel.sensor)], observations_.points,
                                air_, values);
     }
-    result.col(k) = recorded(machine, observed.channel.id, observed.is_temperature() ? "temperature" : "displacement",
-                             observations_.points, std::move(values));
+    result.col(k) = recorded(machine, observed.channel.id, observed.device(), observations_.points, std::move(values));
   }
   return result;
 }
@@ -208,8 +203,8 @@ VectorXd Response::predict(const mesh::Machine& machine) const { return stack(at
 Response::Linear Response::linearise(const mesh::Machine& base, const std::vector<Parameter>& parameters,
                                      const VectorXd& values, bool with_record,
                                      const std::vector<Disturbance>& disturbances, bool with_spread) const {
-  const auto count = parameters.size();
-  assert(static_cast<std::size_t>(values.size()) == count);
+  const Index count = std::ssize(parameters);
+  assert(values.size() == count);
   const mesh::Machine machine = with_parameters(base, parameters, values);
   std::vector<Variant> variants;
   struct Reading {
@@ -218,16 +213,16 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   };
   std::vector<Reading> of_readings;
   std::vector<Index> place, place_of_readings;  // column of each
-  for (std::size_t i = 0; i < count; ++i) {
-    const double step = parameters[i].step;
-    const Index at = i;
+  for (Index at = 0; at < count; ++at) {
+    const Parameter& parameter = parameters[at];
+    const double step = parameter.step;
     VectorXd moved = values;
-    if (acts_on_readings(parameters[i].kind)) {
+    if (acts_on_readings(parameter.kind)) {
       // Both sides: the straight lines between the points of a late series have corners.
-      moved[at] = std::min(values[at] + step, parameters[i].high);
+      moved[at] = std::min(values[at] + step, parameter.high);
       const mesh::Machine above = with_parameters(base, parameters, moved);
       const double high = moved[at];
-      moved[at] = std::max(values[at] - step, parameters[i].low);
+      moved[at] = std::max(values[at] - step, parameter.low);
       of_readings.push_back({above, with_parameters(base, parameters, moved), high - moved[at]});
       place_of_readings.push_back(at);
       continue;
@@ -242,14 +237,14 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   if (with_record) variants.push_back({machine, 1.0, 1.0, std::nullopt});
   for (Index i = 0; i + 1 < starts; ++i) variants.push_back({.machine = machine, .start = modes.col(i)});
   for (Index i = 0; i < held; ++i) variants.push_back({.machine = machine, .held = &observations_.may_hold[i]});
-  const auto total = static_cast<Index>(count + disturbances.size()) + starts + held;
+  const auto total = count + std::ssize(disturbances) + starts + held;
   for (Index i = count; i < total; ++i) place.push_back(i);
   MatrixXd elsewhere;  // less where it was
   if (with_spread) {
     elsewhere = spread_heat();
     elsewhere.diagonal().array() -= 1.0;
     for (std::size_t v = 0, own = variants.size(); v < own; ++v)
-      if (place[v] < static_cast<Index>(count) && adds_heat(parameters[place[v]].kind)) {
+      if (place[v] < count && adds_heat(parameters[place[v]].kind)) {
         variants.push_back(variants[v]);
         variants.back().heat_map = &elsewhere;
         place.push_back(total + place[v]);
@@ -257,7 +252,7 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   }
 
   Linear result;
-  MatrixXd columns = MatrixXd::Zero(observations_.size(), total + (with_spread ? static_cast<Index>(count) : 0));
+  MatrixXd columns = MatrixXd::Zero(observations_.size(), total + (with_spread ? count : 0));
   const std::vector<MatrixXd> out = run(machine, variants, rows_);
   const MatrixXd &states = out.front(), here = records(machine, states);
   core::parallel_for(0, variants.size(), [&](std::size_t i) {
@@ -296,10 +291,9 @@ MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mes
   const Index r = model_.system.order(), sensors = std::ssize(model_.machine.sensors);
   MatrixXd rows(sensors + 3 * std::ssize(poses), r);
   rows.topRows(sensors) = model_.system.sensors.topRows(sensors);
-  for (std::size_t k = 0; k < poses.size(); ++k)
+  for (Index k = 0; k < std::ssize(poses); ++k)
     for (Index i = 0; i < r; ++i)
-      rows.block(sensors + 3 * static_cast<Index>(k), i, 3, 1) =
-          1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
+      rows.block(sensors + 3 * k, i, 3, 1) = 1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
   std::vector<Variant> none;
   MatrixXd values = run(machine, none, Rows{rows, {}, {}, {}, {}}).front();
   for (Index s = 0; s < sensors; ++s) values.col(s).array() += machine.reference_C + machine.sensors[s].offset;

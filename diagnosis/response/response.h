@@ -37,7 +37,6 @@ class Response {
 public:
   /// Both must outlive it.
   Response(const reduction::ReducedModel& model, const Observations& observations);
-  const reduction::ReducedModel& model() const { return model_; }
   /// Whether parameters that need parts can act.
   bool has_parts() const { return model_.parts.has_value(); }
   /// (observed channels x r) of the model's own machine

@@ -30,9 +30,9 @@ double white_noise_p_value(const Eigen::VectorXd& series, int lags) {
   double q = 0.0;
   for (Index lag = 1; lag <= used; ++lag) {
     const double correlation = x.head(n - lag).dot(x.tail(n - lag)) / power;
-    q += correlation * correlation / static_cast<double>(n - lag);
+    q += correlation * correlation / (n - lag);
   }
-  return chi_square_tail(static_cast<double>(n) * (n + 2) * q, static_cast<double>(used));
+  return chi_square_tail(n * (n + 2.0) * q, used);
 }
 
 double root_mean_square(const Eigen::VectorXd& values) {
@@ -40,7 +40,7 @@ double root_mean_square(const Eigen::VectorXd& values) {
   Index count = 0;
   for (const double value : values)
     if (std::isfinite(value)) sum += value * value, ++count;
-  return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
+  return count > 0 ? std::sqrt(sum / count) : 0.0;
 }
 
 double reduction_percent(double before, double after) { return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0; }
@@ -58,14 +58,14 @@ Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd
     double b = 0.0, a = 0.0;
     for (Index i = 0; i < blocks; ++i) {
       // Plain modulo: the same draws with every standard library; its bias is below 1e-15.
-      const auto first = static_cast<Index>(random() % static_cast<std::uint64_t>(starts));
+      const Index first = random() % starts;
       b += before.segment(first, block).sum();
       a += after.segment(first, block).sum();
     }
     drawn.push_back(reduction_percent(std::sqrt(b), std::sqrt(a)));
   }
   std::sort(drawn.begin(), drawn.end());
-  const auto at = [&](double share) { return drawn[static_cast<std::size_t>(share * static_cast<double>(draws - 1))]; };
+  const auto at = [&](double share) { return drawn[static_cast<Index>(share * (draws - 1))]; };
   const Interval drawn_between{at(0.025), at(0.975)};
   if (n >= least_means) return drawn_between;
   return {std::min(0.0, drawn_between.low), std::max(0.0, drawn_between.high)};

@@ -52,7 +52,7 @@ double area(const Polygon& polygon) {
 Eigen::Vector2d middle(const Polygon& polygon) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (const Eigen::Vector2d& corner : polygon) sum += corner;
-  return sum / static_cast<double>(polygon.size());
+  return sum / std::ssize(polygon);
 }
 
 Polygon common_part(const Polygon& a, const Polygon& b) {

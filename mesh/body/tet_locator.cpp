@@ -20,22 +20,21 @@ TetLocator::TetLocator(const TetMesh& mesh) : mesh_(mesh) {
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) box_.extend(box_of(mesh, e));
   if (box_.isEmpty()) return;
   const Eigen::Vector3d size = box_.sizes().cwiseMax(1e-9);
-  const double edge = std::cbrt(size.prod() / static_cast<double>(mesh.elements()));
+  const double edge = std::cbrt(size.prod() / mesh.elements());
   for (int k = 0; k < 3; ++k) cells_[k] = static_cast<int>(std::clamp(size[k] / edge, 1.0, 256.0));
   const auto for_each_cell = [&](Eigen::Index element, const auto& visit) {
     const Eigen::AlignedBox3d box = box_of(mesh_, element);
     const Eigen::Vector3i low = cell_of(box.min()), high = cell_of(box.max());
     for (int z = low[2]; z <= high[2]; ++z)
       for (int y = low[1]; y <= high[1]; ++y)
-        for (int x = low[0]; x <= high[0]; ++x) visit(static_cast<std::size_t>(number(x, y, z)));
+        for (int x = low[0]; x <= high[0]; ++x) visit(number(x, y, z));
   };
-  first_.assign(static_cast<std::size_t>(number(0, 0, cells_[2])) + 1, 0);
+  first_.assign(number(0, 0, cells_[2]) + 1, 0);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) for_each_cell(e, [&](std::size_t cell) { ++first_[cell + 1]; });
   for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
   elements_.resize(first_.back());
   std::vector<int> next(first_.begin(), first_.end() - 1);
-  for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
-    for_each_cell(e, [&](std::size_t cell) { elements_[next[cell]++] = e; });
+  for (int e = 0; e < mesh.elements(); ++e) for_each_cell(e, [&](std::size_t cell) { elements_[next[cell]++] = e; });
 }
 
 Eigen::Vector3i TetLocator::cell_of(const Eigen::Vector3d& point) const {

@@ -136,7 +136,7 @@ void build_boundary(TetMesh& mesh, const std::string& body) {
   check_elements(mesh, body);
   std::vector<Side> sides;
   sides.reserve(4 * mesh.elements());
-  for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
+  for (int e = 0; e < mesh.elements(); ++e)
     for (int f = 0; f < 4; ++f) sides.push_back(make_side(mesh.tets, e, f));
   std::sort(sides.begin(), sides.end());
   std::vector<std::pair<int, int>> boundary;  // (element, local face), later in order of elements
@@ -200,7 +200,7 @@ void promote(TetMesh& mesh) {
   };
   std::vector<Edge> edges;
   edges.reserve(6 * mesh.elements());
-  for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
+  for (int e = 0; e < mesh.elements(); ++e)
     for (int i = 0; i < 6; ++i) {
       const auto [low, high] = std::minmax(mesh.tets(tet_edge[i][0], e), mesh.tets(tet_edge[i][1], e));
       edges.push_back({low, high, e, i});
@@ -208,7 +208,7 @@ void promote(TetMesh& mesh) {
   std::sort(edges.begin(), edges.end());
   mesh.tet_edges.resize(6, mesh.elements());
   std::vector<std::pair<int, int>> ends;
-  auto next = static_cast<int>(mesh.nodes());
+  int next = mesh.nodes();
   for (std::size_t i = 0; i < edges.size(); ++i) {
     const Edge& edge = edges[i];
     if (i == 0 || edge.low != edges[i - 1].low || edge.high != edges[i - 1].high) {
@@ -220,8 +220,7 @@ void promote(TetMesh& mesh) {
   const Eigen::Index corners = mesh.nodes();
   mesh.points.conservativeResize(3, next);
   for (std::size_t i = 0; i < ends.size(); ++i)
-    mesh.points.col(corners + static_cast<Eigen::Index>(i)) =
-        0.5 * (mesh.points.col(ends[i].first) + mesh.points.col(ends[i].second));
+    mesh.points.col(corners + i) = 0.5 * (mesh.points.col(ends[i].first) + mesh.points.col(ends[i].second));
 }
 
 void demote(TetMesh& mesh) {
@@ -289,8 +288,8 @@ Quality quality(const TetMesh& mesh) {
   }
   result.shortest_edge = std::sqrt(result.shortest_edge);
   result.longest_edge = std::sqrt(result.longest_edge);
-  result.mean = sum / static_cast<double>(mesh.elements());
-  result.below_0_1_percent = 100.0 * bad / static_cast<double>(mesh.elements());
+  result.mean = sum / mesh.elements();
+  result.below_0_1_percent = 100.0 * bad / mesh.elements();
   return result;
 }
 

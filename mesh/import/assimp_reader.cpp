@@ -5,6 +5,7 @@
 
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <algorithm>
 #include <iterator>
 
 #include <assimp/Importer.hpp>
@@ -25,10 +26,10 @@ struct Collector {
   Surface surface;
 
   int part_of(const std::string& name) {
-    for (std::size_t i = 0; i < surface.part_names.size(); ++i)
-      if (surface.part_names[i] == name) return static_cast<int>(i);
-    surface.part_names.push_back(name);
-    return static_cast<int>(surface.part_names.size()) - 1;
+    const auto at = std::find(surface.part_names.begin(), surface.part_names.end(), name);
+    const int part = at - surface.part_names.begin();
+    if (at == surface.part_names.end()) surface.part_names.push_back(name);
+    return part;
   }
 
   void add(const aiMesh& mesh, const aiMatrix4x4& placed, const std::string& node_name) {
@@ -43,8 +44,8 @@ struct Collector {
     for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
       const aiFace& face = mesh.mFaces[i];
       if (face.mNumIndices != 3) continue;  // lines and points
-      Eigen::Vector3i corner(first + static_cast<int>(face.mIndices[0]), first + static_cast<int>(face.mIndices[1]),
-                             first + static_cast<int>(face.mIndices[2]));
+      Eigen::Vector3i corner(face.mIndices[0], face.mIndices[1], face.mIndices[2]);
+      corner.array() += first;
       if (mirrored) std::swap(corner[1], corner[2]);
       triangles.push_back(corner);
       surface.part.push_back(part);

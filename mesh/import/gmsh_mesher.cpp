@@ -22,6 +22,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "mesh/import/import_process.h"
 #include "mesh/surface/disc_patches.h"
 #include "mesh/surface/surface.h"
@@ -165,7 +166,7 @@ struct NodeTable {
     for (const std::size_t i : order) {
       if (!index.emplace(tags[i], points.size()).second) continue;
       points.emplace_back(coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]);
-      labels.push_back(static_cast<long>(tags[i]));
+      labels.push_back(tags[i]);
     }
   }
   int operator()(std::size_t tag) const {
@@ -183,8 +184,7 @@ std::vector<std::array<int, 3>> triangles_on(int entity, const NodeTable& nodes)
   for (const auto& [type, stride] : {std::pair{tri3, 3}, std::pair{tri6, 6}}) {
     Tags tags, corner;
     gmsh::model::mesh::getElementsByType(type, tags, corner, entity);
-    for (std::size_t i = 0; i + static_cast<std::size_t>(stride) <= corner.size();
-         i += static_cast<std::size_t>(stride))
+    for (std::ptrdiff_t i = 0; i + stride <= std::ssize(corner); i += stride)
       result.push_back({nodes(corner[i]), nodes(corner[i + 1]), nodes(corner[i + 2])});
   }
   return result;
@@ -204,11 +204,11 @@ RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& te
       // Gmsh's last two edges are the other way round.
       constexpr std::size_t gmsh_edge[6] = {4, 5, 6, 7, 9, 8};
       for (std::size_t e = 0; e < tags.size(); ++e) {
-        const std::size_t first = e * static_cast<std::size_t>(stride);
+        const std::size_t first = e * stride;
         tets_of_volume[volume].push_back(raw.tets.size());
         raw.tets.push_back(
             {nodes(corner[first]), nodes(corner[first + 1]), nodes(corner[first + 2]), nodes(corner[first + 3])});
-        raw.tet_labels.push_back(static_cast<long>(tags[e]));
+        raw.tet_labels.push_back(tags[e]);
         if (type != tet10) continue;
         raw.edges.emplace_back();
         for (std::size_t i = 0; i < 6; ++i) raw.edges.back()[i] = nodes(corner[first + gmsh_edge[i]]);
@@ -338,7 +338,7 @@ double extent_of_model() {
 int solids_of_model() {
   DimTags solids;
   gmsh::model::getEntities(solids, 3);
-  return static_cast<int>(solids.size());
+  return std::ssize(solids);
 }
 
 /// Whether the solids hold more than rounding.
@@ -420,12 +420,12 @@ void add_surface(const Surface& surface, double unit, Attempt::Patches patches) 
   Tags node_tags;
   std::vector<double> coordinates;
   for (Eigen::Index i = 0; i < surface.points.cols(); ++i) {
-    node_tags.push_back(static_cast<std::size_t>(i) + 1);
+    node_tags.push_back(i + 1);
     for (int k = 0; k < 3; ++k) coordinates.push_back(surface.points(k, i) / unit);
   }
   std::map<int, Tags> corners;
   for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
-    for (int k = 0; k < 3; ++k) corners[patch[t]].push_back(static_cast<std::size_t>(surface.triangles(k, t)) + 1);
+    for (int k = 0; k < 3; ++k) corners[patch[t]].push_back(surface.triangles(k, t) + 1);
   for (const auto& [number, corner] : corners) {
     const int entity = gmsh::model::addDiscreteEntity(2);
     if (number == 0) gmsh::model::mesh::addNodes(2, entity, node_tags, coordinates);
@@ -476,9 +476,7 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
     throw core::InputError(place, "no such file", "a readable STEP, IGES or BREP file");
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  const std::string extension = core::lower(path.extension().string());
   const double unit = extension == ".brep" ? options.unit_m : 1e-3;  // STEP and IGES state their unit
   double volume = 0.0;
   const RawMesh raw = in_session<MesherError, RawMesh>(

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/text.h"
 #include "mesh/body/triangle_tree.h"
 #include "mesh/import/assimp_reader.h"
 #include "mesh/import/gmsh_mesher.h"
@@ -27,12 +28,7 @@ namespace thermotwin::mesh {
 
 namespace {
 
-std::string extension(const std::filesystem::path& path) {
-  std::string text = path.extension().string();
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c + 32);
-  return text;
-}
+std::string extension(const std::filesystem::path& path) { return core::lower(path.extension().string()); }
 
 bool is_one_of(const std::string& word, std::initializer_list<const char*> words) {
   return std::any_of(words.begin(), words.end(), [&](const char* w) { return word == w; });
@@ -47,14 +43,14 @@ void require_sizes(const ImportOptions& options) {
 
 TetMesh merged(const std::vector<TetMesh>& meshes, const std::string& body) {
   TetMesh all;
-  Eigen::Index nodes = 0, elements = 0;
+  int nodes = 0, elements = 0;
   for (const TetMesh& mesh : meshes) nodes += mesh.nodes(), elements += mesh.elements();
   all.points.resize(3, nodes);
   all.tets.resize(4, elements);
   nodes = elements = 0;
   for (const TetMesh& mesh : meshes) {
     all.points.middleCols(nodes, mesh.nodes()) = mesh.points;
-    all.tets.middleCols(elements, mesh.elements()) = mesh.tets.array() + static_cast<int>(nodes);
+    all.tets.middleCols(elements, mesh.elements()) = mesh.tets.array() + nodes;
     nodes += mesh.nodes(), elements += mesh.elements();
   }
   build_boundary(all, body);
@@ -67,7 +63,7 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
   if (surface.part_names.size() == 1) {
     if (surface.part_names[0].empty()) return;
     auto& all = mesh.groups[surface.part_names[0]];
-    for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) all.push_back(f);
+    for (int f = 0; f < mesh.face_count(); ++f) all.push_back(f);
     return;
   }
   // One tree a part: the distance to each part tells the nearest even where parts meet.
@@ -76,15 +72,15 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
     std::unique_ptr<TriangleTree> tree;
   };
   std::vector<Part> parts(surface.part_names.size());
-  for (std::size_t p = 0; p < parts.size(); ++p) {
-    const auto count = std::count(surface.part.begin(), surface.part.end(), static_cast<int>(p));
+  for (int p = 0; p < std::ssize(parts); ++p) {
+    const auto count = std::count(surface.part.begin(), surface.part.end(), p);
     parts[p].triangles.resize(3, count);
     Eigen::Index next = 0;
     for (std::size_t t = 0; t < surface.part.size(); ++t)
-      if (surface.part[t] == static_cast<int>(p)) parts[p].triangles.col(next++) = surface.triangles.col(t);
+      if (surface.part[t] == p) parts[p].triangles.col(next++) = surface.triangles.col(t);
     parts[p].tree = std::make_unique<TriangleTree>(surface.points, parts[p].triangles);
   }
-  for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) {
+  for (int f = 0; f < mesh.face_count(); ++f) {
     const Eigen::Vector3d centre = mesh.face_centre(f), normal = mesh.face_normal(f);
     double best = std::numeric_limits<double>::infinity();
     std::size_t owner = 0;

@@ -39,7 +39,7 @@ enum class Answer : char {
 };
 constexpr int status_of_no_memory = 4;  // as core/process ends the program where memory runs out
 
-double default_memory() { return 2.0 * ::sysconf(_SC_PHYS_PAGES) * static_cast<double>(::sysconf(_SC_PAGE_SIZE)); }
+double default_memory() { return 2.0 * ::sysconf(_SC_PHYS_PAGES) * ::sysconf(_SC_PAGE_SIZE); }
 
 void lower_limit(int resource, double to) {
   rlimit limit{};
@@ -105,7 +105,7 @@ std::string receive(int from) {
     const ssize_t size = ::read(from, buffer.data(), buffer.size());
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) return bytes;
-    bytes.append(buffer.data(), static_cast<std::size_t>(size));
+    bytes.append(buffer.data(), size);
   }
 }
 
@@ -143,8 +143,8 @@ public:
     rusage used{};
     while (::wait4(pid_, &status, 0, &used) < 0 && errno == EINTR) {}
     pid_ = -1;
-    seconds_ = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
-               1e-6 * static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec);
+    seconds_ =
+        1.0 * (used.ru_utime.tv_sec + used.ru_stime.tv_sec) + 1e-6 * (used.ru_utime.tv_usec + used.ru_stime.tv_usec);
     return status;
   }
   /// Processor time that it took.

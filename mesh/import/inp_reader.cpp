@@ -14,18 +14,12 @@
 #include <unordered_map>
 
 #include "core/error.h"
+#include "core/text.h"
 #include "mesh/import/raw_mesh.h"
 
 namespace thermotwin::mesh {
 
 namespace {
-
-std::string upper(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 32);
-  return result;
-}
 
 std::string_view trim(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
@@ -129,13 +123,13 @@ private:
     Options options;
     for (const std::string_view cell : split(line)) {
       if (word.empty()) {
-        word = upper(cell);
+        word = core::upper(cell);
         continue;
       }
       const std::size_t equals = cell.find('=');
       const std::string_view value =
           equals == std::string_view::npos ? std::string_view() : trim(cell.substr(equals + 1));
-      options.emplace_back(upper(trim(cell.substr(0, equals))), std::string(value));
+      options.emplace_back(core::upper(trim(cell.substr(0, equals))), std::string(value));
     }
     if (word == "*NODE") return begin_nodes(options);
     if (word == "*ELEMENT") return begin_elements(options);
@@ -150,7 +144,7 @@ private:
 
   Set& set_named(std::map<std::string, Set>& sets, const std::string& name) {
     if (name.empty()) fail("a set without a name", "NSET=name or ELSET=name");
-    Set& set = sets[upper(name)];
+    Set& set = sets[core::upper(name)];
     if (set.name.empty()) set.name = name;
     set.line = line_;
     return set;
@@ -163,8 +157,8 @@ private:
       if (cells.size() < 2 || cells.size() > 7) fail(fmt::format("{} values", cells.size()), "node number, x, y, z");
       const long label = integer(cells[0]);
       Eigen::Vector3d point = Eigen::Vector3d::Zero();
-      for (std::size_t i = 1; i < std::min<std::size_t>(cells.size(), 4); ++i)
-        point[static_cast<int>(i) - 1] = cells[i].empty() ? 0.0 : real(cells[i]);
+      for (std::ptrdiff_t i = 1; i < std::min<std::ptrdiff_t>(std::ssize(cells), 4); ++i)
+        point[i - 1] = cells[i].empty() ? 0.0 : real(cells[i]);
       if (!node_index_.emplace(label, raw_.points.size()).second)
         fail(fmt::format("node {} again", label), "each node once");
       raw_.points.push_back(point);
@@ -176,7 +170,7 @@ private:
   void begin_elements(const Options& options) {
     const std::string* type = options.find("TYPE");
     if (type == nullptr) fail("*ELEMENT without TYPE", "TYPE=C3D4 or TYPE=C3D10");
-    const std::string name = upper(*type);
+    const std::string name = core::upper(*type);
     const auto is = [&](std::initializer_list<const char*> names) {
       return std::any_of(names.begin(), names.end(), [&](const char* n) { return name == n; });
     };
@@ -198,7 +192,7 @@ private:
     data_ = [this, set, solid](const std::vector<std::string_view>& cells) {
       if (pending_.empty()) pending_line_ = line_;
       for (const std::string_view cell : cells) pending_.push_back(integer(cell));
-      const std::size_t needed = static_cast<std::size_t>(nodes_per_element_) + 1;
+      const std::size_t needed = nodes_per_element_ + 1;
       if (pending_.size() < needed) return;
       if (pending_.size() > needed)
         fail(fmt::format("element {} has {} nodes", pending_[0], pending_.size() - 1),
@@ -221,7 +215,7 @@ private:
     auto& index = solid ? tet_index_ : triangle_index_;
     if (tet_index_.count(pending_[0]) + triangle_index_.count(pending_[0]) > 0)
       fail(fmt::format("element {} again", pending_[0]), "each element once", pending_line_);
-    index.emplace(pending_[0], static_cast<int>(solid ? raw_.tets.size() : triangles_.size()));
+    index.emplace(pending_[0], solid ? raw_.tets.size() : triangles_.size());
     if (solid) {
       raw_.tets.push_back({nodes[0], nodes[1], nodes[2], nodes[3]});
       if (nodes_per_element_ == 10) raw_.edges.push_back({nodes[4], nodes[5], nodes[6], nodes[7], nodes[8], nodes[9]});
@@ -245,7 +239,7 @@ private:
         if (cell.front() >= '0' && cell.front() <= '9')
           set->labels.push_back(integer(cell));
         else
-          set->of.push_back(upper(cell));
+          set->of.push_back(core::upper(cell));
       }
     };
   }
@@ -256,7 +250,7 @@ private:
     const long first = integer(cells[0]), last = integer(cells[1]), step = cells.size() == 3 ? integer(cells[2]) : 1;
     if (step < 1 || last < first) fail("first, last, step that do not rise", "first <= last, step >= 1");
     // No set is longer than the mesh: a slip of a digit must not fill the memory.
-    const auto known = static_cast<long>(nodes ? node_index_.size() : tet_index_.size() + triangle_index_.size());
+    const long known = nodes ? node_index_.size() : tet_index_.size() + triangle_index_.size();
     if ((last - first) / step >= known)
       fail(fmt::format("{} entries", (last - first) / step + 1), fmt::format("at most the {} of the mesh", known));
     for (long label = first; label <= last; label += step) set.labels.push_back(label);
@@ -266,9 +260,9 @@ private:
     const std::string* name = options.find("NAME");
     if (name == nullptr || name->empty()) fail("*SURFACE without NAME", "NAME=name");
     const std::string* type = options.find("TYPE");
-    const std::string kind = type == nullptr ? "ELEMENT" : upper(*type);
+    const std::string kind = type == nullptr ? "ELEMENT" : core::upper(*type);
     if (kind != "ELEMENT" && kind != "NODE") return;  // analytic surfaces bound no body
-    FaceSurface* surface = &surfaces_[upper(*name)];
+    FaceSurface* surface = &surfaces_[core::upper(*name)];
     surface->name = *name;
     surface->nodes = kind == "NODE";
     data_ = [this, surface](const std::vector<std::string_view>& cells) {
@@ -278,9 +272,9 @@ private:
       if (cells[0].front() >= '0' && cells[0].front() <= '9')
         part.label = integer(cells[0]);
       else
-        part.set = upper(cells[0]);
+        part.set = core::upper(cells[0]);
       if (!surface->nodes && cells.size() > 1) {
-        const std::string side = upper(cells[1]);
+        const std::string side = core::upper(cells[1]);
         if (side == "SPOS" || side == "SNEG")
           part.face = 0;
         else if (side.size() == 2 && side[0] == 'S' && side[1] >= '1' && side[1] <= '4')
@@ -350,8 +344,8 @@ private:
       const auto tet = tet_index_.find(label);
       if (tet == tet_index_.end()) fail(fmt::format("element {}", label), "an element of this file", part.line);
       const auto& corner = raw_.tets[tet->second];
-      for (std::size_t f = 0; f < 4; ++f)  // no side given: the free sides, which finish() keeps
-        if (part.face == 0 || part.face == static_cast<int>(f) + 1)
+      for (int f = 0; f < 4; ++f)  // no side given: the free sides, which finish() keeps
+        if (part.face == 0 || part.face == f + 1)
           raw_.face_sets[surface.name].push_back({corner[side[f][0]], corner[side[f][1]], corner[side[f][2]]});
     }
   }

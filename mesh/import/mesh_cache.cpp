@@ -30,7 +30,7 @@ public:
   template <class Matrix>
   void matrix(const Matrix& m) {
     number<std::int64_t>(m.cols() * m.rows());
-    bytes(m.data(), static_cast<std::size_t>(m.size()) * sizeof(typename Matrix::Scalar));
+    bytes(m.data(), m.size() * sizeof(typename Matrix::Scalar));
   }
   std::string text_;
 };
@@ -54,8 +54,8 @@ public:
   template <class Scalar>
   std::size_t count() {
     const auto n = number<std::int64_t>();
-    if (n < 0 || static_cast<std::uint64_t>(n) > text_.size() / sizeof(Scalar)) ok_ = false;
-    return ok_ ? static_cast<std::size_t>(n) : 0;
+    if (n < 0 || n > std::ssize(text_) / std::int64_t{sizeof(Scalar)}) ok_ = false;
+    return ok_ ? n : 0;
   }
   template <class Matrix>
   void matrix(Matrix& m, std::size_t rows) {
@@ -65,7 +65,7 @@ public:
     if constexpr (Matrix::ColsAtCompileTime == 1)
       m.resize(n);
     else
-      m.resize(rows, static_cast<Eigen::Index>(n / rows));
+      m.resize(rows, n / rows);
     bytes(m.data(), n * sizeof(typename Matrix::Scalar));
   }
   bool ok() const { return ok_; }
@@ -97,11 +97,11 @@ std::string pack_mesh(const TetMesh& mesh) {
   writer.matrix(mesh.face_edges);
   writer.matrix(mesh.face_tet);
   writer.number<std::int32_t>(mesh.solids);
-  writer.number<std::int64_t>(static_cast<std::int64_t>(mesh.groups.size()));
+  writer.number<std::int64_t>(mesh.groups.size());
   for (const auto& [name, faces] : mesh.groups) {
-    writer.number<std::int64_t>(static_cast<std::int64_t>(name.size()));
+    writer.number<std::int64_t>(name.size());
     writer.bytes(name.data(), name.size());
-    writer.number<std::int64_t>(static_cast<std::int64_t>(faces.size()));
+    writer.number<std::int64_t>(faces.size());
     writer.bytes(faces.data(), faces.size() * sizeof(int));
   }
   return std::string(magic) + core::content_hash(writer.text_) + writer.text_;

@@ -75,6 +75,72 @@ void straighten(const RawMesh& raw, const std::string& body, double unit_m, std:
                            raw.source, moved.size(), 1e3 * unit_m * largest));
 }
 
+/// Numbers of the nodes that tetrahedra use, in the file's order; -1: orphans.
+struct Renumbering {
+  std::vector<int> of;  // by the file's index
+  int nodes = 0;
+
+  Renumbering(const RawMesh& raw, bool quadratic) : of(raw.points.size(), -1) {
+    for (const auto& tet : raw.tets)
+      for (const int node : tet) of[node] = 0;
+    if (quadratic)
+      for (const auto& edges : raw.edges)
+        for (const int node : edges) of[node] = 0;
+    for (int& number : of)
+      if (number == 0) number = nodes++;
+  }
+};
+
+void warn_of_left_out(const RawMesh& raw, const std::string& body, bool quadratic, std::size_t orphans) {
+  if (!quadratic && !raw.edges.empty())
+    core::warn(fmt::format("body '{}': {}: linear and quadratic tetrahedra are mixed; all are read as linear ones",
+                           body, raw.source));
+  else if (orphans > 0)
+    core::warn(
+        fmt::format("body '{}': {}: {} nodes belong to no tetrahedron and are left out", body, raw.source, orphans));
+}
+
+void fill(TetMesh& mesh, const RawMesh& raw, const std::vector<Eigen::Vector3d>& points, const Renumbering& number,
+          bool quadratic, double unit_m) {
+  mesh.points.resize(3, number.nodes);
+  for (std::size_t i = 0; i < number.of.size(); ++i)
+    if (number.of[i] >= 0) mesh.points.col(number.of[i]) = unit_m * points[i];
+  mesh.tets.resize(4, std::ssize(raw.tets));
+  for (std::size_t e = 0; e < raw.tets.size(); ++e)
+    for (int i = 0; i < 4; ++i) mesh.tets(i, e) = number.of[raw.tets[e][i]];
+  if (!quadratic) return;
+  mesh.tet_edges.resize(6, mesh.elements());
+  for (std::size_t e = 0; e < raw.edges.size(); ++e)
+    for (int i = 0; i < 6; ++i) mesh.tet_edges(i, e) = number.of[raw.edges[e][i]];
+}
+
+/// Boundary faces of the file's sets by name.
+std::map<std::string, std::set<int>> face_groups(const TetMesh& mesh, const RawMesh& raw, const Renumbering& number) {
+  std::map<std::string, std::set<int>> groups;
+  for (const auto& [name, triangles] : raw.face_sets) {
+    Eigen::Matrix3Xi columns(3, std::ssize(triangles));
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      for (int i = 0; i < 3; ++i) columns(i, t) = number.of[triangles[t][i]];
+    for (const int face : find_faces(mesh, columns))
+      if (face >= 0) groups[name].insert(face);  // interfaces inside the body are no boundary
+  }
+  for (const auto& [name, set] : raw.node_sets) {
+    std::vector<char> in(number.nodes, 0);
+    for (const int node : set)
+      if (number.of[node] >= 0) in[number.of[node]] = 1;
+    for (int f = 0; f < mesh.face_count(); ++f) {
+      const Eigen::Vector3i corner = mesh.faces.col(f);
+      if (std::all_of(corner.begin(), corner.end(), [&](int node) { return in[node] != 0; })) groups[name].insert(f);
+    }
+  }
+  for (const auto& [name, set] : raw.element_sets) {
+    const std::set<int> elements(set.begin(), set.end());
+    for (int f = 0; f < mesh.face_count(); ++f)
+      if (elements.count(mesh.face_tet[f]) > 0) groups[name].insert(f);
+  }
+  return groups;
+}
+
 }  // namespace
 
 TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
@@ -86,59 +152,12 @@ TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
   const bool quadratic = raw.edges.size() == raw.tets.size();
   std::vector<Eigen::Vector3d> points = raw.points;
   if (quadratic) straighten(raw, options.body, options.unit_m, points);
-  std::vector<int> renumber(raw.points.size(), -1);
-  for (const auto& tet : raw.tets)
-    for (const int node : tet) renumber[node] = 0;
-  if (quadratic)
-    for (const auto& edges : raw.edges)
-      for (const int node : edges) renumber[node] = 0;
-  int nodes = 0;
-  for (int& number : renumber)
-    if (number == 0) number = nodes++;
-  const auto orphans = raw.points.size() - static_cast<std::size_t>(nodes);
-  if (!quadratic && !raw.edges.empty())
-    core::warn(fmt::format("body '{}': {}: linear and quadratic tetrahedra are mixed; all are read as linear ones",
-                           options.body, raw.source));
-  else if (orphans > 0)
-    core::warn(fmt::format("body '{}': {}: {} nodes belong to no tetrahedron and are left out", options.body,
-                           raw.source, orphans));
-  mesh.points.resize(3, nodes);
-  for (std::size_t i = 0; i < renumber.size(); ++i)
-    if (renumber[i] >= 0) mesh.points.col(renumber[i]) = options.unit_m * points[i];
-  mesh.tets.resize(4, std::ssize(raw.tets));
-  for (std::size_t e = 0; e < raw.tets.size(); ++e)
-    for (int i = 0; i < 4; ++i) mesh.tets(i, e) = renumber[raw.tets[e][i]];
-  if (quadratic) {
-    mesh.tet_edges.resize(6, mesh.elements());
-    for (std::size_t e = 0; e < raw.edges.size(); ++e)
-      for (std::size_t i = 0; i < 6; ++i) mesh.tet_edges(i, e) = renumber[raw.edges[e][i]];
-  }
+  const Renumbering number(raw, quadratic);
+  warn_of_left_out(raw, options.body, quadratic, raw.points.size() - number.nodes);
+  fill(mesh, raw, points, number, quadratic, options.unit_m);
   check_extent(mesh.points, options.body);
   build_boundary(mesh, options.body);
-
-  std::map<std::string, std::set<int>> groups;
-  for (const auto& [name, triangles] : raw.face_sets) {
-    Eigen::Matrix3Xi columns(3, std::ssize(triangles));
-    for (std::size_t t = 0; t < triangles.size(); ++t)
-      for (int i = 0; i < 3; ++i) columns(i, t) = renumber[triangles[t][i]];
-    for (const int face : find_faces(mesh, columns))
-      if (face >= 0) groups[name].insert(face);  // interfaces inside the body are no boundary
-  }
-  for (const auto& [name, set] : raw.node_sets) {
-    std::vector<char> in(nodes, 0);
-    for (const int node : set)
-      if (const int number = renumber[node]; number >= 0) in[number] = 1;
-    for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) {
-      const Eigen::Vector3i corner = mesh.faces.col(f);
-      if (std::all_of(corner.begin(), corner.end(), [&](int node) { return in[node] != 0; })) groups[name].insert(f);
-    }
-  }
-  for (const auto& [name, set] : raw.element_sets) {
-    const std::set<int> elements(set.begin(), set.end());
-    for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f)
-      if (elements.count(mesh.face_tet[f]) > 0) groups[name].insert(f);
-  }
-  for (const auto& [name, faces] : groups) mesh.groups[name].assign(faces.begin(), faces.end());
+  for (const auto& [name, faces] : face_groups(mesh, raw, number)) mesh.groups[name].assign(faces.begin(), faces.end());
   return mesh;
 }
 

@@ -64,7 +64,7 @@ public:
     if (numbers_ == nullptr) return {};
     const double value = numbers_->GetComponent(i, 0);
     if (!std::isfinite(value) || value == 0.0 || std::abs(value) > 1e9) return {};
-    const auto number = static_cast<long>(std::lround(value));
+    const long number = std::lround(value);
     if (names_ != nullptr && number >= 1 && number <= names_->GetNumberOfValues()) return names_->GetValue(number - 1);
     return std::to_string(number);
   }

@@ -12,6 +12,7 @@
 #include "core/text.h"
 #include "mesh/machine/check.h"
 #include "mesh/machine/joint_file.h"
+#include "mesh/machine/kinematic_chain.h"
 #include "mesh/machine/material_file.h"
 #include "mesh/machine/physics_file.h"
 #include "mesh/machine/reader.h"
@@ -27,19 +28,13 @@ namespace reader {
 
 namespace {
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c); });
-  return text;
-}
-
 std::filesystem::path read_cad_path(const Node& node, const Draft& draft, bool must_exist) {
   static const std::vector<std::string> known = {".step", ".stp", ".iges", ".igs", ".brep", ".stl", ".obj",
                                                  ".ply",  ".3mf", ".gltf", ".glb", ".msh",  ".vtu", ".inp"};
   const std::string written = node.text("cad");
   const std::filesystem::path folder = std::filesystem::absolute(draft.machine.path).parent_path();
   const std::filesystem::path path = (folder / written).lexically_normal();
-  if (std::find(known.begin(), known.end(), lower(path.extension().string())) == known.end())
+  if (std::find(known.begin(), known.end(), core::lower(path.extension().string())) == known.end())
     throw InputError(node.place("cad"), "'" + written + "'", "a file of type " + core::join(known));
   std::error_code ignored;
   if (must_exist && !std::filesystem::is_regular_file(path, ignored))
@@ -218,6 +213,7 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   root.integer("schema", 1, 1);
   machine.name = root.text("name");
   machine.kinematic_chain = root.text_or("kinematic_chain", "");
+  if (!machine.kinematic_chain.empty()) KinematicChain::parse(machine.kinematic_chain, root.place("kinematic_chain"));
   machine.reference_C = root.number_or("reference_C", 20.0, {-50.0, 100.0});
   if (root.has("plausible_C")) {
     const std::vector<double> range = root.numbers("plausible_C");

@@ -55,7 +55,7 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
                        fmt::format("{} of the circuit's flow, which is what flows in", fmt::format("{:.6g}", inflow)));
     for (const std::size_t b : branches) {
       const double share = coolant.segments[b].share;
-      network.share[b] = std::isnan(share) ? (inflow - given) / static_cast<double>(open) : share;
+      network.share[b] = std::isnan(share) ? (inflow - given) / open : share;
       if (!(network.share[b] > 0.0))
         throw InputError(place + " segment " + coolant.segments[b].id + " share", fmt::format("{}", share),
                          "a number > 0");

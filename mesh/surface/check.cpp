@@ -47,7 +47,7 @@ struct Edge {
 std::vector<Edge> sorted_edges(const Surface& surface) {
   std::vector<Edge> edges;
   edges.reserve(3 * surface.triangles.cols());
-  for (int t = 0; t < static_cast<int>(surface.triangles.cols()); ++t)
+  for (int t = 0; t < surface.triangles.cols(); ++t)
     for (int i = 0; i < 3; ++i) {
       const int a = surface.triangles(i, t), b = surface.triangles((i + 1) % 3, t);
       edges.push_back({std::min(a, b), std::max(a, b), t, a < b});
@@ -74,7 +74,7 @@ void check_triangles(const Surface& surface, const std::string& body) {
   if (!surface.points.allFinite()) fail(body, "a corner whose place is not a number", "finite coordinates");
   const Eigen::Index nodes = surface.points.cols();
   std::vector<std::pair<std::array<int, 3>, int>> keys;
-  for (int t = 0; t < static_cast<int>(surface.triangles.cols()); ++t) {
+  for (int t = 0; t < surface.triangles.cols(); ++t) {
     const Eigen::Vector3i corner = surface.triangles.col(t);
     if (corner.minCoeff() < 0 || corner.maxCoeff() >= nodes)
       fail(body, fmt::format("triangle {} refers to a corner that does not exist", t),
@@ -163,7 +163,7 @@ Surface select(const Surface& surface, const std::vector<char>& take) {
   part.part_names = surface.part_names;
   std::vector<int> renumber(surface.points.cols(), -1);
   std::vector<int> nodes, triangles;
-  for (int t = 0; t < static_cast<int>(surface.triangles.cols()); ++t) {
+  for (int t = 0; t < surface.triangles.cols(); ++t) {
     if (!take[t]) continue;
     triangles.push_back(t);
     for (int i = 0; i < 3; ++i) {
@@ -236,7 +236,7 @@ int weld(Surface& surface) {
     surface.part[left] = surface.part[t];
     ++left;
   }
-  const auto dropped = static_cast<int>(surface.triangles.cols() - left);
+  const int dropped = surface.triangles.cols() - left;
   surface.triangles.conservativeResize(3, left);
   surface.part.resize(left);
   return dropped;
@@ -306,9 +306,8 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body) {
   for (std::size_t i = 0; i < n; ++i) {
     if (around[i].size() % 2 != 0) continue;
     std::vector<char> take(shell.size());
-    std::transform(shell.begin(), shell.end(), take.begin(), [&](int s) {
-      return static_cast<std::size_t>(s) == i ||
-             std::find(cavities[i].begin(), cavities[i].end(), s) != cavities[i].end();
+    std::transform(shell.begin(), shell.end(), take.begin(), [&](std::size_t s) {
+      return s == i || std::find(cavities[i].begin(), cavities[i].end(), s) != cavities[i].end();
     });
     result.push_back(select(surface, take));
   }

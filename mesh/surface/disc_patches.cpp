@@ -22,7 +22,7 @@ const double sharp = std::cos(40.0 * std::numbers::pi / 180.0), bend = std::cos(
 
 Neighbours neighbours_of(const Surface& s) {
   std::map<std::pair<int, int>, int> owner;  // of a directed edge
-  for (int t = 0; t < static_cast<int>(s.triangles.cols()); ++t)
+  for (int t = 0; t < s.triangles.cols(); ++t)
     for (int i = 0; i < 3; ++i) owner[{s.triangles(i, t), s.triangles((i + 1) % 3, t)}] = t;
   Neighbours result(s.triangles.cols(), {-1, -1, -1});
   for (const auto& [edge, t] : owner)
@@ -60,8 +60,8 @@ std::vector<int> disc_patches(const Surface& surface) {
       if (patch[t] >= 0) continue;
       const Eigen::Vector3i corner = surface.triangles.col(t);
       int shared = 0, opposite = -1;
-      for (std::size_t i = 0; i < 3; ++i)
-        if (beyond[t][i] >= 0 && patch[beyond[t][i]] == own) ++shared, opposite = corner[(static_cast<int>(i) + 2) % 3];
+      for (int i = 0; i < 3; ++i)
+        if (beyond[t][i] >= 0 && patch[beyond[t][i]] == own) ++shared, opposite = corner[(i + 2) % 3];
       // A single edge in common, and the corner opposite already there: the patch would become a ring.
       if (shared == 1 && corners.contains(opposite)) continue;
       patch[t] = own;

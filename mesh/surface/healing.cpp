@@ -39,18 +39,17 @@ std::array<int, 3> turned(const Vector3i& t) {
 
 int drop_duplicates(Triangles& triangles) {
   std::set<std::array<int, 3>> seen;
-  const auto before = triangles.size();
-  std::erase_if(triangles, [&](const auto& t) { return !seen.insert(turned(t.first)).second; });
-  return static_cast<int>(before - triangles.size());
+  return std::erase_if(triangles, [&](const auto& t) { return !seen.insert(turned(t.first)).second; });
 }
 
 /// A fold without thickness, or the wall between two solids that touch: both triangles go.
 int drop_opposites(Triangles& triangles) {
   std::set<std::array<int, 3>> all;
   for (const auto& [t, part] : triangles) all.insert(turned(t));
-  const auto before = triangles.size();
-  std::erase_if(triangles, [&](const auto& t) { return all.contains(turned({t.first[0], t.first[2], t.first[1]})); });
-  return static_cast<int>(before - triangles.size()) / 2;
+  const auto dropped = std::erase_if(triangles, [&](const auto& t) {
+    return all.contains(turned({t.first[0], t.first[2], t.first[1]}));
+  });
+  return dropped / 2;
 }
 
 /// A triangle whose corner c lies on its longest edge from a to b: the neighbour at that edge, with the corner d,
@@ -148,13 +147,13 @@ void close_holes(Surface& surface, Triangles& triangles, Healing& done) {
   for (const std::vector<int>& loop : holes_of(triangles)) {
     if (loop.size() < 3 || loop.size() > longest_hole) continue;
     Vector3d middle = Vector3d::Zero();
-    for (const int node : loop) middle += surface.points.col(node) / static_cast<double>(loop.size());
+    for (const int node : loop) middle += surface.points.col(node) / std::ssize(loop);
     Triangles lid;
     const int part = part_of.at({loop[0], loop[1]});
     if (loop.size() == 3) {
       lid.emplace_back(Vector3i(loop[0], loop[2], loop[1]), part);
     } else {
-      const auto centre = static_cast<int>(surface.points.cols());
+      const int centre = surface.points.cols();
       surface.points.conservativeResize(3, centre + 1);
       surface.points.col(centre) = middle;
       for (std::size_t i = 0; i < loop.size(); ++i)
@@ -168,7 +167,7 @@ void close_holes(Surface& surface, Triangles& triangles, Healing& done) {
     }
     left -= of_lid;
     ++done.holes;
-    done.triangles += static_cast<int>(lid.size());
+    done.triangles += std::ssize(lid);
     triangles.insert(triangles.end(), lid.begin(), lid.end());
   }
 }

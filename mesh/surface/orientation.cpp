@@ -92,10 +92,9 @@ int turn_outward(Surface& surface) {
   if (std::all_of(volume.begin(), volume.end(), [](double v) { return v >= 0.0; })) return 0;
   if (!holes_of(triangles_of(surface)).empty()) return 0;
   std::vector<Surface> alone;
-  for (std::size_t s = 0; s < n; ++s) {
+  for (int s = 0; s < count; ++s) {
     std::vector<char> take(shell.size());
-    std::transform(shell.begin(), shell.end(), take.begin(),
-                   [&](int number) { return static_cast<std::size_t>(number) == s; });
+    std::transform(shell.begin(), shell.end(), take.begin(), [&](int number) { return number == s; });
     alone.push_back(select(surface, take));
   }
   const auto within = [&](std::size_t inner, std::size_t outer) {

@@ -101,7 +101,7 @@ int join_corners(const Surface& s, Triangles& triangles, double tolerance) {
   std::erase_if(triangles, [](const auto& t) {
     return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0];
   });
-  return static_cast<int>(becomes.size());
+  return std::ssize(becomes);
 }
 
 /// One pass; a triangle is split at one edge a pass.
@@ -317,7 +317,7 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
     return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0];
   });
   set_triangles(s, triangles);
-  return static_cast<int>(becomes.size());
+  return std::ssize(becomes);
 }
 
 }  // namespace
@@ -388,8 +388,7 @@ int mend_cuts(Surface& surface) {
     std::vector<char> drop(triangles.size(), 0);
     std::vector<int> cuts(triangles.size(), 0);
     for (const auto& [a, b] : pairs) ++cuts[a], ++cuts[b];
-    for (const auto& [a, b] : pairs) {
-      const std::size_t i = a, j = b;
+    for (const auto& [i, j] : pairs) {
       // First the one of each pair that has more cuts; later both.
       if (round > 0 || cuts[i] >= cuts[j]) drop[i] = 1;
       if (round > 0 || cuts[j] > cuts[i]) drop[j] = 1;
@@ -405,7 +404,7 @@ int mend_cuts(Surface& surface) {
     bool closed = false;
     for (int attempt = 0; attempt < widenings && !closed; ++attempt) closed = replace(now, triangles, drop, most);
     if (!closed) return 0;
-    dropped += static_cast<int>(std::count(drop.begin(), drop.end(), 1));
+    dropped += std::count(drop.begin(), drop.end(), 1);
   }
   return 0;
 }

@@ -188,10 +188,11 @@ Eigen::MatrixXd states_of(const solver::ThermalSystem& thermal, const Eigen::Mat
   return states;
 }
 
-/// Loads that have a result, as pairs. @throws InputError for a result without its load
-std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> matched(
-    const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& training) {
-  std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> pairs;
+using LoadPairs = std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>>;
+
+/// Loads that have a result. @throws InputError for a result without its load
+LoadPairs matched(const std::vector<solver::LoadProgram>& loads, const std::vector<solver::LoadResult>& training) {
+  LoadPairs pairs;
   for (const solver::LoadResult& result : training) {
     const auto load =
         std::find_if(loads.begin(), loads.end(), [&](const solver::LoadProgram& l) { return l.name() == result.load; });
@@ -200,6 +201,59 @@ std::vector<std::pair<const solver::LoadProgram*, const solver::LoadResult*>> ma
     if (result.tcp.rows() > 0) pairs.emplace_back(&*load, &result);
   }
   return pairs;
+}
+
+/// The largest error of the loads, um. @param trained  is widened to what the coefficients were in them
+double training_error_um(const ReducedModel& model, const LoadPairs& pairs, TrainedRange& trained) {
+  std::vector<double> error(pairs.size());
+  std::vector<TrainedRange> seen(pairs.size());
+  core::parallel_for(0, pairs.size(), [&](std::size_t i) {
+    const auto [load, result] = pairs[i];
+    const solver::LoadResult reduced = simulate_reduced(
+        model, model.machine, *load, poses_of(model.machine, result->tcp), {.tell = false, .seen = &seen[i]});
+    error[i] = compare(*result, reduced).max_um;
+  });
+  for (const TrainedRange& range : seen) {
+    trained.include(range.low);
+    trained.include(range.high);
+  }
+  return *std::max_element(error.begin(), error.end());
+}
+
+std::vector<Eigen::Index> orders_to_try(Eigen::Index largest, bool only_largest) {
+  std::vector<Eigen::Index> orders;
+  for (const Eigen::Index order : tried_orders) {
+    if (order < largest && !only_largest) orders.push_back(order);
+  }
+  orders.push_back(largest);
+  return orders;
+}
+
+/// The smallest order tried that is good enough on the training loads.
+/// @param model   of the largest order or more; gets the range of the coefficients in the loads
+/// @param states  of the campaign, (order x any number); none: nothing is said of the observer
+/// @param standing  p of the machine at rest
+ReducedModel of_smallest_order(ReducedModel& model, const std::vector<Eigen::Index>& orders, const LoadPairs& pairs,
+                               const Eigen::MatrixXd& states, const Eigen::VectorXd& standing,
+                               const ReduceOptions& options, ReduceSummary& notes) {
+  ReducedModel chosen;
+  for (const Eigen::Index order : orders) {
+    chosen = truncated(model, order);
+    if (pairs.empty()) break;
+    const double worst = training_error_um(chosen, pairs, model.trained);
+    chosen.trained = model.trained;
+    notes.order_error_um.emplace_back(order, worst);
+    if (states.cols() > 0 && notes.sensors)
+      notes.observer.push_back(observer_noise(chosen, states.topRows(order), standing));
+    if (worst <= (options.order_by_observer ? notes.observer.back().predicted_um : options.tolerance_um)) break;
+  }
+  return chosen;
+}
+
+void add_parts(const solver::FullModel& full, const Eigen::MatrixXd& basis, int patches, ReducedModel& model) {
+  model.parts = make_parts(full, basis);
+  model.patches.items = surface_patches(full.mesh, patches);
+  model.patches.inputs = (patch_loads(full, model.patches.items).transpose() * basis).transpose();
 }
 
 }  // namespace
@@ -255,13 +309,23 @@ BasisMethod basis_method(const std::string& name) {
   throw core::UsageError(fmt::format("unknown method '{}'; one of: {}", name, fmt::join(basis_methods, ", ")));
 }
 
+void ReduceOptions::validate() const {
+  const auto require = [](const char* name, double value, bool valid, const char* allowed) {
+    if (!valid) throw core::InputError(std::string("reduction ") + name, fmt::format("{}", value), allowed);
+  };
+  require("tolerance_um", tolerance_um, tolerance_um > 0.0, "a number above 0");
+  require("max_order", max_order, max_order >= 1, "1 or more");
+  require("order", order, order >= 0, "0 (by the tolerance) or more");
+  require("patches", patches, patches >= 0, "0 or more");
+}
+
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
                     ReduceSummary* summary, ReducedModel* reference, Eigen::MatrixXd* columns) {
-  const auto pairs = matched(loads, training);
+  options.validate();
+  const LoadPairs pairs = matched(loads, training);
   const solver::ThermalSystem& thermal = full.thermal;
-  const mesh::Machine& machine = full.mesh.machine;
-  const solver::OperatingModel operating(machine, thermal.layout);
+  const solver::OperatingModel operating(full.mesh.machine, thermal.layout);
   ReduceSummary notes;
   const Watch rows_watch;
   const FullOutputs rows(full);
@@ -269,20 +333,17 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
 
   const Watch basis_watch;
   const std::vector<OperatingPoint> points = operating_points(operating);
-  const Eigen::Index largest_wanted = options.order > 0 ? options.order : options.max_order;
-  Eigen::Index most = reference ? reference_order(largest_wanted) : largest_wanted;
-  if (columns) most = std::max(most, 3 * largest_wanted);
-  const Basis basis =
-      basis_of(thermal, operating, rows.kept(), training, points.front().c.p, options.method, most, notes);
+  const Eigen::Index wanted = options.order > 0 ? options.order : options.max_order;
+  const Eigen::Index of_reference = reference ? reference_order(wanted) : wanted;
+  const Basis basis = basis_of(thermal, operating, rows.kept(), training, points.front().c.p, options.method,
+                               columns ? std::max(of_reference, 3 * wanted) : of_reference, notes);
   notes.basis_seconds = basis_watch.seconds();
 
   const Watch projection_watch;
   // Columns beyond those of the reference are for the bound alone.
-  const Eigen::Index projected =
-      std::min(basis.vectors.cols(), reference ? reference_order(largest_wanted) : largest_wanted);
-  const Eigen::MatrixXd vectors = basis.vectors.leftCols(projected);
+  const Eigen::MatrixXd vectors = basis.vectors.leftCols(std::min(basis.vectors.cols(), of_reference));
   ReducedModel model;
-  model.machine = machine;
+  model.machine = full.mesh.machine;
   model.size = fmt::format("{} nodes", full.mesh.nodes());
   model.full_size = thermal.size;
   model.system = project_system(thermal, vectors);
@@ -290,15 +351,8 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   notes.projection_seconds = projection_watch.seconds();
   for (const OperatingPoint& point : points) model.trained.include(point.c.p);
 
-  const Eigen::Index largest = std::min(largest_wanted, model.system.order());
-  std::vector<Eigen::Index> orders;
-  for (const Eigen::Index order : tried_orders) {
-    if (order < largest) orders.push_back(order);
-  }
-  orders.push_back(largest);
-  if (options.order > 0 || pairs.empty()) orders = {largest};
-
   const Watch orders_watch;
+  const Eigen::Index largest = std::min(wanted, model.system.order());
   Eigen::MatrixXd states(0, 0);
   if (!pairs.empty()) states = states_of(thermal, basis.vectors.leftCols(largest), training);
   notes.sensors = !full.mesh.machine.sensors.empty();
@@ -307,44 +361,21 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
                            "one or more [[sensor]] in machine.toml");
   if (options.order_by_observer && states.cols() == 0)
     throw core::InputError("order by the observer", "no snapshots of the training loads", "a campaign that keeps them");
-  notes.prior_share = prior_share(machine);
-  ReducedModel chosen;
-  for (const Eigen::Index order : orders) {
-    chosen = truncated(model, order);
-    std::vector<double> error(pairs.size());
-    std::vector<TrainedRange> seen(pairs.size());
-    core::parallel_for(0, pairs.size(), [&](std::size_t i) {
-      const auto [load, result] = pairs[i];
-      const solver::LoadResult reduced =
-          simulate_reduced(chosen, machine, *load, poses_of(machine, result->tcp), {.tell = false, .seen = &seen[i]});
-      error[i] = compare(*result, reduced).max_um;
-    });
-    if (pairs.empty()) break;
-    for (const TrainedRange& range : seen) {
-      model.trained.include(range.low);
-      model.trained.include(range.high);
-    }
-    chosen.trained = model.trained;
-    const double worst = *std::max_element(error.begin(), error.end());
-    notes.order_error_um.emplace_back(order, worst);
-    if (states.cols() > 0 && notes.sensors)
-      notes.observer.push_back(observer_noise(chosen, states.topRows(order), points.front().c.p));
-    if (worst <= (options.order_by_observer ? notes.observer.back().predicted_um : options.tolerance_um)) break;
-  }
+  notes.prior_share = prior_share(full.mesh.machine);
+  ReducedModel chosen = of_smallest_order(model, orders_to_try(largest, options.order > 0 || pairs.empty()), pairs,
+                                          states, points.front().c.p, options, notes);
   notes.orders_seconds = orders_watch.seconds();
   notes.order = chosen.system.order();
+  const Eigen::MatrixXd own = basis.vectors.leftCols(notes.order);
   if (options.parts) {
     const Watch parts_watch;
-    const Eigen::MatrixXd own = basis.vectors.leftCols(notes.order);
-    chosen.parts = make_parts(full, own);
-    chosen.patches.items = surface_patches(full.mesh, options.patches);
-    chosen.patches.inputs = (patch_loads(full, chosen.patches.items).transpose() * own).transpose();
+    add_parts(full, own, options.patches, chosen);
     notes.parts_seconds = parts_watch.seconds();
   }
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
   if (columns) *columns = basis.vectors;
   if (summary) {
-    notes.basis = basis.vectors.leftCols(notes.order);
+    notes.basis = own;
     *summary = std::move(notes);
   }
   return chosen;

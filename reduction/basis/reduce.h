@@ -38,6 +38,7 @@ struct ReduceOptions {
   bool order_by_observer = false;  ///< the smallest order tried that errs by less than an observer's noise instead
   bool parts = true;               ///< the model has its parts and patches, for diagnosis
   int patches = 2000;              ///< of the skin of all bodies, at most
+  void validate() const;           ///< @throws InputError
 };
 
 struct ReduceSummary {

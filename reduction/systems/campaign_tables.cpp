@@ -100,7 +100,7 @@ CampaignInputs::CampaignInputs(const mesh::Machine& machine)
       layout_(solver::make_layout(
           machine, std::vector<solver::JointGrid>(machine.joints.size(), solver::JointGrid{-1, false, {0.0}}))),
       operating_(machine_, layout_),
-      air_(solver::air_index(machine)) {
+      air_(machine.ambient_index("air")) {
   for (const mesh::SourceSpec& source : machine.sources) {
     names_.push_back(source.id + ".power_W");
     even_.push_back(false);

@@ -34,6 +34,11 @@ constexpr Index values_of_pose = 6;
 
 }  // namespace
 
+void IdentifyOptions::validate() const {
+  if (order < 0) throw core::InputError("identification order", fmt::format("{}", order), "0 (chosen) or more");
+  if (lags < 1) throw core::InputError("identification lags", fmt::format("{}", lags), "one or more");
+}
+
 Samples make_samples(const CampaignInputs& inputs, const CampaignTables& tables, double reference_C) {
   return {tables.load,
           tables.inputs.column("time_s"),
@@ -56,8 +61,9 @@ struct Identification::Fit {
     const MatrixXd weighted = weight.asDiagonal() * states.topRows(rows);
     gram.noalias() += weighted.transpose() * states.topRows(rows);
     moments.noalias() += weighted.transpose() * outputs.topRows(rows);
-    const VectorXd plain = states.bottomRows(states.rows() - 1).topRows(rows - 1).colwise().squaredNorm().transpose() /
-                           static_cast<double>(rows);
+    const double count = rows;
+    const VectorXd plain =
+        states.bottomRows(states.rows() - 1).topRows(rows - 1).colwise().squaredNorm().transpose() / count;
     diagonal = diagonal.size() == 0 ? plain : VectorXd(diagonal + plain);
   }
   /// (outputs x states)
@@ -72,58 +78,103 @@ struct Identification::Fit {
   }
 };
 
+struct Identification::Split {
+  std::vector<Index> seen;  ///< first rows of each load that a fit sees; the others are kept out
+  std::string kept_out;
+};
+
 Identification::Identification(const std::vector<Samples>& training, const std::vector<bool>& even,
                                const IdentifyOptions& options)
     : even_(even) {
+  options.validate();
+  check(training);
+  const Spans spans = find_ranges(training);
+  find_active(training.front().inputs.cols());
+  set_constants(options.lags, spans);
+  set_weights(training.front());
+
+  std::vector<MatrixXd> states, weighted;
+  for (const Samples& load : training) {
+    states.push_back(lag_states(load));
+    weighted.push_back(load.outputs * weight_.asDiagonal());
+  }
+  const Split split = keep_out(training);
+  kept_out_ = split.kept_out;
+  Fit part(states.front().cols(), weight_.size()), whole = part;
+  for (std::size_t l = 0; l < training.size(); ++l) {
+    part.add(states[l], weighted[l], split.seen[l]);
+    whole.add(states[l], weighted[l], training[l].time.size());
+  }
+  balance(best_ridge(part, states, weighted, split.seen));
+  choose_order(options.order, training, split.seen);
+  balance(whole.solve(ridge_));
+  order_ = std::min(order_, usable_);
+}
+
+void Identification::check(const std::vector<Samples>& training) const {
   if (training.empty()) throw core::InputError("identification", "no load", "the tables of at least one");
   const Index inputs = training.front().inputs.cols(), outputs = training.front().outputs.cols();
-  if (std::ssize(even) != inputs || options.lags < 1)
-    throw core::InputError("identification", fmt::format("{} inputs, {} lags", even.size(), options.lags),
-                           fmt::format("{} inputs, one lag or more", inputs));
-  low_ = VectorXd::Constant(inputs, std::numeric_limits<double>::infinity());
-  high_ = -low_;
-  double shortest = low_(0), longest = 0.0;
+  if (std::ssize(even_) != inputs)
+    throw core::InputError("identification", fmt::format("{} inputs", even_.size()), fmt::format("{} inputs", inputs));
   for (const Samples& load : training) {
     if (load.inputs.cols() != inputs || load.outputs.cols() != outputs || load.poses != training.front().poses ||
         load.inputs.rows() != load.outputs.rows() || load.time.size() != load.inputs.rows())
       throw core::InputError("identification, load '" + load.load + "'", fmt::format("{} outputs", load.outputs.cols()),
                              fmt::format("{}, as the first load has: one campaign, the same poses", outputs));
+  }
+}
+
+/// Between which values inputs move, and how long loads last.
+Identification::Spans Identification::find_ranges(const std::vector<Samples>& training) {
+  const Index inputs = training.front().inputs.cols();
+  low_ = VectorXd::Constant(inputs, std::numeric_limits<double>::infinity());
+  high_ = -low_;
+  Spans spans{low_(0), 0.0};
+  for (const Samples& load : training) {
     low_ = low_.cwiseMin(load.inputs.colwise().minCoeff().transpose());
     high_ = high_.cwiseMax(load.inputs.colwise().maxCoeff().transpose());
     for (Index k = 0; k < inputs; ++k)
-      if (even[k]) low_(k) = std::min(low_(k), load.initial_K), high_(k) = std::max(high_(k), load.initial_K);
-    longest = std::max(longest, load.time(load.time.size() - 1) - load.time(0));
-    for (Index i = 1; i < load.time.size(); ++i) shortest = std::min(shortest, load.time(i) - load.time(i - 1));
+      if (even_[k]) low_(k) = std::min(low_(k), load.initial_K), high_(k) = std::max(high_(k), load.initial_K);
+    spans.longest = std::max(spans.longest, load.time(load.time.size() - 1) - load.time(0));
+    for (Index i = 1; i < load.time.size(); ++i)
+      spans.shortest = std::min(spans.shortest, load.time(i) - load.time(i - 1));
   }
+  return spans;
+}
+
+void Identification::find_active(Index inputs) {
   scale_ = low_.cwiseAbs().cwiseMax(high_.cwiseAbs());
   bool any = false;
   for (Index k = 0; k < inputs; ++k) {
     const bool moves = high_(k) - low_(k) > still * scale_(k);
     any = any || moves;
     if (scale_(k) > 0.0) active_.push_back(k);
-    // Heat that always flows begins with the load; a temperature that is always the start's has shown no effect of its own.
-    if (!moves && (even[k] || scale_(k) == 0.0)) never_moved_.push_back(k);
+    // Heat that always flows begins with the load; a temperature that is always the start's has shown no effect of
+    // its own.
+    if (!moves && (even_[k] || scale_(k) == 0.0)) never_moved_.push_back(k);
   }
   if (!any)
     throw core::InputError("identification", "no input that moves",
                            "loads that heat the machine or change its surroundings");
+}
 
-  constants_.resize(options.lags);
-  for (int i = 0; i < options.lags; ++i)
-    constants_(i) = options.lags == 1
-                        ? longest / 4
-                        : 0.5 * shortest * std::pow(longest / shortest, static_cast<double>(i) / (options.lags - 1));
-  const Index states = std::ssize(active_) * options.lags;
-  poses_ = training.front().poses;
-  weight_ = VectorXd::Constant(outputs, sensor_um_per_K);
-  for (Index i = 0; i < poses_ * values_of_pose; ++i) weight_(i) = i % values_of_pose < 3 ? 1.0 : rotation_lever_m;
-  std::vector<MatrixXd> all, weighted;
-  for (const Samples& load : training) {
-    all.push_back(lag_states(load));
-    weighted.push_back(load.outputs * weight_.asDiagonal());
+void Identification::set_constants(int lags, const Spans& spans) {
+  constants_.resize(lags);
+  for (int i = 0; i < lags; ++i) {
+    const double place = i;
+    constants_(i) = lags == 1 ? spans.longest / 4
+                              : 0.5 * spans.shortest * std::pow(spans.longest / spans.shortest, place / (lags - 1));
   }
+}
 
-  // The load that moves most inputs which the others move too.
+void Identification::set_weights(const Samples& load) {
+  poses_ = load.poses;
+  weight_ = VectorXd::Constant(load.outputs.cols(), sensor_um_per_K);
+  for (Index i = 0; i < poses_ * values_of_pose; ++i) weight_(i) = i % values_of_pose < 3 ? 1.0 : rotation_lever_m;
+}
+
+/// The load that moves most inputs which the others move too; without one, the last quarter of each.
+Identification::Split Identification::keep_out(const std::vector<Samples>& training) const {
   std::vector<std::vector<bool>> moves(training.size(), std::vector<bool>(active_.size()));
   for (std::size_t l = 0; l < training.size(); ++l)
     for (std::size_t k = 0; k < active_.size(); ++k) {
@@ -142,32 +193,35 @@ Identification::Identification(const std::vector<Samples>& training, const std::
     const long count = std::count(moves[l].begin(), moves[l].end(), true);
     if (elsewhere && count > most) most = count, chosen = l;
   }
-  kept_out_ = chosen < training.size() ? "load '" + training[chosen].load + "'" : "the last quarter of each load";
-  std::vector<Index> seen;
+  Split split;
+  split.kept_out = chosen < training.size() ? "load '" + training[chosen].load + "'" : "the last quarter of each load";
   for (std::size_t l = 0; l < training.size(); ++l) {
     const Index rows = training[l].time.size();
-    seen.push_back(chosen == training.size() ? std::max<Index>(1, 3 * rows / 4) : l == chosen ? 0 : rows);
+    split.seen.push_back(chosen == training.size() ? std::max<Index>(1, 3 * rows / 4) : l == chosen ? 0 : rows);
   }
+  return split;
+}
 
-  Fit part(states, outputs), whole(states, outputs);
-  for (std::size_t l = 0; l < training.size(); ++l) {
-    part.add(all[l], weighted[l], seen[l]);
-    whole.add(all[l], weighted[l], training[l].time.size());
-  }
+/// Chooses the ridge on what is kept out. @return (outputs x states) with it, of a fit that did not see that
+MatrixXd Identification::best_ridge(const Fit& part, const std::vector<MatrixXd>& states,
+                                    const std::vector<MatrixXd>& weighted, const std::vector<Index>& seen) {
   double best = std::numeric_limits<double>::infinity();
   MatrixXd c;
   for (const double ridge : ridges) {
     const MatrixXd tried = part.solve(ridge);
     double squares = 0.0;
-    for (std::size_t l = 0; l < training.size(); ++l) {
-      const Index rows = training[l].time.size() - seen[l];
+    for (std::size_t l = 0; l < states.size(); ++l) {
+      const Index rows = states[l].rows() - seen[l];
       if (rows > 0)
-        squares += (all[l].bottomRows(rows) * tried.transpose() - weighted[l].bottomRows(rows)).squaredNorm() / rows;
+        squares += (states[l].bottomRows(rows) * tried.transpose() - weighted[l].bottomRows(rows)).squaredNorm() / rows;
     }
     if (squares < best) best = squares, ridge_ = ridge, c = tried;
   }
-  balance(c);
-  order_ = options.order;
+  return c;
+}
+
+/// @param wanted  0: the smallest that is as good as any on what is kept out
+void Identification::choose_order(Index wanted, const std::vector<Samples>& training, const std::vector<Index>& seen) {
   double least = std::numeric_limits<double>::infinity();
   std::vector<Index> orders;
   for (const Index order : tried_orders)
@@ -177,12 +231,11 @@ Identification::Identification(const std::vector<Samples>& training, const std::
     order_error_um_.emplace_back(order, rms_um(model(order), training, seen));
     least = std::min(least, order_error_um_.back().second);
   }
+  order_ = wanted;
   if (order_ == 0)
     order_ = std::find_if(order_error_um_.begin(), order_error_um_.end(), [&](const auto& tried) {
                return tried.second <= enough_better * least;
              })->first;
-  balance(whole.solve(ridge_));
-  order_ = std::min(order_, usable_);
 }
 
 /// x of each lag behind each input at the load's times, inputs in units of their largest.
@@ -190,14 +243,13 @@ MatrixXd Identification::lag_states(const Samples& load) const {
   const Index lags = constants_.size(), states = std::ssize(active_) * lags;
   MatrixXd all(load.time.size(), states);
   VectorXd x(states), u(std::ssize(active_));
-  for (std::size_t k = 0; k < active_.size(); ++k)
-    x.segment(static_cast<Index>(k) * lags, lags)
-        .setConstant(even_[active_[k]] ? load.initial_K / scale_(active_[k]) : 0.0);
+  for (Index k = 0; k < std::ssize(active_); ++k)
+    x.segment(k * lags, lags).setConstant(even_[active_[k]] ? load.initial_K / scale_(active_[k]) : 0.0);
   all.row(0) = x.transpose();
   for (Index i = 1; i < load.time.size(); ++i) {
     const VectorXd decay = (-(load.time(i) - load.time(i - 1)) * constants_.cwiseInverse()).array().exp();
-    for (std::size_t k = 0; k < active_.size(); ++k) {
-      auto of_input = x.segment(static_cast<Index>(k) * lags, lags);
+    for (Index k = 0; k < std::ssize(active_); ++k) {
+      auto of_input = x.segment(k * lags, lags);
       of_input = decay.cwiseProduct(of_input) +
                  (VectorXd::Ones(lags) - decay) * (load.inputs(i, active_[k]) / scale_(active_[k]));
     }

@@ -24,6 +24,7 @@ namespace thermotwin::reduction {
 struct IdentifyOptions {
   Eigen::Index order = 0;  ///< 0: chosen on the held-out load
   int lags = 6;            ///< time constants of each input
+  void validate() const;   ///< @throws InputError
 };
 
 /// One load as samples of the system.
@@ -66,6 +67,20 @@ public:
 
 private:
   struct Fit;
+  struct Split;
+  /// Of rows, and of loads, s.
+  struct Spans {
+    double shortest, longest;
+  };
+  void check(const std::vector<Samples>& training) const;
+  Spans find_ranges(const std::vector<Samples>& training);
+  void find_active(Eigen::Index inputs);
+  void set_constants(int lags, const Spans& spans);
+  void set_weights(const Samples& load);
+  Split keep_out(const std::vector<Samples>& training) const;
+  Eigen::MatrixXd best_ridge(const Fit& part, const std::vector<Eigen::MatrixXd>& states,
+                             const std::vector<Eigen::MatrixXd>& weighted, const std::vector<Eigen::Index>& seen);
+  void choose_order(Eigen::Index wanted, const std::vector<Samples>& training, const std::vector<Eigen::Index>& seen);
   Eigen::MatrixXd lag_states(const Samples& load) const;
   void balance(const Eigen::MatrixXd& weighted_c);
   double rms_um(const ReducedLinearSystem& model, const std::vector<Samples>& loads,

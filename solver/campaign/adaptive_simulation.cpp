@@ -47,9 +47,8 @@ public:
         end_(stops_.back()) {
     tolerance_ = time_options_.tolerance_K * options.refine;
     base_ = std::min(program.output_interval(), time_options_.longest_step);
-    highest_rung_ = static_cast<int>(std::floor(std::log2(time_options_.longest_step / base_) + 1e-9));
-    lowest_rung_ =
-        std::min(highest_rung_, static_cast<int>(std::ceil(std::log2(time_options_.shortest_step / base_) - 1e-9)));
+    highest_rung_ = rung_below(time_options_.longest_step);
+    lowest_rung_ = std::min(highest_rung_, rung_above(time_options_.shortest_step));
     rung_ = after_corner_ = std::clamp(first_rung, lowest_rung_, highest_rung_);
     const ThermalSystem& system = integrator.system();
     state_ = options.start.size() > 0 ? options.start
@@ -72,13 +71,13 @@ public:
     }
     std::optional<core::Progress> progress;
     if (options_.progress) progress.emplace("thermal run '" + program_.name() + "'", progress_parts);
-    auto shown = static_cast<std::size_t>(progress_parts * time_ / end_);
+    std::size_t shown = parts_done();
     if (progress && shown > 0) progress->advance(shown);
     while (next_stop_ < stops_.size()) {
       step();
       report();
       try {
-        const auto now = static_cast<std::size_t>(progress_parts * time_ / end_);
+        const std::size_t now = parts_done();
         if (progress)
           progress->advance(now - shown);
         else
@@ -99,6 +98,7 @@ public:
 
 private:
   VectorXd read(const VectorXd& state) const { return integrator_.system().sensors * state + offsets_; }
+  std::size_t parts_done() const { return static_cast<std::size_t>(progress_parts * time_ / end_); }
   double rung_size(int rung) const { return std::ldexp(base_, rung); }
 
   /// The next step: a rung of the ladder, or what is left to the next stop, in two halves where one
@@ -234,6 +234,7 @@ private:
   }
 
   int rung_below(double size) const { return static_cast<int>(std::floor(std::log2(size / base_) + 1e-9)); }
+  int rung_above(double size) const { return static_cast<int>(std::ceil(std::log2(size / base_) - 1e-9)); }
 
   void grow(double ratio, double size) {
     const double wanted = size * safety * std::pow(std::max(ratio, 1e-12), -1.0 / 3.0);
@@ -309,7 +310,7 @@ private:
 
   void save(core::BinaryWriter& out) const {
     out.number(time_);
-    for (std::size_t value : {next_stop_, next_output_}) out.count(static_cast<std::int64_t>(value));
+    for (std::size_t value : {next_stop_, next_output_}) out.count(value);
     // Rungs may be negative, counts may not.
     for (int value : {rung_, after_corner_}) out.number(value);
     out.count(after_corner_open_ ? 1 : 0);
@@ -319,7 +320,7 @@ private:
     for (long value : {summary_.steps, summary_.rejected, summary_.over_tolerance}) out.count(value);
     out.number(summary_.shortest_step);
     out.number(summary_.longest_step);
-    out.count(static_cast<std::int64_t>(summary_.switches.size()));
+    out.count(summary_.switches.size());
     for (const RunSummary::Switch& at : summary_.switches) {
       out.number(at.time);
       out.count(at.coolant);

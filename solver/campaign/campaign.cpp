@@ -32,7 +32,7 @@ Eigen::MatrixXd stack_rows(const FullModel& model, const std::vector<mesh::Pose>
   core::Progress progress("output rows", poses.size());
   core::parallel_for(0, poses.size(), [&](std::size_t i) {
     const OutputRows of_pose = model.elastic.output_rows(poses[i]);
-    const Eigen::Index first = rows_per_pose * static_cast<Eigen::Index>(i);
+    const Eigen::Index first = rows_per_pose * i;
     rows.middleRows<6>(first) = of_pose.tool;
     rows.middleRows<6>(first + 6) = of_pose.table_axis;
     rows.middleRows<7>(first + 12) = of_pose.table_own;

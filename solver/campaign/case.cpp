@@ -71,7 +71,7 @@ Case read_case(const std::filesystem::path& path) {
     measured.kind = wrong->choice("kind", {"source_power", "film_coefficient", "contact_conductance"});
     measured.where = wrong->text("where");
     measured.factor = wrong->number("factor", core::positive);
-    measured.seed = static_cast<std::uint64_t>(wrong->integer_or("seed", 7, 0, 1'000'000'000));
+    measured.seed = wrong->integer_or("seed", 7, 0, 1'000'000'000);
     measured.size_factor = wrong->number_or("size_factor", measured.size_factor, core::positive);
     measured.refine = wrong->number_or("refine", measured.refine, core::positive);
     wrong->finish();

@@ -11,7 +11,7 @@ const std::string magic = "thermotwin checkpoint 1\n";
 constexpr std::size_t hash_length = 16;
 
 void write_members(core::BinaryWriter& out, const std::vector<std::string>& members) {
-  out.count(static_cast<std::int64_t>(members.size()));
+  out.count(members.size());
   for (const std::string& member : members) out.text(member);
 }
 

@@ -18,8 +18,7 @@ template <class Matrix>
 void append(std::string& bytes, const Matrix& matrix) {
   const std::int64_t shape[2] = {matrix.rows(), matrix.cols()};
   bytes.append(reinterpret_cast<const char*>(shape), sizeof shape);
-  bytes.append(reinterpret_cast<const char*>(matrix.data()),
-               static_cast<std::size_t>(matrix.size()) * sizeof(typename Matrix::Scalar));
+  bytes.append(reinterpret_cast<const char*>(matrix.data()), matrix.size() * sizeof(typename Matrix::Scalar));
 }
 
 std::optional<Eigen::MatrixXd> parse_matrix(std::string_view bytes) {
@@ -27,7 +26,7 @@ std::optional<Eigen::MatrixXd> parse_matrix(std::string_view bytes) {
   if (bytes.size() < sizeof shape) return std::nullopt;
   std::memcpy(shape, bytes.data(), sizeof shape);
   if (shape[0] < 0 || shape[1] < 0 || shape[0] > 1'000'000'000 || shape[1] > 1'000'000'000) return std::nullopt;
-  const auto size = static_cast<std::size_t>(shape[0]) * static_cast<std::size_t>(shape[1]) * sizeof(double);
+  const std::size_t size = sizeof(double) * shape[0] * shape[1];
   if (bytes.size() != sizeof shape + size) return std::nullopt;
   Eigen::MatrixXd matrix(shape[0], shape[1]);
   std::memcpy(matrix.data(), bytes.data() + sizeof shape, size);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/units.h"
 #include "solver/operation/film_laws.h"
 #include "solver/operation/layout.h"
 
@@ -13,7 +14,6 @@ namespace thermotwin::solver {
 
 namespace {
 
-constexpr double kelvin = 273.15;
 constexpr double allowed = 0.01;
 constexpr double no_flow_K = 0.1;  // closer to its surroundings a surface exchanges nothing to speak of
 
@@ -32,7 +32,7 @@ RadiationCheck::RadiationCheck(const mesh::Machine& machine, const ThermalSystem
 }
 
 void RadiationCheck::add(const OperatingModel& model, const std::string& load, const OutputState& output) {
-  const double reference_K = machine_.reference_C + kelvin, linear = radiation(1.0, reference_K);
+  const double reference_K = machine_.reference_C + core::units::zero_C_in_K, linear = radiation(1.0, reference_K);
   for (Film& film : films_) {
     const double surface_K = film.mean.dot(output.state), surroundings_K = model.surroundings_K(film.film, output.row);
     if (std::abs(surface_K - surroundings_K) < no_flow_K) continue;

@@ -67,11 +67,11 @@ void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const
   const Eigen::Index index = output.index;
   const Eigen::VectorXd values = rows * output.state;
   for (std::size_t i = 0; machine_.has_tcp() && i < poses_.size(); ++i) {
-    const Eigen::Index first = rows_per_pose * static_cast<Eigen::Index>(i);
+    const Eigen::Index first = rows_per_pose * i;
     const TcpError error = tcp_error(machine_, poses_[i], values.segment<6>(first), values.segment<6>(first + 6),
                                      values.segment<7>(first + 12));
     const Eigen::VectorXd position = mesh::pose_values(machine_, poses_[i]);
-    auto row = result_.tcp.values.row(index * std::ssize(poses_) + static_cast<Eigen::Index>(i));
+    auto row = result_.tcp.values.row(index * std::ssize(poses_) + i);
     row[0] = output.time;
     row.segment(1, position.size()) = position.transpose();
     row.tail(18) = tcp_values(error).transpose();
@@ -100,9 +100,8 @@ void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const
     spool_.open(spool_path_, std::ios::binary | std::ios::in | std::ios::out);
   }
   const Eigen::VectorXd state = output.state;
-  spool_.seekp(static_cast<std::streamoff>(index * size_) * static_cast<std::streamoff>(sizeof(double)));
-  spool_.write(reinterpret_cast<const char*>(state.data()),
-               static_cast<std::streamsize>(size_) * static_cast<std::streamsize>(sizeof(double)));
+  spool_.seekp(index * size_ * sizeof(double));
+  spool_.write(reinterpret_cast<const char*>(state.data()), size_ * sizeof(double));
   if (!spool_)
     throw core::InputError(spool_path_.string(), "cannot be written", "a folder with free space and permission");
 }
@@ -112,8 +111,7 @@ LoadResult Recorder::take() {
     spool_.flush();
     result_.snapshots.resize(size_, filled_);
     spool_.seekg(0);
-    spool_.read(reinterpret_cast<char*>(result_.snapshots.data()),
-                static_cast<std::streamsize>(result_.snapshots.size() * static_cast<Eigen::Index>(sizeof(double))));
+    spool_.read(reinterpret_cast<char*>(result_.snapshots.data()), result_.snapshots.size() * sizeof(double));
     if (!spool_) throw core::InputError(spool_path_.string(), "cannot be read back", "the file as it was written");
     spool_.close();
   }
@@ -140,7 +138,7 @@ void Recorder::load(core::BinaryReader& in) {
   result_.sensors.values.topRows(sensors.rows()) = sensors;
   result_.heat_flows.values.topRows(heat_flows.rows()) = heat_flows;
   if (!snapshots_ || spool_path_.empty()) return;
-  const auto needed = static_cast<std::uintmax_t>(filled_ * size_) * sizeof(double);
+  const std::uintmax_t needed = filled_ * size_ * sizeof(double);
   std::error_code error;
   if (const auto there = std::filesystem::file_size(spool_path_, error); error || there < needed)
     throw core::InputError(spool_path_.string(), "missing or too short for its checkpoint",

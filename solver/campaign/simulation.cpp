@@ -54,12 +54,11 @@ public:
     double change = 0.0;
     for (int pass = 0; pass < most_passes; ++pass) {
       for (std::size_t l = 0; l < drives_.size(); ++l) {
-        const Index column = l;
         Drive& drive = drives_[l];
         drive.chiller = before[l].chiller;
-        Chiller::Readings over{readings.col(column), {}, {}, model_.guide_K(drive.row), {}};
-        if (returns_) over.slope = (expected.col(column) - readings.col(column)) / step;
-        const VectorXd middle = 0.5 * (readings.col(column) + expected.col(column));
+        Chiller::Readings over{readings.col(l), {}, {}, model_.guide_K(drive.row), {}};
+        if (returns_) over.slope = (expected.col(l) - readings.col(l)) / step;
+        const VectorXd middle = 0.5 * (readings.col(l) + expected.col(l));
         model_.coefficients(drive.row, drive.chiller->advance(drive.row, over, step), middle, c[l]);
       }
       if (stepper_.is_nonlinear()) stepper_.linearise(state, end, c);
@@ -104,13 +103,181 @@ std::string label(const std::vector<const LoadProgram*>& programs) {
                               : fmt::format("thermal run of {} loads", programs.size());
 }
 
-}  // namespace
-
-int air_index(const mesh::Machine& machine) {
-  for (std::size_t i = 0; i < machine.ambients.size(); ++i)
-    if (machine.ambients[i].id == "air") return static_cast<int>(i);
-  return -1;
+void require_equal_grids(const std::vector<const LoadProgram*>& programs, double refine) {
+  const LoadProgram& first = *programs.front();
+  const std::vector<double> ends = first.step_ends(refine), outputs = first.output_times();
+  for (const LoadProgram* program : programs)
+    if (program->step_ends(refine) != ends || program->output_times() != outputs)
+      throw core::InputError("load '" + program->name() + "'", "another time grid than '" + first.name() + "'",
+                             "programs of equal phases, time_step_s and output_s in one block");
 }
+
+/// A block of loads on its way through time, one load a column.
+class BlockRun {
+public:
+  BlockRun(ThermalStepper& stepper, const OperatingModel& model, const std::vector<const LoadProgram*>& programs,
+           const SimulationOptions& options, const std::function<void(const OutputState&)>& on_output)
+      : stepper_(stepper),
+        model_(model),
+        programs_(programs),
+        options_(options),
+        on_output_(on_output),
+        ends_(programs.front()->step_ends(options.refine)),
+        outputs_(programs.front()->output_times()),
+        offsets_(sensor_offsets(model.machine(), stepper.layout())),
+        state_(start()),
+        readings_(read(state_)),
+        drives_(drives_at_start()),
+        following_(stepper, model, drives_, offsets_),
+        coefficients_(drives_.size()) {}
+
+  RunSummary run() {
+    resume_or_begin();
+    std::optional<core::Progress> progress;
+    if (options_.progress) progress.emplace(label(programs_), ends_.size() - done_);
+    summary_.shortest_step = ends_.back();
+    for (std::size_t i = 0; i < ends_.size(); ++i) {
+      const double time = i > 0 ? ends_[i - 1] : 0.0, end = ends_[i];
+      count(end - time);
+      if (i < done_) continue;
+      for (Drive& drive : drives_) drive.row = drive.program->row(time, end);
+      step(end - time);
+      done_ = i + 1;
+      report(end);
+      keep(progress);
+    }
+    return summary_;
+  }
+
+private:
+  Eigen::MatrixXd read(const Eigen::MatrixXd& of) const { return stepper_.sensors(of).colwise() + offsets_; }
+
+  Eigen::MatrixXd start() const {
+    Eigen::MatrixXd state(stepper_.size(), std::ssize(programs_));
+    for (Index l = 0; l < state.cols(); ++l)
+      state.col(l) = options_.start.size() > 0
+                         ? options_.start
+                         : stepper_.uniform(programs_[l]->initial_C() - model_.machine().reference_C);
+    return state;
+  }
+
+  std::vector<Drive> drives_at_start() const {
+    std::vector<Drive> drives;
+    for (std::size_t l = 0; l < programs_.size(); ++l) {
+      Drive drive{programs_[l], std::nullopt, {}};
+      drive.row = drive.program->row(0.0, ends_.front());
+      drive.chiller.emplace(
+          model_.machine(), stepper_.layout(), model_.channels(),
+          chiller_set_points(model_.machine(), stepper_.layout(), readings_.col(l), model_.guide_K(drive.row)));
+      drives.push_back(std::move(drive));
+    }
+    return drives;
+  }
+
+  void resume_or_begin() {
+    if (options_.checkpoint && options_.checkpoint->restore([this](core::BinaryReader& in) { load(in); })) {
+      readings_ = read(state_);
+      summary_.resumed_at = done_ > 0 ? ends_[done_ - 1] : 0.0;
+    } else {
+      report(0.0);
+    }
+  }
+
+  void count(double step) {
+    summary_.shortest_step = std::min(summary_.shortest_step, step);
+    summary_.longest_step = std::max(summary_.longest_step, step);
+    ++summary_.steps;
+  }
+
+  void step(double step) {
+    Eigen::MatrixXd before;
+    if (options_.balances) before = state_;
+    if (following_.needed())
+      following_.advance(state_, readings_, step, coefficients_, summary_);
+    else
+      advance(step);
+    if (options_.balances) balance(before, step);
+    if (options_.on_step) options_.on_step(coefficients_, step);
+  }
+
+  /// A step whose coefficients are known at its start.
+  void advance(double step) {
+    for (std::size_t l = 0; l < drives_.size(); ++l) {
+      Drive& drive = drives_[l];
+      const VectorXd& inlet = drive.chiller->advance(drive.row, readings_.col(l), model_.guide_K(drive.row), step);
+      model_.coefficients(drive.row, inlet, {}, coefficients_[l]);
+    }
+    stepper_.advance(state_, coefficients_, step);
+    readings_ = read(state_);
+  }
+
+  void balance(const Eigen::MatrixXd& before, double step) {
+    for (std::size_t l = 0; l < drives_.size(); ++l)
+      (*options_.balances)[l].add(before.col(l), state_.col(l), stepper_.mean_over_step()->col(l), coefficients_[l].p,
+                                  coefficients_[l].q, step, stepper_.local_change(l));
+  }
+
+  void report(double time) {
+    if (next_output_ >= outputs_.size() || time < outputs_[next_output_] - 1e-9 * ends_.back()) return;
+    const Index sensors = std::ssize(model_.machine().sensors);
+    for (std::size_t l = 0; l < drives_.size(); ++l)
+      on_output_({l, next_output_, time, state_.col(l), readings_.col(l).head(sensors), drives_[l].row});
+    ++next_output_;
+  }
+
+  /// Writes a checkpoint when one is due, and before an interruption ends the run.
+  void keep(std::optional<core::Progress>& progress) {
+    const auto write = [this](core::BinaryWriter& out) { save(out); };
+    try {
+      if (progress)
+        progress->advance();
+      else
+        core::check_interrupt();
+    } catch (const core::Interrupted&) {
+      if (options_.checkpoint) options_.checkpoint->write(write);
+      throw;
+    }
+    if (options_.checkpoint && done_ < ends_.size() && options_.checkpoint->due()) options_.checkpoint->write(write);
+  }
+
+  void save(core::BinaryWriter& out) const {
+    out.count(done_);
+    out.count(next_output_);
+    out.matrix(state_);
+    for (const Drive& drive : drives_) drive.chiller->save(out);
+    following_.save(out);
+    if (options_.balances)
+      for (const HeatBalance& balance : *options_.balances) balance.save(out);
+    stepper_.save(out);
+  }
+
+  void load(core::BinaryReader& in) {
+    done_ = in.count();
+    next_output_ = in.count();
+    state_ = in.matrix();
+    for (Drive& drive : drives_) drive.chiller->load(in);
+    following_.load(in);
+    if (options_.balances)
+      for (HeatBalance& balance : *options_.balances) balance.load(in);
+    stepper_.load(in);
+  }
+
+  ThermalStepper& stepper_;
+  const OperatingModel& model_;
+  const std::vector<const LoadProgram*>& programs_;
+  const SimulationOptions& options_;
+  const std::function<void(const OutputState&)>& on_output_;
+  const std::vector<double> ends_, outputs_;  // s
+  const VectorXd offsets_;
+  Eigen::MatrixXd state_, readings_;
+  std::vector<Drive> drives_;
+  FollowingStep following_;
+  std::vector<Coefficients> coefficients_;
+  std::size_t done_ = 0, next_output_ = 0;
+  RunSummary summary_;
+};
+
+}  // namespace
 
 VectorXd sensor_offsets(const mesh::Machine& machine, const Layout& layout) {
   const auto sensors = std::ssize(machine.sensors);
@@ -124,7 +291,7 @@ std::string RunSummary::brief() const {
                                  shortest_step, longest_step, factorisations, iterations);
   if (rejected > 0) text += fmt::format(", {} tries repeated", rejected);
   if (over_tolerance > 0) text += fmt::format(", {} shortest steps above the tolerance", over_tolerance);
-  if (passes > 0) text += fmt::format(", {:.2f} passes a step", static_cast<double>(passes) / (std::max(1L, steps)));
+  if (passes > 0) text += fmt::format(", {:.2f} passes a step", 1.0 * passes / std::max(1L, steps));
   if (unconverged > 0)
     text += fmt::format(", {} steps whose coefficients did not settle to {:.0e} K", unconverged, iteration_K);
   if (!switches.empty()) text += fmt::format(", {} compressor switches", switches.size());
@@ -135,119 +302,9 @@ std::string RunSummary::brief() const {
 RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
                     const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
                     const std::function<void(const OutputState&)>& on_output) {
-  RunSummary summary;
-  if (programs.empty()) return summary;
-  const mesh::Machine& machine = model.machine();
-  const std::vector<double> ends = programs.front()->step_ends(options.refine);
-  const std::vector<double> outputs = programs.front()->output_times();
-  for (const LoadProgram* program : programs)
-    if (program->step_ends(options.refine) != ends || program->output_times() != outputs)
-      throw core::InputError("load '" + program->name() + "'",
-                             "another time grid than '" + programs.front()->name() + "'",
-                             "programs of equal phases, time_step_s and output_s in one block");
-
-  const VectorXd offsets = sensor_offsets(machine, stepper.layout());
-  const auto sensors = std::ssize(machine.sensors);
-  const auto read = [&](const Eigen::MatrixXd& of) { return Eigen::MatrixXd(stepper.sensors(of).colwise() + offsets); };
-
-  const auto loads = std::ssize(programs);
-  Eigen::MatrixXd state(stepper.size(), loads);
-  for (Index l = 0; l < loads; ++l)
-    state.col(l) =
-        options.start.size() > 0 ? options.start : stepper.uniform(programs[l]->initial_C() - machine.reference_C);
-  Eigen::MatrixXd readings = read(state);
-
-  std::vector<Drive> drives;
-  for (Index l = 0; l < loads; ++l) {
-    Drive drive{programs[l], std::nullopt, {}};
-    drive.row = drive.program->row(0.0, ends.front());
-    drive.chiller.emplace(machine, stepper.layout(), model.channels(),
-                          chiller_set_points(machine, stepper.layout(), readings.col(l), model.guide_K(drive.row)));
-    drives.push_back(std::move(drive));
-  }
-  FollowingStep following(stepper, model, drives, offsets);
-
-  std::size_t next_output = 0, done = 0;
-  const auto save = [&](core::BinaryWriter& out) {
-    out.count(static_cast<std::int64_t>(done));
-    out.count(static_cast<std::int64_t>(next_output));
-    out.matrix(state);
-    for (const Drive& drive : drives) drive.chiller->save(out);
-    following.save(out);
-    if (options.balances)
-      for (const HeatBalance& balance : *options.balances) balance.save(out);
-    stepper.save(out);
-  };
-  const auto load = [&](core::BinaryReader& in) {
-    done = in.count();
-    next_output = in.count();
-    state = in.matrix();
-    for (Drive& drive : drives) drive.chiller->load(in);
-    following.load(in);
-    if (options.balances)
-      for (HeatBalance& balance : *options.balances) balance.load(in);
-    stepper.load(in);
-  };
-  const auto report = [&](double time) {
-    if (next_output >= outputs.size() || time < outputs[next_output] - 1e-9 * ends.back()) return;
-    for (std::size_t l = 0; l < drives.size(); ++l) {
-      const Index column = l;
-      on_output({l, next_output, time, state.col(column), readings.col(column).head(sensors), drives[l].row});
-    }
-    ++next_output;
-  };
-  if (options.checkpoint && options.checkpoint->restore(load)) {
-    readings = read(state);
-    summary.resumed_at = done > 0 ? ends[done - 1] : 0.0;
-  } else {
-    report(0.0);
-  }
-
-  std::optional<core::Progress> progress;
-  if (options.progress) progress.emplace(label(programs), ends.size() - done);
-  std::vector<Coefficients> coefficients(drives.size());
-  summary.shortest_step = ends.back();
-  for (std::size_t i = 0; i < ends.size(); ++i) {
-    const double time = i > 0 ? ends[i - 1] : 0.0, end = ends[i], step = end - time;
-    summary.shortest_step = std::min(summary.shortest_step, step);
-    summary.longest_step = std::max(summary.longest_step, step);
-    ++summary.steps;
-    if (i < done) continue;
-    for (Drive& drive : drives) drive.row = drive.program->row(time, end);
-    Eigen::MatrixXd before;
-    if (options.balances) before = state;
-    if (following.needed()) {
-      following.advance(state, readings, step, coefficients, summary);
-    } else {
-      for (std::size_t l = 0; l < drives.size(); ++l) {
-        Drive& drive = drives[l];
-        const VectorXd& inlet = drive.chiller->advance(drive.row, readings.col(l), model.guide_K(drive.row), step);
-        model.coefficients(drive.row, inlet, {}, coefficients[l]);
-      }
-      stepper.advance(state, coefficients, step);
-      readings = read(state);
-    }
-    if (options.balances)
-      for (std::size_t l = 0; l < drives.size(); ++l) {
-        const Index column = l;
-        (*options.balances)[l].add(before.col(column), state.col(column), stepper.mean_over_step()->col(column),
-                                   coefficients[l].p, coefficients[l].q, step, stepper.local_change(l));
-      }
-    if (options.on_step) options.on_step(coefficients, step);
-    done = i + 1;
-    report(end);
-    try {
-      if (progress)
-        progress->advance();
-      else
-        core::check_interrupt();
-    } catch (const core::Interrupted&) {
-      if (options.checkpoint) options.checkpoint->write(save);
-      throw;
-    }
-    if (options.checkpoint && done < ends.size() && options.checkpoint->due()) options.checkpoint->write(save);
-  }
-  return summary;
+  if (programs.empty()) return {};
+  require_equal_grids(programs, options.refine);
+  return BlockRun(stepper, model, programs, options, on_output).run();
 }
 
 std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs,

@@ -70,9 +70,6 @@ RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
 std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vector<LoadProgram>& programs,
                                                                   double refine = 1.0);
 
-/// Index of the ambient "air", -1 if the machine has none.
-int air_index(const mesh::Machine& machine);
-
 /// Set points and readings: the sensors' own offsets, then 0 for what the layout observes, K.
 Eigen::VectorXd sensor_offsets(const mesh::Machine& machine, const Layout& layout);
 

@@ -102,7 +102,7 @@ VectorXd field_from_sensors(const core::Table& table, double time_s, const Opera
     throw core::InputError(table.source, "no sensor has a value at that time", "one or more of: " + core::join(known));
 
   const VectorXd row = program.row_at(0.0, 0.0);
-  const int air = air_index(machine);
+  const int air = machine.ambient_index("air");
   const double air_K = air >= 0 ? model.ambient_K(air, row) : 0.0;
   for (double& reading : readings)
     if (!std::isfinite(reading)) reading = air_K;

@@ -40,7 +40,7 @@ std::array<Eigen::Index, 6> choose_supports(const ElasticBody& body, const Eigen
                                             const std::string& name) {
   const auto nodes = far_nodes(points, body.centre);
   std::array<Eigen::Index, 9> candidates{};
-  for (int i = 0; i < 9; ++i) candidates[i] = 3 * nodes[static_cast<std::size_t>(i / 3)] + i % 3;
+  for (int i = 0; i < 9; ++i) candidates[i] = 3 * nodes[i / 3] + i % 3;
   double best = 1e-6;  // below it the three nodes lie on a line
   std::array<Eigen::Index, 6> chosen{};
   bool found = false;
@@ -90,7 +90,7 @@ ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& ma
 
   body.stiffness = elastic_stiffness(mesh, material);
   double diagonal = 0.0;
-  for (Eigen::Index i = 0; i < 3 * nodes; ++i) diagonal += body.stiffness.coeff(i, i) / static_cast<double>(3 * nodes);
+  for (Eigen::Index i = 0; i < 3 * nodes; ++i) diagonal += body.stiffness.coeff(i, i) / (3 * nodes);
   for (int column = 0; column < body.stiffness.outerSize(); ++column)
     for (SparseMatrix::InnerIterator it(body.stiffness, column); it; ++it)
       if (is_fixed[it.row()] || is_fixed[column]) it.valueRef() = it.row() == column ? diagonal : 0.0;

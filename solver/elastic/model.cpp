@@ -82,20 +82,20 @@ MemoryNeed ElasticModel::Impl::memory_need(const std::vector<SparseAnalysis>& an
   std::vector<double> works, blocks;
   for (std::size_t i = 0; i < elastic.size(); ++i) {
     const std::size_t b = elastic[i];
-    const auto n = static_cast<double>(nodes(elastic[i]));
+    const double n = nodes(elastic[i]);
     const double matrix = 12.0 * bodies[b].stiffness.nonZeros();
-    need.other += matrix + 8.0 * n * static_cast<double>(units.of(elastic[i]).size());
+    need.other += matrix + 8.0 * n * std::ssize(units.of(elastic[i]));
     if (!analyses.empty()) {
       need.factors += analyses[i].factor_bytes;
       works.push_back(analyses[i].work_bytes);
     }
     need.iterative += 2.0 * matrix;  // levels, their transfers and working blocks
-    blocks.push_back(3.0 * 3.0 * 8.0 * n * static_cast<double>(columns_at_once(nodes(elastic[i]))));
+    blocks.push_back(3.0 * 3.0 * 8.0 * n * columns_at_once(nodes(elastic[i])));
   }
   // Bodies that are worked on at the same time.
   for (auto* sizes : {&works, &blocks}) {
     std::sort(sizes->rbegin(), sizes->rend());
-    sizes->resize(std::min(sizes->size(), static_cast<std::size_t>(core::thread_count())));
+    sizes->resize(std::min<std::size_t>(sizes->size(), core::thread_count()));
   }
   for (double work : works) need.work += work;
   for (double block : blocks) need.other += block;
@@ -196,7 +196,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
 
   const auto start = std::chrono::steady_clock::now();
   core::parallel_for(0, impl.elastic.size(), [&](std::size_t i) { impl.solve_units(impl.elastic[i]); });
-  for (int body : impl.elastic) impl.summary.unit_solves += static_cast<long>(impl.units.of(body).size());
+  for (int body : impl.elastic) impl.summary.unit_solves += std::ssize(impl.units.of(body));
   impl.summary.unit_seconds = seconds_since(start);
   if (impl.elastic.empty()) return;
   const SmallSystem home = impl.small_system(mesh::home_pose(mesh.machine));
@@ -365,8 +365,8 @@ Eigen::Matrix3Xd ElasticModel::displacement(const Eigen::VectorXd& temperature, 
       if (weights(u, 0) == 0.0) continue;
       for (const auto& [dof, weight] : impl.units.of(body)[u]) load(dof, 0) -= weights(u, 0) * weight;
     }
-    const Eigen::VectorXd motion = impl.apply_inverse(body, std::move(load)).col(0) +
-                                   impl.bodies[b].rigid * solution.rigid.segment<6>(6 * static_cast<Eigen::Index>(i));
+    const Eigen::VectorXd motion =
+        impl.apply_inverse(body, std::move(load)).col(0) + impl.bodies[b].rigid * solution.rigid.segment<6>(6 * i);
     displacement.middleCols(impl.first_node[b], impl.nodes(body)) =
         Eigen::Map<const Eigen::Matrix3Xd>(motion.data(), 3, impl.nodes(body));
   });

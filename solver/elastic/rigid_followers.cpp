@@ -55,7 +55,7 @@ void move_with_parent(const CarriedBody& body, const mesh::Machine& machine, con
     moment += r.cross(u);
     inertia += r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose();
   }
-  mean /= static_cast<double>(body.neighbours.size());
+  mean /= std::ssize(body.neighbours);
   const Eigen::Vector3d rotation = inertia.ldlt().solve(moment);
   const Eigen::Matrix3d turn = mesh::body_transform(machine, body.body, pose).linear().transpose() *
                                mesh::body_transform(machine, body.parent, pose).linear();

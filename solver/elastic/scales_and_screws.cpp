@@ -38,14 +38,13 @@ Vector3d mean_place(const mesh::TetMesh& body, const std::vector<SkinPoint>& poi
   Vector3d sum = Vector3d::Zero();
   for (const SkinPoint& point : points)
     for (Eigen::Index i = 0; i < point.node.size(); ++i) sum += point.weight[i] * body.points.col(point.node[i]);
-  return sum / static_cast<double>(points.size());
+  return sum / std::ssize(points);
 }
 
 Functional mean_motion(const std::vector<SkinPoint>& points, const Vector3d& direction) {
   Functional sum;
   for (const SkinPoint& point : points)
-    for (auto [dof, weight] : point_motion(point, direction))
-      sum.emplace_back(dof, weight / static_cast<double>(points.size()));
+    for (auto [dof, weight] : point_motion(point, direction)) sum.emplace_back(dof, weight / std::ssize(points));
   tidy(sum);
   return sum;
 }
@@ -164,8 +163,8 @@ void AxisFeedback::append(const mesh::Machine& machine, const mesh::Pose& pose, 
     const auto add = [&](const Station& station, double weight) {
       for (const SkinPoint& point : station.points)
         for (Eigen::Index i = 0; i < point.node.size(); ++i)
-          spring.expansion.emplace_back(
-              point.node[i], sign * expansion * weight * point.weight[i] / static_cast<double>(station.points.size()));
+          spring.expansion.emplace_back(point.node[i],
+                                        sign * expansion * weight * point.weight[i] / std::ssize(station.points));
     };
     // Beyond the ends, the end's temperature counts.
     const double first = stations.front().at, last = stations.back().at;

@@ -60,6 +60,24 @@ struct PadContact {
   std::vector<const ContactPoint*> points;
 };
 
+/// Area and area-weighted points of each pad. @param points  must outlive the result
+std::vector<PadContact> contacts_of_pads(const std::vector<ContactPoint>& points,
+                                         const std::unordered_map<int, int>& pad_of_face, std::size_t pads,
+                                         const mesh::TetMesh* master) {
+  std::vector<PadContact> contacts(pads);
+  for (const ContactPoint& point : points) {
+    PadContact& contact = contacts[pad_of_face.at(point.slave_face)];
+    contact.area += point.area;
+    contact.slave_point += point.area * point.position;
+    if (master)
+      for (int i = 0; i < 3; ++i)
+        contact.master_point +=
+            point.area * point.master_weights[i] * master->points.col(master->faces(i, point.master_face));
+    contact.points.push_back(&point);
+  }
+  return contacts;
+}
+
 Functional mean_motion(const mesh::TetMesh& body, const PadContact& contact, bool slave, const Vector3d& direction) {
   Functional functional;
   for (const ContactPoint* point : contact.points) {
@@ -84,7 +102,7 @@ int body_index_of_surface(const mesh::Machine& machine, const std::string& surfa
 int UnitFunctionals::add(int body, Functional functional) {
   auto& list = of_body_[body];
   list.push_back(std::move(functional));
-  return static_cast<int>(list.size()) - 1;
+  return std::ssize(list) - 1;
 }
 
 SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids, UnitFunctionals& units) {
@@ -99,7 +117,7 @@ SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>
 }
 
 void SpringSet::require_drives(const mesh::Machine& machine) const {
-  for (std::size_t a = 0; a < machine.axes.size(); ++a) {
+  for (int a = 0; a < std::ssize(machine.axes); ++a) {
     const mesh::Axis& axis = machine.axes[a];
     const auto moved = std::find_if(machine.bodies.begin(), machine.bodies.end(),
                                     [&](const mesh::BodySpec& body) { return body.elastic && body.axis == axis.id; });
@@ -108,9 +126,8 @@ void SpringSet::require_drives(const mesh::Machine& machine) const {
     const bool has_scale = axis.feedback == "screw"
                                ? std::any_of(machine.screws.begin(), machine.screws.end(), of_axis)
                                : std::any_of(machine.scales.begin(), machine.scales.end(), of_axis);
-    const bool has_joint = std::any_of(joints_.begin(), joints_.end(), [&](const Joint& joint) {
-      return joint.grid.axis == static_cast<int>(a) && !joint.guide;
-    });
+    const bool has_joint = std::any_of(joints_.begin(), joints_.end(),
+                                       [&](const Joint& joint) { return joint.grid.axis == a && !joint.guide; });
     if (!has_scale && !has_joint)
       throw core::InputError(machine.path.filename().string() + " axis " + axis.id,
                              "nothing holds body '" + moved->id + "' along it",
@@ -130,14 +147,28 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
   const auto elastic = [&](int body) { return machine.bodies[body].elastic; };
   if (!elastic(joint.slave) || (joint.master >= 0 && !elastic(joint.master))) return;
   joint.grid = grid;
-  const int axis_index = spec.axis.empty() ? -1 : machine.axis_index(spec.axis);
-  const mesh::Axis* axis = axis_index < 0 ? nullptr : &machine.axes[axis_index];
+  joint.axis = spec.axis.empty() ? -1 : machine.axis_index(spec.axis);
+  const mesh::Axis* axis = joint.axis < 0 ? nullptr : &machine.axes[joint.axis];
   joint.rotary = axis && axis->kind == mesh::AxisKind::rotary;
   const mesh::Axis* guided = axis && !joint.rotary && spec.kind == "guide" ? axis : nullptr;
   joint.guide = guided != nullptr;
 
-  const mesh::TetMesh& slave = mesh.bodies[joint.slave];
-  const auto& slave_faces = mesh.surfaces[machine.surface_index(spec.slave)];
+  const std::unordered_map<int, int> pad_of_face = add_pads(mesh, guided, joint);
+  if (joint.master >= 0) {
+    const auto& faces = mesh.surfaces[machine.surface_index(spec.master)];
+    std::array<Functional, 6> rigid = rigid_motion(mesh.bodies[joint.master], faces, Vector3d::Zero(), spec.master);
+    for (std::size_t i = 0; i < 3; ++i) joint.rotation[i] = units.add(joint.master, std::move(rigid[3 + i]));
+  }
+  const ContactSearch search(mesh, spec);
+  for (std::size_t node = 0; node < grid.positions.size(); ++node)
+    add_grid_node(mesh, search, pad_of_face, node, joint, units);
+  joints_.push_back(std::move(joint));
+}
+
+std::unordered_map<int, int> SpringSet::add_pads(const mesh::MachineMesh& mesh, const mesh::Axis* guided,
+                                                 Joint& joint) {
+  const mesh::JointSpec& spec = mesh.machine.joints[joint.index];
+  const auto& slave_faces = mesh.surfaces[mesh.machine.surface_index(spec.slave)];
   const Pads pads = find_pads(mesh, spec);
   std::unordered_map<int, int> pad_of_face;
   std::vector<std::vector<int>> faces_of_pad(pads.count);
@@ -147,70 +178,56 @@ void SpringSet::add_joint(const mesh::MachineMesh& mesh, int index, const JointG
   }
   for (const auto& faces : faces_of_pad) {
     Pad pad;
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> principal(mean_stiffness(slave, faces, spec, guided));
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> principal(
+        mean_stiffness(mesh.bodies[joint.slave], faces, spec, guided));
     for (int i = 0; i < 3; ++i) {  // stiffest first
       pad.directions.col(i) = principal.eigenvectors().col(2 - i);
       pad.stiffness[i] = principal.eigenvalues()[2 - i];
       if (pad.stiffness[i] > negligible * pad.stiffness[0]) pad.count = i + 1;
     }
-    pad.nodes.resize(grid.positions.size());
+    pad.nodes.resize(joint.grid.positions.size());
     joint.pads.push_back(std::move(pad));
   }
+  return pad_of_face;
+}
 
+void SpringSet::add_grid_node(const mesh::MachineMesh& mesh, const ContactSearch& search,
+                              const std::unordered_map<int, int>& pad_of_face, std::size_t node, Joint& joint,
+                              UnitFunctionals& units) {
+  const mesh::Machine& machine = mesh.machine;
   const mesh::TetMesh* master = joint.master < 0 ? nullptr : &mesh.bodies[joint.master];
-  std::array<Functional, 6> rigid;
-  if (master) {
-    const auto& faces = mesh.surfaces[machine.surface_index(spec.master)];
-    rigid = rigid_motion(*master, faces, Vector3d::Zero(), spec.master);
-    for (std::size_t i = 0; i < 3; ++i) joint.rotation[i] = units.add(joint.master, std::move(rigid[3 + i]));
-  }
-  const ContactSearch search(mesh, spec);
-  for (std::size_t node = 0; node < grid.positions.size(); ++node) {
-    mesh::Pose pose = mesh::home_pose(machine);
-    if (axis_index >= 0) pose[axis_index] = grid.positions[node];
-    const Eigen::Isometry3d slave_frame = mesh::body_transform(machine, joint.slave, pose);
-    const Eigen::Isometry3d master_frame =
-        master ? mesh::body_transform(machine, joint.master, pose) : Eigen::Isometry3d::Identity();
-    const Eigen::Isometry3d master_from_slave = master_frame.inverse() * slave_frame;
-    const std::vector<ContactPoint> points = search.at(slave_frame, master_frame);
-    std::vector<PadContact> contacts(joint.pads.size());
-    for (const ContactPoint& point : points) {
-      PadContact& contact = contacts[pad_of_face.at(point.slave_face)];
-      contact.area += point.area;
-      contact.slave_point += point.area * point.position;
-      if (master)
-        for (int i = 0; i < 3; ++i)
-          contact.master_point +=
-              point.area * point.master_weights[i] * master->points.col(master->faces(i, point.master_face));
-      contact.points.push_back(&point);
+  mesh::Pose pose = mesh::home_pose(machine);
+  if (joint.axis >= 0) pose[joint.axis] = joint.grid.positions[node];
+  const Eigen::Isometry3d slave_frame = mesh::body_transform(machine, joint.slave, pose);
+  const Eigen::Isometry3d master_frame =
+      master ? mesh::body_transform(machine, joint.master, pose) : Eigen::Isometry3d::Identity();
+  const Eigen::Isometry3d master_from_slave = master_frame.inverse() * slave_frame;
+  const std::vector<ContactPoint> points = search.at(slave_frame, master_frame);
+  const std::vector<PadContact> contacts = contacts_of_pads(points, pad_of_face, joint.pads.size(), master);
+  for (std::size_t p = 0; p < joint.pads.size(); ++p) {
+    const PadContact& contact = contacts[p];
+    if (!(contact.area > 0.0)) continue;
+    Pad& pad = joint.pads[p];
+    PadNode& place = pad.nodes[node];
+    place.area = contact.area;
+    place.slave_point = contact.slave_point / contact.area;
+    place.master_point = contact.master_point / contact.area;
+    // A pad that lies wholly on its rail has the same functional at all grid nodes.
+    const PadNode* before = node > 0 && pad.nodes[node - 1].area > 0.0 ? &pad.nodes[node - 1] : nullptr;
+    for (int d = 0; d < pad.count; ++d) {
+      Functional motion = mean_motion(mesh.bodies[joint.slave], contact, true, pad.directions.col(d));
+      if (before && nearly_equal(units.of(joint.slave)[before->slave[d]], motion))
+        place.slave[d] = before->slave[d];
+      else
+        place.slave[d] = units.add(joint.slave, std::move(motion));
+      if (master && !joint.rotary)
+        place.master[d] = units.add(
+            joint.master, mean_motion(*master, contact, false, master_from_slave.linear() * pad.directions.col(d)));
     }
-    for (std::size_t p = 0; p < joint.pads.size(); ++p) {
-      PadContact& contact = contacts[p];
-      Pad& pad = joint.pads[p];
-      PadNode& place = pad.nodes[node];
-      if (!(contact.area > 0.0)) continue;
-      place.area = contact.area;
-      place.slave_point = contact.slave_point / contact.area;
-      place.master_point = contact.master_point / contact.area;
-      for (int d = 0; d < pad.count; ++d) {
-        const std::size_t at = d;
-        Functional motion = mean_motion(slave, contact, true, pad.directions.col(d));
-        // A pad that lies wholly on its rail has the same functional at all grid nodes.
-        const PadNode* before = node > 0 && pad.nodes[node - 1].area > 0.0 ? &pad.nodes[node - 1] : nullptr;
-        if (before && nearly_equal(units.of(joint.slave)[before->slave[at]], motion))
-          place.slave[at] = before->slave[at];
-        else
-          place.slave[at] = units.add(joint.slave, std::move(motion));
-        if (master && !joint.rotary)
-          place.master[at] = units.add(
-              joint.master, mean_motion(*master, contact, false, master_from_slave.linear() * pad.directions.col(d)));
-      }
-      if (master && joint.rotary)
-        for (int d = 0; d < 3; ++d)
-          place.master[d] = units.add(joint.master, mean_motion(*master, contact, false, Vector3d::Unit(d)));
-    }
+    if (master && joint.rotary)
+      for (int d = 0; d < 3; ++d)
+        place.master[d] = units.add(joint.master, mean_motion(*master, contact, false, Vector3d::Unit(d)));
   }
-  joints_.push_back(std::move(joint));
 }
 
 void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,
@@ -229,7 +246,6 @@ void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd
   if (area <= negligible * largest) return;  // off the rail here
   const Vector3d lever = master_from_slave * Vector3d(slave_point / area) - master_point / area;
   for (int d = 0; d < pad.count; ++d) {
-    const std::size_t at = d;
     const Vector3d direction = master_from_slave.linear() * pad.directions.col(d);
     Spring spring;
     spring.joint = joint.index;
@@ -238,12 +254,12 @@ void SpringSet::append(const Joint& joint, const Pad& pad, const Eigen::VectorXd
       const PadNode& node = pad.nodes[n];
       const double share = hat[n] * node.area / area;
       if (!(share > 0.0)) continue;
-      spring.gap.push_back({joint.slave, node.slave[at], share});
+      spring.gap.push_back({joint.slave, node.slave[d], share});
       if (joint.master < 0) continue;
       if (joint.rotary)
         for (std::size_t i = 0; i < 3; ++i) spring.gap.push_back({joint.master, node.master[i], -share * direction[i]});
       else
-        spring.gap.push_back({joint.master, node.master[at], -share});
+        spring.gap.push_back({joint.master, node.master[d], -share});
     }
     if (joint.master >= 0) {
       const Vector3d couple = lever.cross(direction);

@@ -15,6 +15,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <unordered_map>
 #include <vector>
 
 #include "mesh/machine/kinematics.h"
@@ -26,6 +27,8 @@
 #include "solver/operation/operating_model.h"
 
 namespace thermotwin::solver {
+
+class ContactSearch;
 
 class SpringSet {
 public:
@@ -51,12 +54,19 @@ private:
   struct Joint {
     int index = -1;                      ///< into Machine::joints
     int slave = -1, master = -1;         ///< bodies; master -1: ground
+    int axis = -1;                       ///< -1: none
     bool rotary = false, guide = false;  ///< guide: free along a linear axis
     JointGrid grid;
     std::array<int, 3> rotation{};  ///< units of the master surface's mean rotation
     std::vector<Pad> pads;
   };
   void add_joint(const mesh::MachineMesh& mesh, int joint, const JointGrid& grid, UnitFunctionals& units);
+  /// @param guided  the linear axis along which a guide's pads are free; null: none
+  /// @return the pad of each of the slave's faces
+  static std::unordered_map<int, int> add_pads(const mesh::MachineMesh& mesh, const mesh::Axis* guided, Joint& joint);
+  static void add_grid_node(const mesh::MachineMesh& mesh, const ContactSearch& search,
+                            const std::unordered_map<int, int>& pad_of_face, std::size_t node, Joint& joint,
+                            UnitFunctionals& units);
   void require_drives(const mesh::Machine& machine) const;
   void append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,
               const Eigen::Isometry3d& master_from_slave, std::vector<Spring>& springs) const;

@@ -45,14 +45,13 @@ SmallSystem::SmallSystem(const mesh::Machine& machine, const std::vector<int>& e
     for (const Entry& a : gaps_.back()) {
       for (const Entry& b : gaps_.back())
         matrix(a.column, b.column) += a.weight * b.weight * response.gram(a.unit, b.unit);
-      matrix.block<1, 6>(a.column, count + 6 * static_cast<Eigen::Index>(i)) -=
-          a.weight * response.rigid.col(a.unit).transpose();
+      matrix.block<1, 6>(a.column, count + 6 * i) -= a.weight * response.rigid.col(a.unit).transpose();
     }
   }
   matrix.bottomLeftCorner(size - count, count) = matrix.topRightCorner(count, size - count).transpose();
   double compliance = 0.0;
   for (Eigen::Index s = 0; s < count; ++s) compliance += std::log(std::max(matrix(s, s), 1e-300));
-  compliance = count > 0 ? std::exp(compliance / static_cast<double>(count)) : 1.0;  // geometric mean
+  compliance = count > 0 ? std::exp(compliance / count) : 1.0;  // geometric mean
   force_scale_ = 1.0 / std::sqrt(compliance);
   motion_scale_ = std::sqrt(compliance);
   matrix.topLeftCorner(count, count) *= force_scale_ * force_scale_;  // the other blocks keep their size
@@ -66,10 +65,9 @@ SmallSystem::SmallSystem(const mesh::Machine& machine, const std::vector<int>& e
 std::vector<SmallSystem::Entry> SmallSystem::entries(std::size_t elastic,
                                                      const std::vector<Combination>& columns) const {
   std::vector<Entry> found;
-  for (std::size_t c = 0; c < columns.size(); ++c)
+  for (Eigen::Index c = 0; c < std::ssize(columns); ++c)
     for (const UnitTerm& term : columns[c])
-      if (term.body == elastic_[elastic] && term.weight != 0.0)
-        found.push_back({static_cast<Eigen::Index>(c), term.unit, term.weight});
+      if (term.body == elastic_[elastic] && term.weight != 0.0) found.push_back({c, term.unit, term.weight});
   return found;
 }
 
@@ -98,8 +96,7 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
   const auto count = std::ssize(springs_);
   const Eigen::VectorXd mode = eigen.eigenvectors().col(loose);
   std::vector<double> share;
-  for (std::size_t i = 0; i < elastic_.size(); ++i)
-    share.push_back(mode.segment<6>(count + 6 * static_cast<Eigen::Index>(i)).norm());
+  for (std::size_t i = 0; i < elastic_.size(); ++i) share.push_back(mode.segment<6>(count + 6 * i).norm());
   double largest = 0.0;
   for (double value : share) largest = std::max(largest, value);
   if (largest < 1e-3)
@@ -112,7 +109,7 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
     if (share[i] < 0.3 * largest) continue;
     loose_bodies.insert(elastic_[i]);
     names.push_back("'" + machine.bodies[elastic_[i]].id + "'");
-    if (names.size() == 1) motion = mode.segment<6>(count + 6 * static_cast<Eigen::Index>(i));
+    if (names.size() == 1) motion = mode.segment<6>(count + 6 * i);
   }
   Eigen::Index direction = 0;
   motion.cwiseAbs().maxCoeff(&direction);
@@ -147,7 +144,7 @@ Eigen::MatrixXd SmallSystem::adjoint_forces(const std::vector<Combination>& outp
     const BodyResponse& response = responses_[elastic_[i]];
     for (const Entry& c : entries(i, outputs)) {
       for (const Entry& s : gaps_[i]) right(s.column, c.column) -= s.weight * c.weight * response.gram(s.unit, c.unit);
-      right.block<6, 1>(count + 6 * static_cast<Eigen::Index>(i), c.column) += c.weight * response.rigid.col(c.unit);
+      right.block<6, 1>(count + 6 * i, c.column) += c.weight * response.rigid.col(c.unit);
     }
   }
   return solve_scaled(right).topRows(count);

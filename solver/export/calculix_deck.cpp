@@ -62,7 +62,7 @@ std::vector<Step> steps_of(const LoadProgram& load, const std::vector<double>& e
   for (const double end : ends) {
     const double size = end - from;
     const bool same = !steps.empty() && !load.is_corner(from) &&
-                      std::abs(size * static_cast<double>(steps.back().increments) / steps.back().length - 1.0) < 1e-9;
+                      std::abs(size * steps.back().increments / steps.back().length - 1.0) < 1e-9;
     if (!same) steps.push_back({0.0, 0, load.phase_at(0.5 * (from + end))});
     steps.back().length += size;
     ++steps.back().increments;
@@ -122,8 +122,8 @@ std::string heat_steps(Model& model, const Program& program, const Loads& loads,
   const std::vector<Step> steps = steps_of(*model.options.program, program.ends);
   for (const Step& step : steps) {
     text += fmt::format("** {}\n*STEP, INC={}, AMPLITUDE=STEP\n*HEAT TRANSFER, DIRECT\n{:.15g}, {:.15g}\n",
-                        step.phase.empty() ? "phase" : step.phase, step.increments + 1,
-                        step.length / static_cast<double>(step.increments), step.length);
+                        step.phase.empty() ? "phase" : step.phase, step.increments + 1, step.length / step.increments,
+                        step.length);
     if (summary.steps == 0) text += loads.lines;
     text += output + "*END STEP\n";
     ++summary.steps;

@@ -53,7 +53,7 @@ Functional thinned(const mesh::TetMesh& body, const Functional& functional) {
     weights.try_emplace(dof / 3, Vector3d::Zero()).first->second[dof % 3] += weight;
   if (weights.size() <= most_nodes) return functional;
   Vector3d centre = Vector3d::Zero();
-  for (const auto& [node, weight] : weights) centre += body.points.col(node) / static_cast<double>(weights.size());
+  for (const auto& [node, weight] : weights) centre += body.points.col(node) / std::ssize(weights);
   double size = 0.0;
   for (const auto& [node, weight] : weights) size = std::max(size, (body.points.col(node) - centre).norm());
   const auto linear = [&](Index node) {
@@ -147,12 +147,12 @@ private:
     for (const Index dof : assembled.fixed) {
       const Vector3d direction = frame.linear().col(dof % 3);
       const Index node = model_.node(body, dof / 3);
-      Index along = 0;
+      int along = 0;
       if (direction.cwiseAbs().maxCoeff(&along) > 1.0 - 1e-12) {
         statics_.model += fmt::format("*BOUNDARY\n{}, {}, {}\n", node, along + 1, along + 1);
         continue;
       }
-      std::vector<Entry> entries{{node, static_cast<int>(along) + 1, direction[along]}};
+      std::vector<Entry> entries{{node, along + 1, direction[along]}};
       for (int i = 0; i < 3; ++i)
         if (i != along && std::abs(direction[i]) > 1e-14) entries.push_back({node, i + 1, direction[i]});
       statics_.model += equation(entries);

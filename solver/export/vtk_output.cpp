@@ -150,7 +150,7 @@ void write_pvd(const std::filesystem::path& path, const std::vector<std::pair<do
 
 void write_poses(const std::filesystem::path& path, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses,
                  const std::vector<TcpError>& errors) {
-  const auto count = static_cast<vtkIdType>(poses.size());
+  const vtkIdType count = std::ssize(poses);
   vtkNew<vtkPolyData> data;
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();

@@ -38,6 +38,7 @@ namespace thermotwin::solver {
 namespace {
 
 constexpr int width = 1400, height = 1000;
+constexpr double sharp_angle_deg = 35.0;
 constexpr double smallest_span_K = 1.0;  // of the colour map: an even temperature shows one colour
 
 /// Skin of all bodies at the pose, moved by the exaggerated displacement.
@@ -127,23 +128,18 @@ void look_at(vtkPolyData* skin, vtkRenderer* renderer) {
   renderer->ResetCameraClippingRange();
 }
 
-}  // namespace
-
-void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
-                   const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,
-                   const std::string& title) {
-  // VTK ends the program where it cannot open a display.
-  if (const char* display = std::getenv("DISPLAY"); !display || !*display)
-    throw core::SolverError("no display to draw pictures on; run under: xvfb-run -a");
-  const auto skin = deformed_skin(mesh, pose, temperature_C, displacement, exaggeration);
-  double low = temperature_C.head(mesh.nodes()).minCoeff();
-  double high = temperature_C.head(mesh.nodes()).maxCoeff();
+/// The colour map's ends for these temperatures.
+std::pair<double, double> colour_range(const Eigen::Ref<const Eigen::VectorXd>& temperature_C) {
+  double low = temperature_C.minCoeff();
+  double high = temperature_C.maxCoeff();
   if (const double missing = smallest_span_K - (high - low); missing > 0.0) low -= 0.5 * missing, high += 0.5 * missing;
-  const auto map = colours(low, high);
+  return {low, high};
+}
 
+vtkNew<vtkActor> coloured(vtkPolyData* skin, vtkColorTransferFunction* map, double low, double high) {
   vtkNew<vtkPolyDataNormals> normals;
   normals->SetInputData(skin);
-  normals->SetFeatureAngle(35.0);
+  normals->SetFeatureAngle(sharp_angle_deg);
   normals->SplittingOn();
   normals->ConsistencyOff();
   vtkNew<vtkPolyDataMapper> mapper;
@@ -156,23 +152,29 @@ void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& me
   machine->GetProperty()->SetAmbient(0.42);
   machine->GetProperty()->SetDiffuse(0.62);
   machine->GetProperty()->SetSpecular(0.05);
+  return machine;
+}
 
+vtkNew<vtkActor> sharp_edges(vtkPolyData* skin) {
   vtkNew<vtkFeatureEdges> sharp;
   sharp->SetInputData(skin);
   sharp->BoundaryEdgesOff();
   sharp->NonManifoldEdgesOff();
   sharp->ManifoldEdgesOff();
   sharp->FeatureEdgesOn();
-  sharp->SetFeatureAngle(35.0);
+  sharp->SetFeatureAngle(sharp_angle_deg);
   sharp->ColoringOff();
-  vtkNew<vtkPolyDataMapper> edge_mapper;
-  edge_mapper->SetInputConnection(sharp->GetOutputPort());
-  edge_mapper->ScalarVisibilityOff();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(sharp->GetOutputPort());
+  mapper->ScalarVisibilityOff();
   vtkNew<vtkActor> edges;
-  edges->SetMapper(edge_mapper);
+  edges->SetMapper(mapper);
   edges->GetProperty()->SetColor(0.15, 0.15, 0.18);
   edges->GetProperty()->SetLineWidth(1.4F);
+  return edges;
+}
 
+vtkNew<vtkScalarBarActor> scalar_bar(vtkColorTransferFunction* map) {
   vtkNew<vtkScalarBarActor> bar;
   bar->SetLookupTable(map);
   bar->SetTitle("temperature in \xC2\xB0\x43\n");
@@ -184,23 +186,19 @@ void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& me
   bar->SetHeight(0.56);
   style(bar->GetTitleTextProperty(), 20);
   style(bar->GetLabelTextProperty(), 20);
+  return bar;
+}
 
-  vtkNew<vtkTextActor> caption;
-  caption->SetInput(title.c_str());
-  caption->SetPosition(30, height - 50);
-  style(caption->GetTextProperty(), 28);
-  vtkNew<vtkTextActor> note;
-  note->SetInput(fmt::format("{}   displacement x {:g}", mesh::format_pose(mesh.machine, pose), exaggeration).c_str());
-  note->SetPosition(30, 24);
-  style(note->GetTextProperty(), 20);
+/// A line of text at a place of the picture, pixels from the lower left.
+vtkNew<vtkTextActor> text_at(const std::string& text, int y, int size) {
+  vtkNew<vtkTextActor> actor;
+  actor->SetInput(text.c_str());
+  actor->SetPosition(30, y);
+  style(actor->GetTextProperty(), size);
+  return actor;
+}
 
-  vtkNew<vtkRenderer> renderer;
-  renderer->SetBackground(1.0, 1.0, 1.0);
-  renderer->AddActor(machine);
-  renderer->AddActor(edges);
-  renderer->AddActor2D(bar);
-  renderer->AddActor2D(caption);
-  renderer->AddActor2D(note);
+void add_lights(vtkRenderer* renderer) {
   renderer->AutomaticLightCreationOff();
   for (const auto& [x, y, z, intensity] : {std::array{1.0, 1.5, 2.0, 0.85}, std::array{-2.0, 0.5, 1.0, 0.45}}) {
     vtkNew<vtkLight> light;
@@ -209,8 +207,9 @@ void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& me
     light->SetIntensity(intensity);
     renderer->AddLight(light);
   }
-  look_at(skin, renderer);
+}
 
+void write_png(const std::filesystem::path& png, vtkRenderer* renderer) {
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
@@ -229,8 +228,33 @@ void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& me
   vtkUnsignedCharArray* bytes = writer->GetResult();
   if (writer->GetErrorCode() != 0 || bytes == nullptr)
     throw core::SolverError(png.string() + ": VTK could not make the picture (out of memory)");
-  core::write_file(
-      png, {reinterpret_cast<const char*>(bytes->GetPointer(0)), static_cast<std::size_t>(bytes->GetNumberOfValues())});
+  const std::size_t size = bytes->GetNumberOfValues();
+  core::write_file(png, {reinterpret_cast<const char*>(bytes->GetPointer(0)), size});
+}
+
+}  // namespace
+
+void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
+                   const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,
+                   const std::string& title) {
+  // VTK ends the program where it cannot open a display.
+  if (const char* display = std::getenv("DISPLAY"); !display || !*display)
+    throw core::SolverError("no display to draw pictures on; run under: xvfb-run -a");
+  const auto skin = deformed_skin(mesh, pose, temperature_C, displacement, exaggeration);
+  const auto [low, high] = colour_range(temperature_C.head(mesh.nodes()));
+  const auto map = colours(low, high);
+  const std::string note = fmt::format("{}   displacement x {:g}", mesh::format_pose(mesh.machine, pose), exaggeration);
+
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1.0, 1.0, 1.0);
+  renderer->AddActor(coloured(skin, map, low, high));
+  renderer->AddActor(sharp_edges(skin));
+  renderer->AddActor2D(scalar_bar(map));
+  renderer->AddActor2D(text_at(title, height - 50, 28));
+  renderer->AddActor2D(text_at(note, 24, 20));
+  add_lights(renderer);
+  look_at(skin, renderer);
+  write_png(png, renderer);
 }
 
 }  // namespace thermotwin::solver

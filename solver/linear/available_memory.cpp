@@ -69,8 +69,7 @@ double available_memory() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
     if (const auto pages = number_in("/proc/self/statm"))
-      available = std::min(available,
-                           static_cast<double>(limit.rlim_cur) - *pages * static_cast<double>(sysconf(_SC_PAGESIZE)));
+      available = std::min(available, limit.rlim_cur - *pages * sysconf(_SC_PAGESIZE));
   return std::max(0.0, available);
 }
 

@@ -41,7 +41,7 @@ BlasTurn::BlasTurn(bool many_cores) : many_cores_(many_cores) {
   core::reserve_blas_buffers();
   if (many_cores) {
     turn_mutex().lock();
-    set_threads(static_cast<int>(std::thread::hardware_concurrency()));
+    set_threads(std::thread::hardware_concurrency());
   } else {
     static std::once_flag once;
     std::call_once(once, [] { set_threads(1); });
@@ -62,19 +62,19 @@ BlasTurn::~BlasTurn() {
 
 void blas_subtract(const double* a, std::int64_t stride, std::int64_t rows, std::int64_t columns, const double* y,
                    double* out, std::int64_t width) {
-  const int m = width, n = static_cast<int>(rows), k = static_cast<int>(columns), ld = stride;
+  const int m = width, n = rows, k = columns, ld = stride;
   dgemm_("N", "T", &m, &n, &k, &minus_one, y, &m, a, &ld, &one, out, &m);
 }
 
 void blas_subtract_transposed(const double* a, std::int64_t stride, std::int64_t rows, std::int64_t columns,
                               const double* x, double* out, std::int64_t width) {
-  const int m = width, n = static_cast<int>(columns), k = static_cast<int>(rows), ld = stride;
+  const int m = width, n = columns, k = rows, ld = stride;
   dgemm_("N", "N", &m, &n, &k, &minus_one, x, &m, a, &ld, &one, out, &m);
 }
 
 void blas_solve_lower(const double* l, std::int64_t stride, std::int64_t columns, double* y, std::int64_t width,
                       bool transposed) {
-  const int m = width, n = static_cast<int>(columns), ld = stride;
+  const int m = width, n = columns, ld = stride;
   dtrsm_("R", "L", transposed ? "N" : "T", "N", &m, &n, &one, l, &ld, y, &m);
 }
 

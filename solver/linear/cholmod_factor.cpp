@@ -109,13 +109,13 @@ struct View {
 
 /// Pattern of the graph of nodes, lower triangle with diagonal.
 SparseFactor::Matrix node_graph(const SparseFactor::Matrix& matrix, int block) {
-  const int nodes = static_cast<int>(matrix.cols()) / block;
+  const int nodes = matrix.cols() / block;
   std::vector<int> outer{0}, inner, last(nodes, -1);
   for (int node = 0; node < nodes; ++node) {
     const auto first = std::ssize(inner);
     for (int k = 0; k < block; ++k)
       for (SparseFactor::Matrix::InnerIterator it(matrix, node * block + k); it; ++it) {
-        const int row = static_cast<int>(it.row()) / block;
+        const int row = it.row() / block;
         if (row < node || last[row] == node) continue;
         last[row] = node;
         inner.push_back(row);
@@ -131,8 +131,7 @@ SparseFactor::Matrix node_graph(const SparseFactor::Matrix& matrix, int block) {
 double bytes_of(const cholmod_factor& f) {
   const double index = f.itype == CHOLMOD_LONG ? 8.0 : 4.0;
   // With the rows twice over for the sweeps.
-  return f.is_super ? 8.0 * f.xsize + (index + 8.0) * static_cast<double>(f.ssize)
-                    : (8.0 + index) * static_cast<double>(f.nzmax);
+  return f.is_super ? 8.0 * f.xsize + (index + 8.0) * f.ssize : (8.0 + index) * f.nzmax;
 }
 
 template <class Index>
@@ -173,8 +172,7 @@ public:
   /// Beside the factor: blocks of updates, the permuted matrix, maps.
   double work_bytes(const SparseFactor::Matrix& spd) const {
     const double index = sizeof(typename Api::Index);
-    return 8.0 * factor_->maxcsize + (8.0 + index) * 0.5 * spd.nonZeros() +
-           6.0 * index * static_cast<double>(spd.cols());
+    return 8.0 * factor_->maxcsize + (8.0 + index) * 0.5 * spd.nonZeros() + 6.0 * index * spd.cols();
   }
 
   void factorise(const SparseFactor::Matrix& spd, double many_core_flops) override {
@@ -243,7 +241,7 @@ std::vector<int> fill_reducing_order(const SparseFactor::Matrix& matrix, int blo
   if (!done) done = cholmod_amd(&view_of.a, nullptr, 0, nodes.data(), &common.data);
   if (!done) std::iota(nodes.begin(), nodes.end(), 0);
   std::vector<int> order;
-  order.reserve(nodes.size() * static_cast<std::size_t>(block));
+  order.reserve(nodes.size() * block);
   for (int node : nodes)
     for (int k = 0; k < block; ++k) order.push_back(node * block + k);
   return order;

@@ -33,12 +33,12 @@ void multiply(const Rows& a, const Block& x, const Store& store) {
   const int *outer = a.outerIndexPtr(), *inner = a.innerIndexPtr();
   const double *values = a.valuePtr(), *from = x.data();
   over_columns<columns_at_once>(x.cols(), [&](auto width, Index) {
-    constexpr int w = decltype(width)::value;
+    constexpr Index w = decltype(width)::value;
     over_rows(a.rows(), [&](Index first, Index last) {
       for (Index row = first; row < last; ++row) {
         double sum[columns_at_once] = {};
         for (int i = outer[row]; i < outer[row + 1]; ++i) {
-          const double* at = from + static_cast<Index>(inner[i]) * w;
+          const double* at = from + inner[i] * w;
           for (int k = 0; k < w; ++k) sum[k] += values[i] * at[k];
         }
         store(row, static_cast<const double*>(sum));
@@ -57,10 +57,10 @@ double largest_eigenvalue(const Rows& a, const VectorXd& inverse_diagonal) {
     random ^= random << 13;
     random ^= random >> 7;
     random ^= random << 17;
-    value = static_cast<double>(random >> 11) * 0x1p-53 - 0.5;
+    value = 0x1p-53 * (random >> 11) - 0.5;
   }
   v.normalize();
-  const int steps = static_cast<int>(std::min<Index>(spectrum_steps, n));
+  const int steps = std::min<Index>(spectrum_steps, n);
   VectorXd diagonal(steps), off(std::max(0, steps - 1));
   Block scaled(n, 1);
   for (int i = 0; i < steps; ++i) {
@@ -257,7 +257,7 @@ int MultigridSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_s
   const Index columns = right_hand_sides.cols(), blocks = (columns + columns_at_once - 1) / columns_at_once;
   std::vector<int> iterations(blocks, 0);
   core::parallel_for(0, blocks, [&](std::size_t i) {
-    const Index first = columns * static_cast<Index>(i) / blocks, last = columns * (static_cast<Index>(i) + 1) / blocks;
+    const Index first = columns * i / blocks, last = columns * (i + 1) / blocks;
     iterations[i] =
         impl_->solve_block(right_hand_sides.middleCols(first, last - first), solution.middleCols(first, last - first));
   });
@@ -268,7 +268,7 @@ void MultigridSolver::precondition(const Eigen::Ref<const SideBySide>& right_han
                                    Eigen::Ref<SideBySide> solution) const {
   const Index columns = right_hand_sides.cols(), blocks = (columns + columns_at_once - 1) / columns_at_once;
   core::parallel_for(0, blocks, [&](std::size_t i) {
-    const Index first = columns * static_cast<Index>(i) / blocks, last = columns * (static_cast<Index>(i) + 1) / blocks;
+    const Index first = columns * i / blocks, last = columns * (i + 1) / blocks;
     Impl::Space space;
     space.of.resize(impl_->levels.size());
     space.of[0].b = right_hand_sides.middleCols(first, last - first);
@@ -278,7 +278,7 @@ void MultigridSolver::precondition(const Eigen::Ref<const SideBySide>& right_han
 }
 
 Index MultigridSolver::size() const { return impl_->levels.front().matrix.rows(); }
-int MultigridSolver::levels() const { return static_cast<int>(impl_->levels.size()); }
+int MultigridSolver::levels() const { return std::ssize(impl_->levels); }
 
 double MultigridSolver::memory_bytes() const {
   double bytes = 8.0 * (impl_->coarsest.matrixLLT().size());

@@ -59,15 +59,14 @@ PetscErrorCode near_null_space(const Eigen::MatrixXd& modes, int block, MatNullS
       for (Eigen::Index j = 0; j < i; ++j) basis.col(i) -= basis.col(j).dot(basis.col(i)) * basis.col(j);
     basis.col(i).normalize();
     Vec& vector = vectors[i];
-    PetscCall(VecCreateSeq(PETSC_COMM_SELF, static_cast<PetscInt>(basis.rows()), &vector));
+    PetscCall(VecCreateSeq(PETSC_COMM_SELF, basis.rows(), &vector));
     PetscCall(VecSetBlockSize(vector, block));
     PetscScalar* values = nullptr;
     PetscCall(VecGetArray(vector, &values));
     Eigen::Map<Eigen::VectorXd>(values, basis.rows()) = basis.col(i);
     PetscCall(VecRestoreArray(vector, &values));
   }
-  PetscCall(
-      MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, static_cast<PetscInt>(vectors.size()), vectors.data(), &space));
+  PetscCall(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, vectors.size(), vectors.data(), &space));
   for (Vec& vector : vectors) PetscCall(VecDestroy(&vector));
   return 0;
 }
@@ -76,8 +75,7 @@ PetscErrorCode build(const Eigen::SparseMatrix<double>& spd, int block, const Ei
                      std::vector<MultigridLevel>& levels) {
   PetscCall(start());
   Mat matrix = nullptr;
-  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, static_cast<PetscInt>(spd.rows()),
-                                      static_cast<PetscInt>(spd.cols()), const_cast<int*>(spd.outerIndexPtr()),
+  PetscCall(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, spd.rows(), spd.cols(), const_cast<int*>(spd.outerIndexPtr()),
                                       const_cast<int*>(spd.innerIndexPtr()), const_cast<double*>(spd.valuePtr()),
                                       &matrix));
   PetscCall(MatSetBlockSize(matrix, block));

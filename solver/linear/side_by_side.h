@@ -46,8 +46,8 @@ struct RowSum {
 /// body(first, last) for parts of the rows.
 template <class Body>
 void over_rows(Eigen::Index rows, const Body& body, Eigen::Index at_once = 2048) {
-  core::parallel_for(0, static_cast<std::size_t>((rows + at_once - 1) / at_once), [&](std::size_t part) {
-    const Eigen::Index first = static_cast<Eigen::Index>(part) * at_once;
+  core::parallel_for(0, (rows + at_once - 1) / at_once, [&](std::size_t part) {
+    const Eigen::Index first = part * at_once;
     body(first, std::min(rows, first + at_once));
   });
 }

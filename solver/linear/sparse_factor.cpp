@@ -93,9 +93,8 @@ struct SparseFactor::Impl {
     // Eight columns at a time: as many rows of them stay in the cache as are near each other.
     constexpr Eigen::Index rows_at_once = 4096, columns_at_once = 8;
     const auto over_parts = [&](Eigen::Index all_columns, const auto& body) {
-      core::parallel_for(0, static_cast<std::size_t>((size + rows_at_once - 1) / rows_at_once), [&](std::size_t part) {
-        const Eigen::Index first = static_cast<Eigen::Index>(part) * rows_at_once,
-                           last = std::min(size, first + rows_at_once);
+      core::parallel_for(0, (size + rows_at_once - 1) / rows_at_once, [&](std::size_t part) {
+        const Eigen::Index first = part * rows_at_once, last = std::min(size, first + rows_at_once);
         for (Eigen::Index k = 0; k < all_columns; k += columns_at_once) {
           const Eigen::Index end = std::min(all_columns, k + columns_at_once);
           for (Eigen::Index i = first; i < last; ++i) body(y + i * width, place[i], k, end);
@@ -176,8 +175,7 @@ void SparseFactor::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sid
                                   right_hand_sides.rows(), impl_->size));
   const Eigen::Index most = impl_->most_columns(), blocks = (columns + most - 1) / most;
   core::parallel_for(0, blocks, [&](std::size_t i) {
-    const Eigen::Index first = columns * static_cast<Eigen::Index>(i) / blocks,
-                       last = columns * (static_cast<Eigen::Index>(i) + 1) / blocks;
+    const Eigen::Index first = columns * i / blocks, last = columns * (i + 1) / blocks;
     impl_->sweep(right_hand_sides.col(first).data(), {1, right_hand_sides.outerStride()}, solution.col(first).data(),
                  {1, solution.outerStride()}, last - first);
   });
@@ -191,7 +189,7 @@ Eigen::MatrixXd SparseFactor::half_solve(const Eigen::MatrixXd& b) const {
   Eigen::MatrixXd result(b.rows(), b.cols());
   const Eigen::Index most = impl_->most_columns(), blocks = (b.cols() + most - 1) / most;
   core::parallel_for(0, blocks, [&](std::size_t i) {
-    const Eigen::Index first = static_cast<Eigen::Index>(i) * most, count = std::min(most, b.cols() - first);
+    const Eigen::Index first = i * most, count = std::min(most, b.cols() - first);
     impl_->sweep(b.col(first).data(), {1, b.outerStride()}, result.col(first).data(), {1, result.outerStride()}, count,
                  true);
   });
@@ -206,8 +204,7 @@ void SparseFactor::solve_side_by_side(const Eigen::Ref<const SideBySide>& right_
   constexpr Eigen::Index width = SupernodalSweeps::few_columns;
   const Eigen::Index columns = right_hand_sides.cols(), blocks = (columns + width - 1) / width;
   core::parallel_for(0, blocks, [&](std::size_t i) {
-    const Eigen::Index first = columns * static_cast<Eigen::Index>(i) / blocks,
-                       last = columns * (static_cast<Eigen::Index>(i) + 1) / blocks;
+    const Eigen::Index first = columns * i / blocks, last = columns * (i + 1) / blocks;
     impl_->sweep(right_hand_sides.data() + first, {right_hand_sides.outerStride(), 1}, solution.data() + first,
                  {solution.outerStride(), 1}, last - first);
   });

@@ -191,8 +191,8 @@ void in_blocks(Int count, Int block, bool split, const Body& body) {
     for (Int first = 0; first < count; first += block) body(first, std::min(count, first + block));
     return;
   }
-  core::parallel_for(0, static_cast<std::size_t>((count + block - 1) / block), [&](std::size_t i) {
-    const Int first = static_cast<Int>(i) * block;
+  core::parallel_for(0, (count + block - 1) / block, [&](std::size_t i) {
+    const Int first = i * block;
     body(first, std::min(count, first + block));
   });
 }
@@ -203,7 +203,7 @@ SupernodalSweeps::SupernodalSweeps(SupernodalPattern pattern) : pattern_(std::mo
 
 void SupernodalSweeps::plan() {
   const SupernodalPattern& p = pattern_;
-  const auto count = static_cast<Int>(p.column.size()) - 1;
+  const Int count = std::ssize(p.column) - 1;
   const auto at = [](Int i) { return static_cast<std::size_t>(i); };
   std::vector<Int> of_column(at(size()));
   for (Int s = 0; s < count; ++s)
@@ -241,8 +241,7 @@ void SupernodalSweeps::plan() {
     const int* outside_end = p.row.data() + p.row_begin[at(s + 1)];
     for (Int i = p.row_begin[at(first[at(s)])]; i < p.row_begin[at(s + 1)]; ++i)
       if (p.row[at(i)] >= end)
-        target_[at(i)] =
-            static_cast<int>(work_rows_ + (std::lower_bound(outside, outside_end, p.row[at(i)]) - outside));
+        target_[at(i)] = work_rows_ + (std::lower_bound(outside, outside_end, p.row[at(i)]) - outside);
     work_rows_ += outside_end - outside;
     next = first[at(s)] - 1;
   }
@@ -269,7 +268,7 @@ void SupernodalSweeps::forward(Kernel kernel, Int s, const Value* values, double
     std::fill_n(taken, (last - first) * w, 0.0);
     kernel.subtract(l + columns + first, stride, last - first, columns, own, taken);
     for (Int i = first; i < last; ++i) {
-      double* to = y + static_cast<Int>(target[i]) * w;
+      double* to = y + target[i] * w;
       for (Int k = 0; k < w; ++k) to[k] += taken[(i - first) * w + k];
     }
   });
@@ -291,7 +290,7 @@ void SupernodalSweeps::backward(Kernel kernel, Int s, const Value* values, doubl
     for (Int begin = 0; begin < stride - columns; begin += rows_at_once) {
       const Int end = std::min(stride - columns, begin + rows_at_once);
       for (Int i = begin; i < end; ++i)
-        for (Int k = 0; k < w; ++k) above[(i - begin) * w + k] = y[static_cast<Int>(row[i]) * w + k];
+        for (Int k = 0; k < w; ++k) above[(i - begin) * w + k] = y[row[i] * w + k];
       kernel.subtract_transposed(l + first * stride + columns + begin, stride, end - begin, last - first, above,
                                  own + first * w);
     }
@@ -313,7 +312,7 @@ void SupernodalSweeps::run(Kernel kernel, const Value* values, double* y, bool b
       const Int begin = pattern_.row_begin[root] + pattern_.column[root + 1] - pattern_.column[root];
       const double* from = y + subtree.extra_begin * w;
       for (Int i = begin; i < pattern_.row_begin[root + 1]; ++i, from += w) {
-        double* to = y + static_cast<Int>(pattern_.row[i]) * w;
+        double* to = y + pattern_.row[i] * w;
         for (Int k = 0; k < w; ++k) to[k] += from[k];
       }
     }

@@ -31,7 +31,7 @@ public:
   std::int64_t size() const { return pattern_.column.back(); }
   std::int64_t values() const { return pattern_.value_begin.back(); }
   /// Columns that a block of so many right-hand sides (at most most_columns) is padded to.
-  static int width_for(std::int64_t columns) { return columns <= 1 ? 1 : static_cast<int>((columns + 3) / 4 * 4); }
+  static int width_for(std::int64_t columns) { return columns <= 1 ? 1 : (columns + 3) / 4 * 4; }
   /// Rows of the working block: size() and the subtrees' places.
   std::int64_t work_rows() const { return work_rows_; }
 

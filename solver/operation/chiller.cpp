@@ -28,11 +28,6 @@ double reading(const Chiller::Readings& readings, int place, double s) {
   return at(readings.value, readings.slope, readings.curve, place, s);
 }
 
-int place_of(const mesh::Machine& machine, const Layout& layout, ObservedKind kind, int item) {
-  const int observed = item < 0 ? -1 : layout.observed_index(kind, item);
-  return observed < 0 ? -1 : static_cast<int>(machine.sensors.size()) + observed;
-}
-
 }  // namespace
 
 VectorXd chiller_set_points(const mesh::Machine& machine, const Layout& layout, const VectorXd& readings_K,
@@ -42,7 +37,7 @@ VectorXd chiller_set_points(const mesh::Machine& machine, const Layout& layout, 
     const mesh::CoolantSpec& coolant = machine.coolants[i];
     double guide = coolant.guide_sensor.empty() ? guide_K[i] : readings_K[machine.sensor_index(coolant.guide_sensor)];
     const int warmed_by =
-        place_of(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by));
+        reading_index(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by));
     if (warmed_by >= 0) guide += coolant.guide_warmed_share * (readings_K[warmed_by] - guide);
     set[i] = guide + coolant.guide_offset;
   }
@@ -59,8 +54,8 @@ Chiller::Chiller(const mesh::Machine& machine, const Layout& layout, const Chann
     circuits_.push_back(
         {channels.index("coolant." + coolant.id + ".on"), channels.index("coolant." + coolant.id + ".inlet_T_C"),
          coolant.guide_sensor.empty() ? -1 : machine.sensor_index(coolant.guide_sensor),
-         place_of(machine, layout, ObservedKind::coolant_return, i),
-         place_of(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by)),
+         reading_index(machine, layout, ObservedKind::coolant_return, i),
+         reading_index(machine, layout, ObservedKind::volume, machine.volume_index(coolant.guide_warmed_by)),
          coolant.guide_warmed_share, coolant.guide_offset, coolant.inlet_offset, coolant.time_constant, coolant.control,
          coolant.controls_return, coolant.band, coolant.pull_down, coolant.drift_up, coolant.gain,
          coolant.integral_time, coolant.flow.value * coolant.specific_heat, coolant.power});

@@ -44,7 +44,7 @@ void linear_occupancy(const std::vector<double>& x, double low, double high, Eig
 
 void periodic_occupancy(const std::vector<double>& x, double low, double high, Eigen::Ref<Eigen::VectorXd> weights) {
   const auto n = std::ssize(x);
-  const auto at = [&](Eigen::Index i) { return x[i % n] + (i >= n ? turn * static_cast<double>(i / n) : 0.0); };
+  const auto at = [&](Eigen::Index i) { return x[i % n] + (i >= n ? turn * (i / n) : 0.0); };
   const double span = high - low;
   const double start = low - turn * std::floor((low - at(0)) / turn);  // in [x0, x0 + turn)
   if (span <= 1e-12 * turn) {

@@ -13,15 +13,20 @@
 namespace thermotwin::solver {
 
 int Layout::observed_index(ObservedKind kind, int item) const {
-  for (std::size_t i = 0; i < observed.size(); ++i)
-    if (observed[i].kind == kind && observed[i].item == item) return static_cast<int>(i);
+  for (int i = 0; i < std::ssize(observed); ++i)
+    if (observed[i].kind == kind && observed[i].item == item) return i;
   return -1;
+}
+
+int reading_index(const mesh::Machine& machine, const Layout& layout, ObservedKind kind, int item) {
+  const int observed = layout.observed_index(kind, item), sensors = std::ssize(machine.sensors);
+  return observed < 0 ? -1 : sensors + observed;
 }
 
 Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids) {
   Layout layout;
   layout.grids = std::move(grids);
-  const auto next_term = [&] { return static_cast<int>(layout.terms.size()); };
+  const auto next_term = [&]() -> int { return std::ssize(layout.terms); };
   for (int i = 0; i < std::ssize(machine.films); ++i) {
     const mesh::FilmSpec& film = machine.films[i];
     // One to a volume has no ambient of its own: the volume is part of the state.
@@ -77,7 +82,7 @@ Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids) {
     const mesh::SourceSpec& source = machine.sources[i];
     for (int k = 0; k < std::ssize(source.places); ++k) {
       const std::string& joint = source.places[k].joint;
-      const int nodes = joint.empty() ? 1 : static_cast<int>(layout.grids[machine.joint_index(joint)].positions.size());
+      const int nodes = joint.empty() ? 1 : std::ssize(layout.grids[machine.joint_index(joint)].positions);
       for (int node = 0; node < nodes; ++node)
         layout.inputs.push_back({.kind = InputKind::source, .item = i, .place = k, .node = node});
     }

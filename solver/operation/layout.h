@@ -59,6 +59,9 @@ struct Layout {
   int observed_index(ObservedKind kind, int item) const;  ///< -1 if it is not there
 };
 
+/// Place of an observed temperature in the readings, which begin with the sensors; -1: not observed.
+int reading_index(const mesh::Machine& machine, const Layout& layout, ObservedKind kind, int item);
+
 /// Terms and inputs of the machine on the given grids, in a fixed order (films; joints, each with
 /// its nodes; coolants: walls of each segment, then flow).
 Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids);

@@ -38,8 +38,7 @@ std::vector<double> LoadProgram::output_times() const {
   if (!chosen_outputs_.empty()) return chosen_outputs_;
   std::vector<double> times;
   const double end = duration(), tolerance = 1e-9 * end;
-  for (long i = 0; static_cast<double>(i) * output_ < end - tolerance; ++i)
-    times.push_back(static_cast<double>(i) * output_);
+  for (long i = 0; i * output_ < end - tolerance; ++i) times.push_back(i * output_);
   times.push_back(end);
   return times;
 }
@@ -91,7 +90,7 @@ std::vector<double> LoadProgram::step_ends(double refine) const {
 
 std::size_t LoadProgram::phase_index(double time) const {
   const auto after = std::upper_bound(corners_.begin(), corners_.end(), time) - corners_.begin();
-  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, std::ssize(start_) - 1));
+  return std::clamp<std::ptrdiff_t>(after - 1, 0, std::ssize(start_) - 1);
 }
 
 Eigen::VectorXd LoadProgram::row(double from, double to) const {

@@ -30,7 +30,8 @@ public:
     LoadProgram program;
     program.name_ = path.stem().string();
     program.title_ = root.text_or("title", program.name_);
-    program.initial_C_ = root.number_or("initial_C", machine_.reference_C, temperatures);
+    program.initial_C_ = root.number_or("initial_C", machine_.reference_C);
+    machine_.require_plausible(program.initial_C_, root.place("initial_C"));
     program.time_step_ = root.number_or("time_step_s", 60.0, {1e-3, 1e6});
     program.output_ = root.number_or("output_s", 300.0, {1e-3, 1e7});
     if (const auto time = root.table_if("time")) program.time_ = read_time(*time);
@@ -46,8 +47,6 @@ public:
   }
 
 private:
-  static constexpr Range temperatures{-100.0, 500.0};
-
   double& channel(const std::string& name) { return row_[channels_.index(name)]; }
 
   struct AxisUnit {
@@ -102,8 +101,7 @@ private:
   }
 
   /// A number, or [from, to] for a ramp over the phase.
-  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key,
-                                             const Range& range = temperatures) {
+  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key, const Range& range) {
     const std::string allowed = "a number, or [from, to] for a ramp";
     std::vector<double> values;
     try {
@@ -235,11 +233,17 @@ private:
       std::tie(start[index], end[index]) = read_ramp(phase, key, range);
       row_[index] = end[index];
     };
+    const auto temperature_ramp = [&](const std::string& id) {
+      ramp(id + "_C", id + ".T_C", core::any_number);
+      if (!phase.has(id + "_C")) return;
+      const int index = channels_.index(id + ".T_C");
+      for (const double value : {start[index], end[index]}) machine_.require_plausible(value, phase.place(id + "_C"));
+    };
     for (const mesh::AmbientSpec& ambient : machine_.ambients) {
-      ramp(ambient.id + "_C", ambient.id + ".T_C", temperatures);
+      temperature_ramp(ambient.id);
       if (ambient.has_gradient) ramp(ambient.id + "_gradient_K_m", ambient.id + ".gradient_K_m", {-50.0, 50.0});
     }
-    for (const mesh::VolumeSpec& volume : machine_.volumes) ramp(volume.id + "_C", volume.id + ".T_C", temperatures);
+    for (const mesh::VolumeSpec& volume : machine_.volumes) temperature_ramp(volume.id);
     Eigen::VectorXd motion = row_;
     std::set<std::string> seen;
     for (const Node& axis : phase.tables("axis")) read_axis(axis, motion, seen, on);

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/operation/film_laws.h"
 #include "solver/operation/grid_occupancy.h"
@@ -17,8 +17,7 @@ namespace thermotwin::solver {
 
 namespace {
 
-constexpr double kelvin = 273.15;
-constexpr double degree = std::numbers::pi / 180.0;
+namespace units = core::units;
 
 int require_channel(const Channels& channels, const std::string& name, const std::string& place) {
   const int index = channels.index(name);
@@ -51,7 +50,7 @@ double largest_speed(const mesh::Machine& machine, const std::string& channel) {
   if (channel == "spindle.speed_rpm") return machine.spindle_max_rpm;
   for (const mesh::Axis& axis : machine.axes)
     if (channel.starts_with("axis." + axis.id + ".feed_"))
-      return axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? 1e-3 : degree);
+      return axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? units::mm : units::deg);
   return 0.0;
 }
 
@@ -65,93 +64,121 @@ double by_speed(double relative, double exponent) {
 OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layout)
     : machine_(machine),
       layout_(layout),
-      channels_(machine) {
-  for (const mesh::Axis& axis : machine.axes) {
+      channels_(machine),
+      machine_on_(channels_.index("machine.on")) {
+  connect_axes();
+  connect_ambients();
+  connect_films();
+  find_first_terms();
+  connect_joints();
+  connect_fluids();
+  connect_sources();
+}
+
+void OperatingModel::connect_axes() {
+  for (const mesh::Axis& axis : machine_.axes) {
     const bool linear = axis.kind == mesh::AxisKind::linear;
     const std::string id = "axis." + axis.id + ".", unit = linear ? "mm" : "deg";
     axis_channels_.push_back({channels_.index(id + "position_" + unit), channels_.index(id + "feed_" + unit + "_min"),
                               channels_.index(id + "low_" + unit), channels_.index(id + "high_" + unit),
-                              linear ? 1e-3 : degree});
+                              linear ? units::mm : units::deg});
   }
-  machine_on_ = channels_.index("machine.on");
-  for (const mesh::AmbientSpec& ambient : machine.ambients) {
+}
+
+void OperatingModel::connect_ambients() {
+  for (const mesh::AmbientSpec& ambient : machine_.ambients) {
     ambient_channels_.push_back(channels_.index(ambient.id + ".T_C"));
     gradient_channels_.push_back(ambient.has_gradient ? channels_.index(ambient.id + ".gradient_K_m") : -1);
     ambient_follows_.push_back(
-        ambient.follows.empty() ? -1 : ambient_index(machine, ambient.follows, "ambient " + ambient.id));
+        ambient.follows.empty() ? -1 : ambient_index(machine_, ambient.follows, "ambient " + ambient.id));
   }
-  const double reference_K = machine.reference_C + kelvin;
-  const auto films = std::ssize(machine.films);
+}
+
+void OperatingModel::connect_films() {
+  const double reference_K = machine_.reference_C + units::zero_C_in_K;
+  const auto films = std::ssize(machine_.films);
   still_film_.resize(films);
   radiation_film_.resize(films);
   for (Eigen::Index i = 0; i < films; ++i) {
-    const mesh::FilmSpec& film = machine.films[i];
-    const std::string place = "film " + film.id;
-    FilmChannels c{-1, -1, -1, -1, -1, -1, -1, 0.0};
-    const auto readings_at = [&](ObservedKind kind, int item) {
-      const int observed = layout_.observed_index(kind, item);
-      return observed < 0 ? -1 : static_cast<int>(machine.sensors.size()) + observed;
-    };
-    c.own = readings_at(ObservedKind::film, i);
-    if (const int volume = machine.volume_index(film.ambient); volume >= 0)
-      c.volume = readings_at(ObservedKind::volume, volume);
-    else
-      c.ambient = ambient_index(machine, film.ambient, place);
-    c.surroundings = film.surroundings.empty() ? c.ambient : ambient_index(machine, film.surroundings, place);
+    const mesh::FilmSpec& film = machine_.films[i];
     if (film.of_temperature || (film.emissivity > 0.0 && film.exact_radiation)) follows_temperature_ = true;
-    if (!film.table.input.empty()) c.table = require_channel(channels_, film.table.input, place);
-    if (!film.state.empty()) c.state = require_channel(channels_, film.state, place);
-    if (film.kind == mesh::FilmKind::rotating_disc) {
-      const bool spindle = film.axis == "spindle";
-      c.speed =
-          require_channel(channels_, spindle ? "spindle.speed_rpm" : "axis." + film.axis + ".feed_deg_min", place);
-      c.to_rad_s = (spindle ? 2.0 * std::numbers::pi : degree) / 60.0;
-    }
-    film_channels_.push_back(c);
+    film_channels_.push_back(channels_of_film(i));
     still_film_[i] = film.kind == mesh::FilmKind::constant
                          ? film.coefficient.value
                          : free_convection(film.orientation, film.length, film.delta, reference_K);
     radiation_film_[i] = radiation(film.emissivity, reference_K);
   }
-  film_first_input_.assign(machine.films.size(), -1);
+}
+
+OperatingModel::FilmChannels OperatingModel::channels_of_film(int index) const {
+  const mesh::FilmSpec& film = machine_.films[index];
+  const std::string place = "film " + film.id;
+  FilmChannels c{-1, -1, -1, -1, -1, -1, -1, 0.0};
+  c.own = reading_index(machine_, layout_, ObservedKind::film, index);
+  if (const int volume = machine_.volume_index(film.ambient); volume >= 0)
+    c.volume = reading_index(machine_, layout_, ObservedKind::volume, volume);
+  else
+    c.ambient = ambient_index(machine_, film.ambient, place);
+  c.surroundings = film.surroundings.empty() ? c.ambient : ambient_index(machine_, film.surroundings, place);
+  if (!film.table.input.empty()) c.table = require_channel(channels_, film.table.input, place);
+  if (!film.state.empty()) c.state = require_channel(channels_, film.state, place);
+  if (film.kind == mesh::FilmKind::rotating_disc) {
+    const bool spindle = film.axis == "spindle";
+    c.speed = require_channel(channels_, spindle ? "spindle.speed_rpm" : "axis." + film.axis + ".feed_deg_min", place);
+    c.to_rad_s = spindle ? units::rpm : units::deg_min;
+  }
+  return c;
+}
+
+void OperatingModel::find_first_terms() {
+  film_first_input_.assign(machine_.films.size(), -1);
   for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
     if (layout_.inputs[k].kind == InputKind::film_ambient) film_first_input_[layout_.inputs[k].item] = k;
-  joint_first_term_.assign(machine.joints.size(), -1);
+  joint_first_term_.assign(machine_.joints.size(), -1);
   for (std::size_t t = 0; t < layout_.terms.size(); ++t)
     if (const Term& term = layout_.terms[t]; term.kind == TermKind::contact && term.part == 0)
       joint_first_term_[term.item] = t;
-  for (const mesh::JointSpec& joint : machine.joints) {
+}
+
+void OperatingModel::connect_joints() {
+  for (std::size_t j = 0; j < machine_.joints.size(); ++j) {
+    const mesh::JointSpec& joint = machine_.joints[j];
     contact_factor_.push_back(joint.law.factor(false));
     clamped_factor_.push_back(joint.law.factor(true));
-    const int observed = layout_.observed_index(ObservedKind::joint, static_cast<int>(joint_reading_.size()));
-    joint_reading_.push_back(observed < 0 ? -1 : static_cast<int>(machine.sensors.size()) + observed);
-    if (observed >= 0) follows_temperature_ = true;
+    joint_reading_.push_back(reading_index(machine_, layout_, ObservedKind::joint, j));
+    if (joint_reading_.back() >= 0) follows_temperature_ = true;
     joint_clamped_.push_back(joint.law.clamped_pressure > 0.0 ? channels_.index("axis." + joint.axis + ".clamp.on")
                                                               : -1);
+    joint_ambient_.push_back(joint.master.empty() ? ambient_index(machine_, joint.ambient, "joint " + joint.id) : -1);
   }
-  for (const mesh::JointSpec& joint : machine.joints)
-    joint_ambient_.push_back(joint.master.empty() ? ambient_index(machine, joint.ambient, "joint " + joint.id) : -1);
-  for (const mesh::CoolantSpec& coolant : machine.coolants)
+}
+
+void OperatingModel::connect_fluids() {
+  for (const mesh::CoolantSpec& coolant : machine_.coolants)
     coolant_on_.push_back(channels_.index("coolant." + coolant.id + ".on"));
-  for (const mesh::VolumeSpec& volume : machine.volumes) {
+  for (const mesh::VolumeSpec& volume : machine_.volumes) {
+    const std::string place = "volume " + volume.id;
     volume_given_.push_back(channels_.index(volume.id + ".T_C"));
     std::vector<ExchangeChannels> exchanges;
-    for (const mesh::VolumeExchange& exchange : volume.exchanges)
-      exchanges.push_back(
-          {exchange.state.empty() ? -1 : require_channel(channels_, exchange.state, "volume " + volume.id),
-           machine.volume_index(exchange.with) >= 0 ? -1
-                                                    : ambient_index(machine, exchange.with, "volume " + volume.id)});
+    for (const mesh::VolumeExchange& exchange : volume.exchanges) {
+      const bool with_volume = machine_.volume_index(exchange.with) >= 0;
+      exchanges.push_back({exchange.state.empty() ? -1 : require_channel(channels_, exchange.state, place),
+                           with_volume ? -1 : ambient_index(machine_, exchange.with, place)});
+    }
     exchange_channels_.push_back(std::move(exchanges));
   }
-  for (const mesh::SourceSpec& source : machine.sources) {
+}
+
+void OperatingModel::connect_sources() {
+  for (const mesh::SourceSpec& source : machine_.sources) {
     source_drive_.push_back(source.drive.empty() ? -1 : channels_.index(source.drive + ".power_W"));
     std::vector<LawChannel> laws;
     for (const mesh::PowerLaw& law : source.laws)
       laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C"),
-                      0.5 * largest_speed(machine, law.input)});
+                      0.5 * largest_speed(machine_, law.input)});
     law_channels_.push_back(std::move(laws));
     std::vector<LossInput> losses;
-    for (const mesh::LossLaw& loss : source.losses) losses.emplace_back(machine, channels_, loss);
+    for (const mesh::LossLaw& loss : source.losses) losses.emplace_back(machine_, channels_, loss);
     loss_inputs_.push_back(std::move(losses));
   }
 }
@@ -188,7 +215,7 @@ OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen:
   const mesh::FilmSpec& spec = machine_.films[i];
   const FilmChannels& c = film_channels_[i];
   const Eigen::Index film = i;
-  const double reference_K = machine_.reference_C + kelvin;
+  const double reference_K = machine_.reference_C + units::zero_C_in_K;
   FilmParts parts{still_film_[film], radiation_film_[film], spec.emissivity, 0.0, 0.0};
   if (c.ambient >= 0) parts.ambient_K = ambient_K(c.ambient, row);
   if (c.surroundings >= 0)

@@ -81,6 +81,14 @@ private:
   double gradient_K_m(int ambient, const Eigen::VectorXd& row) const;
   double conductance(std::size_t joint, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const;
 
+  void connect_axes();
+  void connect_ambients();
+  void connect_films();
+  void find_first_terms();
+  void connect_joints();
+  void connect_fluids();
+  void connect_sources();
+
   mesh::Machine machine_;
   Layout layout_;
   Channels channels_;
@@ -95,6 +103,7 @@ private:
     int own, volume;                                 // places in readings: its mean, its volume; -1
     double to_rad_s;
   };
+  FilmChannels channels_of_film(int film) const;
   std::vector<FilmChannels> film_channels_;
   struct ExchangeChannels {
     int state, ambient;
@@ -102,7 +111,7 @@ private:
   std::vector<std::vector<ExchangeChannels>> exchange_channels_;
   std::vector<int> volume_given_, gradient_channels_;
   bool follows_temperature_ = false;
-  int machine_on_ = -1;
+  int machine_on_;
   Eigen::VectorXd still_film_;      // W/(m^2 K), convection of the air at rest (laws), or the constant
   Eigen::VectorXd radiation_film_;  // W/(m^2 K)
   std::vector<int> film_first_input_, joint_first_term_, joint_ambient_, coolant_on_, source_drive_;

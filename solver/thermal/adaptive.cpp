@@ -81,7 +81,7 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
     }
     factorise(*factors[at], p, shift);
     ++statistics.factorisations;
-    statistics.most_factors = std::max(statistics.most_factors, static_cast<long>(factors.size()));
+    statistics.most_factors = std::max<long>(statistics.most_factors, std::ssize(factors));
     std::erase_if(debts, [&](const Debt& debt) { return debt.shift == shift && debt.p == p; });
     choose(at);
   }
@@ -197,20 +197,20 @@ void AdaptiveIntegrator::save(core::BinaryWriter& out) const {
   const Work& work = *work_;
   out.number(work.shift);
   out.count(work.clock);
-  out.count(static_cast<std::int64_t>(work.factors.size()));
+  out.count(work.factors.size());
   for (const auto& factor : work.factors) {
     out.matrix(factor->p);
     out.number(factor->shift);
     out.count(factor->last_use);
   }
-  out.count(static_cast<std::int64_t>(work.debts.size()));
+  out.count(work.debts.size());
   for (const Work::Debt& debt : work.debts) {
     out.matrix(debt.p);
     out.number(debt.shift);
     out.count(debt.iterations);
   }
   out.matrix(work.loads[0].p);
-  out.count(static_cast<std::int64_t>(work.loads[0].factor));
+  out.count(work.loads[0].factor);
   for (long value : {statistics_.solves, statistics_.factorisations, statistics_.iterations, statistics_.most_factors})
     out.count(value);
 }

@@ -39,7 +39,7 @@ SparseMatrix on_diagonal(const std::vector<SparseMatrix>& bodies, const std::vec
     }
   for (std::size_t f = 0; f < fluids.size(); ++f, ++at) {
     *outer++ = at;
-    matrix.innerIndexPtr()[at] = static_cast<int>(first_node.back()) + static_cast<int>(f);
+    matrix.innerIndexPtr()[at] = first_node.back() + f;
     matrix.valuePtr()[at] = fluids[f];
   }
   *outer = at;
@@ -63,7 +63,7 @@ SparseMatrix assemble_sensors(const MachineMesh& mesh, const Layout& layout, con
     } else {
       const std::size_t body = machine.body_index(sensor.body);
       SparseColumn weights = interpolation_at(mesh.bodies[body], sensor.point);
-      for (auto& entry : weights) entry.first += static_cast<int>(mesh.first_node[body]);
+      for (auto& entry : weights) entry.first += mesh.first_node[body];
       put_row(weights);
     }
     ++row;
@@ -97,19 +97,9 @@ SparseMatrix assemble_sensors(const MachineMesh& mesh, const Layout& layout, con
   return from_triplets(row, size, triplets);
 }
 
-}  // namespace
-
-ThermalSystem assemble_thermal(const MachineMesh& mesh) { return assemble_thermal(mesh, ElementRules::consistent); }
-
-ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
+/// E and K0.
+void assemble_bodies(const MachineMesh& mesh, ElementRules rules, const FluidNodes& fluids, ThermalSystem& system) {
   const mesh::Machine& machine = mesh.machine;
-  ThermalSystem system;
-  system.layout = make_layout(machine, joint_grids(mesh));
-  system.nodes = mesh.nodes();
-  const FluidNodes fluids(machine, system.nodes);
-  system.size = system.nodes + fluids.count();
-  const Index n = system.size;
-
   std::vector<SparseMatrix> capacities(mesh.bodies.size()), conductions(mesh.bodies.size());
   core::parallel_for(0, mesh.bodies.size(), [&](std::size_t b) {
     BodyHeat heat =
@@ -117,84 +107,117 @@ ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
     capacities[b] = std::move(heat.capacity);
     conductions[b] = std::move(heat.conduction);
   });
-  system.capacity = on_diagonal(capacities, mesh.first_node, n, fluids.capacities());
-  system.conduction = on_diagonal(conductions, mesh.first_node, n, std::vector<double>(fluids.count(), 0.0));
+  const std::vector<double> no_conduction(fluids.count(), 0.0);
+  system.capacity = on_diagonal(capacities, mesh.first_node, system.size, fluids.capacities());
+  system.conduction = on_diagonal(conductions, mesh.first_node, system.size, no_conduction);
+}
 
-  std::vector<std::vector<JointTerm>> joints = joint_terms(mesh, system.layout.grids, rules, n);
-  Triplets inputs;
-  system.terms.resize(system.layout.terms.size());
-  for (std::size_t t = 0; t < system.layout.terms.size(); ++t) {
-    const Term& term = system.layout.terms[t];
-    const std::size_t item = term.item;
-    Triplets triplets;
-    switch (term.kind) {
-      case TermKind::film:
-        for (const std::string& surface : machine.films[item].surfaces) {
-          const FaceSet set = face_set(mesh, surface);
-          add_surface_mass(triplets, set, rules);
-          if (const int volume = machine.volume_index(machine.films[item].ambient); volume >= 0)
-            add_mixed(triplets, set, fluids.volume(volume));
-        }
-        break;
-      case TermKind::contact: system.terms[t] = std::move(joints[item][term.part].matrix); continue;
-      case TermKind::coolant_wall: fluids.add_wall(mesh, term.item, term.part, triplets); break;
-      case TermKind::coolant_flow: fluids.add_flow(term.item, triplets); break;
-      case TermKind::volume_exchange: {
-        const int one = fluids.volume(term.item);
-        triplets.emplace_back(one, one, 1.0);
-        const std::string& with = machine.volumes[item].exchanges[term.part].with;
-        if (const int other = machine.volume_index(with); other >= 0) {
-          const int two = fluids.volume(other);
-          triplets.emplace_back(two, two, 1.0);
-          triplets.emplace_back(one, two, -1.0);
-          triplets.emplace_back(two, one, -1.0);
-        }
-        break;
-      }
-      case TermKind::volume_given:
-        triplets.emplace_back(fluids.volume(term.item), fluids.volume(term.item), 1.0);
-        break;
-    }
-    system.terms[t] = from_triplets(n, n, triplets);
+void add_film(const MachineMesh& mesh, ElementRules rules, const FluidNodes& fluids, const mesh::FilmSpec& film,
+              Triplets& triplets) {
+  const int volume = mesh.machine.volume_index(film.ambient);
+  for (const std::string& surface : film.surfaces) {
+    const FaceSet set = face_set(mesh, surface);
+    add_surface_mass(triplets, set, rules);
+    if (volume >= 0) add_mixed(triplets, set, fluids.volume(volume));
   }
+}
 
-  for (std::size_t k = 0; k < system.layout.inputs.size(); ++k) {
-    const Input& input = system.layout.inputs[k];
-    const int column = k;
-    const std::size_t item = input.item;
+void add_exchange(const mesh::Machine& machine, const FluidNodes& fluids, const Term& term, Triplets& triplets) {
+  const int one = fluids.volume(term.item);
+  triplets.emplace_back(one, one, 1.0);
+  const std::string& with = machine.volumes[term.item].exchanges[term.part].with;
+  if (const int other = machine.volume_index(with); other >= 0) {
+    const int two = fluids.volume(other);
+    triplets.emplace_back(two, two, 1.0);
+    triplets.emplace_back(one, two, -1.0);
+    triplets.emplace_back(two, one, -1.0);
+  }
+}
+
+/// K_j of all but contacts, which joint_terms() gives.
+SparseMatrix assemble_term(const MachineMesh& mesh, ElementRules rules, const FluidNodes& fluids, const Term& term,
+                           Index size) {
+  Triplets triplets;
+  switch (term.kind) {
+    case TermKind::film: add_film(mesh, rules, fluids, mesh.machine.films[term.item], triplets); break;
+    case TermKind::contact: break;
+    case TermKind::coolant_wall: fluids.add_wall(mesh, term.item, term.part, triplets); break;
+    case TermKind::coolant_flow: fluids.add_flow(term.item, triplets); break;
+    case TermKind::volume_exchange: add_exchange(mesh.machine, fluids, term, triplets); break;
+    case TermKind::volume_given: triplets.emplace_back(fluids.volume(term.item), fluids.volume(term.item), 1.0); break;
+  }
+  return from_triplets(size, size, triplets);
+}
+
+/// 1 W of a source at one of its places.
+void put_source(const MachineMesh& mesh, const Input& input, int column, const FluidNodes& fluids,
+                const std::vector<std::vector<JointTerm>>& joints, Triplets& inputs) {
+  const mesh::Machine& machine = mesh.machine;
+  const mesh::SourcePlace& place = machine.sources[input.item].places[input.place];
+  if (!place.volume.empty()) {
+    inputs.emplace_back(fluids.volume(machine.volume_index(place.volume)), column, 1.0);
+  } else if (place.joint.empty()) {
+    const FaceSet set = face_set(mesh, place.surface);
+    put_column(inputs, column, surface_load(set), 1.0 / set.area);
+  } else {
+    const std::size_t j = machine.joint_index(place.joint);
+    put_column(inputs, column, joint_source(mesh, machine.joints[j], place, joints[j][input.node]));
+  }
+}
+
+/// The columns s_k.
+SparseMatrix assemble_inputs(const MachineMesh& mesh, const Layout& layout, const FluidNodes& fluids,
+                             const std::vector<std::vector<JointTerm>>& joints, Index size) {
+  const mesh::Machine& machine = mesh.machine;
+  Triplets inputs;
+  int column = 0;
+  for (const Input& input : layout.inputs) {
     switch (input.kind) {
       case InputKind::film_ambient:
-        for (const std::string& surface : machine.films[item].surfaces)
+        for (const std::string& surface : machine.films[input.item].surfaces)
           put_column(inputs, column, surface_load(face_set(mesh, surface)));
         break;
-      case InputKind::contact_ambient: put_column(inputs, column, joints[item][input.node].slave_load); break;
+      case InputKind::contact_ambient: put_column(inputs, column, joints[input.item][input.node].slave_load); break;
       case InputKind::film_gradient: {
-        const double level = machine.ambients[machine.ambient_index(machine.films[item].ambient)].height;
-        for (const std::string& surface : machine.films[item].surfaces)
+        const mesh::FilmSpec& film = machine.films[input.item];
+        const double level = machine.ambients[machine.ambient_index(film.ambient)].height;
+        for (const std::string& surface : film.surfaces)
           put_column(inputs, column, surface_height_load(face_set(mesh, surface), level));
         break;
       }
       case InputKind::coolant_inlet: put_column(inputs, column, fluids.inlet(input.item)); break;
       case InputKind::volume_ambient:
       case InputKind::volume_given: inputs.emplace_back(fluids.volume(input.item), column, 1.0); break;
-      case InputKind::source: {
-        const mesh::SourcePlace& place = machine.sources[item].places[input.place];
-        if (!place.volume.empty()) {
-          inputs.emplace_back(fluids.volume(machine.volume_index(place.volume)), column, 1.0);
-        } else if (place.joint.empty()) {
-          const FaceSet set = face_set(mesh, place.surface);
-          put_column(inputs, column, surface_load(set), 1.0 / set.area);
-        } else {
-          const std::size_t j = machine.joint_index(place.joint);
-          put_column(inputs, column, joint_source(mesh, machine.joints[j], place, joints[j][input.node]));
-        }
-        break;
-      }
+      case InputKind::source: put_source(mesh, input, column, fluids, joints, inputs); break;
     }
+    ++column;
   }
-  system.inputs = from_triplets(n, std::ssize(system.layout.inputs), inputs);
-  if (auto local = std::make_shared<LocalTerms>(mesh, n); !local->empty()) system.local = std::move(local);
-  system.sensors = assemble_sensors(mesh, system.layout, fluids, joints, n);
+  return from_triplets(size, column, inputs);
+}
+
+}  // namespace
+
+ThermalSystem assemble_thermal(const MachineMesh& mesh) { return assemble_thermal(mesh, ElementRules::consistent); }
+
+ThermalSystem assemble_thermal(const MachineMesh& mesh, ElementRules rules) {
+  ThermalSystem system;
+  system.layout = make_layout(mesh.machine, joint_grids(mesh));
+  system.nodes = mesh.nodes();
+  const FluidNodes fluids(mesh.machine, system.nodes);
+  system.size = system.nodes + fluids.count();
+  assemble_bodies(mesh, rules, fluids, system);
+  std::vector<std::vector<JointTerm>> joints = joint_terms(mesh, system.layout.grids, rules, system.size);
+  system.terms.resize(system.layout.terms.size());
+  for (std::size_t t = 0; t < system.terms.size(); ++t) {
+    const Term& term = system.layout.terms[t];
+    if (term.kind == TermKind::contact)
+      system.terms[t] = std::move(joints[term.item][term.part].matrix);
+    else
+      system.terms[t] = assemble_term(mesh, rules, fluids, term, system.size);
+  }
+  system.inputs = assemble_inputs(mesh, system.layout, fluids, joints, system.size);
+  if (auto local = std::make_shared<LocalTerms>(mesh, system.size); !local->empty()) system.local = std::move(local);
+  system.sensors = assemble_sensors(mesh, system.layout, fluids, joints, system.size);
   return system;
 }
 

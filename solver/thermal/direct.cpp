@@ -60,7 +60,7 @@ MemoryNeed heat_memory_need(const ThermalSystem& system, SolverChoice choice, bo
   // Levels, transfers, working blocks; the operator; a dozen loads side by side with ten vectors and
   // six directions each; walls of the fluid nodes; factors beyond the first.
   need.iterative = 2.0 * matrix;
-  need.other = 5.0 * matrix + 12.0 * (10.0 + 2.0 * 6.0) * 8.0 * n + 2.0 * 8.0 * n * static_cast<double>(op.fluids());
+  need.other = 5.0 * matrix + 12.0 * (10.0 + 2.0 * 6.0) * 8.0 * n + 2.0 * 8.0 * n * op.fluids();
   need.other += std::min(IntegratorOptions{}.factor_memory, 23.0 * std::max(need.factors, need.iterative));
   return need;
 }

@@ -16,7 +16,7 @@ ElementMatrix::ElementMatrix(const mesh::TetMesh& mesh, int row_block, int colum
   for (std::size_t i = 0; i < nodes; ++i) start[i + 1] += start[i];
   elements.resize(start.back());
   std::vector<int> next = start;
-  for (int e = 0; e < static_cast<int>(mesh.elements()); ++e)
+  for (int e = 0; e < mesh.elements(); ++e)
     for (const int node : mesh::tet_nodes(mesh, e)) elements[next[node]++] = e;
 
   first_.push_back(0);
@@ -30,25 +30,21 @@ ElementMatrix::ElementMatrix(const mesh::TetMesh& mesh, int row_block, int colum
     neighbour_.insert(neighbour_.end(), row.begin(), row.end());
     first_.push_back(neighbour_.size());
   }
-  values_.assign(neighbour_.size() * static_cast<std::size_t>(row_block * column_block), 0.0);
+  values_.assign(neighbour_.size() * row_block * column_block, 0.0);
 }
 
 void ElementMatrix::add(const mesh::TetNodes& nodes, const Eigen::MatrixXd& values) {
-  const std::size_t rows = row_block_, columns = column_block_;
+  const Eigen::Index rows = row_block_, columns = column_block_;
   for (Eigen::Index b = 0; b < nodes.size(); ++b) {
-    const std::size_t column = nodes[b];
-    const auto before = static_cast<std::size_t>(first_[column]),
-               count = static_cast<std::size_t>(first_[column + 1]) - before;
+    const Eigen::Index before = first_[nodes[b]], count = first_[nodes[b] + 1] - before;
     const int* neighbour = neighbour_.data() + before;
     for (Eigen::Index a = 0; a < nodes.size(); ++a) {
       // Counted, not searched: so few are compared faster than a branch is foretold.
-      int smaller = 0;
-      for (std::size_t k = 0; k < count; ++k) smaller += neighbour[k] < nodes[a] ? 1 : 0;
-      const std::size_t place = smaller;
-      for (std::size_t j = 0; j < columns; ++j)
-        for (std::size_t i = 0; i < rows; ++i)
-          values_[rows * (columns * before + j * count + place) + i] +=
-              values(row_block_ * a + static_cast<Eigen::Index>(i), column_block_ * b + static_cast<Eigen::Index>(j));
+      int place = 0;
+      for (Eigen::Index k = 0; k < count; ++k) place += neighbour[k] < nodes[a] ? 1 : 0;
+      for (Eigen::Index j = 0; j < columns; ++j)
+        for (Eigen::Index i = 0; i < rows; ++i)
+          values_[rows * (columns * before + j * count + place) + i] += values(rows * a + i, columns * b + j);
     }
   }
 }
@@ -56,7 +52,7 @@ void ElementMatrix::add(const mesh::TetNodes& nodes, const Eigen::MatrixXd& valu
 SparseMatrix ElementMatrix::take() {
   const auto nodes = std::ssize(first_) - 1;
   std::vector<int> outer{0}, inner;
-  outer.reserve(static_cast<std::size_t>(column_block_ * nodes) + 1);
+  outer.reserve(column_block_ * nodes + 1);
   inner.reserve(values_.size());
   for (std::size_t node = 0; node + 1 < first_.size(); ++node)
     for (int j = 0; j < column_block_; ++j) {

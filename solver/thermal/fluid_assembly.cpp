@@ -45,7 +45,7 @@ FluidNodes::FluidNodes(const mesh::Machine& machine, Index first) : machine_(mac
     first_node_.push_back(std::move(nodes));
   }
   first_volume_ = next;
-  count_ = next - first_ + static_cast<int>(machine.volumes.size());
+  count_ = next - first_ + std::ssize(machine.volumes);
 }
 
 int FluidNodes::node(int coolant, int segment, int cell, int end) const {
@@ -90,7 +90,7 @@ void FluidNodes::add_wall(const mesh::MachineMesh& mesh, int coolant, int segmen
   const std::size_t surface = machine_.surface_index(spec.surface);
   const std::size_t body = machine_.body_index(machine_.surfaces[surface].body);
   const mesh::TetMesh& tets = mesh.bodies[body];
-  const auto first = static_cast<int>(mesh.first_node[body]);
+  const int first = mesh.first_node[body];
   const int fluids = 2 * spec.cells, fluid = node(coolant, segment, 0, 0);
   // What a wall point sees of the fluid: one cell's two functions, or all of them where there is no path.
   Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(fluids, fluids);

@@ -18,7 +18,7 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
   const VectorXd ones = VectorXd::Ones(system.size);
   capacity_ = system.capacity.transpose() * ones;
   std::vector<double> signs;
-  const auto item = [&](const std::string& name) {
+  const auto item = [&](const std::string& name) -> int {
     const std::size_t place = std::find(names_.begin(), names_.end(), name) - names_.begin();
     if (place == names_.size()) {
       names_.push_back(name);
@@ -28,7 +28,7 @@ HeatBalance::HeatBalance(const mesh::Machine& machine, const ThermalSystem& syst
       columns_.push_back(std::move(column));
       signs.push_back(coolant ? -1.0 : 1.0);
     }
-    return static_cast<int>(place);
+    return place;
   };
   const auto name_of = [&](TermKind kind, int index) {
     const std::size_t i = index;

@@ -26,10 +26,12 @@ constexpr std::size_t most_factors = 24;
 }  // namespace
 
 struct ThermalIntegrator::Work : ThermalIteration {
-  explicit Work(const ThermalSystem& system, const IntegratorOptions& integrator_options)
-      : ThermalIteration(system),
+  explicit Work(const ThermalSystem& of_system, const IntegratorOptions& integrator_options)
+      : ThermalIteration(of_system),
+        system(of_system),
         options(integrator_options) {}
 
+  const ThermalSystem& system;
   IntegratorOptions options;
   long excess = 0;       // iterations that new factors might have saved, since the last ones
   bool settled = false;  // neither coefficients nor the step changed in this step
@@ -48,14 +50,13 @@ struct ThermalIntegrator::Work : ThermalIteration {
         wanted[l] = std::find(sets.begin(), sets.end(), loads[l].p) - sets.begin();
         if (wanted[l] == sets.size()) sets.push_back(loads[l].p);
       }
-      if (sets.size() == 1 ||
-          (sets.size() <= most_factors && memory * static_cast<double>(sets.size()) <= options.factor_memory))
+      if (sets.size() == 1 || (sets.size() <= most_factors && memory * sets.size() <= options.factor_memory))
         return sets;
       wanted.assign(loads.size(), 0);
     }
     VectorXd mean = loads.front().p;
     for (std::size_t l = 1; l < loads.size(); ++l) mean += loads[l].p;
-    sets = {mean / static_cast<double>(loads.size())};
+    sets = {mean / std::ssize(loads)};
     return sets;
   }
 
@@ -84,7 +85,7 @@ struct ThermalIntegrator::Work : ThermalIteration {
       loads[l].factor = wanted[l];
       loads[l].changed = true;
     }
-    statistics.factorisations += static_cast<long>(sets.size());
+    statistics.factorisations += std::ssize(sets);
     return true;
   }
 
@@ -114,7 +115,89 @@ struct ThermalIntegrator::Work : ThermalIteration {
 
   bool factors_pay() const {
     std::vector<std::size_t> wanted;
-    return excess >= factor_price && excess >= factor_price * static_cast<long>(wanted_factors(wanted).size());
+    return excess >= factor_price && excess >= factor_price * std::ssize(wanted_factors(wanted));
+  }
+
+  /// State, coefficients and sources of the step. @param stage_s  gamma h
+  void take_over(const MatrixXd& state, const std::vector<Coefficients>& c, double stage_s) {
+    const bool shift_changed = std::abs(stage_s * shift - 1.0) > same_shift;
+    if (shift_changed) shift = 1.0 / stage_s;
+    settled = !shift_changed;
+    loads.resize(c.size());
+    put_side_by_side(state, temperature);
+    SideBySide powers(c.front().q.size(), state.cols());
+    for (std::size_t l = 0; l < c.size(); ++l) {
+      if (set_coefficients(l, c[l].p)) settled = false;
+      if (shift_changed) loads[l].changed = true;
+      powers.col(l) = c[l].q;
+    }
+    if (powers.rows() != q.rows() || powers.cols() != q.cols() || powers != q) {
+      source = system.inputs * powers;
+      q = powers;
+    }
+    for (std::size_t l = 0; l < c.size(); ++l)
+      if (!loads[l].local.empty()) {
+        // Another one in the next step: the product above must then be made anew.
+        source.col(l) += loads[l].local.source;
+        q.resize(0, 0);
+      }
+  }
+
+  /// (E / (gamma h) + K) d = f - K T, then T + d is the temperature at gamma h.
+  /// @return (loads) size of the terms that make up the residual
+  VectorXd first_stage(Statistics& statistics) {
+    multiply(temperature, ex, kx);
+    const VectorXd scale = shift * norms(ex) + norms(kx) + norms(source);
+    imbalance.resize(temperature.rows(), temperature.cols());
+    residual.resize(temperature.rows(), temperature.cols());
+    double *out = imbalance.data(), *right = residual.data();
+    const double *heat = source.data(), *conducted = kx.data();
+    over_entries(imbalance, [&](Index first, Index last) {
+      for (Index i = first; i < last; ++i) right[i] = out[i] = heat[i] - conducted[i];
+    });
+    solve(scale, !options.backward_euler, statistics);
+    return scale;
+  }
+
+  /// Starts from U = T + a d with a = (1 - gamma) / gamma; K d follows from A d, which the iteration
+  /// has left as the change of the residual.
+  void second_stage(double gamma, const VectorXd& scale, Statistics& statistics) {
+    const double a = (1.0 - gamma) / gamma, over_stage = shift;
+    double *to = temperature.data(), *right = residual.data();
+    const double *before = imbalance.data(), *d = increment.data(), *stored = capacity_increment.data();
+    over_entries(imbalance, [&](Index first, Index last) {
+      for (Index i = first; i < last; ++i) {
+        const double conducted = before[i] - right[i] - over_stage * stored[i];
+        to[i] += a * d[i];
+        right[i] = before[i] - a * conducted;
+      }
+    });
+    // The first stage ends at T + d.
+    if (options.keep_mean) step_mean = (1.0 - gamma) * (temperature - (a - 1.0) * increment);
+    // Factors that have just been seen to solve this matrix at once need no second look.
+    const bool seen = factors_are_exact() &&
+                      std::all_of(loads.begin(), loads.end(), [](const Load& load) { return load.iterations == 1; });
+    if (seen) {
+      solve_once();
+      count_iterations(statistics);
+    } else {
+      solve(scale, false, statistics);
+    }
+  }
+
+  void put_end(MatrixXd& state, double gamma) {
+    over_rows(
+        state.rows(),
+        [&](Index first, Index last) {
+          state.middleRows(first, last - first) =
+              temperature.middleRows(first, last - first) + increment.middleRows(first, last - first);
+        },
+        256);
+    if (!options.keep_mean) return;
+    if (options.backward_euler)
+      step_mean = state;
+    else
+      step_mean += gamma * state;
   }
 };
 
@@ -130,90 +213,17 @@ VectorXd ThermalIntegrator::uniform(double temperature_K) const { return VectorX
 MatrixXd ThermalIntegrator::sensors(const MatrixXd& state) const { return system_.sensors * state; }
 
 void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>& c, double step_s) {
-  Work& work = *work_;
-  const Index loads = state.cols();
-  if (std::ssize(c) != loads || state.rows() != size() || !(step_s > 0.0))
+  if (std::ssize(c) != state.cols() || state.rows() != size() || !(step_s > 0.0))
     throw core::SolverError(fmt::format("thermal step: {} x {} states, {} sets of coefficients, step {} s",
-                                        state.rows(), loads, c.size(), step_s));
+                                        state.rows(), state.cols(), c.size(), step_s));
+  Work& work = *work_;
   const double gamma = options_.backward_euler ? 1.0 : sdirk_gamma;
-  const bool shift_changed = std::abs(gamma * step_s * work.shift - 1.0) > Work::same_shift;
-  if (shift_changed) work.shift = 1.0 / (gamma * step_s);
-  const double shift = work.shift;
-  work.loads.resize(loads);
-  put_side_by_side(state, work.temperature);
-  SideBySide q(c.front().q.size(), loads);
-  std::vector<char> changed(c.size());
-  for (std::size_t l = 0; l < c.size(); ++l) {
-    changed[l] = work.set_coefficients(l, c[l].p);
-    if (shift_changed) work.loads[l].changed = true;
-    q.col(l) = c[l].q;
-  }
-  if (q.rows() != work.q.rows() || q.cols() != work.q.cols() || q != work.q) {
-    work.source = system_.inputs * q;
-    work.q = q;
-  }
-  for (std::size_t l = 0; l < c.size(); ++l)
-    if (!work.loads[l].local.empty()) {
-      // Another one in the next step: the product above must then be made anew.
-      work.source.col(l) += work.loads[l].local.source;
-      work.q.resize(0, 0);
-    }
-
-  work.settled = !shift_changed && std::none_of(changed.begin(), changed.end(), [](char x) { return x != 0; });
-
+  work.take_over(state, c, gamma * step_s);
   if (work.factors.empty() || work.factors_pay()) work.make_factors(statistics_);
   work.update_fluid_factors();
-
-  work.multiply(work.temperature, work.ex, work.kx);
-  const VectorXd scale = shift * norms(work.ex) + norms(work.kx) + norms(work.source);
-
-  // Stage 1: (E / (gamma h) + K) d = f - K T, then T + d is the temperature at gamma h.
-  work.imbalance.resize(size(), loads);
-  work.residual.resize(size(), loads);
-  double *imbalance = work.imbalance.data(), *temperature = work.temperature.data();
-  over_entries(work.imbalance, [&](Index first, Index last) {
-    for (Index i = first; i < last; ++i)
-      work.residual.data()[i] = imbalance[i] = work.source.data()[i] - work.kx.data()[i];
-  });
-  work.solve(scale, !options_.backward_euler, statistics_);
-  if (!options_.backward_euler) {
-    // Stage 2 starts from U = T + a d with a = (1 - gamma) / gamma; K d follows from A d, which the
-    // iteration has left as the change of the residual.
-    const double a = (1.0 - gamma) / gamma;
-    double* residual = work.residual.data();
-    const double *increment = work.increment.data(), *stored = work.capacity_increment.data();
-    over_entries(work.imbalance, [&](Index first, Index last) {
-      for (Index i = first; i < last; ++i) {
-        const double conducted = imbalance[i] - residual[i] - shift * stored[i];
-        temperature[i] += a * increment[i];
-        residual[i] = imbalance[i] - a * conducted;
-      }
-    });
-    // The first stage ends at T + d.
-    if (options_.keep_mean) work.step_mean = (1.0 - gamma) * (work.temperature - (a - 1.0) * work.increment);
-    // Factors that have just been seen to solve this matrix at once need no second look.
-    const bool seen = work.factors_are_exact() && std::all_of(work.loads.begin(), work.loads.end(),
-                                                              [](const auto& load) { return load.iterations == 1; });
-    if (seen) {
-      work.solve_once();
-      work.count_iterations(statistics_);
-    } else {
-      work.solve(scale, false, statistics_);
-    }
-  }
-  over_rows(
-      size(),
-      [&](Index first, Index last) {
-        state.middleRows(first, last - first) =
-            work.temperature.middleRows(first, last - first) + work.increment.middleRows(first, last - first);
-      },
-      256);
-  if (options_.keep_mean) {
-    if (options_.backward_euler)
-      work.step_mean = state;
-    else
-      work.step_mean += gamma * state;
-  }
+  const VectorXd scale = work.first_stage(statistics_);
+  if (!options_.backward_euler) work.second_stage(gamma, scale, statistics_);
+  work.put_end(state, gamma);
   ++statistics_.steps;
 }
 
@@ -233,15 +243,15 @@ void ThermalIntegrator::save(core::BinaryWriter& out) const {
   const Work& work = *work_;
   out.number(work.shift);
   out.count(work.excess);
-  out.count(static_cast<std::int64_t>(work.factors.size()));
+  out.count(work.factors.size());
   for (const auto& factor : work.factors) {
     out.matrix(factor->p);
     out.number(factor->shift);
   }
-  out.count(static_cast<std::int64_t>(work.loads.size()));
+  out.count(work.loads.size());
   for (const Work::Load& load : work.loads) {
     out.matrix(load.p);
-    out.count(static_cast<std::int64_t>(load.factor));
+    out.count(load.factor);
   }
   for (long value : {statistics_.steps, statistics_.factorisations, statistics_.iterations}) out.count(value);
 }

@@ -65,7 +65,7 @@ std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const The
     }
   std::vector<std::string> sentences;
   for (const auto& [root, part] : parts) {
-    const Eigen::Vector3d at = 1e3 * part.middle / static_cast<double>(part.nodes);
+    const Eigen::Vector3d at = 1e3 * part.middle / part.nodes;
     sentences.push_back(fmt::format(
         "nothing takes heat from {} of '{}' ({} nodes around [{:.3g}, {:.3g}, {:.3g}] mm): no film, joint or coolant "
         "leads from there to an "

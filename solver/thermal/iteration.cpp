@@ -37,7 +37,7 @@ void ThermalIteration::add_local(const std::vector<std::size_t>* load_of, double
                                  SideBySide* ex, SideBySide* ax) const {
   if (!local_) return;
   for (Index column = 0; column < x.cols(); ++column) {
-    const LocalTerms::Change& local = loads[load_of ? (*load_of)[column] : static_cast<std::size_t>(column)].local;
+    const LocalTerms::Change& local = loads[load_of ? (*load_of)[column] : column].local;
     if (local.empty()) continue;
     const VectorXd of = x.col(column), stored = local.capacity * of;
     if (ex) ex->col(column) += stored;
@@ -164,7 +164,7 @@ void ThermalIteration::precondition(SideBySide& z) const {
     if (c == 0 || loads[w.load[c]].factor != loads[w.load[c - 1]].factor) first.push_back(c);
   first.push_back(w.load.size());
   core::parallel_for(0, first.size() - 1, [&](std::size_t g) {
-    const Index begin = first[g], width = first[g + 1] - first[g];
+    const Index begin = first[g], width = first[g + 1] - begin;
     std::vector<const BlockSolver::FluidFactor*> fluids;
     for (std::size_t c = first[g]; c < first[g + 1]; ++c) fluids.push_back(&loads[w.load[c]].fluids);
     factors[loads[w.load[first[g]]].factor]->solver.precondition(w.residual.middleCols(begin, width),
@@ -174,8 +174,8 @@ void ThermalIteration::precondition(SideBySide& z) const {
 
 VectorXd ThermalIteration::step(int iteration, bool with_capacity) {
   Working& w = working_;
-  const std::size_t slot = static_cast<std::size_t>(iteration) % kept_directions;
-  const std::size_t kept = std::min(static_cast<std::size_t>(iteration), kept_directions);
+  const std::size_t slot = iteration % kept_directions;
+  const std::size_t kept = std::min<std::size_t>(iteration, kept_directions);
   if (w.directions.size() <= slot) w.directions.resize(slot + 1);
   Direction& fresh = w.directions[slot];
   precondition(fresh.z);

@@ -13,6 +13,7 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
+#include "mesh/body/shape.h"
 #include "mesh/machine_mesh.h"
 #include "solver/operation/operating_model.h"
 #include "solver/thermal/element_matrix.h"
@@ -57,7 +58,19 @@ private:
     int face, first_node, film;
   };
 
+  struct Quadrature;
+
   void make_pattern(Eigen::Index size);
+  /// @param place  first of the body's (face's) entries in the pattern's values   @return the next one's
+  const int* add_body(const Body& body, const Eigen::VectorXd& start, const Eigen::VectorXd& end, const int* place,
+                      Change& change) const;
+  const int* add_radiation(const Face& face, const Eigen::VectorXd& start, const Eigen::VectorXd& end,
+                           const Coefficients& c, const int* place, Change& change) const;
+  /// @param before, after  degC at the element's nodes
+  static void add_conduction(const Body& body, Eigen::Index element, const Quadrature& at,
+                             const mesh::TetValues& before, const mesh::TetValues& after, Eigen::MatrixXd& k);
+  void add_capacity(const Body& body, Eigen::Index element, const Quadrature& at, const mesh::TetValues& before,
+                    const mesh::TetValues& after, Eigen::MatrixXd& m) const;
 
   std::vector<Body> bodies_;
   std::vector<Face> faces_;

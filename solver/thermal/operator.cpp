@@ -20,8 +20,7 @@ constexpr double body_tolerance = 1e-11;  // of a solve by multigrid that counts
 template <class Visit>
 void visit_entries(const SparseMatrix& matrix, const Visit& visit) {
   for (int column = 0; column < matrix.outerSize(); ++column)
-    for (SparseMatrix::InnerIterator it(matrix, column); it; ++it)
-      visit(static_cast<int>(it.row()), column, it.value());
+    for (SparseMatrix::InnerIterator it(matrix, column); it; ++it) visit(it.row(), column, it.value());
 }
 
 }  // namespace
@@ -32,9 +31,9 @@ ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) 
     std::sort(columns.begin(), columns.end());
     columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   };
-  const auto place = [](const std::vector<int>& outer, const std::vector<int>& inner, int row, int column) {
+  const auto place = [](const std::vector<int>& outer, const std::vector<int>& inner, int row, int column) -> int {
     const auto first = inner.begin() + outer[row], last = inner.begin() + outer[row + 1];
-    return static_cast<int>(std::lower_bound(first, last, column) - inner.begin());
+    return std::lower_bound(first, last, column) - inner.begin();
   };
 
   std::vector<std::vector<int>> rows(size);
@@ -73,7 +72,7 @@ ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) 
       if (i == first[r] || of_term[i] != of_term[i - 1]) segments_.push_back({of_term[i], i});
   }
   segment_outer_.push_back(segments_.size());
-  segments_.push_back({-1, static_cast<int>(term_inner_.size())});
+  segments_.push_back({-1, first.back()});
 
   // Body block, symmetric: its rows are its columns.
   for (const SparseMatrix& term : system.terms) {
@@ -82,7 +81,7 @@ ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) 
       rows[c].push_back(r);
     });
   }
-  const auto nodes = static_cast<int>(system.nodes);
+  const int nodes = system.nodes;
   body_outer_.push_back(0);
   for (int row = 0; row < nodes; ++row) {
     std::vector<int>& columns = rows[row];
@@ -94,7 +93,7 @@ ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) 
   const auto in_body = [&](int r, int c) {
     return r < nodes && c < nodes ? place(body_outer_, body_inner_, r, c) : -1;
   };
-  for (int row = 0; row < static_cast<int>(size); ++row)
+  for (int row = 0; row < system.size; ++row)
     for (int i = outer_[row]; i < outer_[row + 1]; ++i) volume_places_.push_back(in_body(row, inner_[i]));
   for (const SparseMatrix& term : system.terms) {
     std::vector<int> places;
@@ -121,7 +120,7 @@ void ThermalOperator::multiply_rows(const SideBySide& p, double shift, const Sid
           for (Index row = first; row < last; ++row) {
             RowSum<w> stored, conducted;
             const std::size_t r = row;
-            for (std::size_t i = outer_[r]; i < static_cast<std::size_t>(outer_[r + 1]); ++i) {
+            for (Index i = outer_[r]; i < outer_[r + 1]; ++i) {
               const double* value = from + inner_[i] * stride;
               if constexpr (wanted == Wanted::sum) {
                 conducted.add(shift * e_[i] + k_[i], value);
@@ -131,11 +130,11 @@ void ThermalOperator::multiply_rows(const SideBySide& p, double shift, const Sid
               }
             }
             if constexpr (conduct)
-              for (std::size_t s = segment_outer_[r]; s < static_cast<std::size_t>(segment_outer_[r + 1]); ++s) {
+              for (Index s = segment_outer_[r]; s < segment_outer_[r + 1]; ++s) {
                 const int term = segments_[s].term;
                 if (!used[term]) continue;
                 RowSum<w> of_term;
-                for (std::size_t i = segments_[s].begin; i < static_cast<std::size_t>(segments_[s + 1].begin); ++i)
+                for (Index i = segments_[s].begin; i < segments_[s + 1].begin; ++i)
                   of_term.add(term_values_[i], from + term_inner_[i] * stride);
                 conducted.add(coefficients + term * stride, of_term);
               }
@@ -189,9 +188,9 @@ void ThermalOperator::body_block(const VectorXd& p, double shift, SparseMatrix& 
 template <class Visit>
 void ThermalOperator::visit_row(Index row, const VectorXd& p, const Visit& visit) const {
   const std::size_t r = row;
-  for (std::size_t i = outer_[r]; i < static_cast<std::size_t>(outer_[r + 1]); ++i) visit(inner_[i], e_[i], k_[i]);
-  for (std::size_t s = segment_outer_[r]; s < static_cast<std::size_t>(segment_outer_[r + 1]); ++s)
-    for (std::size_t i = segments_[s].begin; i < static_cast<std::size_t>(segments_[s + 1].begin); ++i)
+  for (Index i = outer_[r]; i < outer_[r + 1]; ++i) visit(inner_[i], e_[i], k_[i]);
+  for (Index s = segment_outer_[r]; s < segment_outer_[r + 1]; ++s)
+    for (Index i = segments_[s].begin; i < segments_[s + 1].begin; ++i)
       visit(term_inner_[i], 0.0, p[segments_[s].term] * term_values_[i]);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/table.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {
@@ -54,6 +55,12 @@ std::vector<Slip> slips_in_machines() {
        "",
        run,
        {"machine.toml:13 material[1].density_kg_m3", "missing", "a number from 1 to 30000"}},
+      {"ChainThatIsNone",
+       file,
+       "\"V [w C' B' b Y X Z (C1) t]\"",
+       "\"rubbish\"",
+       {"mesh", "@"},
+       {"machine.toml:5 kinematic_chain", "'rubbish' without [ ]", "ISO 10791-1"}},
       {"MisnamedKey",
        file,
        "conductivity_W_mK = 46",
@@ -172,6 +179,18 @@ std::vector<Slip> slips_in_programs() {
        "duration_h = 1.5\nduration_s = 5",
        run,
        {"phase[1]", "more than one duration", "one of: duration_h"}},
+      {"AirInKelvin",
+       file,
+       "air_C = 20\n",
+       "air_C = [293.15, 295]\n",
+       run,
+       {"warm_up.toml:10", "phase[1].air_C", "293.15 degC (20 degC if in kelvin)", "-40 to 150 degC"}},
+      {"StartInKelvin",
+       file,
+       "initial_C = 20.0",
+       "initial_C = 293.15",
+       run,
+       {"warm_up.toml:4 initial_C", "293.15 degC (20 degC if in kelvin)", "plausible_C"}},
       {"UnknownAxis", file, "id = \"X\"", "id = \"W\"", run, {"phase[1].axis[1].id", "'W'", "X, Y, Z, B, C"}},
       {"MisnamedPhaseKey",
        file,
@@ -299,6 +318,24 @@ std::string name_of(const testing::TestParamInfo<Slip>& info) { return info.para
 INSTANTIATE_TEST_SUITE_P(Machine, BadInput, testing::ValuesIn(slips_in_machines()), name_of);
 INSTANTIATE_TEST_SUITE_P(Program, BadInput, testing::ValuesIn(slips_in_programs()), name_of);
 INSTANTIATE_TEST_SUITE_P(Measurement, BadInput, testing::ValuesIn(slips_in_measurements()), name_of);
+
+// A sensor logged in kelvin under a channel that says degC.
+TEST(Measurement, TemperaturesInKelvinAreNamed) {
+  const Toy toy;
+  toy.take_measurement();
+  core::Table data = core::read_csv(toy.file("measurement/data.csv"));
+  const Eigen::Index column = data.find("T1").value();
+  data.values.col(column).array() += 273.15;
+  core::write_csv(toy.file("measurement/data.csv"), data);
+  for (const char* verb : {"diagnose", "evaluate"}) {
+    const Result result = toy.run(
+        {verb, toy.path(), "--data", toy.file("measurement"), "--model", (toy_run() / "model.rom.h5").string()});
+    EXPECT_EQ(result.status, 3) << verb;
+    EXPECT_SAYS(result.err, "data.csv:2 column " + std::to_string(column + 1) + " 'T1'");
+    EXPECT_SAYS(result.err, "degC if in kelvin)");
+    EXPECT_SAYS(result.err, "-40 to 150 degC (plausible_C of machine.toml)");
+  }
+}
 
 // A place that cannot hold results is refused before the long work, not after it.
 TEST(Output, FolderThatCannotBe) {

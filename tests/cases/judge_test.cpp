@@ -65,6 +65,21 @@ TEST(Evaluate, NeedsNoMachine) {
   EXPECT_TRUE(predictions.find("z_measured").has_value());
 }
 
+// Six hours in five-minute rows: all models in one table are more lines than a terminal shows.
+TEST(Evaluate, LeavesLongTablesToTheFileAndSaysWhereTrainingIsShort) {
+  const Toy toy;
+  write_drift(toy);
+  const Result result = toy.run({"evaluate", "--data", toy.file("drift"), "--train-until", "3"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.out, "fitted on 2.9 h only: tests of ISO 230-3 last 4 h");
+  const std::string tables = read(toy.result("evaluation/tables.txt"));
+  EXPECT_SAYS(tables, "z (um)");
+  EXPECT_SAYS(result.out, "tables.txt");
+  EXPECT_EQ(result.out.find("PK before"), std::string::npos)
+      << "a table of " << std::count(tables.begin(), tables.end(), '\n');
+  EXPECT_LT(std::count(result.out.begin(), result.out.end(), '\n'), 60);
+}
+
 TEST(Evaluate, JudgesTheMachineBesideTheDataModels) {
   const Toy toy;
   const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();

@@ -3,35 +3,18 @@
 // A folder of a test's own, and small helpers about messages.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
 #include <string>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "tests/core/temporary_folder.h"
 
 namespace thermotwin::compensation::test {
 
-class Scratch {
+class Scratch : public core::TemporaryFolder {
 public:
-  Scratch() {
-    static int count = 0;
-    path_ = std::filesystem::temp_directory_path() /
-            ("thermotwin_compensation_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-  void write(const std::string& name, const std::string& text) const { core::write_file(path_ / name, text); }
-
-private:
-  std::filesystem::path path_;
+  void write(const std::string& name, const std::string& text) const { core::write_file(path() / name, text); }
 };
 
 /// Runs the function and checks that it throws an InputError whose message holds all the words.

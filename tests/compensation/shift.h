@@ -8,7 +8,7 @@
 
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/simulation.h"
-#include "tests/compensation/five_axis.h"
+#include "tests/machines/five_axis.h"
 
 namespace thermotwin::compensation::test {
 

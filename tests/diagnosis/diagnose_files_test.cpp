@@ -6,7 +6,6 @@
 #include <set>
 
 #include "core/file.h"
-#include "diagnosed_rods.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/report/diagnosis_json.h"
 #include "diagnosis/report/report.h"
@@ -14,15 +13,17 @@
 #include "mesh/machine/file.h"
 #include "reduction/model/model_file.h"
 #include "tests/core/temporary_folder.h"
+#include "tests/diagnosis/diagnosed_rods.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Diagnosis;
 using lumped::coarse_model, lumped::find, lumped::listed, lumped::run;
 
 TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
-  const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 71}));
+  const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "motor"), 1.6}}, {.seed = 71}));
   const auto json = nlohmann::json::parse(diagnosis::diagnosis_json(d));
   const auto keys = [](const nlohmann::json& object) {
     std::set<std::string> result;
@@ -49,8 +50,8 @@ TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
 
 TEST(DiagnoseFiles, all_files_are_written_and_agree) {
   const core::TemporaryFolder out;
-  const Diagnosis d = run(lumped::measure({{find("film_coefficient", "column.film"), 2.4}}, {.seed = 72}));
-  ASSERT_EQ(d.verdict, "explained") << listed(d);
+  const Diagnosis d = run(lumped::measure({{find(Kind::film_coefficient, "column.film"), 2.4}}, {.seed = 72}));
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   diagnosis::write_diagnosis(out.path(), d, coarse_model());
   EXPECT_EQ(core::read_file(out.path() / "diagnosis.json"), diagnosis::diagnosis_json(d));
   const mesh::Machine extended =
@@ -78,13 +79,13 @@ TEST(DiagnoseFiles, all_files_are_written_and_agree) {
 }
 
 TEST(DiagnoseFiles, an_extended_model_is_clean_on_the_next_measurement) {
-  const auto truth = find("source_power", "motor");
+  const auto truth = find(Kind::source_power, "motor");
   const Diagnosis d = run(lumped::measure({{truth, 1.6}}, {.seed = 74}));
   ASSERT_FALSE(d.extended_machine_text.empty()) << listed(d);
   reduction::ReducedModel extended = coarse_model();
   extended.machine = mesh::parse_machine(d.extended_machine_text, extended.machine.path);
   const Diagnosis next = diagnosis::diagnose(extended, lumped::measure({{truth, 1.6}}, {.seed = 75}), {});
-  EXPECT_EQ(next.verdict, "no_discrepancy") << listed(next);
+  EXPECT_EQ(next.verdict, diagnosis::Verdict::no_discrepancy) << listed(next);
 }
 
 }  // namespace

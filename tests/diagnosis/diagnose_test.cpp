@@ -8,11 +8,12 @@
 #include <random>
 #include <set>
 
+#include "compensation/measurement/channel.h"
 #include "core/error.h"
 #include "core/thread_pool.h"
-#include "diagnosed_rods.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/inference/hypothesis_fit.h"
+#include "diagnosis/inference/model_search.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
 #include "diagnosis/record/diagnose_options.h"
@@ -20,17 +21,19 @@
 #include "diagnosis/report/report.h"
 #include "diagnosis/report/words.h"
 #include "mesh/machine/file.h"
+#include "tests/diagnosis/diagnosed_rods.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Diagnosis;
 using lumped::coarse_model, lumped::expect_found, lumped::find, lumped::listed, lumped::run;
 
 TEST(Diagnose, a_clean_machine_has_no_discrepancy) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const Diagnosis d = run(lumped::measure({}, {.seed = seed}));
-    EXPECT_EQ(d.verdict, "no_discrepancy") << "seed " << seed << "\n" << listed(d);
+    EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << "seed " << seed << "\n" << listed(d);
     EXPECT_TRUE(d.causes.empty());
     EXPECT_TRUE(d.extended_machine_text.empty());
   }
@@ -40,7 +43,7 @@ TEST(Diagnose, nominal_uncertainty_is_no_discrepancy) {
   int wrong = 0;
   for (std::uint64_t seed = 101; seed <= 110; ++seed) {
     const Diagnosis d = run(lumped::measure({}, {.seed = seed, .spread = 1.0}));
-    if (d.verdict != "no_discrepancy") {
+    if (d.verdict != diagnosis::Verdict::no_discrepancy) {
       ++wrong;
       std::cout << "seed " << seed << "\n" << listed(d);
     }
@@ -50,11 +53,12 @@ TEST(Diagnose, nominal_uncertainty_is_no_discrepancy) {
 }
 
 struct Fault {
-  const char *kind, *where;
+  Kind kind;
+  const char* where;
   double value, tolerance;
 };
 void PrintTo(const Fault& fault, std::ostream* out) {
-  *out << fault.kind << " of " << fault.where << " " << fault.value;
+  *out << name_of(fault.kind) << " of " << fault.where << " " << fault.value;
 }
 
 class DiagnoseFault : public ::testing::TestWithParam<Fault> {};
@@ -70,29 +74,28 @@ TEST_P(DiagnoseFault, is_found) {
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, DiagnoseFault,
-    ::testing::Values(Fault{"source_power", "motor", 1.6, 0.2}, Fault{"source_power", "guide_friction", 2.0, 0.3},
-                      Fault{"film_coefficient", "column.film", 2.2, 0.5},
-                      Fault{"film_coefficient", "head.film", 0.3, 0.3}, Fault{"ambient_offset", "air", 1.5, 0.4},
-                      Fault{"foundation_temperature", "foundation", -2.5, 0.8},
-                      Fault{"contact_conductance", "Z_guide", 0.25, 0.15},
-                      Fault{"sensor_offset", "T4_reading", 0.9, 0.15}, Fault{"sensor_drift", "T2_reading", 0.06, 0.015},
-                      Fault{"sensor_lag", "T5_reading", 1500, 400}, Fault{"sensor_detached", "T4_reading", 0.6, 0.15},
-                      Fault{"probe_drift", "dz_low", 0.8, 0.25}, Fault{"clock_shift", "displacement", 1500, 300},
-                      Fault{"clock_shift", "dz_high", 2400, 400}, Fault{"source_speed_law", "motor", 0.9, 0.4},
-                      Fault{"standstill_power", "motor", 60, 15}, Fault{"radiation_load", "head.film", 90, 30},
-                      Fault{"coolant_coupling", "main.jacket", 0.3, 0.2}),
+    ::testing::Values(
+        Fault{Kind::source_power, "motor", 1.6, 0.2}, Fault{Kind::source_power, "guide_friction", 2.0, 0.3},
+        Fault{Kind::film_coefficient, "column.film", 2.2, 0.5}, Fault{Kind::film_coefficient, "head.film", 0.3, 0.3},
+        Fault{Kind::ambient_offset, "air", 1.5, 0.4}, Fault{Kind::foundation_temperature, "foundation", -2.5, 0.8},
+        Fault{Kind::contact_conductance, "Z_guide", 0.25, 0.15}, Fault{Kind::sensor_offset, "T4_reading", 0.9, 0.15},
+        Fault{Kind::sensor_drift, "T2_reading", 0.06, 0.015}, Fault{Kind::sensor_lag, "T5_reading", 1500, 400},
+        Fault{Kind::sensor_detached, "T4_reading", 0.6, 0.15}, Fault{Kind::probe_drift, "dz_low", 0.8, 0.25},
+        Fault{Kind::clock_shift, "displacement", 1500, 300}, Fault{Kind::clock_shift, "dz_high", 2400, 400},
+        Fault{Kind::source_speed_law, "motor", 0.9, 0.4}, Fault{Kind::standstill_power, "motor", 60, 15},
+        Fault{Kind::radiation_load, "head.film", 90, 30}, Fault{Kind::coolant_coupling, "main.jacket", 0.3, 0.2}),
     [](const auto& test) {
-      std::string name = std::string(test.param.kind) + "_" + test.param.where;
+      std::string name = name_of(test.param.kind) + "_" + test.param.where;
       std::replace_if(
           name.begin(), name.end(), [](char c) { return c == '.'; }, '_');
       return name;
     });
 
 TEST(Diagnose, a_sensor_is_told_from_physics) {
-  const auto truth = find("sensor_offset", "T5_reading");
+  const auto truth = find(Kind::sensor_offset, "T5_reading");
   const Diagnosis d = run(lumped::measure({{truth, -1.2}}, {.seed = 31, .spread = 0.7}));
   expect_found(d, truth, -1.2, 0.15);
-  ASSERT_EQ(d.verdict, "explained") << listed(d);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   // It says nothing about the displacements, yet its own readings come right.
   EXPECT_NEAR(d.reduction_percent, 0.0, 1e-9);
   const auto own =
@@ -102,17 +105,17 @@ TEST(Diagnose, a_sensor_is_told_from_physics) {
 }
 
 TEST(Diagnose, a_probe_that_drifts_gets_a_reading_where_its_own_gain_is_certain) {
-  const auto truth = find("probe_drift", "dz_low");
+  const auto truth = find(Kind::probe_drift, "dz_low");
   const Diagnosis d = run(lumped::measure({{truth, 0.8}}, {.seed = 31, .spread = 0.7}));
-  ASSERT_EQ(d.verdict, "explained") << listed(d);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   EXPECT_NE(d.extended_machine_text.find("[[reading]]"), std::string::npos);
 }
 
 TEST(Diagnose, two_causes_are_both_named) {
-  const auto a = find("source_power", "motor"), b = find("sensor_offset", "T2_reading");
+  const auto a = find(Kind::source_power, "motor"), b = find(Kind::sensor_offset, "T2_reading");
   const Diagnosis d = run(lumped::measure({{a, 1.7}, {b, 0.8}}, {.seed = 41, .spread = 0.5}));
   SCOPED_TRACE(listed(d));
-  ASSERT_EQ(d.verdict, "explained");
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained);
   std::set<std::string> named;
   for (const auto& cause : d.causes) named.insert(cause.parameter.where);
   EXPECT_EQ(named, (std::set<std::string>{"motor", "T2_reading"}));
@@ -131,7 +134,7 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
     m.data.values(i, m.channels[5].column) += 0.9 * std::cos(1.3 * hour);
   }
   const Diagnosis d = run(m);
-  EXPECT_EQ(d.verdict, "unexplained") << listed(d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
   EXPECT_TRUE(d.extended_machine_text.empty());
 }
 
@@ -139,12 +142,12 @@ TEST(Diagnose, a_loose_sensor_in_steady_air_is_not_something_unknown) {
   // Where the air stays as it is, its reading is in proportion to the model's response.
   for (const double share : {0.3, 0.6})
     for (const char* sensor : {"T4_reading", "T5_reading"}) {
-      const auto loose = find("sensor_detached", sensor);
+      const auto loose = find(Kind::sensor_detached, sensor);
       const Diagnosis d = run(lumped::measure({{loose, share}}, {.seed = 47, .spread = 0.5, .air_swing = 0}));
       SCOPED_TRACE(listed(d));
-      EXPECT_EQ(d.verdict, "explained") << share;
+      EXPECT_EQ(d.verdict, diagnosis::Verdict::explained) << share;
       ASSERT_FALSE(d.causes.empty());
-      EXPECT_EQ(d.causes[0].parameter.kind, "sensor_detached");
+      EXPECT_EQ(d.causes[0].parameter.kind, Kind::sensor_detached);
       EXPECT_EQ(d.causes[0].parameter.where, sensor);
       EXPECT_NEAR(d.causes[0].value, share, 2.5 * d.causes[0].std);
       EXPECT_LT(d.causes[0].std, 0.06);
@@ -152,7 +155,7 @@ TEST(Diagnose, a_loose_sensor_in_steady_air_is_not_something_unknown) {
 }
 
 TEST(Diagnose, a_lag_of_two_elements_is_one_lag) {
-  const auto lag = find("sensor_lag", "T5_reading");
+  const auto lag = find(Kind::sensor_lag, "T5_reading");
   compensation::Measurement m = lumped::measure({}, {.seed = 45, .spread = 0.5, .noise_K = 0});
   for (int element = 0; element < 2; ++element) lumped::spoil(m, lag, 1500.0);
   std::mt19937 random(46);
@@ -164,22 +167,22 @@ TEST(Diagnose, a_lag_of_two_elements_is_one_lag) {
   }
   const Diagnosis d = run(m);
   SCOPED_TRACE(listed(d));
-  ASSERT_EQ(d.verdict, "explained");
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained);
   ASSERT_EQ(d.causes.size(), 1U);
-  EXPECT_EQ(d.causes[0].parameter.kind, "sensor_lag");
+  EXPECT_EQ(d.causes[0].parameter.kind, Kind::sensor_lag);
   EXPECT_NEAR(d.causes[0].value, 3000, 2.5 * d.causes[0].std) << "of both";
   EXPECT_LT(d.causes[0].std, 300);
 }
 
 TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
   // Neither shows on the tangent at nominal, and of the two the lag only beside the clocks.
-  const auto clocks = find("clock_shift", "temperature"), lag = find("sensor_lag", "T5_reading");
+  const auto clocks = find(Kind::clock_shift, "temperature"), lag = find(Kind::sensor_lag, "T5_reading");
   const Diagnosis d = run(lumped::measure({{clocks, -3000.0}, {lag, 3000.0}}, {.seed = 43, .spread = 0.5}));
   SCOPED_TRACE(listed(d));
-  ASSERT_EQ(d.verdict, "explained");
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained);
   ASSERT_EQ(d.causes.size(), 2u);
   for (const auto& cause : d.causes)
-    if (cause.parameter.kind == "clock_shift") {
+    if (cause.parameter.kind == Kind::clock_shift) {
       EXPECT_EQ(cause.parameter.where, "temperature");
       EXPECT_NEAR(cause.value, -3000, 300);
     } else {
@@ -190,7 +193,7 @@ TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
 
 /// Half more heat than stated, and a sensor whose reading swings as no kind describes.
 compensation::Measurement heat_and_a_swinging_sensor(double heat = 1.6) {
-  compensation::Measurement m = lumped::measure({{find("source_power", "motor"), heat}}, {.seed = 61});
+  compensation::Measurement m = lumped::measure({{find(Kind::source_power, "motor"), heat}}, {.seed = 61});
   for (Eigen::Index i = 0; i < m.data.rows(); ++i)
     m.data.values(i, m.channels[3].column) += 0.8 * std::sin(1.9 * m.data.values(i, 0) / 3600.0);
   return m;
@@ -199,12 +202,12 @@ compensation::Measurement heat_and_a_swinging_sensor(double heat = 1.6) {
 TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open) {
   const Diagnosis d = run(heat_and_a_swinging_sensor());
   SCOPED_TRACE(listed(d));
-  ASSERT_EQ(d.verdict, "ambiguous");
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
   ASSERT_EQ(d.causes.size(), 1u);
   EXPECT_EQ(d.causes[0].parameter.where, "motor");
   EXPECT_NEAR(d.causes[0].value, 1.6, 0.25);
   ASSERT_EQ(d.ambiguous_set.size(), 1u);
-  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
+  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, Kind::unknown);
   EXPECT_NE(d.sentence.find("something beside it that no kind describes"), std::string::npos) << d.sentence;
   EXPECT_TRUE(d.extended_machine_text.empty());
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) {
@@ -232,9 +235,10 @@ TEST(Diagnose, a_mesh_that_turns_the_motion_a_little_is_no_discrepancy) {
     for (const double sign : {-1.0, 1.0}) {
       const Diagnosis little =
           run(mixed(mixed(clean, "dx_low", "dz_low", 0.1 * sign), "dx_high", "dz_high", 0.1 * sign));
-      if (little.verdict != "no_discrepancy") ++alarms, std::cout << listed(little);
+      if (little.verdict != diagnosis::Verdict::no_discrepancy) ++alarms, std::cout << listed(little);
     }
-    seen += run(mixed(mixed(clean, "dx_low", "dz_low", 0.3), "dx_high", "dz_high", 0.3)).verdict != "no_discrepancy";
+    seen += run(mixed(mixed(clean, "dx_low", "dz_low", 0.3), "dx_high", "dz_high", 0.3)).verdict !=
+            diagnosis::Verdict::no_discrepancy;
   }
   EXPECT_EQ(alarms, 0);
   EXPECT_GE(seen, 3);
@@ -247,12 +251,12 @@ TEST(Diagnose, the_stated_error_of_temperatures_is_what_they_may_be_off_by) {
     how.temperature_error_percent = percent;
     return diagnosis::diagnose(coarse_model(), off, how).verdict;
   };
-  EXPECT_EQ(verdict(40.0), "no_discrepancy");
-  EXPECT_NE(verdict(1.0), "no_discrepancy");
+  EXPECT_EQ(verdict(40.0), diagnosis::Verdict::no_discrepancy);
+  EXPECT_NE(verdict(1.0), diagnosis::Verdict::no_discrepancy);
 }
 
 TEST(Diagnose, held_out_time_is_never_fitted) {
-  const auto truth = find("source_power", "motor");
+  const auto truth = find(Kind::source_power, "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
   const Diagnosis d = run(m);
   // Nonsense behind the split changes the judgement, not the estimate.
@@ -270,7 +274,7 @@ TEST(Diagnose, held_out_time_is_never_fitted) {
 }
 
 TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
-  const auto truth = find("probe_drift", "dz_low");
+  const auto truth = find(Kind::probe_drift, "dz_low");
   compensation::Measurement m = lumped::measure({{truth, 0.2}}, {.seed = 21, .spread = 0.7});
   const Diagnosis d = run(m);
   const auto says_so = [](const std::string& note) { return note.find("left the cause open") != std::string::npos; };
@@ -278,7 +282,7 @@ TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
   const Eigen::VectorXd time = m.data.values.col(0);
   EXPECT_NEAR(d.heldout_from_s, 0.85 * time[time.size() - 1], 600.0) << "half of what was held out";
   ASSERT_EQ(d.causes.size(), 1u) << listed(d);
-  EXPECT_EQ(d.causes[0].parameter.kind, "probe_drift");
+  EXPECT_EQ(d.causes[0].parameter.kind, Kind::probe_drift);
   EXPECT_NEAR(d.causes[0].value, 0.2, 4 * d.causes[0].std);
   // Nonsense behind the later split changes the judgement, not the estimate.
   for (Eigen::Index i = 0; i < time.size(); ++i)
@@ -300,7 +304,7 @@ TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
   EXPECT_NEAR(one_look.heldout_from_s, 0.7 * time[time.size() - 1], 600.0);
   EXPECT_GT(one_look.heldout_rms_before_um, 0.0);
 
-  const Diagnosis sure = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 21}));
+  const Diagnosis sure = run(lumped::measure({{find(Kind::source_power, "motor"), 1.6}}, {.seed = 21}));
   EXPECT_EQ(std::count_if(sure.notes.begin(), sure.notes.end(), says_so), 0);
   EXPECT_NEAR(sure.heldout_from_s, 0.7 * time[time.size() - 1], 600.0);
 }
@@ -325,7 +329,7 @@ TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_w
   EXPECT_EQ(diagnosis::heldout_objection(d, 3.0), "");
 
   // What a hypothesis foretells of held-out time, where it is the truth and where the truth becomes another.
-  const auto truth = find("source_power", "motor");
+  const auto truth = find(Kind::source_power, "motor");
   const auto foretold = [&](const compensation::Measurement& m) {
     const mesh::Machine machine = lumped::machine();
     const reduction::ReducedModel model = lumped::model(machine, 9);
@@ -390,10 +394,10 @@ TEST(Diagnose, a_pose_that_leaves_an_axis_out_is_said) {
 }
 
 TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
-  const auto truth = find("source_power", "motor");
+  const auto truth = find(Kind::source_power, "motor");
   const Diagnosis d =
       run(contradicted(lumped::measure({{truth, 1.6}}, {.seed = 61}), lumped::measure({{truth, 0.4}}, {.seed = 61})));
-  EXPECT_EQ(d.verdict, "unexplained") << listed(d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
   EXPECT_TRUE(d.causes.empty() && d.extended_machine_text.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
   EXPECT_TRUE(std::any_of(d.warnings.begin(), d.warnings.end(), [](const std::string& note) {
@@ -403,33 +407,33 @@ TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
 
 TEST(Diagnose, nor_is_it_named_beside_something_unknown) {
   const Diagnosis d = run(contradicted(heat_and_a_swinging_sensor(), heat_and_a_swinging_sensor(0.4)));
-  EXPECT_EQ(d.verdict, "unexplained") << listed(d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
   EXPECT_TRUE(d.causes.empty() && d.ambiguous_set.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
 }
 
 TEST(Diagnose, gain_is_computed_from_before_and_after) {
-  const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.6}}, {.seed = 62}));
+  const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "motor"), 1.6}}, {.seed = 62}));
   EXPECT_NEAR(d.reduction_percent, 100 * (1 - d.heldout_rms_after_um / d.heldout_rms_before_um), 1e-9);
   EXPECT_LE(d.ci95_low_percent, d.reduction_percent);
   EXPECT_GE(d.ci95_high_percent, d.reduction_percent);
 }
 
 TEST(Diagnose, probabilities_add_up) {
-  const Diagnosis d = run(lumped::measure({{find("source_power", "pump"), 2.0}}, {.seed = 63}));
-  std::set<std::string> kinds;
+  const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "pump"), 2.0}}, {.seed = 63}));
+  std::set<Kind> kinds;
   for (const auto& r : d.ranking) {
     EXPECT_GE(r.probability, 0.0);
     EXPECT_LE(r.probability, 1.0 + 1e-12);
     kinds.insert(r.parameter.kind);
   }
-  EXPECT_TRUE(kinds.count("none") && kinds.count("unknown"));
+  EXPECT_TRUE(kinds.count(Kind::none) && kinds.count(Kind::unknown));
   for (std::size_t i = 1; i < d.ranking.size(); ++i) EXPECT_GE(d.ranking[i - 1].probability, d.ranking[i].probability);
 }
 
 TEST(Diagnose, is_the_same_for_any_threads) {
   const compensation::Measurement m =
-      lumped::measure({{find("source_power", "motor"), 1.5}}, {.hours = 12, .seed = 64});
+      lumped::measure({{find(Kind::source_power, "motor"), 1.5}}, {.hours = 12, .seed = 64});
   core::set_thread_count(1);
   const std::string one = diagnosis::diagnosis_json(run(m));
   core::set_thread_count(4);
@@ -446,8 +450,32 @@ TEST(Diagnose, bad_options_are_refused) {
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.interval_s = -1}), core::InputError);
 }
 
+/// What an option's refusal says.
+template <class Options>
+std::string refusal(const Options& options) {
+  try {
+    options.validate();
+  } catch (const core::InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Options, name_the_field_the_value_and_what_is_allowed) {
+  EXPECT_EQ(refusal(diagnosis::DiagnoseOptions{}), "");
+  EXPECT_EQ(refusal(diagnosis::DiagnoseOptions{.heldout_share = 0.95}),
+            "diagnose heldout_share: 0.95; allowed: 0.05 to 0.9");
+  EXPECT_EQ(refusal(diagnosis::ObserveOptions{}), "");
+  EXPECT_EQ(refusal(diagnosis::ObserveOptions{.longest_step_s = 0}),
+            "observe longest_step_s: 0; allowed: a positive number of seconds");
+  EXPECT_EQ(refusal(diagnosis::ObserveOptions{.most_intervals = 7}), "observe most_intervals: 7; allowed: 8 or more");
+  EXPECT_EQ(refusal(diagnosis::SearchOptions{}), "");
+  EXPECT_EQ(refusal(diagnosis::SearchOptions{.prior_none = 0}), "search prior_none: 0; allowed: above 0, at most 1");
+  EXPECT_EQ(refusal(diagnosis::SearchOptions{.pair_group = 0}), "search pair_group: 0; allowed: 1 or more");
+}
+
 TEST(Diagnose, a_third_of_the_values_may_be_missing) {
-  const auto truth = find("source_power", "motor");
+  const auto truth = find(Kind::source_power, "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 81});
   std::mt19937_64 random(5);
   for (Eigen::Index i = 1; i < m.data.rows(); ++i)
@@ -475,11 +503,10 @@ TEST(Diagnose, what_nothing_excites_is_named) {
   // Nothing runs: what the spindle heats cannot be judged.
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .seed = 83});
   for (const auto& channel : m.channels)
-    if (channel.input.ends_with("_rpm") || channel.input.ends_with("_mm_min"))
-      m.data.values.col(channel.column).setZero();
+    if (compensation::channel_named(channel.input).is_speed()) m.data.values.col(channel.column).setZero();
   const Diagnosis d = run(m);
   EXPECT_TRUE(says(d, "source_power of motor") && says(d, "source_speed_law of motor")) << listed(d);
-  for (const auto& r : d.ranking) EXPECT_FALSE(r.parameter.kind == "source_power" && r.parameter.where == "motor");
+  for (const auto& r : d.ranking) EXPECT_FALSE(r.parameter.kind == Kind::source_power && r.parameter.where == "motor");
 }
 
 TEST(Diagnose, a_short_record_says_so) {
@@ -488,7 +515,7 @@ TEST(Diagnose, a_short_record_says_so) {
 }
 
 TEST(Diagnose, residuals_say_when_and_what_they_follow) {
-  const Diagnosis d = run(lumped::measure({{find("source_power", "motor"), 1.8}}, {.seed = 85}));
+  const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "motor"), 1.8}}, {.seed = 85}));
   ASSERT_EQ(d.analysis.size(), d.residuals.size());
   const auto own =
       std::find_if(d.analysis.begin(), d.analysis.end(), [](const auto& a) { return a.id == "T5_reading"; });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Diagnoses of the three rods of lumped_machine.h, and what of them a failing test shows.
+// Diagnoses of the three rods of tests/machines, and what of them a failing test shows.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "diagnosis/diagnose.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/record/diagnose_options.h"
-#include "lumped_machine.h"
+#include "tests/machines/rods_record.h"
 
 namespace lumped {
 
@@ -30,12 +30,12 @@ inline Diagnosis run(const compensation::Measurement& measurement) {
 }
 
 inline std::string listed(const Diagnosis& d) {
-  std::string text = d.verdict + ": " + d.sentence + "\n";
+  std::string text = diagnosis::name_of(d.verdict) + ": " + d.sentence + "\n";
   for (std::size_t i = 0; i < std::min<std::size_t>(6, d.ranking.size()); ++i) {
     const auto& r = d.ranking[i];
-    text += "  " + r.parameter.kind + " " + r.parameter.where + " p " + std::to_string(r.probability) + " log " +
-            std::to_string(r.log_evidence) + " value " + std::to_string(r.value) + " +- " + std::to_string(r.std) +
-            "\n";
+    text += "  " + diagnosis::name_of(r.parameter.kind) + " " + r.parameter.where + " p " +
+            std::to_string(r.probability) + " log " + std::to_string(r.log_evidence) + " value " +
+            std::to_string(r.value) + " +- " + std::to_string(r.std) + "\n";
   }
   return text;
 }
@@ -43,13 +43,13 @@ inline std::string listed(const Diagnosis& d) {
 /// The truth is named, or among those that share.
 inline void expect_found(const Diagnosis& d, const diagnosis::Parameter& truth, double value, double tolerance) {
   SCOPED_TRACE(listed(d));
-  ASSERT_TRUE(d.verdict == "explained" || d.verdict == "ambiguous");
-  const auto& set = d.verdict == "explained" ? d.causes : d.ambiguous_set;
+  ASSERT_TRUE(d.verdict == diagnosis::Verdict::explained || d.verdict == diagnosis::Verdict::ambiguous);
+  const auto& set = d.verdict == diagnosis::Verdict::explained ? d.causes : d.ambiguous_set;
   const auto at = std::find_if(set.begin(), set.end(), [&](const diagnosis::RankedCause& c) {
     return c.parameter.kind == truth.kind && c.parameter.where == truth.where;
   });
   ASSERT_NE(at, set.end());
-  if (d.verdict == "explained") {
+  if (d.verdict == diagnosis::Verdict::explained) {
     EXPECT_EQ(d.causes.size(), 1u);
     EXPECT_EQ(d.ranking.front().parameter.where, truth.where);
     EXPECT_NEAR(at->value, value, tolerance);

@@ -9,8 +9,8 @@
 
 #include "core/error.h"
 #include "solver/operation/load_program.h"
-#include "tests/compensation/five_axis.h"
 #include "tests/fuzz/require.h"
+#include "tests/machines/five_axis.h"
 
 using namespace thermotwin;
 

@@ -7,8 +7,8 @@
 
 #include "compensation/online/compensator.h"
 #include "core/error.h"
-#include "tests/diagnosis/lumped_machine.h"
 #include "tests/fuzz/require.h"
+#include "tests/machines/rods.h"
 
 using namespace thermotwin;
 

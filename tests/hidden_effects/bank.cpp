@@ -24,6 +24,7 @@
 namespace thermotwin::hidden {
 
 using diagnosis::Parameter;
+using diagnosis::Kind;
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -35,10 +36,10 @@ constexpr const char* group_names[] = {"single", "clean", "pair", "outside"};
 double drawn_value(const Parameter& p, Random& random) {
   const double least = 4.2 * p.nominal_std, most = std::max(1.3 * least, 1.2 * p.cause_std);
   double by = random.uniform(least, most);
-  if (p.kind == "sensor_lag") return random.uniform(900.0, 3600.0);
-  if (p.kind == "sensor_detached") return random.uniform(0.3, 0.95);
-  if (p.kind == "clock_shift") by = random.uniform(900.0, 5400.0);
-  if (p.kind == "sensor_offset") by = random.uniform(0.4, 2.0);
+  if (p.kind == Kind::sensor_lag) return random.uniform(900.0, 3600.0);
+  if (p.kind == Kind::sensor_detached) return random.uniform(0.3, 0.95);
+  if (p.kind == Kind::clock_shift) by = random.uniform(900.0, 5400.0);
+  if (p.kind == Kind::sensor_offset) by = random.uniform(0.4, 2.0);
   const bool down = random.uniform() < 0.5;
   // What is multiplied falls as often as it rises, as far on a scale of logarithms.
   if (p.ratio) return down ? 1.0 / (1.0 + by) : 1.0 + by;
@@ -54,7 +55,7 @@ std::vector<Parameter> candidates(const Specimen& specimen, const std::string& l
 /// Heat on the skin that no source has, of 15 to 150 W.
 Truth drawn_spot(const Specimen& specimen, const std::string& load, Random& random) {
   Truth truth;
-  truth.parameter = diagnosis::make_parameter("source_missing", "");
+  truth.parameter = diagnosis::make_parameter(Kind::source_missing, "");
   auto source = std::make_shared<diagnosis::MissingSource>();
   std::tie(source->body, source->centre) = drawn_place(specimen.mesh(), random);
   const std::vector<Followable> inputs = specimen.followable(load);
@@ -69,14 +70,15 @@ Truth drawn_spot(const Specimen& specimen, const std::string& load, Random& rand
   return truth;
 }
 
-Truth drawn_truth(const Specimen& specimen, const std::string& load, const std::vector<Parameter>& all,
-                  const std::string& kind, Random& random) {
-  if (kind == "source_missing") return drawn_spot(specimen, load, random);
+Truth drawn_truth(const Specimen& specimen, const std::string& load, const std::vector<Parameter>& all, Kind kind,
+                  Random& random) {
+  if (kind == Kind::source_missing) return drawn_spot(specimen, load, random);
   std::vector<Parameter> places;
   for (const Parameter& p : all)
     if (p.kind == kind) places.push_back(p);
   if (places.empty())
-    throw core::UsageError(fmt::format("kind {}: the machine has no place for it under the load {}", kind, load));
+    throw core::UsageError(
+        fmt::format("kind {}: the machine has no place for it under the load {}", name_of(kind), load));
   Truth truth;
   truth.parameter = places[random.index(places.size())];
   truth.value = drawn_value(truth.parameter, random);
@@ -97,18 +99,18 @@ double heldout_square(const diagnosis::Problem& problem, const VectorXd& predict
 
 }  // namespace
 
-std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load,
-                                       const reduction::ReducedModel& model) {
-  std::vector<std::string> kinds;
+std::vector<Kind> offered_kinds(const Specimen& specimen, const std::string& load,
+                                const reduction::ReducedModel& model) {
+  std::vector<Kind> kinds;
   for (const Parameter& p : candidates(specimen, load, model))
-    if (p.kind != "process_heat" && std::find(kinds.begin(), kinds.end(), p.kind) == kinds.end())
+    if (p.kind != Kind::process_heat && std::find(kinds.begin(), kinds.end(), p.kind) == kinds.end())
       kinds.push_back(p.kind);
-  if (!model.patches.items.empty()) kinds.push_back("source_missing");
+  if (!model.patches.items.empty()) kinds.push_back(Kind::source_missing);
   return kinds;
 }
 
-Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, const std::string& kind,
-              const std::string& load, std::uint64_t seed) {
+Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, Kind kind, const std::string& load,
+              std::uint64_t seed) {
   Random random(seed * 2654435761u + 17);
   Draw draw;
   draw.load = load;
@@ -118,20 +120,20 @@ Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group,
     const Factors factors = expectations.of(truth, load);
     return factors.against_none >= 20.0 && factors.against_rival >= 10.0;
   };
-  const auto clear_truth = [&](const std::string& of_kind, int tries) {
+  const auto clear_truth = [&](Kind of_kind, int tries) {
     Truth truth = drawn_truth(specimen, load, all, of_kind, random);
     for (int t = 1; t < tries && !clear(truth); ++t) truth = drawn_truth(specimen, load, all, of_kind, random);
     return truth;
   };
   if (group == Group::single) draw.truths.push_back(clear_truth(kind, 6));
   if (group == Group::pair) {
-    const std::vector<std::string> kinds = offered_kinds(specimen, load, expectations.model());
+    const std::vector<Kind> kinds = offered_kinds(specimen, load, expectations.model());
     // Two kinds that the load shows, else any two.
     for (int tries = 0; tries < 30 && draw.truths.size() < 2; ++tries) {
-      const std::string& other = kinds[random.index(kinds.size())];
+      const Kind other = kinds[random.index(kinds.size())];
       if (!draw.truths.empty() && draw.truths.front().parameter.kind == other) continue;
       const Truth truth = clear_truth(other, 3);
-      if (tries + 2 - static_cast<int>(draw.truths.size()) >= 30 || clear(truth)) draw.truths.push_back(truth);
+      if (tries + 2 - std::ssize(draw.truths) >= 30 || clear(truth)) draw.truths.push_back(truth);
     }
   }
   if (group == Group::outside) {
@@ -150,7 +152,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
                   const reduction::ReducedModel& model, const Beside& beside, const std::vector<double>& effective) {
   Line line;
   line.id = id;
-  line.group = group_names[group];
+  line.group = group_names[static_cast<int>(group)];
   const auto began = std::chrono::steady_clock::now();
   const diagnosis::Diagnosis d = diagnosis::diagnose(model, measurement, beside.how);
   line.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -158,8 +160,8 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   // What is found in words of what is hidden.
   const auto words = [&](const Parameter& found) -> std::pair<std::string, std::string> {
     for (const Truth& truth : draw.truths)
-      if (same_cause(found, truth.parameter)) return {found.kind, truth.parameter.where};
-    return {found.kind, found.missing ? found.where + " following " + found.missing->follows : found.where};
+      if (same_cause(found, truth.parameter)) return {name_of(found.kind), truth.parameter.where};
+    return {name_of(found.kind), found.missing ? found.where + " following " + found.missing->follows : found.where};
   };
   for (const diagnosis::RankedCause& cause : d.ranking) {
     if (cause.parameter.name.empty()) continue;
@@ -175,7 +177,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   if (group == Group::outside) {
     static constexpr const char* names[] = {"none", "hysteretic_joint", "humid_film", "slipping_cable",
                                             "jumping_bearing"};
-    line.kind = names[draw.outside];
+    line.kind = names[static_cast<int>(draw.outside)];
     line.where = draw.outside_where;
   }
   const mesh::Machine& machine = model.machine;
@@ -193,13 +195,13 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
       const int which[] = {static_cast<int>(i)};
       const double width[] = {problem.parameters[i].cause_std};
       if (const double left = evidence.widen(which, width).chi_square; left < line.against_rival)
-        line.against_rival = left, line.rival = problem.parameters[i].kind + " " + problem.parameters[i].where;
+        line.against_rival = left, line.rival = name_of(problem.parameters[i].kind) + " " + problem.parameters[i].where;
     }
   }
   if (draw.truths.empty()) return line;
 
   const Truth& truth = draw.truths.front();
-  line.kind = truth.parameter.kind;
+  line.kind = name_of(truth.parameter.kind);
   line.where = truth.parameter.where;
   line.value = effective.empty() ? truth.value : effective.front();
   line.nominal_std = truth.parameter.nominal_std;
@@ -219,7 +221,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     line.std = cause.std;
   }
   if (draw.truths.size() > 1) {
-    line.kind2 = draw.truths[1].parameter.kind;
+    line.kind2 = name_of(draw.truths[1].parameter.kind);
     line.where2 = draw.truths[1].parameter.where;
     line.second_named = named.count(line.kind2 + " " + line.where2) > 0;
     const Seen seen(model, measurement, {}, beside.how);
@@ -238,9 +240,10 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   line.rival = factors.rival;
   mesh::Machine found = machine;
   for (const diagnosis::RankedCause& cause : d.causes)
-    if (d.verdict == "explained") found = diagnosis::with_parameter(found, cause.parameter, cause.value);
+    if (d.verdict == diagnosis::Verdict::explained)
+      found = diagnosis::with_parameter(found, cause.parameter, cause.value);
   const mesh::Machine right = diagnosis::with_parameter(machine, on_model(truth.parameter, model), line.value);
-  if (d.verdict == "explained") {
+  if (d.verdict == diagnosis::Verdict::explained) {
     const double before = heldout_square(seen.problem(), seen.problem().predicted),
                  after = heldout_square(seen.problem(), seen.response().predict(found)),
                  best = heldout_square(seen.problem(), seen.response().predict(right));

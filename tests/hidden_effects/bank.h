@@ -28,7 +28,8 @@ struct Line {
   double against_none = 0, against_rival = 0;
   std::string rival;
   /// A named or shared cause that is the truth has the truth's words, also a missing source whose place differs.
-  std::string verdict, named_kind, named_where, set;        ///< set: all named and shared causes
+  diagnosis::Verdict verdict = diagnosis::Verdict::unexplained;
+  std::string named_kind, named_where, set;                 ///< set: all named and shared causes
   double probability = 0, rank = 0, estimate = 0, std = 0;  ///< of the truth
   double named_probability = 0;
   double gain = absent;  ///< on held-out time, relative to that with the truth
@@ -56,12 +57,12 @@ struct Line {
 };
 
 /// What a seed hides: of several draws the first whose effects can be told from all others, else the last.
-Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, const std::string& kind,
+Draw draw_set(const Specimen& specimen, Expectations& expectations, Group group, diagnosis::Kind kind,
               const std::string& load, std::uint64_t seed);
 
 /// Kinds that the machine offers as single causes.
-std::vector<std::string> offered_kinds(const Specimen& specimen, const std::string& load,
-                                       const reduction::ReducedModel& model);
+std::vector<diagnosis::Kind> offered_kinds(const Specimen& specimen, const std::string& load,
+                                           const reduction::ReducedModel& model);
 
 /// What a set comes with beside the measurement that the diagnosis gets; null where it stays unknown.
 struct Beside {

@@ -11,6 +11,7 @@
 namespace thermotwin::hidden {
 
 using diagnosis::ObservedChannel;
+using diagnosis::Kind;
 using diagnosis::Parameter;
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -113,8 +114,7 @@ Refit refit(const Seen& seen, const mesh::Machine& machine) {
   const diagnosis::Problem& problem = seen.problem();
   Refit fit;
   for (const Parameter& p : problem.parameters)
-    if (p.kind == "source_power" || p.kind == "film_coefficient" || p.kind == "contact_conductance" ||
-        p.kind == "coolant_flow" || p.kind == "coolant_coupling")
+    if (std::find(std::begin(refitted_kinds), std::end(refitted_kinds), p.kind) != std::end(refitted_kinds))
       fit.parameters.push_back(p);
   const auto count = std::ssize(fit.parameters);
   // Means weigh by their noise; zero: the last third of what may be fitted.
@@ -221,7 +221,7 @@ double displacement_rms(const Seen& seen, const VectorXd& predicted, bool heldou
       continue;
     const Index from = heldout ? channel.fitted : 0, n = channel.size() - from;
     sum += (problem.measured - predicted).segment(problem.first_row(k) + from, n).squaredNorm();
-    count += static_cast<double>(n);
+    count += n;
   }
   return std::sqrt(sum / std::max(count, 1.0));
 }
@@ -246,7 +246,7 @@ std::vector<Corrected> baselines(const Seen& seen, const compensation::Measureme
   double most = 0.0;
   for (std::size_t i = 0; i < fit.parameters.size(); ++i)
     if (const double change = std::abs(fit.values[i] - 1.0) / fit.parameters[i].nominal_std; change > most)
-      most = change, named.kind = fit.parameters[i].kind, named.where = fit.parameters[i].where;
+      most = change, named.kind = name_of(fit.parameters[i].kind), named.where = fit.parameters[i].where;
 
   std::vector<Index> moving;
   const Library own = library(seen, record, moving), other = library(program, unseen, moving);

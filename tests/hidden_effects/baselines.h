@@ -30,6 +30,11 @@ Eigen::VectorXd gaussian_process(const Eigen::MatrixXd& x, const Eigen::VectorXd
 /// Coefficients of min 1/(2 n) |y - x b|^2 + penalty |b|_1, columns of x of unit variance.
 Eigen::VectorXd lasso(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, double penalty);
 
+/// Kinds that the refit takes.
+inline constexpr diagnosis::Kind refitted_kinds[] = {diagnosis::Kind::source_power, diagnosis::Kind::film_coefficient,
+                                                     diagnosis::Kind::contact_conductance,
+                                                     diagnosis::Kind::coolant_flow, diagnosis::Kind::coolant_coupling};
+
 struct Corrected {
   std::string method;
   double heldout_um = 0, program_um = 0;  ///< RMS of displacements after it

@@ -137,7 +137,7 @@ double Seen::at_its_place(const Truth& truth, const VectorXd& white) const {
     logs.push_back(log_evidence_of_heat(column.squaredNorm() - column_taken.squaredNorm(),
                                         column.dot(white) - column_taken.dot(taken(white))));
   }
-  return log_sum(logs) - std::log(static_cast<double>(count) * inputs_.size());
+  return log_sum(logs) - std::log(1.0 * count * inputs_.size());
 }
 
 Factors Seen::factors(const Truth& truth) const {
@@ -168,7 +168,7 @@ Factors Seen::factors(const Truth& truth) const {
     if (which[0] == own_column)
       own = log;
     else if (log > rival)
-      rival = log, result.rival = parameters[i].kind + " " + parameters[i].where;
+      rival = log, result.rival = name_of(parameters[i].kind) + " " + parameters[i].where;
   }
   if (!inputs_.empty()) {
     const MatrixXd spots = of_spots(signal);
@@ -220,7 +220,7 @@ Factors Seen::factors_beside(const Truth& truth, const Truth& other) const {
   for (int i = 0; i < std::ssize(parameters); ++i) {
     if (i == own || i == beside) continue;
     if (const double log = pair(i); log > rival)
-      rival = log, result.rival = parameters[i].kind + " " + parameters[i].where;
+      rival = log, result.rival = name_of(parameters[i].kind) + " " + parameters[i].where;
   }
   result.against_none = 2.0 * (with - without);
   result.against_rival = 2.0 * (with - rival);

@@ -7,6 +7,8 @@
 
 namespace thermotwin::hidden {
 
+using diagnosis::Kind;
+
 using Eigen::Index;
 using Eigen::VectorXd;
 
@@ -28,17 +30,17 @@ VectorXd follower(const VectorXd& time, const VectorXd& values, double tau) {
 
 }  // namespace
 
-VectorXd spoilt_reading(const std::string& kind, double value, const VectorXd& time, const VectorXd& air,
-                        VectorXd values) {
+VectorXd spoilt_reading(Kind kind, double value, const VectorXd& time, const VectorXd& air, VectorXd values) {
   const double length = time[time.size() - 1] - time[0];
-  if (kind == "sensor_lag") return follower(time, follower(time, values, 0.7 * value), 0.3 * value);
+  if (kind == Kind::sensor_lag) return follower(time, follower(time, values, 0.7 * value), 0.3 * value);
   VectorXd out = values;
   for (Index i = 0; i < values.size(); ++i) {
     const double since = time[i] - time[0], share = since / length;
-    if (kind == "sensor_offset") out[i] += value * (1.0 + 0.05 * std::sin(since / 9000.0));
-    if (kind == "sensor_drift" || kind == "probe_drift") out[i] += value * since / 3600.0 * (1.15 - 0.3 * share);
-    if (kind == "sensor_detached") out[i] += value * (1.0 + 0.1 * std::sin(since / 5000.0)) * (air[i] - values[i]);
-    if (kind == "clock_shift") {
+    if (kind == Kind::sensor_offset) out[i] += value * (1.0 + 0.05 * std::sin(since / 9000.0));
+    if (kind == Kind::sensor_drift || kind == Kind::probe_drift)
+      out[i] += value * since / 3600.0 * (1.15 - 0.3 * share);
+    if (kind == Kind::sensor_detached) out[i] += value * (1.0 + 0.1 * std::sin(since / 5000.0)) * (air[i] - values[i]);
+    if (kind == Kind::clock_shift) {
       const double at = std::clamp(time[i] - value, time[0], time[time.size() - 1]);
       const double* next = std::lower_bound(time.data() + 1, time.data() + time.size() - 1, at);
       const Index right = next - time.data();

@@ -12,7 +12,7 @@
 namespace thermotwin::hidden {
 
 /// A lag is two elements in a row, a drift bends, a loose sensor swings a little.
-Eigen::VectorXd spoilt_reading(const std::string& kind, double value, const Eigen::VectorXd& time,
+Eigen::VectorXd spoilt_reading(diagnosis::Kind kind, double value, const Eigen::VectorXd& time,
                                const Eigen::VectorXd& air, Eigen::VectorXd values);
 
 class OutsideEffect {

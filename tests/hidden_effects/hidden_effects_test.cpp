@@ -7,6 +7,7 @@
 #include "bank.h"
 #include "baselines.h"
 #include "compensation/measurement/virtual_measurement.h"
+#include "core/error.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
@@ -18,6 +19,7 @@
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 
 struct Bench {
   solver::Case machine_case = solver::read_case(THERMOTWIN_SOURCE_DIR "/tests/cases/toy");
@@ -59,7 +61,7 @@ TEST(HiddenEffects, CleanMachinesRaiseNoAlarm) {
     draw.load = "mixed";
     draw.seed = seed;
     const hidden::Line line = run(hidden::Group::clean, draw);
-    EXPECT_EQ(line.verdict, "no_discrepancy") << line.text();
+    EXPECT_EQ(line.verdict, diagnosis::Verdict::no_discrepancy) << line.text();
   }
 }
 
@@ -74,36 +76,37 @@ TEST(HiddenEffects, WhatSeveralParametersDoTogetherIsNoCause) {
   draw.load = "day_and_night";
   draw.seed = 93700135;
   const hidden::Line line = hidden::diagnose_set("test", hidden::Group::clean, draw, specimen.measure(draw), model);
-  EXPECT_EQ(line.verdict, "no_discrepancy") << line.text();
+  EXPECT_EQ(line.verdict, diagnosis::Verdict::no_discrepancy) << line.text();
 }
 
-hidden::Truth truth(const std::string& kind, const std::string& where, double value) {
+hidden::Truth truth(Kind kind, const std::string& where, double value) {
   for (const diagnosis::Parameter& p :
        diagnosis::candidate_parameters(bench().specimen.nominal(), bench().specimen.blank("mixed"), true))
     if (p.kind == kind && p.where == where) return {p, value};
-  throw std::runtime_error("no " + kind + " of " + where);
+  throw std::runtime_error("no " + name_of(kind) + " of " + where);
 }
 
 TEST(HiddenEffects, WhatIsHiddenIsNamed) {
   std::uint64_t seed = 30;
-  for (const hidden::Truth& t : {truth("source_power", "spindle.bearings", 2.0), truth("ambient_offset", "air", 2.2),
-                                 truth("sensor_offset", "T3", -1.5), truth("expansion_coefficient", "z_slide", 1.3)}) {
+  for (const hidden::Truth& t :
+       {truth(Kind::source_power, "spindle.bearings", 2.0), truth(Kind::ambient_offset, "air", 2.2),
+        truth(Kind::sensor_offset, "T3", -1.5), truth(Kind::expansion_coefficient, "z_slide", 1.3)}) {
     hidden::Draw draw;
     draw.load = "mixed";
     draw.seed = ++seed;
     draw.truths = {t};
     const hidden::Line line = run(hidden::Group::single, draw);
     EXPECT_TRUE(line.identifiable()) << line.text();
-    EXPECT_TRUE(line.verdict == "explained" || (line.verdict == "ambiguous" && line.named_probability > 0.9))
+    EXPECT_TRUE(line.verdict == diagnosis::Verdict::explained ||
+                (line.verdict == diagnosis::Verdict::ambiguous && line.named_probability > 0.9))
         << line.text();
-    EXPECT_EQ(line.named_kind + " of " + line.named_where, t.parameter.kind + " of " + t.parameter.where)
-        << line.text();
+    EXPECT_EQ(line.named_kind + " of " + line.named_where, name_of(t.parameter)) << line.text();
   }
 }
 
 hidden::Truth heat_on(const std::string& body, const Eigen::Vector3d& centre, const std::string& follows, double at,
                       double power_W) {
-  hidden::Truth t{diagnosis::make_parameter("source_missing", body), power_W};
+  hidden::Truth t{diagnosis::make_parameter(Kind::source_missing, body), power_W};
   auto source = std::make_shared<diagnosis::MissingSource>();
   source->body = body;
   source->centre = centre;
@@ -126,7 +129,7 @@ TEST(HiddenEffects, HeatThatNoSourceHasIsFoundWhereItIs) {
   const hidden::Line line = hidden::diagnose_set("test", hidden::Group::single, draw, record.measurement, bench().model,
                                                  beside, record.effective);
   EXPECT_TRUE(line.identifiable()) << line.text();
-  EXPECT_EQ(line.verdict, "explained") << line.text();
+  EXPECT_EQ(line.verdict, diagnosis::Verdict::explained) << line.text();
   EXPECT_EQ(line.named_kind, "source_missing") << line.text();
   EXPECT_LE(line.place_error, 100.0) << line.text();
   EXPECT_EQ(line.follows_right, 1.0) << line.text();
@@ -137,8 +140,8 @@ TEST(HiddenEffects, ACauseIsHarderToTellBesideOneLikeIt) {
   draw.load = "mixed";
   draw.seed = 6;
   const hidden::Seen seen(bench().model, bench().specimen.measure(draw), {});
-  const hidden::Truth offset = truth("sensor_offset", "T3", -1.5), drift = truth("sensor_drift", "T3", 0.2),
-                      elsewhere = truth("sensor_offset", "T1", 1.5);
+  const hidden::Truth offset = truth(Kind::sensor_offset, "T3", -1.5), drift = truth(Kind::sensor_drift, "T3", 0.2),
+                      elsewhere = truth(Kind::sensor_offset, "T1", 1.5);
   const hidden::Factors alone = seen.factors(offset), beside = seen.factors_beside(offset, elsewhere),
                         by_its_like = seen.factors_beside(offset, drift);
   EXPECT_GT(alone.against_none, 20.0);
@@ -156,8 +159,10 @@ TEST(HiddenEffects, WhatIsExpectedOfATruthIsWhatItDoes) {
   const auto ratio = [&](const hidden::Truth& half, const hidden::Truth& whole) {
     return seen.factors(whole).against_none / seen.factors(half).against_none;
   };
-  EXPECT_GT(ratio(truth("source_power", "spindle.bearings", 2.0), truth("source_power", "spindle.bearings", 3.0)), 3.9);
-  EXPECT_LT(ratio(truth("film_coefficient", "swivel", 3.0), truth("film_coefficient", "swivel", 5.0)), 3.0);
+  EXPECT_GT(
+      ratio(truth(Kind::source_power, "spindle.bearings", 2.0), truth(Kind::source_power, "spindle.bearings", 3.0)),
+      3.9);
+  EXPECT_LT(ratio(truth(Kind::film_coefficient, "swivel", 3.0), truth(Kind::film_coefficient, "swivel", 5.0)), 3.0);
 }
 
 TEST(HiddenEffects, RecordsAreAsGoodAsTheirToleranceSays) {
@@ -170,7 +175,7 @@ TEST(HiddenEffects, RecordsAreAsGoodAsTheirToleranceSays) {
     hidden::Draw draw;
     draw.load = "mixed";
     draw.seed = 61;
-    draw.truths = {truth("source_power", "spindle.bearings", 2.0)};
+    draw.truths = {truth(Kind::source_power, "spindle.bearings", 2.0)};
     return specimen.measure(draw, hidden::Recording::exact).data.values;
   };
   const double solved_to = hidden::SpecimenOptions().solved_to;
@@ -206,7 +211,7 @@ TEST(HiddenEffects, ATapeThatGrowsMoreChangesWhatIsReadAlongItAndNothingElse) {
   draw.load = "mixed";
   draw.seed = 5;
   const compensation::Measurement right = bench().specimen.measure(draw, hidden::Recording::exact);
-  draw.truths = {truth("scale_expansion", "X", 2.0)};
+  draw.truths = {truth(Kind::scale_expansion, "X", 2.0)};
   const hidden::Record record = bench().specimen.record(draw, hidden::Recording::exact);
   const compensation::Measurement& wrong = record.measurement;
   ASSERT_EQ(record.effective.size(), 1U);
@@ -232,7 +237,7 @@ TEST(HiddenEffects, WhatEachOfTwoAmountsToCountsTheMachinesOwnDeviation) {
   hidden::Draw draw;
   draw.load = "mixed";
   draw.seed = 10;
-  draw.truths = {truth("sensor_offset", "T2", 1.0), truth("source_power", nominal.sources.front().id, 1.5)};
+  draw.truths = {truth(Kind::sensor_offset, "T2", 1.0), truth(Kind::source_power, nominal.sources.front().id, 1.5)};
   const std::vector<double> effective = bench().specimen.record(draw).effective;
   ASSERT_EQ(effective.size(), 2U);
   EXPECT_EQ(effective[0], 1.0);
@@ -276,7 +281,7 @@ TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {
     const hidden::Line line =
         hidden::diagnose_set("test", hidden::Group::outside, draw, spoilt.measurement, bench().model, beside);
     EXPECT_TRUE(line.visible() && line.unlike_any()) << line.text();
-    EXPECT_EQ(line.verdict, "unexplained") << line.text();
+    EXPECT_EQ(line.verdict, diagnosis::Verdict::unexplained) << line.text();
     const std::vector<std::string> notes = diagnosis::diagnose(bench().model, spoilt.measurement, {}).notes;
     EXPECT_EQ(std::count(notes.begin(), notes.end(),
                          std::string("What no kind describes shows best in one channel alone: ") + sensor + "."),
@@ -304,6 +309,16 @@ TEST(Baselines, LearnWhatTheyCan) {
   EXPECT_LT((hidden::gaussian_process(at, smooth, between) - expected).cwiseAbs().maxCoeff(), 0.05);
 }
 
+TEST(HiddenEffects, OptionsOfASpecimenAreChecked) {
+  hidden::SpecimenOptions options;
+  EXPECT_NO_THROW(options.validate());
+  options.missing_share = 1.0;
+  EXPECT_THROW(options.validate(), core::InputError);
+  options.missing_share = 0.1;
+  options.tolerance_K = 0.0;
+  EXPECT_THROW(options.validate(), core::InputError);
+}
+
 TEST(HiddenEffects, LinesAreReadAsTheyWereWritten) {
   hidden::Line line;
   line.id = "a_1";
@@ -311,7 +326,7 @@ TEST(HiddenEffects, LinesAreReadAsTheyWereWritten) {
   line.kind = "film_coefficient";
   line.where = "table";
   line.value = 1.5;
-  line.verdict = "explained";
+  line.verdict = diagnosis::Verdict::explained;
   line.against_none = 40;
   line.against_rival = 12;
   line.second_named = true;
@@ -320,7 +335,7 @@ TEST(HiddenEffects, LinesAreReadAsTheyWereWritten) {
 }
 
 TEST(HiddenEffects, TheScoreCountsWhatItSays) {
-  const auto line = [](const char* group, const char* verdict, const char* named, double against_none,
+  const auto line = [](const char* group, diagnosis::Verdict verdict, const char* named, double against_none,
                        double probability) {
     hidden::Line l;
     l.id = "x";
@@ -333,20 +348,22 @@ TEST(HiddenEffects, TheScoreCountsWhatItSays) {
     l.rank = 1;
     return l;
   };
-  const std::string table = hidden::score(
-      {line("single", "explained", "source_power", 50, 0.95), line("single", "explained", "film_coefficient", 50, 0.95),
-       line("single", "no_discrepancy", "source_power", 5, 0.3), line("clean", "explained", "source_power", 0, 0.95)});
+  const std::string table = hidden::score({line("single", diagnosis::Verdict::explained, "source_power", 50, 0.95),
+                                           line("single", diagnosis::Verdict::explained, "film_coefficient", 50, 0.95),
+                                           line("single", diagnosis::Verdict::no_discrepancy, "source_power", 5, 0.3),
+                                           line("clean", diagnosis::Verdict::explained, "source_power", 0, 0.95)});
   EXPECT_NE(table.find("| >= 60 % | 66.7 % (2 of 3) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| >= 95 % | 50.0 % (1 of 2) |"), std::string::npos) << table;
   EXPECT_NE(table.find("| 0 of 200 | 100.0 % (1 of 1) |"), std::string::npos) << table;
-  hidden::Line like_one = line("outside", "explained", "source_power", 500, 0.95);
+  hidden::Line like_one = line("outside", diagnosis::Verdict::explained, "source_power", 500, 0.95);
   like_one.against_rival = 3;
-  const std::string outside = hidden::score({line("outside", "unexplained", "source_power", 50, 0.0),
-                                             line("outside", "unexplained", "source_power", 29, 0.0), like_one});
+  const std::string outside =
+      hidden::score({line("outside", diagnosis::Verdict::unexplained, "source_power", 50, 0.0),
+                     line("outside", diagnosis::Verdict::unexplained, "source_power", 29, 0.0), like_one});
   EXPECT_NE(outside.find("called unexplained or ambiguous | >= 80 % | 50.0 % (1 of 2) |"), std::string::npos)
       << outside;
   EXPECT_NE(outside.find("leaves some of it | - | 100.0 % (1 of 1) |"), std::string::npos) << outside;
-  hidden::Line spot = line("single", "explained", "source_missing", 50, 0.95);
+  hidden::Line spot = line("single", diagnosis::Verdict::explained, "source_missing", 50, 0.95);
   spot.kind = "source_missing", spot.place_error = 60.0, spot.region = 40.0, spot.follows_right = 1.0;
   spot.program_before = 5.0, spot.program_after = 3.0, spot.program_truth = 1.0;
   spot.poses_before = 5.0, spot.poses_after = 6.0, spot.poses_truth = 1.0;

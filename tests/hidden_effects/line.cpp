@@ -12,7 +12,7 @@ namespace {
 
 struct Column {
   const char* name;
-  std::variant<std::string Line::*, double Line::*> member;
+  std::variant<std::string Line::*, double Line::*, diagnosis::Verdict Line::*> member;
 };
 
 const std::vector<Column>& columns() {
@@ -77,6 +77,8 @@ std::string Line::text() const {
     if (&column != &columns().front()) text += '\t';
     if (const auto* words = std::get_if<std::string Line::*>(&column.member))
       text += this->**words;
+    else if (const auto* of_kind = std::get_if<diagnosis::Verdict Line::*>(&column.member))
+      text += diagnosis::name_of(this->**of_kind);
     else
       text += fmt::format("{:.6g}", this->*std::get<double Line::*>(column.member));
   }
@@ -92,7 +94,11 @@ Line Line::parse(const std::string& text) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     if (const auto* words = std::get_if<std::string Line::*>(&columns()[i].member))
       line.** words = cells[i];
-    else
+    else if (const auto* verdict = std::get_if<diagnosis::Verdict Line::*>(&columns()[i].member)) {
+      const auto named = diagnosis::verdict_named(cells[i]);
+      if (!named) return {};
+      line.** verdict = *named;
+    } else
       line.*std::get<double Line::*>(columns()[i].member) = std::stod(cells[i]);
   }
   return line;

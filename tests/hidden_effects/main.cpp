@@ -105,7 +105,7 @@ int run(int argc, char** argv) {
   };
   const auto seed = static_cast<std::uint64_t>(number("seed", 1000));
   solver::Case machine_case = solver::read_case(options.at("case"));
-  machine_case.machine.order = number("mesh-order", machine_case.machine.order);
+  machine_case.machine.order = static_cast<int>(number("mesh-order", machine_case.machine.order));
   if (machine_case.machine.order != 1 && machine_case.machine.order != 2)
     throw core::UsageError("--mesh-order " + options.at("mesh-order") + ": allowed are 1 and 2");
   const reduction::ReducedModel model = reduction::read_model(options.at("model"));
@@ -136,7 +136,7 @@ int run(int argc, char** argv) {
   const std::string unseen_load = options.count("unseen") ? options.at("unseen") : machine_case.train.back();
   std::uint64_t serial = 0;
   std::vector<std::string> failed;
-  const auto one = [&](hidden::Group group, const std::string& kind, const std::string& id) {
+  const auto one = [&](hidden::Group group, diagnosis::Kind kind, const std::string& id) {
     const std::uint64_t own = seed * 100000 + ++serial;
     if (done.count(id)) return;
     const hidden::Draw draw = hidden::draw_set(specimen, expectations, group, kind, loads[serial % loads.size()], own);
@@ -167,20 +167,27 @@ int run(int argc, char** argv) {
     const hidden::Line& line = lines.back();
     log << line.text() << std::endl;
     std::cerr << fmt::format("{} {} {} {:.3g}: {} {} {} ({:.2f}), truth {:.2f}; 2lnB {:.0f}/{:.0f} {}\n", id, line.kind,
-                             line.where, line.value, line.verdict, line.named_kind, line.named_where,
-                             line.named_probability, line.probability, line.against_none, line.against_rival,
-                             line.rival);
+                             line.where, line.value, diagnosis::name_of(line.verdict), line.named_kind,
+                             line.named_where, line.named_probability, line.probability, line.against_none,
+                             line.against_rival, line.rival);
   };
-  const std::vector<std::string> kinds =
-      options.count("kinds") ? parts_of(options.at("kinds")) : hidden::offered_kinds(specimen, loads.front(), model);
+  std::vector<diagnosis::Kind> kinds;
+  if (!options.count("kinds")) kinds = hidden::offered_kinds(specimen, loads.front(), model);
+  for (const std::string& name : options.count("kinds") ? parts_of(options.at("kinds")) : std::vector<std::string>()) {
+    const std::optional<diagnosis::Kind> kind = diagnosis::find_kind(name);
+    if (!kind)
+      throw core::UsageError(
+          fmt::format("kind {}: the machine has no place for it under the load {}", name, loads.front()));
+    kinds.push_back(*kind);
+  }
   for (int i = 0; i < static_cast<int>(number("draws", 10)); ++i)
-    for (const std::string& kind : kinds) one(hidden::Group::single, kind, fmt::format("{}_{}", kind, i));
+    for (const diagnosis::Kind kind : kinds) one(hidden::Group::single, kind, fmt::format("{}_{}", name_of(kind), i));
   for (int i = 0; i < static_cast<int>(number("clean", 200)); ++i)
-    one(hidden::Group::clean, "", fmt::format("clean_{}", i));
+    one(hidden::Group::clean, diagnosis::Kind::none, fmt::format("clean_{}", i));
   for (int i = 0; i < static_cast<int>(number("pairs", 40)); ++i)
-    one(hidden::Group::pair, "", fmt::format("pair_{}", i));
+    one(hidden::Group::pair, diagnosis::Kind::none, fmt::format("pair_{}", i));
   for (int i = 0; i < static_cast<int>(number("outside", 40)); ++i)
-    one(hidden::Group::outside, "", fmt::format("outside_{}", i));
+    one(hidden::Group::outside, diagnosis::Kind::none, fmt::format("outside_{}", i));
   std::cout << hidden::score(lines);
   if (failed.empty()) return 0;
   std::cout << fmt::format("\n{} sets are not in the table, since they failed: {}\n", failed.size(),

@@ -46,7 +46,7 @@ VectorXd unevenness(const solver::FullModel& full, double phase) {
   VectorXd factor = VectorXd::Ones(full.thermal.size);
   for (std::size_t b = 0; b < full.mesh.bodies.size(); ++b) {
     const mesh::TetMesh& body = full.mesh.bodies[b];
-    for (Index n = 0; n < static_cast<Index>(body.points.cols()); ++n)
+    for (Index n = 0; n < body.points.cols(); ++n)
       factor[full.mesh.first_node[b] + n] = 1.0 + 0.2 * std::sin(7.0 * body.points.col(n).sum() + phase);
   }
   return factor;
@@ -101,7 +101,7 @@ OwnFootprint::OwnFootprint(const solver::FullModel& full, const solver::Operatin
   }
   MatrixXd added(thermal_.size, columns.cols() + std::ssize(film_inputs));
   added.leftCols(sources) = heat.leftCols(sources);
-  for (std::size_t f = 0; f < film_inputs.size(); ++f) added.col(sources + static_cast<Index>(f)) = film_inputs[f];
+  for (Index f = 0; f < std::ssize(film_inputs); ++f) added.col(sources + f) = film_inputs[f];
   added.rightCols(spots_) = heat.rightCols(spots_);
   thermal_.inputs = with_columns(full.thermal.inputs, added);
   for (Index a = 0; a < added.cols(); ++a) thermal_.layout.inputs.push_back({solver::InputKind::source, -1, 0, 0, 0});

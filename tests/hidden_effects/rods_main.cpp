@@ -12,20 +12,21 @@
 #include "bank.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
-#include "tests/diagnosis/lumped_machine.h"
+#include "tests/machines/rods_record.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Parameter;
 
 double drawn_value(const Parameter& p, hidden::Random& random) {
   const double least = 4.2 * p.nominal_std, most = std::max(1.3 * least, 1.2 * p.cause_std);
-  if (p.kind == "sensor_lag") return random.uniform(900.0, 3600.0);
-  if (p.kind == "sensor_detached") return random.uniform(0.3, 0.95);
-  const double by = p.kind == "clock_shift"     ? random.uniform(900.0, 5400.0)
-                    : p.kind == "sensor_offset" ? random.uniform(0.4, 2.0)
-                                                : random.uniform(least, most);
+  if (p.kind == Kind::sensor_lag) return random.uniform(900.0, 3600.0);
+  if (p.kind == Kind::sensor_detached) return random.uniform(0.3, 0.95);
+  const double by = p.kind == Kind::clock_shift     ? random.uniform(900.0, 5400.0)
+                    : p.kind == Kind::sensor_offset ? random.uniform(0.4, 2.0)
+                                                    : random.uniform(least, most);
   const bool down = random.uniform() < 0.5;
   if (p.ratio) return down ? 1.0 / (1.0 + by) : 1.0 + by;
   const double value = down ? -by : by;
@@ -38,7 +39,7 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
       diagnosis::candidate_parameters(lumped::machine(), lumped::measure({}, {.hours = 0.1}));
   std::map<std::string, std::vector<Parameter>> kinds;
   for (const Parameter& p : all)
-    if (only.empty() || p.kind == only) kinds[p.kind].push_back(p);
+    if (only.empty() || name_of(p.kind) == only) kinds[name_of(p.kind)].push_back(p);
   std::vector<hidden::Line> lines;
   hidden::Beside beside;
   beside.how.temperature_error_percent = 3.0;  // 27 nodes
@@ -60,7 +61,7 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
     }
   for (int i = 0; i < clean; ++i) one(hidden::Group::clean, {}, fmt::format("clean_{}", i));
   for (int i = 0; i < pairs; ++i) {
-    hidden::Random random(77 * (seed + 1) + static_cast<std::uint64_t>(i));
+    hidden::Random random(77 * (seed + 1) + i);
     const Parameter &a = all[random.index(all.size())], &b = all[random.index(all.size())];
     if (a.kind != b.kind)
       one(hidden::Group::pair, {{a, drawn_value(a, random)}, {b, drawn_value(b, random)}}, fmt::format("pair_{}", i));

@@ -6,8 +6,11 @@
 #include <map>
 
 #include "bank.h"
+#include "baselines.h"
 
 namespace thermotwin::hidden {
+
+using diagnosis::Kind;
 
 namespace {
 
@@ -44,7 +47,8 @@ struct Relative {
 
 /// The first one named is the truth: explained, or sure beside a second cause that is not.
 bool named(const Line& line) {
-  const bool sure = line.verdict == "explained" || (line.verdict == "ambiguous" && line.named_probability >= 0.9);
+  const bool sure = line.verdict == diagnosis::Verdict::explained ||
+                    (line.verdict == diagnosis::Verdict::ambiguous && line.named_probability >= 0.9);
   return sure && line.named_kind == line.kind && line.named_where == line.where;
 }
 
@@ -72,12 +76,14 @@ std::string score(const std::vector<Line>& lines) {
   int unseen = 0;
   for (const Line& line : lines) {
     seconds.push_back(line.seconds);
-    if (line.group == "clean") alarms.count(line.verdict != "no_discrepancy");
+    if (line.group == "clean") alarms.count(line.verdict != diagnosis::Verdict::no_discrepancy);
     if (line.group == "outside") {
       if (line.visible()) {
-        outside.count(line.verdict == "unexplained" || line.verdict == "ambiguous");
-        ++outside_verdicts[line.verdict];
-        if (line.unlike_any()) unlike_any.count(line.verdict == "unexplained" || line.verdict == "ambiguous");
+        outside.count(line.verdict == diagnosis::Verdict::unexplained || line.verdict == diagnosis::Verdict::ambiguous);
+        ++outside_verdicts[diagnosis::name_of(line.verdict)];
+        if (line.unlike_any())
+          unlike_any.count(line.verdict == diagnosis::Verdict::unexplained ||
+                           line.verdict == diagnosis::Verdict::ambiguous);
       } else {
         ++unseen;
       }
@@ -87,7 +93,7 @@ std::string score(const std::vector<Line>& lines) {
       both.count(found);
       if (line.clear()) clear_both.count(found);
     }
-    if (line.group != "outside" && line.verdict != "no_discrepancy" && !line.named_kind.empty()) {
+    if (line.group != "outside" && line.verdict != diagnosis::Verdict::no_discrepancy && !line.named_kind.empty()) {
       Bin& bin = bins[static_cast<std::size_t>(std::clamp(static_cast<int>(10.0 * line.named_probability), 0, 9))];
       bin.claimed += line.named_probability;
       const bool right = (line.named_kind == line.kind && line.named_where == line.where) ||
@@ -105,7 +111,7 @@ std::string score(const std::vector<Line>& lines) {
       probability += line.probability;
       third.count(line.rank > 0 && line.rank <= 3);
       if (line.rank > 0) covered.count(std::abs(line.estimate - line.value) <= 1.96 * line.std);
-      if (line.verdict == "explained") {
+      if (line.verdict == diagnosis::Verdict::explained) {
         if (line.gain != Line::absent) gains.push_back(line.gain), negative.count(line.gain < 0.0);
         program.add(line.program_before, line.program_after, line.program_truth);
         poses.add(line.poses_before, line.poses_after, line.poses_truth);
@@ -119,20 +125,19 @@ std::string score(const std::vector<Line>& lines) {
       compare(refit, line.refit_heldout, line.refit_program);
       compare(process, line.process_heldout, line.process_program);
       compare(sparse, line.sparse_heldout, line.sparse_program);
-      static const char* const refitted[] = {"source_power", "film_coefficient", "contact_conductance", "coolant_flow",
-                                             "coolant_coupling"};
+      const auto is_refitted = [&](Kind kind) { return name_of(kind) == line.kind; };
       if (line.refit_right != Line::absent &&
-          std::find(std::begin(refitted), std::end(refitted), line.kind) != std::end(refitted))
+          std::any_of(std::begin(refitted_kinds), std::end(refitted_kinds), is_refitted))
         refit_right.count(line.refit_right > 0.5);
-      if (line.kind == "source_missing" && line.named_kind == "source_missing") {
+      if (line.kind == name_of(Kind::source_missing) && line.named_kind == line.kind) {
         place_errors.push_back(line.place_error);
         near.count(line.place_error <= 100.0);
         region_holds.count(line.place_error <= line.region);
         follows_right.count(line.follows_right > 0.5);
       }
     } else {
-      other.count(line.verdict == "no_discrepancy" || named(line) ||
-                  (line.verdict == "ambiguous" && in_set(line, line.kind, line.where)));
+      other.count(line.verdict == diagnosis::Verdict::no_discrepancy || named(line) ||
+                  (line.verdict == diagnosis::Verdict::ambiguous && in_set(line, line.kind, line.where)));
     }
   }
   double calibration = 0.0, verdicts = 0.0;

@@ -7,10 +7,12 @@
 #include <numbers>
 #include <optional>
 
+#include "compensation/measurement/channel.h"
 #include "compensation/measurement/virtual_measurement.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
+#include "diagnosis/record/diagnose_options.h"
 #include "faulty_readings.h"
 #include "mesh/machine/kinematics.h"
 #include "own_footprint.h"
@@ -24,6 +26,7 @@
 namespace thermotwin::hidden {
 
 using compensation::ChannelKind;
+using diagnosis::Kind;
 using compensation::MeasuredChannel;
 using compensation::Measurement;
 using Eigen::Index;
@@ -49,19 +52,6 @@ mesh::Machine with_own_materials(const mesh::Machine& machine, std::uint64_t see
   return result;
 }
 
-struct Suffix {
-  const char* suffix;
-  ChannelKind kind;
-  const char* unit;
-};
-constexpr Suffix suffixes[] = {{"_mm_min", ChannelKind::speed, "mm_min"},
-                               {"_deg_min", ChannelKind::speed, "deg_min"},
-                               {"_rpm", ChannelKind::speed, "rpm"},
-                               {"_mm", ChannelKind::position, "mm"},
-                               {"_deg", ChannelKind::position, "deg"},
-                               {"T_C", ChannelKind::temperature, "degC"},
-                               {"_W", ChannelKind::power, "W"}};
-
 /// A control knows speeds, positions, states, the air; of the other surroundings what the load sets is recorded.
 bool is_sent(const std::string& name, const mesh::Machine& machine, const solver::Channels& channels,
              const std::vector<VectorXd>& rows) {
@@ -75,7 +65,10 @@ bool is_sent(const std::string& name, const mesh::Machine& machine, const solver
              return std::isfinite(row[index]) && row[index] != unset;
            });
   }
-  return !name.ends_with(".inlet_T_C") && !name.ends_with("power_W") && !name.ends_with("gradient_K_m");
+  using compensation::Quantity;
+  // Of the surroundings' temperatures that are left, those of coolant inlets.
+  const Quantity quantity = compensation::channel_named(name).quantity;
+  return quantity != Quantity::temperature && quantity != Quantity::power && quantity != Quantity::gradient;
 }
 
 std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine) {
@@ -146,9 +139,21 @@ private:
 
 double Random::normal() { return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * std::numbers::pi * uniform()); }
 
+void SpecimenOptions::validate() const {
+  for (const auto& [name, value] : {std::pair{"size_factor", size_factor},
+                                    {"refine", refine},
+                                    {"tolerance_K", tolerance_K},
+                                    {"solved_to", solved_to}})
+    diagnosis::require_option(value > 0, std::string("specimen ") + name, value, "a positive number");
+  for (const auto& [name, value] : {std::pair{"noise_K", noise_K}, {"noise_um", noise_um}})
+    diagnosis::require_option(value >= 0, std::string("specimen ") + name, value, "a number, not negative");
+  diagnosis::require_option(missing_share >= 0 && missing_share < 1, "specimen missing_share", missing_share,
+                            "0 to less than 1");
+}
+
 Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& options)
     : case_(machine_case),
-      options_(options),
+      options_((options.validate(), options)),
       full_(solver::build_full_model(with_own_materials(machine_case.machine, options.seed),
                                      {options.size_factor, options.cache})) {
   poses_.push_back(mesh::home_pose(case_.machine));
@@ -179,14 +184,9 @@ Measurement Specimen::described(const std::string& load, std::size_t poses) cons
     if (!is_sent(name, case_.machine, channels, rows)) continue;
     MeasuredChannel channel;
     channel.id = channel.input = name;
-    channel.kind = ChannelKind::state;
-    channel.unit = "1";
-    for (const Suffix& s : suffixes)
-      if (name.ends_with(s.suffix)) {
-        channel.kind = s.kind;
-        channel.unit = s.unit;
-        break;
-      }
+    const compensation::Channel input = compensation::channel_named(name);
+    channel.kind = input.kind;
+    channel.unit = input.unit;
     if (channel.kind == ChannelKind::temperature) channel.uncertainty = options_.noise_K;
     add(std::move(channel));
   }
@@ -345,7 +345,7 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
         weight = step * share, seen_size = share > 0.0 ? size * std::pow(share, bend) / share : 1.0;
     }
     if (!draw.truths.empty() && diagnosis::needs_parts(draw.truths.front().parameter.kind))
-      weight = step, seen_size = draw.truths.front().parameter.kind == "heat_capacity" ? 1.0 : size;
+      weight = step, seen_size = draw.truths.front().parameter.kind == Kind::heat_capacity ? 1.0 : size;
     sizes += weight * seen_size;
     weights += weight;
     solver::Coefficients c = footprint.coefficients(right, other, size, spot_W);

@@ -31,7 +31,7 @@ public:
     return low + (high - low) * ((engine_() >> 11) + 0.5) * 0x1p-53;
   }
   double normal();
-  std::size_t index(std::size_t count) { return static_cast<std::size_t>(engine_() % count); }
+  std::size_t index(std::size_t count) { return engine_() % count; }
 
 private:
   std::mt19937_64 engine_;
@@ -79,6 +79,8 @@ struct SpecimenOptions {
   double missing_share = 0.03;  ///< of values; half as many whole rows
   std::uint64_t seed = 1;       ///< of materials
   std::filesystem::path cache;
+
+  void validate() const;  ///< @throws InputError
 };
 
 class OutsideEffect;

@@ -11,6 +11,8 @@
 
 namespace thermotwin::hidden {
 
+using diagnosis::Kind;
+
 using Eigen::Index;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -35,18 +37,18 @@ WrongParts wrong_parts(const solver::FullModel& full, const std::vector<Truth>& 
                        const VectorXd& uneven) {
   WrongParts wrong;
   for (const Truth& truth : truths) {
-    const std::string& kind = truth.parameter.kind;
+    const Kind kind = truth.parameter.kind;
     if (!diagnosis::needs_parts(kind)) continue;
     mesh::MachineMesh mesh = full.mesh;
     mesh.machine = diagnosis::with_parameter(full.mesh.machine, truth.parameter, truth.value);
     const solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
-    if (kind == "heat_capacity") {
+    if (kind == Kind::heat_capacity) {
       const solver::SparseMatrix change = made_uneven(thermal.capacity - full.thermal.capacity, uneven);
       wrong.capacity = wrong.capacity.size() > 0 ? solver::SparseMatrix(wrong.capacity + change) : change;
       continue;
     }
     const solver::ElasticModel elastic(mesh, thermal);
-    const VectorXd share = kind == "contact_stiffness" ? VectorXd::Ones(uneven.size()).eval() : uneven;
+    const VectorXd share = kind == Kind::contact_stiffness ? VectorXd::Ones(uneven.size()).eval() : uneven;
     for (std::size_t p = 0; p < poses.size(); ++p) {
       solver::OutputRows change = elastic.output_rows(poses[p]);
       const auto differ = [&](Eigen::MatrixXd& rows, const Eigen::MatrixXd& before) {

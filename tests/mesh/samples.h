@@ -2,8 +2,6 @@
 #pragma once
 // Small machines and bodies that the tests of this folder share.
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -11,32 +9,17 @@
 
 #include "core/error.h"
 #include "mesh/body/tet_mesh.h"
+#include "tests/core/temporary_folder.h"
 
 namespace samples {
 
 /// A folder of this test's own, gone afterwards.
-class Folder {
+class Folder : public thermotwin::core::TemporaryFolder {
 public:
-  Folder() {
-    static int count = 0;
-    path_ = std::filesystem::temp_directory_path() /
-            ("thermotwin_mesh_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
   std::filesystem::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name, std::ios::binary) << text;
-    return path_ / name;
+    std::ofstream(path() / name, std::ios::binary) << text;
+    return path() / name;
   }
-  const std::filesystem::path& path() const { return path_; }
-
-private:
-  std::filesystem::path path_;
 };
 
 /// What the call throws, or "" if it does not.

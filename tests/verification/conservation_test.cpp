@@ -12,9 +12,9 @@
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
 #include "solver/thermal/system.h"
-#include "tests/solver/box_machine.h"
-#include "tests/solver/one_body.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/box_machine.h"
+#include "tests/machines/one_body.h"
+#include "tests/machines/slide_machine.h"
 #include "tests/verification/rig.h"
 #include "tests/verification/table.h"
 

@@ -9,8 +9,8 @@
 #include "solver/elastic/model.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/elements.h"
-#include "tests/solver/box_machine.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/box_machine.h"
+#include "tests/machines/slide_machine.h"
 #include "tests/verification/rig.h"
 #include "tests/verification/table.h"
 

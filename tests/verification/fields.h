@@ -9,7 +9,7 @@
 
 #include "mesh/body/shape.h"
 #include "solver/linear/sparse_factor.h"
-#include "tests/solver/box_mesh.h"
+#include "tests/machines/box_mesh.h"
 
 namespace thermotwin::test {
 

@@ -9,7 +9,7 @@
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
 #include "solver/thermal/system.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 #include "tests/verification/table.h"
 
 namespace thermotwin::test {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tests/solver/one_body.h"
+#include "tests/machines/one_body.h"
 #include "tests/verification/rig.h"
 #include "tests/verification/table.h"
 

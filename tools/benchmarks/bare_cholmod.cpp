@@ -62,7 +62,7 @@ Problem read(const char* name) {
 /// Gradients of the shape functions in the columns; @return the volume
 double gradients(const Problem& p, const std::array<int, 4>& tet, Eigen::Matrix<double, 3, 4>& g) {
   Eigen::Matrix3d j;
-  for (std::size_t i = 1; i < 4; ++i) j.col(static_cast<int>(i) - 1) = p.points[tet[i]] - p.points[tet[0]];
+  for (int i = 1; i < 4; ++i) j.col(i - 1) = p.points[tet[i]] - p.points[tet[0]];
   g.rightCols<3>() = j.inverse().transpose();
   g.col(0) = -g.rightCols<3>().rowwise().sum();
   return j.determinant() / 6.0;
@@ -181,7 +181,7 @@ void heat(const Problem& p, int steps) {
     each.push_back(time.seconds());
   }
   std::nth_element(each.begin(), each.begin() + steps / 2, each.end());
-  print("step", each[static_cast<std::size_t>(steps / 2)]);
+  print("step", each[steps / 2]);
   print("largest_K", temperature.maxCoeff());
   print("mean_K", temperature.mean());
 }
@@ -226,7 +226,7 @@ void elastic(const Problem& p) {
   for (std::size_t i = 0; i < p.loaded.size(); ++i)
     for (int c = 0; c < 3; ++c) {
       const int dof = 3 * p.loaded[i] + c;
-      if (held[dof] == 0) forces(dof, 3 * static_cast<Eigen::Index>(i) + c) = 1.0;
+      if (held[dof] == 0) forces(dof, 3 * i + c) = 1.0;
     }
   const Eigen::MatrixXd rows = f.transpose() * factor.solve(forces);
   print("rows", time.seconds());

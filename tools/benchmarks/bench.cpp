@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
     fs::create_directories(settings.work);
     settings.case_path = fs::absolute(settings.case_path);
     if (!settings.model.empty()) settings.model = fs::absolute(settings.model);
-    if (settings.threads == 0) settings.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+    if (settings.threads == 0) settings.threads = std::max(1U, std::thread::hardware_concurrency());
     if (subjects.empty()) subjects = {"solver", "reduction", "compensate"};
     for (const std::string& subject : subjects) {
       std::cerr << "measuring: " << subject << std::endl;

@@ -56,8 +56,7 @@ std::string compensate_subject(const Settings& settings) {
                    each(row_by_row.other, "processor"), "ours, each row flushed", 1, MiB,
                    median(each(row_by_row.other, "MiB")));
     report.note(fmt::format("{} rows, one a second: {:.0f} rows/s, {:.1f} us a row, order {}; one processor, its time",
-                            count, static_cast<double>(count) / seconds, 1e6 * seconds / static_cast<double>(count),
-                            made["order"]));
+                            count, count / seconds, 1e6 * seconds / count, made["order"]));
     std::filesystem::remove(rows);
     for (const auto& file : {out, control.output, regression.output, awk.output}) std::filesystem::remove(file);
   }

@@ -73,17 +73,14 @@ Outcome run(const Command& command) {
   close(ends[1]);
   std::string said;
   char buffer[4096];
-  for (ssize_t got; (got = read(ends[0], buffer, sizeof buffer)) > 0;)
-    said.append(buffer, static_cast<std::size_t>(got));
+  for (ssize_t got; (got = read(ends[0], buffer, sizeof buffer)) > 0;) said.append(buffer, got);
   close(ends[0]);
   int status = 0;
   rusage usage{};
   while (wait4(child, &status, 0, &usage) < 0 && errno == EINTR) {}
   Outcome outcome;
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const auto seconds = [](const timeval& time) {
-    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
-  };
+  const auto seconds = [](const timeval& time) { return time.tv_sec + 1e-6 * time.tv_usec; };
   outcome.processor_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   outcome.peak_MiB = usage.ru_maxrss / 1024.0;
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)

@@ -51,11 +51,11 @@ int main() {
     fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},{:.3f},ok\n"), time,
                    offset[0], offset[1], offset[2], 1.0, 1.0, 1.0);
     if (text.size() > (1U << 16U)) {
-      std::cout.write(text.data(), static_cast<std::streamsize>(text.size()));
+      std::cout.write(text.data(), std::ssize(text));
       text.clear();
     }
   }
-  std::cout.write(text.data(), static_cast<std::streamsize>(text.size()));
+  std::cout.write(text.data(), std::ssize(text));
   std::cout.flush();
   return std::cout ? 0 : 3;
 }

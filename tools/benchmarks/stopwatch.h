@@ -21,7 +21,7 @@ private:
   double now() const {
     timespec time{};
     clock_gettime(clock_, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+    return time.tv_sec + 1e-9 * time.tv_nsec;
   }
   clockid_t clock_;
   double start_;

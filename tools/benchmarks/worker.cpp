@@ -74,7 +74,7 @@ std::vector<solver::Coefficients> coefficients(const solver::OperatingModel& mod
 
 std::vector<double> first_steps(const solver::LoadProgram& load, int steps) {
   std::vector<double> ends = load.step_ends();
-  ends.resize(std::min(ends.size(), static_cast<std::size_t>(steps)));
+  ends.resize(std::min<std::size_t>(ends.size(), steps));
   return ends;
 }
 
@@ -84,8 +84,8 @@ void write_files(const Options& options) {
       bench::body_case(setup.machine_case.machine, options.body, setup.factor, options.folder / "cache");
   bench::write_plain(options.folder / "body.txt", one);
   bench::write_decks(options.folder, one, options.decks);
-  print("nodes", static_cast<double>(one.mesh.nodes()));
-  print("elements", static_cast<double>(one.mesh.bodies[0].elements()));
+  print("nodes", one.mesh.nodes());
+  print("elements", one.mesh.bodies[0].elements());
 }
 
 void heat(const Options& options) {
@@ -130,7 +130,7 @@ void memory(const Options& options) {
     });
     seconds.push_back(time.seconds());
   }
-  print("GB_s", 8e-9 * static_cast<double>(parts * each) / bench::median(seconds));
+  print("GB_s", 8e-9 * (parts * each) / bench::median(seconds));
   print("checksum", Eigen::Map<const Eigen::VectorXd>(sums.data(), parts).sum());
 }
 
@@ -183,9 +183,9 @@ void iterative(const Options& options) {
   print("iterations", solver.solve(loads, motion));
   print("rows_norm", (body.thermal_load.transpose() * motion).norm());
   print("rows", time.seconds());
-  print("columns", static_cast<double>(columns));
+  print("columns", columns);
   print("multigrid_MiB", solver.memory_bytes() / 1048576.0);
-  print("unknowns", static_cast<double>(loads.rows()));
+  print("unknowns", loads.rows());
 }
 
 /// Nine programs of one time grid, as a block or each by itself.
@@ -224,9 +224,9 @@ void loads(const Options& options) {
     }
     checksum += state.sum();
   }
-  print("load_step", time.seconds() / static_cast<double>(names.size() * ends.size()));
-  print("mean_K", checksum / static_cast<double>(static_cast<std::size_t>(system.size) * names.size()));
-  print("unknowns", static_cast<double>(system.size));
+  print("load_step", time.seconds() / (names.size() * ends.size()));
+  print("mean_K", checksum / (system.size * names.size()));
+  print("unknowns", system.size);
 }
 
 /// Steps of a control: the state moves on and all outputs of the grid are read, with no film changing, with
@@ -256,7 +256,7 @@ void online(const Options& options) {
     std::vector<double> seconds;
     for (int i = 0; i < options.steps; ++i) {
       for (std::size_t f = 0; f < std::min(changing, films.size()); ++f)
-        c.p(films[f]) = nominal.p(films[f]) * (1.0 + 0.3 * std::sin(0.1 * i + static_cast<double>(f)));
+        c.p(films[f]) = nominal.p(films[f]) * (1.0 + 0.3 * std::sin(0.1 * i + f));
       c.q(i % c.q.size()) += 1e-3;
       const auto begin = std::chrono::steady_clock::now();
       advance(state, c);
@@ -282,9 +282,9 @@ void online(const Options& options) {
     lu.compute(sum);
     x = lu.solve(model.system.capacity * x + step_s * (model.system.inputs * c.q)).eval();
   });
-  print("order", static_cast<double>(model.system.order()));
-  print("films", static_cast<double>(films.size()));
-  print("outputs", static_cast<double>(rows.rows()));
+  print("order", model.system.order());
+  print("films", films.size());
+  print("outputs", rows.rows());
 }
 
 void poses(const Options& options) {
@@ -295,7 +295,7 @@ void poses(const Options& options) {
   const solver::ElasticModel model(mesh, system);
   print("model", time.seconds());
   print("factor", model.summary().factor_seconds);
-  print("unit_solves", static_cast<double>(model.summary().unit_solves));
+  print("unit_solves", model.summary().unit_solves);
   const std::vector<mesh::Pose> grid = mesh::workspace_poses(mesh.machine);
   std::vector<double> each;
   for (const mesh::Pose& pose : grid) {
@@ -307,8 +307,8 @@ void poses(const Options& options) {
   time.restart();
   core::parallel_for(0, grid.size(), [&](std::size_t i) { model.output_rows(grid[i]); });
   print("all_poses", time.seconds());
-  print("poses", static_cast<double>(grid.size()));
-  print("nodes", static_cast<double>(mesh.nodes()));
+  print("poses", grid.size());
+  print("nodes", mesh.nodes());
 }
 
 /// The same steps of a load on the full and on the reduced model, in turns of ten steps.
@@ -336,7 +336,7 @@ void steps(const Options& options) {
     for (std::size_t i = first; i < last; ++i) stepper.advance(small, c[i], size(i));
     reduced_s += time.seconds();
   }
-  const auto count = static_cast<double>(ends.size());
+  const double count = ends.size();
   const mesh::Pose home = mesh::home_pose(mesh.machine);
   Watch time(options.threads);
   double sum = 0;
@@ -345,8 +345,8 @@ void steps(const Options& options) {
   print("tcp_um", 1e3 * sum);
   print("full", full_s / count);
   print("reduced", reduced_s / count);
-  print("order", static_cast<double>(reduced.system.order()));
-  print("unknowns", static_cast<double>(system.size));
+  print("order", reduced.system.order());
+  print("unknowns", system.size);
   // Sensors of both at the end: the same physics was run.
   print("sensors_apart_K", (full.sensors(state) - stepper.sensors(small)).cwiseAbs().maxCoeff());
 }
@@ -368,7 +368,7 @@ void rows(const Options& options) {
   for (const mesh::SensorSpec& sensor : machine.sensors) fmt::format_to(out, ",{}_C", sensor.id);
   text.push_back('\n');
   for (long i = 0; i < options.rows; ++i) {
-    const auto t = static_cast<double>(i);
+    const double t = i;
     const double speed = i / 600 % 3 * 0.25 * machine.spindle_max_rpm;
     fmt::format_to(out, "{},{},{:.2f}", i, speed, machine.reference_C + 2.0 * std::sin(t / 14000.0));
     for (std::size_t a = 0; a < linear.size(); ++a) {
@@ -387,8 +387,8 @@ void rows(const Options& options) {
   }
   if (std::fclose(file) != 0)
     throw core::InputError(options.out.string(), "cannot be written", "a place with room on the disk");
-  print("rows", static_cast<double>(options.rows));
-  print("order", static_cast<double>(model.system.order()));
+  print("rows", options.rows);
+  print("order", model.system.order());
 }
 
 }  // namespace

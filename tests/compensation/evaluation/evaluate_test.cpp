@@ -41,7 +41,7 @@ TEST(Evaluate, MeasuredDriftIsJudgedOnDaysThatTheFitDidNotSee) {
   EvaluateOptions options;
   options.models = {"static_regression", "first_order", "grey_box"};
   const Evaluation evaluation = evaluate(measurement, nullptr, options);
-  std::printf("%s", evaluation.brief().c_str());
+  std::printf("%s", (evaluation.brief() + evaluation.tables()).c_str());
   ASSERT_EQ(evaluation.rows.size(), 3U * 3U * 3U);
   EXPECT_EQ(evaluation.predictions.rows(), measurement.data.rows());
   for (const EvaluationRow& row : evaluation.rows) {
@@ -223,7 +223,7 @@ TEST(Evaluate, AReducedModelMeetsItsOwnMachineWithAndWithoutSensors) {
   const Evaluation evaluation =
       evaluate(measurement, &model,
                {.train_until_s = 5 * 3600.0, .train_programs = {}, .models = {"static_regression"}, .check = {}});
-  std::printf("%s", evaluation.brief().c_str());
+  std::printf("%s", (evaluation.brief() + evaluation.tables()).c_str());
   for (const char* channel : {"dx@1", "dz@1", "dx@2", "dy@2", "dz@2"}) {
     for (const char* name : {"reduced_model", "reduced_model_sensors"}) {
       EXPECT_GT(row_of(evaluation, name, channel, "day 0").measures.fit, 97.0) << name << " " << channel;

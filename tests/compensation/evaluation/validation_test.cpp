@@ -9,8 +9,8 @@
 #include "compensation/evaluation/power_off.h"
 #include "compensation/evaluation/replay.h"
 #include "solver/campaign/case.h"
-#include "tests/compensation/five_axis.h"
 #include "tests/compensation/scratch.h"
+#include "tests/machines/five_axis.h"
 
 namespace thermotwin::compensation {
 namespace {

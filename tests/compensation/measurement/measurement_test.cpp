@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "compensation/measurement/measurement_check.h"
-#include "tests/compensation/five_axis.h"
 #include "tests/compensation/scratch.h"
+#include "tests/machines/five_axis.h"
 
 namespace thermotwin::compensation {
 namespace {

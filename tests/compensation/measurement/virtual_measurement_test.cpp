@@ -9,9 +9,9 @@
 #include "reduction/basis/reduce.h"
 #include "solver/campaign/full_model.h"
 #include "solver/thermal/assembly.h"
-#include "tests/compensation/five_axis.h"
 #include "tests/compensation/scratch.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/machines/boxes.h"
+#include "tests/machines/five_axis.h"
 
 namespace thermotwin::compensation {
 namespace {

@@ -9,8 +9,8 @@
 #include "compensation/online/compensator.h"
 #include "compensation/online/stream.h"
 #include "core/table.h"
-#include "tests/compensation/five_axis.h"
 #include "tests/compensation/scratch.h"
+#include "tests/machines/five_axis.h"
 
 namespace thermotwin::compensation {
 namespace {

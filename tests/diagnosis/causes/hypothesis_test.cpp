@@ -18,11 +18,12 @@
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "mesh/machine/file.h"
-#include "tests/diagnosis/lumped_machine.h"
+#include "tests/machines/rods_record.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Parameter;
 
 std::vector<Parameter> all_parameters() {
@@ -120,53 +121,53 @@ std::vector<std::string> lines(const std::string& text) {
 }
 
 TEST(Hypothesis, every_kind_is_offered_once_per_item) {
-  std::multiset<std::string> kinds;
+  std::multiset<Kind> kinds;
   std::set<std::string> names;
   for (const Parameter& p : all_parameters()) {
     kinds.insert(p.kind);
-    EXPECT_TRUE(names.insert(p.kind + " " + p.where).second) << p.kind << " of " << p.where << " twice";
+    EXPECT_TRUE(names.insert(name_of(p.kind) + " " + p.where).second) << name_of(p) << " twice";
     EXPECT_GT(p.nominal_std, 0.0);
     EXPECT_GT(p.cause_std, 2 * p.nominal_std);
     EXPECT_LE(p.low, p.nominal);
     EXPECT_GT(p.high, p.nominal);
     EXPECT_FALSE(diagnosis::needs_parts(p.kind));
   }
-  EXPECT_EQ(kinds.count("source_power"), 3u);
-  EXPECT_EQ(kinds.count("source_speed_law"), 2u);
-  EXPECT_EQ(kinds.count("standstill_power"), 2u) << "a pump that is on with the machine is one candidate, not two";
+  EXPECT_EQ(kinds.count(Kind::source_power), 3u);
+  EXPECT_EQ(kinds.count(Kind::source_speed_law), 2u);
+  EXPECT_EQ(kinds.count(Kind::standstill_power), 2u) << "a pump that is on with the machine is one candidate, not two";
   EXPECT_FALSE(names.count("standstill_power pump"));
-  EXPECT_EQ(kinds.count("film_coefficient"), 3u);
-  EXPECT_EQ(kinds.count("film_speed_law"), 0u);
-  EXPECT_EQ(kinds.count("contact_conductance"), 3u);
-  EXPECT_EQ(kinds.count("ambient_offset"), 1u);
-  EXPECT_EQ(kinds.count("foundation_temperature"), 1u);
-  EXPECT_EQ(kinds.count("coolant_flow"), 1u);
-  EXPECT_EQ(kinds.count("coolant_coupling"), 1u);
-  EXPECT_EQ(kinds.count("control_sensor_offset"), 1u);
-  for (const char* kind : {"sensor_offset", "sensor_drift", "sensor_lag", "sensor_detached"})
+  EXPECT_EQ(kinds.count(Kind::film_coefficient), 3u);
+  EXPECT_EQ(kinds.count(Kind::film_speed_law), 0u);
+  EXPECT_EQ(kinds.count(Kind::contact_conductance), 3u);
+  EXPECT_EQ(kinds.count(Kind::ambient_offset), 1u);
+  EXPECT_EQ(kinds.count(Kind::foundation_temperature), 1u);
+  EXPECT_EQ(kinds.count(Kind::coolant_flow), 1u);
+  EXPECT_EQ(kinds.count(Kind::coolant_coupling), 1u);
+  EXPECT_EQ(kinds.count(Kind::control_sensor_offset), 1u);
+  for (const Kind kind : {Kind::sensor_offset, Kind::sensor_drift, Kind::sensor_lag, Kind::sensor_detached})
     EXPECT_EQ(kinds.count(kind), 6u);
-  EXPECT_EQ(kinds.count("probe_drift"), 4u);
-  EXPECT_EQ(kinds.count("clock_shift"), 12u);
+  EXPECT_EQ(kinds.count(Kind::probe_drift), 4u);
+  EXPECT_EQ(kinds.count(Kind::clock_shift), 12u);
 }
 
 TEST(Hypothesis, a_full_house_offers_every_kind_that_is_listed) {
   std::set<std::string> offered, listed;
-  for (const Parameter& p : full_parameters()) offered.insert(p.kind + " " + p.name + " " + p.unit);
+  for (const Parameter& p : full_parameters()) offered.insert(name_of(p.kind) + " " + p.name + " " + p.unit);
   offered.insert("source_missing power W");  // by the patches of a model: missing_source.h
-  for (const auto& kind : diagnosis::known_kinds()) listed.insert(kind.kind + " " + kind.name + " " + kind.unit);
+  for (const auto& kind : diagnosis::known_kinds()) listed.insert(kind.name + " " + kind.amount + " " + kind.unit);
   EXPECT_EQ(offered, listed);
 }
 
 TEST(Hypothesis, stated_uncertainty_is_the_nominal_prior) {
-  EXPECT_DOUBLE_EQ(lumped::find("film_coefficient", "base.film").nominal_std, 0.10);
-  EXPECT_DOUBLE_EQ(lumped::find("source_power", "motor").nominal_std, 0.05);
-  EXPECT_DOUBLE_EQ(lumped::find("sensor_offset", "T3_reading").nominal_std, 0.05);
+  EXPECT_DOUBLE_EQ(lumped::find(Kind::film_coefficient, "base.film").nominal_std, 0.10);
+  EXPECT_DOUBLE_EQ(lumped::find(Kind::source_power, "motor").nominal_std, 0.05);
+  EXPECT_DOUBLE_EQ(lumped::find(Kind::sensor_offset, "T3_reading").nominal_std, 0.05);
 }
 
 TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
   const auto clock_std = [](const compensation::Measurement& m, double told_row_s) {
     for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m, false, told_row_s))
-      if (p.kind == "clock_shift" && p.where == "temperature") return p.nominal_std;
+      if (p.kind == Kind::clock_shift && p.where == "temperature") return p.nominal_std;
     return -1.0;
   };
   EXPECT_NEAR(clock_std(lumped::measure({}, {.hours = 8, .sample_s = 60}), 0), 30, 0.5) << "half a row";
@@ -198,20 +199,20 @@ TEST(Hypothesis, a_measured_inlet_leaves_no_control_sensor_to_doubt) {
   inlet.id = inlet.input = "coolant.main.inlet_T_C";
   m.channels.push_back(inlet);
   for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m))
-    EXPECT_NE(p.kind, "control_sensor_offset");
+    EXPECT_NE(p.kind, Kind::control_sensor_offset);
 }
 
 TEST(Hypothesis, extended_text_parses_to_the_machine_with_the_parameter) {
   const mesh::Machine machine = full_house();
   for (const Parameter& p : full_parameters()) {
-    SCOPED_TRACE(p.kind + " of " + p.where);
+    SCOPED_TRACE(name_of(p));
     const double value = p.ratio ? 1.37 : p.low < 0 ? -0.83 : 0.6;
     const mesh::Machine changed = diagnosis::with_parameter(machine, p, value);
     const std::string text = diagnosis::extended_text(machine, p, value, 0.04, "a test");
     const mesh::Machine parsed = mesh::parse_machine(text, machine.path);
     EXPECT_NE(number(parsed, p), number(machine, p));
     for (const Parameter& other : full_parameters())
-      EXPECT_DOUBLE_EQ(number(parsed, other), number(changed, other)) << other.kind << " of " << other.where;
+      EXPECT_DOUBLE_EQ(number(parsed, other), number(changed, other)) << name_of(other);
     for (std::size_t i = 0; i < machine.ambients.size(); ++i)
       EXPECT_DOUBLE_EQ(parsed.ambients[i].default_C.value, changed.ambients[i].default_C.value);
     for (std::size_t i = 0; i < machine.films.size(); ++i)
@@ -223,14 +224,14 @@ TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
   const mesh::Machine machine = lumped::machine();
   const auto before = lines(machine.text);
   for (const Parameter& p : all_parameters()) {
-    SCOPED_TRACE(p.kind + " of " + p.where);
+    SCOPED_TRACE(name_of(p));
     const auto after = lines(diagnosis::extended_text(machine, p, p.ratio ? 2.0 : 0.5, 0.1, "because of a test"));
-    const bool guides = p.kind == "sensor_offset" && p.item == machine.coolants.front().guide_sensor;
-    if (p.kind == "probe_drift" || p.kind == "clock_shift" || guides) {  // a table of its own at the end
+    const bool guides = p.kind == Kind::sensor_offset && p.item == machine.coolants.front().guide_sensor;
+    if (p.kind == Kind::probe_drift || p.kind == Kind::clock_shift || guides) {  // a table of its own at the end
       ASSERT_EQ(after.size(), before.size() + 5);
       EXPECT_TRUE(std::equal(before.begin(), before.end(), after.begin()));
       EXPECT_EQ(after[before.size() + 1], "[[reading]]");
-      EXPECT_NE(after[before.size() + 3].find("# diagnosis: " + p.kind), std::string::npos);
+      EXPECT_NE(after[before.size() + 3].find("# diagnosis: " + name_of(p.kind)), std::string::npos);
       continue;
     }
     // Without the changed line and the comment above it, both files are the same.
@@ -239,7 +240,7 @@ TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
     while (last + first < before.size() && before[before.size() - 1 - last] == after[after.size() - 1 - last]) ++last;
     EXPECT_LE(before.size() - first - last, 1u);
     ASSERT_EQ(after.size() - first - last, before.size() - first - last + (before.size() == first + last ? 2u : 1u));
-    EXPECT_NE(after[first].find("# diagnosis: " + p.kind), std::string::npos);
+    EXPECT_NE(after[first].find("# diagnosis: " + name_of(p.kind)), std::string::npos);
     EXPECT_NE(after[first].find("because of a test"), std::string::npos);
   }
 }
@@ -247,21 +248,22 @@ TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
 TEST(Hypothesis, extended_text_keeps_form_and_comment_of_the_line) {
   const mesh::Machine machine = lumped::machine();
   const std::string text =
-      diagnosis::extended_text(machine, lumped::find("film_coefficient", "base.film"), 1.5, 0.1, "");
+      diagnosis::extended_text(machine, lumped::find(Kind::film_coefficient, "base.film"), 1.5, 0.1, "");
   EXPECT_NE(text.find("film_coefficient_W_m2K = {value = 13.5, std_percent = 10} # still air"), std::string::npos);
   const std::string joint =
-      diagnosis::extended_text(machine, lumped::find("contact_conductance", "mounts"), 0.5, 0.1, "");
+      diagnosis::extended_text(machine, lumped::find(Kind::contact_conductance, "mounts"), 0.5, 0.1, "");
   EXPECT_NE(joint.find("conductance_W_m2K = { value = 200, std_percent = 10 }"), std::string::npos);
   const std::string sensor =
-      diagnosis::extended_text(machine, lumped::find("sensor_offset", "T3_reading"), 0.7, 0.1, "");
+      diagnosis::extended_text(machine, lumped::find(Kind::sensor_offset, "T3_reading"), 0.7, 0.1, "");
   EXPECT_NE(sensor.find("offset_K = 0.8   # calibrated"), std::string::npos);
 }
 
 TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
   const mesh::Machine machine = lumped::machine();
-  const mesh::Machine parsed = mesh::parse_machine(
-      diagnosis::extended_text(machine, lumped::find("source_power", "guide_friction"), 0.4, 0.1, "line one\nline two"),
-      machine.path);
+  const mesh::Machine parsed =
+      mesh::parse_machine(diagnosis::extended_text(machine, lumped::find(Kind::source_power, "guide_friction"), 0.4,
+                                                   0.1, "line one\nline two"),
+                          machine.path);
   EXPECT_DOUBLE_EQ(parsed.sources[1].scale.value, 0.4);
   EXPECT_DOUBLE_EQ(parsed.sources[0].scale.value, 1.0);
   EXPECT_EQ(parsed.sources[0].laws.size(), 1u);
@@ -269,7 +271,7 @@ TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
 
 TEST(Hypothesis, an_offset_of_a_guiding_sensor_is_the_records_alone) {
   const mesh::Machine machine = lumped::machine();
-  const Parameter p = lumped::find("sensor_offset", "T1_reading");
+  const Parameter p = lumped::find(Kind::sensor_offset, "T1_reading");
   ASSERT_EQ(p.item, machine.coolants.front().guide_sensor);
   const mesh::Machine changed = diagnosis::with_parameter(machine, p, 0.7);
   ASSERT_EQ(changed.readings.size(), 1u);
@@ -280,7 +282,7 @@ TEST(Hypothesis, an_offset_of_a_guiding_sensor_is_the_records_alone) {
 
 TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
   mesh::Machine machine = lumped::machine();
-  Parameter p = diagnosis::make_parameter("clock_shift", "dx@1+x");
+  Parameter p = diagnosis::make_parameter(Kind::clock_shift, "dx@1+x");
   const mesh::Machine read = mesh::parse_machine(diagnosis::extended_text(machine, p, 120.0, 5.0, ""), machine.path);
   ASSERT_EQ(read.readings.size(), 1u);
   EXPECT_EQ(read.readings[0].id, "dx@1+x");
@@ -292,7 +294,7 @@ TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
 
 TEST(Hypothesis, two_changes_follow_each_other) {
   const mesh::Machine machine = lumped::machine();
-  const Parameter a = lumped::find("source_power", "pump"), b = lumped::find("sensor_offset", "T5_reading");
+  const Parameter a = lumped::find(Kind::source_power, "pump"), b = lumped::find(Kind::sensor_offset, "T5_reading");
   const mesh::Machine one = mesh::parse_machine(diagnosis::extended_text(machine, a, 2.0, 0.1, ""), machine.path);
   const mesh::Machine two = mesh::parse_machine(diagnosis::extended_text(one, b, 1.0, 0.1, ""), machine.path);
   EXPECT_DOUBLE_EQ(two.sources[2].scale.value, 2.0);
@@ -327,14 +329,14 @@ TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
 
 TEST(Hypothesis, a_body_of_a_shared_material_gets_its_own) {
   const mesh::Machine machine = lumped::machine();
-  Parameter p = diagnosis::make_parameter("expansion_coefficient", "column");
+  Parameter p = diagnosis::make_parameter(Kind::expansion_coefficient, "column");
   const mesh::Machine one = mesh::parse_machine(diagnosis::extended_text(machine, p, 1.2, 0.05, "why"), machine.path);
   ASSERT_EQ(one.materials.size(), 2u);
   EXPECT_EQ(one.bodies[1].material, "iron.column");
   EXPECT_EQ(one.bodies[0].material, "iron");
   EXPECT_DOUBLE_EQ(one.material("iron.column").expansion.value, 13.2e-6);
   EXPECT_DOUBLE_EQ(one.material("iron").expansion.value, 11e-6);
-  p.kind = "heat_capacity";
+  p.kind = Kind::heat_capacity;
   const mesh::Machine two = mesh::parse_machine(diagnosis::extended_text(one, p, 2.0, 0.05, "why"), machine.path);
   EXPECT_EQ(two.materials.size(), 2u);
   EXPECT_DOUBLE_EQ(two.material("iron.column").specific_heat.value, 1000.0);
@@ -343,7 +345,7 @@ TEST(Hypothesis, a_body_of_a_shared_material_gets_its_own) {
 
 TEST(Hypothesis, unusual_texts_are_read_or_refused) {
   const mesh::Machine machine = lumped::machine();
-  const Parameter motor = lumped::find("source_power", "motor");
+  const Parameter motor = lumped::find(Kind::source_power, "motor");
   mesh::Machine crlf = machine;
   std::string windows;
   for (const char c : machine.text) windows += c == '\n' ? "\r\n" : std::string(1, c);
@@ -366,10 +368,12 @@ TEST(Hypothesis, unusual_texts_are_read_or_refused) {
 }
 
 TEST(Hypothesis, unknown_kinds_and_items_are_refused) {
-  Parameter p = lumped::find("source_power", "motor");
+  Parameter p = lumped::find(Kind::source_power, "motor");
   p.where = "moter";
   EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
-  p.kind = "sorce_power";
+  EXPECT_THROW(diagnosis::kind_named("sorce_power"), core::InputError);
+  EXPECT_EQ(diagnosis::kind_named("source_power"), Kind::source_power);
+  p.kind = Kind::unknown;
   EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
 }
 
@@ -393,8 +397,8 @@ TEST(Hypothesis, readme_lists_the_kinds_that_the_code_knows) {
   const auto& kinds = diagnosis::known_kinds();
   ASSERT_EQ(table.size(), kinds.size());
   for (std::size_t i = 0; i < kinds.size(); ++i)
-    EXPECT_EQ(table[i],
-              (std::vector<std::string>{kinds[i].kind, kinds[i].where, kinds[i].name, kinds[i].unit, kinds[i].sense}));
+    EXPECT_EQ(table[i], (std::vector<std::string>{kinds[i].name, kinds[i].where, kinds[i].amount, kinds[i].unit,
+                                                  kinds[i].sense == diagnosis::Sense::ratio ? "ratio" : "absolute"}));
 }
 
 }  // namespace

@@ -60,8 +60,7 @@ MatrixXd dense(const std::vector<ChannelCovariance>& channels) {
 /// log N(r; 0, cov) by the definition.
 double log_density(const VectorXd& r, const MatrixXd& cov) {
   const Eigen::FullPivLU<MatrixXd> lu(cov);
-  return -0.5 * (static_cast<double>(r.size()) * std::log(2 * std::numbers::pi) + std::log(lu.determinant()) +
-                 r.dot(lu.solve(r)));
+  return -0.5 * (r.size() * std::log(2 * std::numbers::pi) + std::log(lu.determinant()) + r.dot(lu.solve(r)));
 }
 
 struct Sample {

@@ -13,35 +13,36 @@
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::LinearForm, diagnosis::Parameter, diagnosis::Problem;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-int index_of(const Problem& problem, const std::string& kind, const std::string& where) {
+int index_of(const Problem& problem, Kind kind, const std::string& where) {
   for (std::size_t i = 0; i < problem.parameters.size(); ++i)
     if (problem.parameters[i].kind == kind && problem.parameters[i].where == where) return static_cast<int>(i);
   return -1;
 }
 
 /// How much of what a second cause does beside a strong first one a linear form about the first one misses.
-class BesideAStrongCause : public ::testing::TestWithParam<const char*> {
+class BesideAStrongCause : public ::testing::TestWithParam<Kind> {
 protected:
   /// @param other  value of head.film, about which all is linearised, and which it has
   void expect_seen(double other) {
     diagnosis::Seen seen = diagnosis::see(lumped::coarse_model(), lumped::measure({}, {.hours = 18}), {});
     const mesh::Machine& machine = lumped::coarse_model().machine;
-    const int film = index_of(seen.problem, "film_coefficient", "head.film");
+    const int film = index_of(seen.problem, Kind::film_coefficient, "head.film");
     ASSERT_GE(film, 0);
     VectorXd around = VectorXd::Zero(seen.problem.around.size());
     around[film] = other - 1.0;
     Problem problem = diagnosis::make_problem(machine, lumped::measure({}, {.hours = 18}), *seen.observations,
                                               *seen.response, {}, around);
-    const std::string kind = GetParam();
-    const int first = index_of(problem, "source_power", "motor"),
-              second = index_of(problem, kind, kind == "sensor_detached" ? "T5_reading" : "main.jacket");
+    const Kind kind = GetParam();
+    const int first = index_of(problem, Kind::source_power, "motor"),
+              second = index_of(problem, kind, kind == Kind::sensor_detached ? "T5_reading" : "main.jacket");
     ASSERT_GE(first, 0);
     ASSERT_GE(second, 0);
-    const double motor = 3.0, amount = problem.nominal[second] + (kind == "sensor_detached" ? 0.4 : 0.02);
+    const double motor = 3.0, amount = problem.nominal[second] + (kind == Kind::sensor_detached ? 0.4 : 0.02);
     const auto parameter = [&](int i) { return problem.parameters[i]; };
     const mesh::Machine warm = diagnosis::with_parameter(problem.machine_around(machine, {}), parameter(first), motor);
     problem.measured = seen.response->predict(diagnosis::with_parameter(warm, parameter(second), amount));
@@ -68,7 +69,7 @@ protected:
 TEST_P(BesideAStrongCause, another_one_acts_on_what_that_one_made) { expect_seen(1.0); }
 TEST_P(BesideAStrongCause, also_where_others_are_off_nominal) { expect_seen(1.6); }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, BesideAStrongCause, ::testing::Values("sensor_detached", "coolant_coupling"),
-                         [](const auto& test) { return std::string(test.param); });
+INSTANTIATE_TEST_SUITE_P(Kinds, BesideAStrongCause, ::testing::Values(Kind::sensor_detached, Kind::coolant_coupling),
+                         [](const auto& test) { return name_of(test.param); });
 
 }  // namespace

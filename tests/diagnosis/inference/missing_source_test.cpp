@@ -16,11 +16,12 @@
 #include "mesh/machine/file.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_simulation.h"
-#include "tests/diagnosis/meshed_machine.h"
+#include "tests/machines/meshed_boxes.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Diagnosis;
 
 struct Hidden {
@@ -52,7 +53,7 @@ std::string listed(const Diagnosis& d) {
   std::string text = d.sentence + "\n";
   for (std::size_t i = 0; i < std::min<std::size_t>(6, d.ranking.size()); ++i) {
     const auto& r = d.ranking[i];
-    text += fmt::format("  {:.3f} {} {} {} {:.3g} +- {:.2g}, log {:.1f}\n", r.probability, r.parameter.kind,
+    text += fmt::format("  {:.3f} {} {} {} {:.3g} +- {:.2g}, log {:.1f}\n", r.probability, name_of(r.parameter.kind),
                         r.parameter.where, r.parameter.missing ? "follows " + r.parameter.missing->follows : "",
                         r.value, r.std, r.log_evidence);
   }
@@ -67,7 +68,7 @@ TEST_P(MissingSource, IsFoundWhereItIs) {
   std::printf("%s", listed(d).c_str());
   ASSERT_FALSE(d.ranking.empty());
   const diagnosis::RankedCause& first = d.ranking.front();
-  ASSERT_EQ(first.parameter.kind, "source_missing") << listed(d);
+  ASSERT_EQ(first.parameter.kind, Kind::source_missing) << listed(d);
   const diagnosis::MissingSource& found = *first.parameter.missing;
   const double off = (found.centre - hidden.place).norm();
   std::printf("off by %.0f mm, 95 %% region of %.0f mm\n", 1e3 * off, 1e3 * found.region95);
@@ -76,7 +77,7 @@ TEST_P(MissingSource, IsFoundWhereItIs) {
   EXPECT_LT(off, found.region95);
   EXPECT_EQ(found.follows, hidden.follows);
   EXPECT_NEAR(first.value, hidden.power, 0.25 * hidden.power);
-  EXPECT_EQ(d.verdict, "explained") << listed(d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
 
   ASSERT_FALSE(d.extended_machine_text.empty()) << "the gain is certain";
   const mesh::Machine extended = mesh::parse_machine(d.extended_machine_text, "boxes/machine.toml");
@@ -105,12 +106,12 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(MissingSource, IsNotSeenWhereThereIsNone) {
   const Diagnosis d = diagnosis::diagnose(meshed::reduced(), measured({}, 12), {});
-  EXPECT_EQ(d.verdict, "no_discrepancy") << listed(d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << listed(d);
 }
 
 TEST(MissingSource, ExtendedMachineRunsInBothModelsAlike) {
   const mesh::Machine machine = meshed::machine();
-  diagnosis::Parameter cause = diagnosis::make_parameter("source_missing", "column");
+  diagnosis::Parameter cause = diagnosis::make_parameter(Kind::source_missing, "column");
   auto missing = std::make_shared<diagnosis::MissingSource>();
   const auto& patches = meshed::reduced().patches.items;
   const auto patch = std::find_if(patches.begin(), patches.end(),

@@ -12,12 +12,14 @@
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 
 /// Most second causes show nothing: what a pair gains over the strong cause in it, in the middle of all pairs that were not fitted.
 TEST(ModelSearch, what_a_strong_cause_gains_about_itself_is_no_second_ones) {
   for (const double power : {3.0, 6.0}) {
-    const diagnosis::Seen seen = diagnosis::see(
-        lumped::coarse_model(), lumped::measure({{lumped::find("source_power", "motor"), power}}, {.hours = 18}), {});
+    const diagnosis::Seen seen =
+        diagnosis::see(lumped::coarse_model(),
+                       lumped::measure({{lumped::find(Kind::source_power, "motor"), power}}, {.hours = 18}), {});
     const diagnosis::SearchResult found =
         diagnosis::search(seen.problem, *seen.response, lumped::coarse_model().machine);
     const auto leading = std::find_if(found.hypotheses.begin(), found.hypotheses.end(),

@@ -10,11 +10,12 @@
 
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/record/diagnose_options.h"
-#include "tests/diagnosis/lumped_machine.h"
+#include "tests/machines/rods_record.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Observations;
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -59,7 +60,7 @@ TEST(LateChanges, a_log_that_sees_them_late_raises_no_alarm) {
   for (const unsigned seed : {5U, 6U, 7U}) {
     const diagnosis::Diagnosis d = diagnosis::diagnose(
         model, sparse(lumped::measure({}, {.sample_s = 60, .seed = seed, .spread = 0.5}), seed), how);
-    EXPECT_EQ(d.verdict, "no_discrepancy") << seed << ": " << d.sentence;
+    EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << seed << ": " << d.sentence;
   }
 }
 
@@ -67,15 +68,15 @@ TEST(LateChanges, leave_a_cause_to_be_found) {
   const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
   diagnosis::DiagnoseOptions how;
   how.temperature_error_percent = 3;
-  const diagnosis::Diagnosis d = diagnosis::diagnose(
-      model,
-      sparse(
-          lumped::measure({{lumped::find("source_power", "motor"), 1.6}}, {.sample_s = 60, .seed = 8, .spread = 0.5}),
-          8),
-      how);
-  ASSERT_EQ(d.verdict, "explained") << d.sentence;
+  const diagnosis::Diagnosis d =
+      diagnosis::diagnose(model,
+                          sparse(lumped::measure({{lumped::find(Kind::source_power, "motor"), 1.6}},
+                                                 {.sample_s = 60, .seed = 8, .spread = 0.5}),
+                                 8),
+                          how);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << d.sentence;
   ASSERT_EQ(d.causes.size(), 1U);
-  EXPECT_EQ(d.causes[0].parameter.kind, "source_power");
+  EXPECT_EQ(d.causes[0].parameter.kind, Kind::source_power);
   EXPECT_EQ(d.causes[0].parameter.where, "motor");
   EXPECT_NEAR(d.causes[0].value, 1.6, 3 * d.causes[0].std);
   EXPECT_LT(d.causes[0].std, 0.15);

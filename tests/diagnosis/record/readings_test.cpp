@@ -29,16 +29,14 @@ TEST(WithoutNoise, a_steady_air_loses_its_noise) {
 
 TEST(WithoutNoise, a_slow_swing_stays_and_its_noise_goes) {
   VectorXd truth(400);  // rows of five minutes, a swing of 2 K in eight hours
-  for (Eigen::Index i = 0; i < truth.size(); ++i)
-    truth[i] = 21.0 + 2.0 * std::sin(2.0 * M_PI * static_cast<double>(i) / 96.0);
+  for (Eigen::Index i = 0; i < truth.size(); ++i) truth[i] = 21.0 + 2.0 * std::sin(2.0 * M_PI * i / 96.0);
   const VectorXd values = noisy(truth, 0.2, 8);
   EXPECT_LT(root_mean_square(without_noise(values) - truth), 0.75 * root_mean_square(values - truth));
 }
 
 TEST(WithoutNoise, what_swings_within_half_an_hour_is_no_noise) {
   VectorXd truth(400);
-  for (Eigen::Index i = 0; i < truth.size(); ++i)
-    truth[i] = 21.0 + 0.5 * std::sin(2.0 * M_PI * static_cast<double>(i) / 6.0);
+  for (Eigen::Index i = 0; i < truth.size(); ++i) truth[i] = 21.0 + 0.5 * std::sin(2.0 * M_PI * i / 6.0);
   EXPECT_EQ(without_noise(truth), truth);
   EXPECT_LT(root_mean_square(without_noise(noisy(truth, 0.02, 9)) - truth), 0.03);
 }

@@ -11,18 +11,20 @@
 #include "mesh/machine/file.h"
 #include "reduction/model/reduced_simulation.h"
 #include "solver/campaign/load_result.h"
-#include "tests/diagnosis/meshed_machine.h"
+#include "tests/machines/meshed_boxes.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 
 struct Change {
-  const char *kind, *where;
+  Kind kind;
+  const char* where;
   double value, least_um;  ///< what it moves the TCP by at least
 };
 void PrintTo(const Change& change, std::ostream* out) {
-  *out << change.kind << " of " << change.where << " " << change.value;
+  *out << name_of(change.kind) << " of " << change.where << " " << change.value;
 }
 
 /// Results of one load on the full model at the workspace's poses.
@@ -55,19 +57,20 @@ TEST_P(ChangedMachine, RunsInBothModelsAlike) {
                error = reduction::compare(full, reduced(model)).max_um;
   std::printf(
       "%s of %s x %.2f: moves the TCP by up to %.2f um; reduced against full %.3f um, nominal machine %.3f um\n",
-      change.kind, change.where, change.value, effect, error, base);
+      name_of(change.kind).c_str(), change.where, change.value, effect, error, base);
   EXPECT_GT(effect, change.least_um);
   // Rows follow a power of the stiffness only in part.
-  EXPECT_LT(error, 1.5 * base + (cause.kind == "contact_stiffness" ? 0.1 : 0.02) * effect);
+  EXPECT_LT(error, 1.5 * base + (cause.kind == Kind::contact_stiffness ? 0.1 : 0.02) * effect);
   EXPECT_GT(reduction::compare(full, reduced(meshed::reduced())).max_um, 0.8 * effect)
       << "without its parts the model cannot know";
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Kinds, ChangedMachine,
-    ::testing::Values(Change{"expansion_coefficient", "column", 1.3, 1}, Change{"expansion_coefficient", "bed", 0.8, 1},
-                      Change{"heat_capacity", "head", 1.6, 1}, Change{"heat_capacity", "column", 0.6, 1},
-                      Change{"scale_expansion", "Z", 0.4, 0.5}, Change{"screw_expansion", "X", 1.3, 1},
-                      Change{"contact_stiffness", "feet", 0.4, 0.2}, Change{"contact_stiffness", "X_guide", 2.0, 0.2}));
+    ::testing::Values(Change{Kind::expansion_coefficient, "column", 1.3, 1},
+                      Change{Kind::expansion_coefficient, "bed", 0.8, 1}, Change{Kind::heat_capacity, "head", 1.6, 1},
+                      Change{Kind::heat_capacity, "column", 0.6, 1}, Change{Kind::scale_expansion, "Z", 0.4, 0.5},
+                      Change{Kind::screw_expansion, "X", 1.3, 1}, Change{Kind::contact_stiffness, "feet", 0.4, 0.2},
+                      Change{Kind::contact_stiffness, "X_guide", 2.0, 0.2}));
 
 }  // namespace

@@ -16,11 +16,12 @@
 #include "diagnosis/response/problem.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/operation/layout.h"
-#include "tests/diagnosis/lumped_machine.h"
+#include "tests/machines/rods_record.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Observations;
 using diagnosis::Parameter;
 using diagnosis::Response;
@@ -92,11 +93,11 @@ TEST(Response, tangents_equal_central_differences) {
   for (Index i = 0; i < values.size(); ++i) {
     const Parameter& p = parameters[i];
     // Not at nominal; readings beside their bounds and where no clock hides another.
-    values[i] = p.ratio                                                ? 1.1
-                : p.kind == "sensor_lag"                               ? 400.0
-                : p.kind == "sensor_detached"                          ? 0.2
-                : p.kind == "sensor_offset" || p.kind == "clock_shift" ? 0.0
-                                                                       : 0.3;
+    values[i] = p.ratio                                                        ? 1.1
+                : p.kind == Kind::sensor_lag                                   ? 400.0
+                : p.kind == Kind::sensor_detached                              ? 0.2
+                : p.kind == Kind::sensor_offset || p.kind == Kind::clock_shift ? 0.0
+                                                                               : 0.3;
   }
   const auto linear = response.linearise(machine, parameters, values, true);
   for (std::size_t i = 0; i < parameters.size(); ++i) {
@@ -109,8 +110,7 @@ TEST(Response, tangents_equal_central_differences) {
                               response.predict(diagnosis::with_parameters(machine, parameters, down))) /
                              (2 * h);
     const double size = central.norm() + 1e-3;
-    EXPECT_LT((linear.sensitivity.col(at) - central).norm(), 3e-3 * size)
-        << parameters[i].kind << " of " << parameters[i].where;
+    EXPECT_LT((linear.sensitivity.col(at) - central).norm(), 3e-3 * size) << name_of(parameters[i]);
   }
 }
 
@@ -146,8 +146,8 @@ TEST(Response, parts_change_as_a_model_of_other_materials) {
   const reduction::Parts& parts = *model.parts;
   const Observations obs = observe(lumped::measure({}, {.hours = 10}));
   const Response response(model, obs);
-  const Parameter heat = diagnosis::make_parameter("heat_capacity", "column"),
-                  growth = diagnosis::make_parameter("expansion_coefficient", "head");
+  const Parameter heat = diagnosis::make_parameter(Kind::heat_capacity, "column"),
+                  growth = diagnosis::make_parameter(Kind::expansion_coefficient, "head");
   VectorXd values(2);
   values << 1.3, 1.2;
   reduction::ReducedModel other = model;
@@ -189,8 +189,8 @@ TEST(Response, heat_that_enters_spread_is_that_of_a_model_with_other_inputs) {
     ++sources;
   }
   ASSERT_GT(sources, 0);
-  const std::vector<Parameter> parameters{diagnosis::make_parameter("source_power", machine.sources[0].id),
-                                          diagnosis::make_parameter("contact_conductance", machine.joints[0].id)};
+  const std::vector<Parameter> parameters{diagnosis::make_parameter(Kind::source_power, machine.sources[0].id),
+                                          diagnosis::make_parameter(Kind::contact_conductance, machine.joints[0].id)};
   const VectorXd nominal = VectorXd::Ones(2);
   const auto linear = response.linearise(machine, parameters, nominal, false, {}, true);
   const Eigen::MatrixXd there = Response(other, obs).linearise(machine, parameters, nominal, false).sensitivity;
@@ -251,12 +251,12 @@ TEST(Problem, a_linear_form_elsewhere_is_exact_there) {
   const Observations obs = observe(measured);
   const diagnosis::Response response(model, obs);
   const diagnosis::Problem nominal = diagnosis::make_problem(model.machine, measured, obs, response, {});
-  const auto index = [&](const std::string& kind, const std::string& where) {
+  const auto index = [&](Kind kind, const std::string& where) {
     for (std::size_t i = 0; i < nominal.parameters.size(); ++i)
       if (nominal.parameters[i].kind == kind && nominal.parameters[i].where == where) return static_cast<int>(i);
-    throw std::logic_error("no " + kind + " of " + where);
+    throw std::logic_error("no " + name_of(kind) + " of " + where);
   };
-  const int motor = index("source_power", "motor"), film = index("film_coefficient", "column.film");
+  const int motor = index(Kind::source_power, "motor"), film = index(Kind::film_coefficient, "column.film");
   VectorXd around = VectorXd::Zero(nominal.nominal.size());
   around[motor] = 0.2;
   around[film] = -0.3;
@@ -323,7 +323,7 @@ TEST(Observations, a_start_with_decimals_ends) {
   double samples = 0;
   for (const auto& channel : seen.channels)
     if (channel.is_temperature()) samples = std::max(samples, channel.samples.sum());
-  EXPECT_EQ(samples, static_cast<double>(m.data.rows()));
+  EXPECT_EQ(samples, m.data.rows());
 }
 
 TEST(Observations, no_mean_reaches_over_the_split) {

@@ -13,7 +13,7 @@
 #include "reduction/basis/responses.h"
 #include "solver/campaign/full_model.h"
 #include "solver/operation/layout.h"
-#include "tests/reduction/boxes.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {

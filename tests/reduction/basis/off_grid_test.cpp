@@ -10,7 +10,8 @@
 #include "reduction/model/reduced_simulation.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
-#include "tests/reduction/boxes.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -100,7 +101,7 @@ TEST(OffGrid, BetweenThemInterpolationAddsToTheReduction) {
   const OffGridErrors off = off_grid_errors(broken, b.summary.basis, machine, b.loads[0], truth, between);
   EXPECT_GT(off.max_um(), 0.02 * off.peak_um());
   EXPECT_EQ(off.own_rows, errors.own_rows);
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   write_off_grid(scratch.path() / "off_grid.csv", machine, between.poses, {errors});
   const std::string text = core::read_file(scratch.path() / "off_grid.csv");
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 7);

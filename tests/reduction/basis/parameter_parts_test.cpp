@@ -12,7 +12,7 @@
 #include "reduction/model/output_grid.h"
 #include "solver/campaign/full_model.h"
 #include "solver/thermal/assembly.h"
-#include "tests/solver/box_machine.h"
+#include "tests/machines/box_machine.h"
 
 namespace thermotwin::reduction {
 namespace {

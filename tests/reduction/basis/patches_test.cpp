@@ -11,7 +11,8 @@
 #include "reduction/model/model_file.h"
 #include "solver/campaign/full_model.h"
 #include "solver/thermal/assembly.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -122,7 +123,7 @@ TEST(Patches, ActOnTheReducedModelAsOnTheFullOne) {
 }
 
 TEST(Patches, ComeBackFromTheFile) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   ReducedModel model = reduce(full(), {}, {}, {.order = 20, .patches = 12});
   write_model(scratch.path() / "model.rom.h5", model);
   const ReducedModel back = read_model(scratch.path() / "model.rom.h5");

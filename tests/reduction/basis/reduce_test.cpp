@@ -17,7 +17,8 @@
 #include "reduction/model/trained_range.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
-#include "tests/reduction/boxes.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -93,7 +94,7 @@ struct Campaign {
 
   Campaign() : full(test::boxes(2)) {
     core::set_quiet(true);
-    const test::Scratch scratch;
+    const core::TemporaryFolder scratch;
     const mesh::Machine& machine = full.mesh.machine;
     for (const auto& [name, text] : {std::pair{"training.toml", training_text}, {"heldout.toml", heldout_text}}) {
       core::write_file(scratch.path() / name, text);
@@ -263,7 +264,7 @@ TEST(Reduce, AChangedMachineNeedsNoNewReduction) {
 }
 
 TEST(Reduce, TheFileKeepsThePrediction) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const Campaign& c = campaign();
   write_model(scratch.path() / "model.rom.h5", reduction().model);
   const ReducedModel back = read_model(scratch.path() / "model.rom.h5");

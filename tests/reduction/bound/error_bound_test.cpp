@@ -22,7 +22,8 @@
 #include "solver/campaign/full_model.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/integrator.h"
-#include "tests/reduction/boxes.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -315,7 +316,7 @@ TEST(ErrorBound, ResidualsAreThoseOfEachTermAndOfItsTranspose) {
 
 TEST(ErrorBound, FileGivesTheSameBound) {
   const Boxes& b = boxes();
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const auto path = scratch.path() / "bound.rom.h5";
   write_bound(path, exact_bound());
   const BoundModel read = read_bound(path, b.model);

@@ -14,7 +14,7 @@
 #include "reduction/model/trained_range.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/assembly.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {

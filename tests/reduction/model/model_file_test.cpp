@@ -11,7 +11,8 @@
 #include "reduction/linear/hdf5_store.h"
 #include "reduction/model/output_grid.h"
 #include "solver/operation/layout.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -68,7 +69,7 @@ std::string message_of(const std::filesystem::path& path) {
 }
 
 TEST(ModelFile, ComesBackBitByBit) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5";
   const ReducedModel model = random_model();
   write_model(path, model);
@@ -105,7 +106,7 @@ TEST(ModelFile, ComesBackBitByBit) {
 }
 
 TEST(ModelFile, ForeignFilesAreRefused) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path text = scratch.path() / "text.h5", other = scratch.path() / "other.h5";
   core::write_file(text, "time_s,T1_C\n0,20\n");
   EXPECT_NE(message_of(text).find("no HDF5 file"), std::string::npos) << message_of(text);
@@ -118,7 +119,7 @@ TEST(ModelFile, ForeignFilesAreRefused) {
 }
 
 TEST(ModelFile, PartsComeBackAndMayBeAbsent) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5";
   ReducedModel model = random_model();
   write_model(path, model);
@@ -150,7 +151,7 @@ TEST(ModelFile, PartsComeBackAndMayBeAbsent) {
 }
 
 TEST(ModelFile, AnotherVersionIsNamed) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "old.rom.h5";
   StoreWriter old("old");
   old.text_attribute("/", "format", "thermotwin reduced model");
@@ -162,7 +163,7 @@ TEST(ModelFile, AnotherVersionIsNamed) {
 }
 
 TEST(ModelFile, ATruncatedFileIsRefusedWhereverItEnds) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5", cut = scratch.path() / "cut.rom.h5";
   write_model(path, random_model(3));
   const std::string bytes = core::read_file(path);
@@ -173,7 +174,7 @@ TEST(ModelFile, ATruncatedFileIsRefusedWhereverItEnds) {
 }
 
 TEST(ModelFile, ADamagedNumberIsNoticed) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5";
   const ReducedModel model = random_model();
   write_model(path, model);
@@ -188,7 +189,7 @@ TEST(ModelFile, ADamagedNumberIsNoticed) {
 
 // As written before files had a checksum.
 TEST(ModelFile, AFileWithoutChecksumIsToBeWrittenAnew) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5";
   write_model(path, random_model(3));
   const std::string bytes = core::read_file(path);
@@ -197,7 +198,7 @@ TEST(ModelFile, AFileWithoutChecksumIsToBeWrittenAnew) {
 }
 
 TEST(ModelFile, SizesThatDisagreeAndMissingNumbersAreRefused) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5";
   ReducedModel model = random_model();
   model.system.sensors = MatrixXd::Ones(5, 7);
@@ -219,7 +220,7 @@ TEST(ModelFile, SizesThatDisagreeAndMissingNumbersAreRefused) {
 }
 
 TEST(ModelFile, AFailedWriteLeavesTheEarlierFile) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "model.rom.h5";
   write_model(path, random_model());
   const std::string before = core::read_file(path);

@@ -12,8 +12,8 @@
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/output_grid.h"
 #include "solver/operation/grid_occupancy.h"
+#include "tests/machines/boxes.h"
 #include "tests/reduction/random_system.h"
-#include "tests/reduction/small_machine.h"
 
 namespace thermotwin::reduction {
 namespace {

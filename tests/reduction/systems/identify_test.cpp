@@ -13,7 +13,8 @@
 #include "reduction/systems/system_file.h"
 #include "solver/campaign/recorder.h"
 #include "solver/operation/layout.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/boxes.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -234,7 +235,7 @@ TEST(CampaignTables, AreReadAsInputsAndOutputs) {
 }
 
 TEST(CampaignTables, MissingOnesAreNamed) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   try {
     read_campaign_tables(scratch.path(), "warm_up");
     FAIL();

@@ -13,7 +13,7 @@
 #include "solver/thermal/adaptive.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 namespace {

@@ -12,7 +12,7 @@
 #include "solver/campaign/load_result.h"
 #include "solver/elastic/tcp.h"
 #include "solver/thermal/assembly.h"
-#include "tests/solver/box_machine.h"
+#include "tests/machines/box_machine.h"
 
 namespace thermotwin::solver {
 namespace {

@@ -17,8 +17,8 @@
 #include "solver/thermal/adaptive.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
-#include "tests/solver/box_machine.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/box_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 namespace {

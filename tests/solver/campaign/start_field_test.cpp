@@ -12,7 +12,7 @@
 #include "solver/export/vtk_output.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 namespace {

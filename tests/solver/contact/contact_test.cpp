@@ -9,7 +9,7 @@
 
 #include "mesh/body/shape.h"
 #include "solver/contact/grid.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "solver/elastic/functionals.h"
 #include "solver/linear/sparse_factor.h"
-#include "tests/solver/box_mesh.h"
+#include "tests/machines/box_mesh.h"
 
 namespace thermotwin::solver {
 namespace {

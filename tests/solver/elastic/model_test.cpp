@@ -11,7 +11,7 @@
 #include "mesh/machine/kinematics.h"
 #include "solver/elastic/tcp.h"
 #include "solver/thermal/assembly.h"
-#include "tests/solver/box_machine.h"
+#include "tests/machines/box_machine.h"
 
 namespace thermotwin::solver {
 namespace {

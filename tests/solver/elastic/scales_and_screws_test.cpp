@@ -8,7 +8,7 @@
 #include "solver/elastic/model.h"
 #include "solver/elastic/tcp.h"
 #include "solver/thermal/assembly.h"
-#include "tests/solver/box_machine.h"
+#include "tests/machines/box_machine.h"
 
 namespace thermotwin::solver {
 namespace {

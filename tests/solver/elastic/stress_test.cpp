@@ -9,7 +9,7 @@
 #include "solver/elastic/model.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/system.h"
-#include "tests/solver/box_machine.h"
+#include "tests/machines/box_machine.h"
 
 namespace thermotwin::solver {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "mesh/machine/kinematics.h"
-#include "tests/solver/box_mesh.h"
+#include "tests/machines/box_mesh.h"
 
 namespace thermotwin::solver {
 namespace {

@@ -11,7 +11,7 @@
 #include "mesh/import/import.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/export/vtk_picture.h"
-#include "tests/solver/box_machine.h"
+#include "tests/machines/box_machine.h"
 
 namespace thermotwin::solver {
 namespace {

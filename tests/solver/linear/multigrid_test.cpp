@@ -23,8 +23,8 @@
 #include "solver/thermal/direct.h"
 #include "solver/thermal/integrator.h"
 #include "solver/thermal/memory_plan.h"
-#include "tests/solver/box_machine.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/box_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 namespace {

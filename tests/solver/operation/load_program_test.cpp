@@ -10,7 +10,7 @@
 #include "solver/campaign/simulation.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 

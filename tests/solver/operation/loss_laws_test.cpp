@@ -11,7 +11,7 @@
 #include "solver/operation/layout.h"
 #include "solver/operation/load_program.h"
 #include "solver/operation/operating_model.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 namespace {

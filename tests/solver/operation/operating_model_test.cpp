@@ -12,7 +12,7 @@
 #include "solver/operation/film_laws.h"
 #include "solver/operation/grid_occupancy.h"
 #include "solver/operation/layout.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "mesh/machine/flow_network.h"
 #include "solver/operation/layout.h"
-#include "tests/solver/one_body.h"
+#include "tests/machines/one_body.h"
 
 namespace thermotwin::solver {
 namespace {

@@ -12,7 +12,7 @@
 #include "solver/thermal/direct.h"
 #include "solver/thermal/integrator.h"
 #include "solver/thermal/system.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "solver/operation/film_laws.h"
-#include "tests/solver/one_body.h"
+#include "tests/machines/one_body.h"
 
 namespace thermotwin::solver {
 namespace {

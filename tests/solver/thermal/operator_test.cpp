@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "solver/thermal/assembly.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 namespace {

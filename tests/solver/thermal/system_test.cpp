@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/assembly.h"
-#include "tests/solver/small_machine.h"
+#include "tests/machines/slide_machine.h"
 
 namespace thermotwin::solver {
 

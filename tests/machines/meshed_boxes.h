@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The boxes of the reduction's tests with a scale on Z, a screw on X, more sensors and stated
+// The boxes of boxes.h with a scale on Z, a screw on X, more sensors and stated
 // uncertainties: full models, a reduced one, and measurements of machines that differ.
 
 #include <stdexcept>
@@ -13,8 +13,8 @@
 #include "mesh/selection.h"
 #include "reduction/basis/reduce.h"
 #include "solver/campaign/full_model.h"
-#include "solver/thermal/assembly.h"
-#include "tests/reduction/small_machine.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/boxes.h"
 
 namespace meshed {
 
@@ -114,13 +114,11 @@ inline solver::FullModel full_model(const mesh::Machine& machine, int finer = 1)
   for (const mesh::TetMesh& body : bodies) mesh.first_node.push_back(mesh.first_node.back() + body.nodes());
   mesh.surfaces = mesh::resolve_surfaces(machine, bodies);
   mesh.bodies = std::move(bodies);
-  solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
-  solver::ElasticModel elastic(mesh, thermal);
-  return {std::move(mesh), std::move(thermal), std::move(elastic)};
+  return test::full_model(std::move(mesh));
 }
 
 inline solver::LoadProgram load(const mesh::Machine& machine, const std::string& name, const std::string& phases) {
-  const test::Scratch scratch;
+  const core::TemporaryFolder scratch;
   core::set_quiet(true);
   const auto file = scratch.path() / (name + ".toml");
   core::write_file(

@@ -4,7 +4,7 @@
 // equation once or more, small enough to check against dense or direct solutions.
 
 #include "mesh/machine_mesh.h"
-#include "tests/solver/box_mesh.h"
+#include "tests/machines/box_mesh.h"
 
 namespace thermotwin::test {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace thermotwin::compensation {
+namespace thermotwin::mesh {
 
 struct ChainAxis {
   std::string id;  ///< "X", "B", "X1"
@@ -42,4 +42,4 @@ struct KinematicChain {
                                  const std::map<std::string, double>& positions);
 };
 
-}  // namespace thermotwin::compensation
+}  // namespace thermotwin::mesh

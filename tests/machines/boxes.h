@@ -3,15 +3,15 @@
 // A machine of five boxes: bed on its foundation, slide on X with a turning table, column with a
 // head on Z that carries spindle and coolant. Every kind of term and input of the equation is in it.
 
-#include <unistd.h>
-
-#include <filesystem>
 #include <string>
 
 #include "mesh/machine/file.h"
 #include "mesh/machine_mesh.h"
+#include "solver/campaign/campaign.h"
+#include "solver/campaign/full_model.h"
 #include "solver/operation/operating_model.h"
-#include "tests/solver/box_mesh.h"
+#include "solver/thermal/assembly.h"
+#include "tests/machines/box_mesh.h"
 
 namespace thermotwin::test {
 
@@ -286,25 +286,14 @@ inline mesh::MachineMesh small_machine_mesh(int finer = 1) {
        box({-0.1, 0.05, 0.25}, {0.1, 0.2, 0.4}, {2, 2, 2})});
 }
 
-/// A folder of this test's own, gone afterwards.
-class Scratch {
-public:
-  Scratch() {
-    static int count = 0;
-    path_ = std::filesystem::temp_directory_path() /
-            ("thermotwin_reduction_" + std::to_string(::getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  const std::filesystem::path& path() const { return path_; }
+/// A machine's mesh with its equations.
+inline solver::FullModel full_model(mesh::MachineMesh mesh) {
+  solver::ThermalSystem thermal = solver::assemble_thermal(mesh);
+  solver::ElasticModel elastic(mesh, thermal);
+  return {std::move(mesh), std::move(thermal), std::move(elastic)};
+}
 
-private:
-  std::filesystem::path path_;
-};
+/// @param finer  as small_machine_mesh takes it
+inline solver::FullModel boxes(int finer = 1) { return full_model(small_machine_mesh(finer)); }
 
 }  // namespace thermotwin::test

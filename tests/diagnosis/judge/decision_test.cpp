@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "diagnosis/judge/verdict.h"
+#include "diagnosis/judge/decision.h"
 
 #include <gtest/gtest.h>
 
@@ -9,11 +9,12 @@
 #include "diagnosis/judge/judgement.h"
 #include "diagnosis/report/scene.h"
 #include "diagnosis/report/words.h"
-#include "tests/diagnosis/lumped_machine.h"
+#include "tests/machines/rods_record.h"
 
 namespace {
 
 using namespace thermotwin;
+using diagnosis::Kind;
 using diagnosis::Diagnosis;
 using lumped::find;
 
@@ -30,10 +31,10 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   diagnosis::SearchResult found;
   found.hypotheses.resize(4);
   for (const int i : {0, 1}) {
-    diagnosis::Parameter p = i == 0 ? find("source_power", "motor") : find("film_coefficient", "column.film");
+    diagnosis::Parameter p = i == 0 ? find(Kind::source_power, "motor") : find(Kind::film_coefficient, "column.film");
     p.nominal_std = 0.1;
     if (second.missing) {
-      p = diagnosis::make_parameter("source_missing", i == 0 ? "here" : "there");
+      p = diagnosis::make_parameter(Kind::source_missing, i == 0 ? "here" : "there");
       p.missing = std::make_shared<diagnosis::MissingSource>();
     }
     problem.parameters.push_back(p);
@@ -65,17 +66,17 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
 
 TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_strong) {
   const Diagnosis strong = decided(1.2, 0.98, 30.0);
-  EXPECT_EQ(strong.verdict, "ambiguous");
+  EXPECT_EQ(strong.verdict, diagnosis::Verdict::ambiguous);
   ASSERT_EQ(strong.causes.size(), 1U);
   ASSERT_EQ(strong.ambiguous_set.size(), 1U);
-  EXPECT_EQ(strong.ambiguous_set[0].parameter.kind, "unknown");
+  EXPECT_EQ(strong.ambiguous_set[0].parameter.kind, Kind::unknown);
   EXPECT_NE(strong.sentence.find("is no further off than is stated of it"), std::string::npos) << strong.sentence;
-  EXPECT_EQ(decided(1.2, 0.98, 5.0).verdict, "no_discrepancy");
-  EXPECT_EQ(decided(1.2, 0.85, 30.0).verdict, "no_discrepancy");
-  EXPECT_EQ(decided(1.5, 0.98, 30.0).verdict, "explained");
+  EXPECT_EQ(decided(1.2, 0.98, 5.0).verdict, diagnosis::Verdict::no_discrepancy);
+  EXPECT_EQ(decided(1.2, 0.85, 30.0).verdict, diagnosis::Verdict::no_discrepancy);
+  EXPECT_EQ(decided(1.5, 0.98, 30.0).verdict, diagnosis::Verdict::explained);
   // A second one that is sure and further off than stated is not lost behind it.
   const Diagnosis two = decided(1.2, 0.99, 30.0, {.value = 1.6, .probability = 0.95});
-  EXPECT_EQ(two.verdict, "ambiguous");
+  EXPECT_EQ(two.verdict, diagnosis::Verdict::ambiguous);
   EXPECT_EQ(two.causes.size(), 2U);
 }
 
@@ -83,29 +84,29 @@ TEST(Verdict, a_source_that_is_seen_is_there_however_unsure_its_size) {
   // 0.03 +- 0.02 W, as the place leaves it open: two inputs share it, none is left.
   const Diagnosis d =
       decided(0.03, 0.58, 35.4, {.value = 0.03, .probability = 0.42, .log_evidence = 35.1, .missing = true});
-  EXPECT_EQ(d.verdict, "ambiguous");
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
   ASSERT_EQ(d.ambiguous_set.size(), 2U);
   EXPECT_EQ(d.ambiguous_set[0].parameter.where, "here");
   EXPECT_EQ(
       decided(0.03, 0.58, 5.4, {.value = 0.03, .probability = 0.42, .log_evidence = 5.1, .missing = true}).verdict,
-      "no_discrepancy");
+      diagnosis::Verdict::no_discrepancy);
 }
 
 TEST(Verdict, a_source_of_unsure_size_that_is_sure_itself_is_named) {
   const Diagnosis alone = decided(0.03, 0.98, 35.4, {.value = 0.0, .log_evidence = 0.0, .missing = true});
-  EXPECT_EQ(alone.verdict, "explained");
+  EXPECT_EQ(alone.verdict, diagnosis::Verdict::explained);
   ASSERT_EQ(alone.causes.size(), 1U);
   EXPECT_EQ(alone.causes[0].parameter.where, "here");
   const Diagnosis beside =
       decided(0.03, 0.39, 35.4, {.value = 0.0, .log_evidence = 0.0, .unknown = 0.61, .missing = true});
-  EXPECT_EQ(beside.verdict, "ambiguous");
+  EXPECT_EQ(beside.verdict, diagnosis::Verdict::ambiguous);
   EXPECT_EQ(beside.ambiguous_set.size(), 2U);
 }
 
 TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
   // An uncertain value that is seen better beside a large cause does not make that cause no discrepancy.
   const Diagnosis d = decided(1.6, 0.95, 300.0, {.value = 1.2, .probability = 0.99, .log_evidence = 3.0, .pair = 0.99});
-  EXPECT_EQ(d.verdict, "explained");
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::explained);
   ASSERT_EQ(d.causes.size(), 1U);
   EXPECT_EQ(d.causes[0].parameter.where, "motor");
   EXPECT_EQ(d.ranking.front().parameter.where, "motor");
@@ -114,7 +115,7 @@ TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
 TEST(Verdict, a_second_cause_is_named_where_it_is_likely_and_no_other_one_is) {
   const auto named = [](const Second& second) {
     const Diagnosis d = decided(1.6, 0.99, 300.0, second);
-    EXPECT_EQ(d.verdict, "explained");
+    EXPECT_EQ(d.verdict, diagnosis::Verdict::explained);
     return d.causes.size();
   };
   EXPECT_EQ(named({.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}), 2U);
@@ -125,7 +126,7 @@ TEST(Verdict, a_second_cause_is_named_where_it_is_likely_and_no_other_one_is) {
             1U);  // within its uncertainty
   // The first one has to be sure, and beyond its own.
   EXPECT_EQ(decided(1.6, 0.85, 300.0, {.value = 1.6, .probability = 0.78, .log_evidence = 8.0, .pair = 0.8}).verdict,
-            "ambiguous");
+            diagnosis::Verdict::ambiguous);
   EXPECT_TRUE(
       decided(1.2, 0.99, 5.0, {.value = 1.6, .probability = 0.78, .log_evidence = 4.0, .pair = 0.8}).causes.empty());
 }
@@ -133,11 +134,11 @@ TEST(Verdict, a_second_cause_is_named_where_it_is_likely_and_no_other_one_is) {
 TEST(Verdict, beside_a_cause_and_something_unknown_a_likely_one_is_in_the_set) {
   const Diagnosis d = decided(1.6, 0.99, 300.0,
                               {.value = 1.6, .probability = 0.8, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6});
-  EXPECT_EQ(d.verdict, "ambiguous");
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
   ASSERT_EQ(d.causes.size(), 1U);
   ASSERT_EQ(d.ambiguous_set.size(), 2U);
   EXPECT_EQ(d.ambiguous_set[0].parameter.where, "column.film");
-  EXPECT_EQ(d.ambiguous_set[1].parameter.kind, "unknown");
+  EXPECT_EQ(d.ambiguous_set[1].parameter.kind, Kind::unknown);
   EXPECT_NE(d.sentence.find("and one of: film_coefficient of column.film"), std::string::npos) << d.sentence;
   EXPECT_EQ(decided(1.6, 0.99, 300.0,
                     {.value = 1.6, .probability = 0.4, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6})
@@ -147,39 +148,39 @@ TEST(Verdict, beside_a_cause_and_something_unknown_a_likely_one_is_in_the_set) {
 
 TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
   const Diagnosis d = decided(1.6, 0.39, 95.0, {.unknown = 0.61});
-  EXPECT_EQ(d.verdict, "ambiguous");
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
   EXPECT_TRUE(d.causes.empty());
   ASSERT_EQ(d.ambiguous_set.size(), 2U);
-  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, "unknown");
+  EXPECT_EQ(d.ambiguous_set[0].parameter.kind, Kind::unknown);
   EXPECT_EQ(d.ambiguous_set[1].parameter.where, "motor");
   EXPECT_NE(d.sentence.find("something that no kind describes, probability 0.61; source_power of motor"),
             std::string::npos)
       << d.sentence;
   ASSERT_EQ(diagnosis::marked_causes(d).size(), 1U);
-  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.94}).verdict, "ambiguous");
-  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.96}).verdict, "unexplained");
-  EXPECT_EQ(decided(1.6, 0.04, 95.0, {.unknown = 0.85}).verdict, "unexplained");
-  EXPECT_EQ(decided(1.2, 0.39, 95.0, {.unknown = 0.61}).verdict, "unexplained");
+  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.94}).verdict, diagnosis::Verdict::ambiguous);
+  EXPECT_EQ(decided(1.6, 0.06, 95.0, {.unknown = 0.96}).verdict, diagnosis::Verdict::unexplained);
+  EXPECT_EQ(decided(1.6, 0.04, 95.0, {.unknown = 0.85}).verdict, diagnosis::Verdict::unexplained);
+  EXPECT_EQ(decided(1.2, 0.39, 95.0, {.unknown = 0.61}).verdict, diagnosis::Verdict::unexplained);
   // Less probable than a cause, it is in the set too.
   const Diagnosis cause = decided(1.6, 0.6, 95.0, {.unknown = 0.4});
-  EXPECT_EQ(cause.verdict, "ambiguous");
+  EXPECT_EQ(cause.verdict, diagnosis::Verdict::ambiguous);
   ASSERT_EQ(cause.ambiguous_set.size(), 2U);
-  EXPECT_EQ(cause.ambiguous_set[1].parameter.kind, "unknown");
+  EXPECT_EQ(cause.ambiguous_set[1].parameter.kind, Kind::unknown);
 }
 
 TEST(Verdict, what_strains_an_explanation_leaves_it_open) {
   diagnosis::Problem problem;
-  problem.parameters = {find("source_power", "motor"), find("contact_conductance", "foot")};
+  problem.parameters = {find(Kind::source_power, "motor"), find(Kind::contact_conductance, "foot")};
   const auto left_open = [&](double freedom, double other) {
     Diagnosis d;
-    d.verdict = "explained";
+    d.verdict = diagnosis::Verdict::explained;
     d.causes.emplace_back();
     d.causes.front().parameter = problem.parameters[0];
     d.causes.front().value = 1.5, d.causes.front().std = 0.05, d.causes.front().probability = 1;
     diagnosis::leave_open(problem, {}, {.freedom = freedom, .other = other, .which = 1}, d);
-    EXPECT_EQ(d.verdict == "ambiguous", !d.strained.empty());
-    EXPECT_EQ(d.verdict == "ambiguous", diagnosis::only_unknown_shares(d));
-    if (d.verdict == "ambiguous") {
+    EXPECT_EQ(d.verdict == diagnosis::Verdict::ambiguous, !d.strained.empty());
+    EXPECT_EQ(d.verdict == diagnosis::Verdict::ambiguous, diagnosis::only_unknown_shares(d));
+    if (d.verdict == diagnosis::Verdict::ambiguous) {
       EXPECT_NE(diagnosis::sentence_of(d).find(d.strained), std::string::npos);
     }
     return d.strained;

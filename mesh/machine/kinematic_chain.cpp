@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "compensation/chain/kinematic_chain.h"
+#include "mesh/machine/kinematic_chain.h"
 
 #include <algorithm>
 #include <sstream>
 
 #include "core/error.h"
 
-namespace thermotwin::compensation {
+namespace thermotwin::mesh {
 namespace {
 
 using core::InputError;
@@ -130,4 +130,4 @@ Eigen::Isometry3d KinematicChain::frame(const std::vector<ChainAxis>& branch, in
   return transform;
 }
 
-}  // namespace thermotwin::compensation
+}  // namespace thermotwin::mesh

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "diagnosis/judge/verdict.h"
+#include "diagnosis/judge/decision.h"
 
 #include <fmt/format.h>
 
@@ -59,7 +59,7 @@ RankedCause ranked(const Problem& problem, const SearchResult& found, int parame
   return cause;
 }
 
-RankedCause no_parameter(const std::string& kind, double probability, double log_evidence) {
+RankedCause no_parameter(Kind kind, double probability, double log_evidence) {
   RankedCause cause;
   cause.parameter.kind = kind;
   cause.parameter.name.clear();
@@ -67,6 +67,10 @@ RankedCause no_parameter(const std::string& kind, double probability, double log
   cause.probability = probability;
   cause.log_evidence = log_evidence;
   return cause;
+}
+
+RankedCause something_unknown(const SearchResult& found) {
+  return no_parameter(Kind::unknown, found.probability_unknown, found.log_evidence_unknown);
 }
 
 /// A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is wrong
@@ -82,7 +86,7 @@ std::vector<RankedCause> sharing(const std::vector<RankedCause>& causes, const S
   std::vector<RankedCause> left, set;
   for (const RankedCause& cause : causes)
     if (cause.probability < sure) left.push_back(cause);
-  const RankedCause unknown = no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown);
+  const RankedCause unknown = something_unknown(found);
   left.insert(std::find_if(left.begin(), left.end(),
                            [&](const RankedCause& cause) { return cause.probability < unknown.probability; }),
               unknown);
@@ -96,62 +100,55 @@ std::vector<RankedCause> sharing(const std::vector<RankedCause>& causes, const S
   return set;
 }
 
-}  // namespace
-
-bool outside_nominal(const RankedCause& cause) {
-  // No source that machine.toml does not have is stated, and how large one is depends on where: that it is seen counts.
-  if (cause.parameter.missing && cause.log_evidence >= strong) return true;
-  const double off = std::abs(cause.value - cause.parameter.nominal);
-  return off > within_nominal * cause.parameter.nominal_std && off > certain * cause.std;
+/// Of two that are sure the stronger one leads: the other may be no more than an uncertain value seen better beside it.
+void sort_by_lead(std::vector<RankedCause>& causes) {
+  std::stable_sort(causes.begin(), causes.end(), [](const RankedCause& a, const RankedCause& b) {
+    return a.probability >= sure && b.probability >= sure ? a.log_evidence > b.log_evidence
+                                                          : a.probability > b.probability;
+  });
 }
 
-void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
-  std::set<int> hidden(found.invisible.begin(), found.invisible.end());
+/// Fills the ranking of what the record can show, none and unknown. @return causes, the leading one first
+std::vector<RankedCause> rank(const Problem& problem, const SearchResult& found, Diagnosis& out) {
+  const std::set<int> hidden(found.invisible.begin(), found.invisible.end());
   for (int i = 0; i < std::ssize(problem.parameters); ++i)
     if (!hidden.count(i)) out.ranking.push_back(ranked(problem, found, i));
   std::vector<RankedCause> causes = out.ranking;
-  out.ranking.push_back(no_parameter("none", found.probability_none, 0.0));
-  out.ranking.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
-  // Of two that are sure the stronger one leads: the other may be no more than an uncertain value seen better beside it.
-  const auto leads = [](const RankedCause& a, const RankedCause& b) {
-    return a.probability >= sure && b.probability >= sure ? a.log_evidence > b.log_evidence
-                                                          : a.probability > b.probability;
-  };
-  std::stable_sort(out.ranking.begin(), out.ranking.end(), leads);
-  std::stable_sort(causes.begin(), causes.end(), leads);
+  out.ranking.push_back(no_parameter(Kind::none, found.probability_none, 0.0));
+  out.ranking.push_back(something_unknown(found));
+  sort_by_lead(out.ranking);
+  sort_by_lead(causes);
+  return causes;
+}
 
-  const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
-  // Sure and strong, though no further off than stated: its uncertainty alone would have been enough for none, so it is more than that.
-  const bool more_than_stated =
-      !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
-  if (found.probability_none > none_left || (no_cause_left && found.probability_unknown < 0.5 && !more_than_stated)) {
-    out.verdict = "no_discrepancy";
-    return;
+/// The leading cause is sure and strong, but within its stated uncertainty: it and something unknown.
+void name_more_than_stated(const std::vector<RankedCause>& causes, const SearchResult& found, Diagnosis& out) {
+  out.verdict = Verdict::ambiguous;
+  out.causes.push_back(causes.front());
+  for (auto cause = std::next(causes.begin()); cause != causes.end(); ++cause)
+    if (cause->probability >= sure && outside_nominal(*cause)) out.causes.push_back(*cause);
+  out.ambiguous_set.push_back(something_unknown(found));
+}
+
+/// Something unknown is likely: alone, beside causes that are sure, or shared with one.
+void decide_beside_unknown(const std::vector<RankedCause>& causes, const SearchResult& found, Diagnosis& out) {
+  out.verdict = Verdict::unexplained;
+  if (causes.empty() || !outside_nominal(causes.front())) return;
+  const double leading = causes.front().probability;
+  if (named_beside_unknown(causes.front(), found)) {
+    out.verdict = Verdict::ambiguous;
+    for (const RankedCause& cause : causes)
+      if (outside_nominal(cause) && cause.probability >= likely)
+        (cause.probability >= sure ? out.causes : out.ambiguous_set).push_back(cause);
+    out.ambiguous_set.push_back(something_unknown(found));
+  } else if (found.probability_unknown < set_holds && leading >= 1.0 - set_holds && leading < sure) {
+    out.verdict = Verdict::ambiguous;
+    out.ambiguous_set = sharing(causes, found);
   }
-  if (no_cause_left && found.probability_unknown < 0.5) {
-    out.verdict = "ambiguous";
-    out.causes.push_back(causes.front());
-    for (auto cause = std::next(causes.begin()); cause != causes.end(); ++cause)
-      if (cause->probability >= sure && outside_nominal(*cause)) out.causes.push_back(*cause);
-    out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
-    return;
-  }
-  if (found.probability_unknown >= 0.5 || causes.empty()) {
-    out.verdict = "unexplained";
-    if (causes.empty() || !outside_nominal(causes.front())) return;
-    if (named_beside_unknown(causes.front(), found)) {
-      out.verdict = "ambiguous";
-      for (const RankedCause& cause : causes)
-        if (outside_nominal(cause) && cause.probability >= likely)
-          (cause.probability >= sure ? out.causes : out.ambiguous_set).push_back(cause);
-      out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
-    } else if (found.probability_unknown < set_holds && causes.front().probability >= 1.0 - set_holds &&
-               causes.front().probability < sure) {
-      out.verdict = "ambiguous";
-      out.ambiguous_set = sharing(causes, found);
-    }
-    return;
-  }
+}
+
+/// One or two causes that are sure explain; else those that share do.
+void decide_among(const std::vector<RankedCause>& causes, const SearchResult& found, Diagnosis& out) {
   double second_needed = 0.0;
   for (const Hypothesis& h : found.hypotheses)
     if (h.members.size() == 2) second_needed += h.probability;
@@ -167,37 +164,60 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
     ++found_sure;
   }
   const bool complete = found_sure >= 2 || (found_sure == 1 && second_needed < sure);
-  if (complete && !out.causes.empty()) {
-    out.verdict = "explained";
-    return;
-  }
-  out.verdict = "ambiguous";
-  out.ambiguous_set = sharing(causes, found);
+  out.verdict = complete && !out.causes.empty() ? Verdict::explained : Verdict::ambiguous;
+  if (out.verdict == Verdict::ambiguous) out.ambiguous_set = sharing(causes, found);
+}
+
+}  // namespace
+
+bool outside_nominal(const RankedCause& cause) {
+  // No source that machine.toml does not have is stated, and how large one is depends on where: that it is seen counts.
+  if (cause.parameter.missing && cause.log_evidence >= strong) return true;
+  const double off = std::abs(cause.value - cause.parameter.nominal);
+  return off > within_nominal * cause.parameter.nominal_std && off > certain * cause.std;
+}
+
+void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
+  const std::vector<RankedCause> causes = rank(problem, found, out);
+  const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
+  // Sure and strong, though no further off than stated: its uncertainty alone would have been enough for none, so it is more than that.
+  const bool more_than_stated =
+      !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
+  const bool unknown_likely = found.probability_unknown >= 0.5;
+  if (found.probability_none > none_left || (no_cause_left && !unknown_likely && !more_than_stated))
+    out.verdict = Verdict::no_discrepancy;
+  else if (no_cause_left && !unknown_likely)
+    name_more_than_stated(causes, found, out);
+  else if (unknown_likely || causes.empty())
+    decide_beside_unknown(causes, found, out);
+  else
+    decide_among(causes, found, out);
 }
 
 void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out) {
-  if (out.verdict != "explained") return;
+  if (out.verdict != Verdict::explained) return;
   if (strain.freedom > most_freedom)
     out.strained = fmt::format(
         "its size would have to wander, its heat to spread or its lag to delay {:.1f} times as far as expected",
         strain.freedom);
   else if (strain.other > most_other) {
     const Parameter& other = problem.parameters[strain.which];
-    out.strained = fmt::format("{} of {} would have to be {:.1f} stated standard deviations off beside it", other.kind,
-                               other.where, strain.other);
+    out.strained = fmt::format("{} would have to be {:.1f} stated standard deviations off beside it", name_of(other),
+                               strain.other);
   }
   if (out.strained.empty()) return;
-  out.verdict = "ambiguous";
+  out.verdict = Verdict::ambiguous;
   // What two are strained to explain may be the stronger one and no second.
   std::stable_sort(out.causes.begin(), out.causes.end(),
                    [](const RankedCause& a, const RankedCause& b) { return a.log_evidence > b.log_evidence; });
   out.ambiguous_set.assign(std::next(out.causes.begin()), out.causes.end());
-  out.ambiguous_set.push_back(no_parameter("unknown", found.probability_unknown, found.log_evidence_unknown));
+  out.ambiguous_set.push_back(something_unknown(found));
   out.causes.resize(1);
 }
 
 bool only_unknown_shares(const Diagnosis& d) {
-  return d.verdict == "ambiguous" && d.ambiguous_set.size() == 1 && d.ambiguous_set.front().parameter.name.empty();
+  return d.verdict == Verdict::ambiguous && d.ambiguous_set.size() == 1 &&
+         d.ambiguous_set.front().parameter.name.empty();
 }
 
 }  // namespace thermotwin::diagnosis

@@ -7,7 +7,7 @@
 #include "solver/thermal/adaptive.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
-#include "tests/solver/box_mesh.h"
+#include "tests/machines/box_mesh.h"
 
 namespace thermotwin::test {
 

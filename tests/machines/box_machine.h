@@ -6,7 +6,7 @@
 #include "mesh/machine/kinematics.h"
 #include "solver/elastic/model.h"
 #include "solver/thermal/system.h"
-#include "tests/solver/box_mesh.h"
+#include "tests/machines/box_mesh.h"
 
 namespace thermotwin::test {
 
@@ -120,7 +120,7 @@ inline Eigen::VectorXd uneven_temperature(const mesh::MachineMesh& mesh, Eigen::
     for (Eigen::Index i = 0; i < mesh.bodies[b].nodes(); ++i) {
       const Eigen::Vector3d p = mesh.bodies[b].points.col(i);
       temperature[mesh.first_node[b] + i] =
-          2.0 + 3.0 * p.x() - 4.0 * p.y() + 6.0 * p.z() * p.x() + std::sin(5.0 * p.z() + static_cast<double>(b));
+          2.0 + 3.0 * p.x() - 4.0 * p.y() + 6.0 * p.z() * p.x() + std::sin(5.0 * p.z() + b);
     }
   return temperature;
 }

@@ -42,7 +42,7 @@ inline mesh::TetMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d&
         }
   mesh::build_boundary(box, "box");
   const char* names[3][2] = {{"x0", "x1"}, {"y0", "y1"}, {"z0", "z1"}};
-  for (int f = 0; f < static_cast<int>(box.face_count()); ++f) {
+  for (int f = 0; f < box.face_count(); ++f) {
     const Eigen::Vector3d normal = box.face_normal(f);
     int axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
@@ -65,7 +65,7 @@ inline mesh::MachineMesh machine_mesh(mesh::Machine machine, std::vector<mesh::T
       faces.insert(faces.end(), group.begin(), group.end());
     }
     if (surface.any_of.empty())
-      for (int f = 0; f < static_cast<int>(body.face_count()); ++f) faces.push_back(f);
+      for (int f = 0; f < body.face_count(); ++f) faces.push_back(f);
     result.surfaces.push_back(std::move(faces));
   }
   result.machine = std::move(machine);

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// What sensors say of the thermal state. With H x the nominal readings, z readings without their own offsets
+// and b the correction of the error model (biases included), a row's innovation is
+//   z - H (x_n + a (x_n - x_n-1)),
+// and its expected reading H x(t) + b + (t - t_c) db/dt, t_c the time of the last correction. The innovations of
+// a sensor are averaged with their mean moment until an end of a step is correction_s after t_c (sooner after
+// the start); then the error model (error_model.h) moves its sensitivities on by that interval and learns. The
+// corrected state is x + S theta + (t - t_c) d(S theta)/dt, the last only of what the start left.
+// At the first row the start is one uniform temperature, of those that rest and work could have left the one
+// with the most evidence in the readings, and what work before has left on top of it.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "compensation/online/detectability.h"
+#include "compensation/online/error_model.h"
+#include "compensation/online/sensor_trust.h"
+#include "compensation/online/state_clock.h"
+#include "reduction/model/reduced_model.h"
+
+namespace thermotwin::compensation {
+
+struct CompensatorOptions;
+
+class Observer {
+public:
+  /// All must outlive the observer.
+  Observer(const reduction::ReducedModel& model, const solver::OperatingModel& operating,
+           const CompensatorOptions& options, StateClock& clock);
+
+  const SensorTrust& trust() const { return trust_; }
+  const ErrorModel& errors() const { return errors_; }
+  /// Sets what cannot be to NaN. @param given  (channels)
+  void take_out_inputs(Eigen::VectorXd& given) { trust_.take_out_inputs(given); }
+
+  /// Readings of a row. @param sensors_C  (sensors) NaN where missing; empty: none  @param row  (channels) as it holds
+  void read(const Eigen::VectorXd& sensors_C, const Eigen::VectorXd& row);
+  bool any_reading() const { return reading_K_.array().isFinite().any(); }
+
+  /// The first row: starts the clock too.
+  void start(double time, const Eigen::VectorXd& row);
+  /// Readings that the chillers see: measured ones where there are and are trusted, else predicted. A reading that
+  /// has leapt is taken for the fault of its way here; if the chiller follows it, the other sensors see it.
+  /// @return (sensors + observed) K, valid until the next call
+  const Eigen::VectorXd& guide_readings();
+  /// Innovations of the last row. @param inputs_leapt  since the row before
+  void add_readings(bool inputs_leapt);
+
+  /// Whether a correction is due at this end of a step.
+  bool due() const { return clock_.interval_s() >= correction_after(); }
+  void correct();
+  /// See ErrorModel::learn.
+  void learn(const ErrorModel::ErrorRows& rows, const Eigen::Vector3d& error, double std_m);
+  /// What learn found comes into effect.
+  void show(double duration) { errors_.show(duration); }
+
+  /// Of the end of the last step.
+  const Eigen::VectorXd& corrected() const { return corrected_; }
+  void set_corrected();
+  const Eigen::VectorXd& correction_rate() const { return correction_rate_; }  ///< of the state, K/s
+
+  /// Readings predicted before the last correction, degC.
+  Eigen::VectorXd predicted_sensors_C() const;
+  Detectability detectability() const;
+
+private:
+  using FirstReading = ErrorModel::FirstReading;
+  using UniformStart = ErrorModel::UniformStart;
+
+  double correction_after() const;
+  void advance_errors();
+  void settle();
+  void take_trusted(Eigen::VectorXd& readings_K) const;
+  std::vector<UniformStart> uniform_starts(const Eigen::VectorXd& row, Eigen::Index without = -1) const;
+  UniformStart uniform_start(const Eigen::VectorXd& row) const;
+  Eigen::VectorXd ambient_gap(const Eigen::VectorXd& row, const UniformStart& uniform) const;
+  std::vector<FirstReading> first_readings(double zero_K, Eigen::Index without = -1) const;
+  std::vector<char> explained_by_others(const Eigen::VectorXd& row) const;
+
+  const reduction::ReducedModel& model_;
+  const CompensatorOptions& options_;
+  StateClock& clock_;
+  const Eigen::VectorXd& defaults_;  ///< of the channels
+  int air_;                          ///< channel of the air; -1: none
+  std::vector<int> ambients_;        ///< their channels
+  Eigen::VectorXd sensor_offset_;    ///< reading in K above the reference minus the state's temperature
+  SensorTrust trust_;
+  ErrorModel errors_;
+
+  Eigen::VectorXd reading_C_, reading_K_, guide_K_;
+  Eigen::VectorXd sensors_start_, shift_;
+  Eigen::VectorXd bias_K_, bias_rate_, unsure_rate_;  ///< what is added to predicted readings; K/s; its deviation
+  Eigen::VectorXd correction_rate_, corrected_;
+  double corrected_at_ = 0;  ///< s
+
+  Eigen::VectorXd innovation_sum_, moment_sum_;  ///< since the last correction
+  Eigen::VectorXi innovation_count_;
+  std::vector<ErrorModel::Innovation> innovations_;
+
+  ErrorModel::Interval whole_;  ///< over the whole run, for what its sensors can tell
+  Eigen::VectorXi reading_counts_;
+};
+
+}  // namespace thermotwin::compensation

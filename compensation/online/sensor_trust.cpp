@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/online/sensor_trust.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+VectorXd stated_deviations(const reduction::ReducedModel& model) {
+  VectorXd deviation = VectorXd::Constant(model.system.sensors.rows(), 1.0);
+  for (Index s = 0; s < std::min(deviation.size(), std::ssize(model.machine.sensors)); ++s) {
+    deviation[s] = model.machine.sensors[s].uncertainty;
+  }
+  return deviation;
+}
+
+void add_name(std::string& list, const std::string& name, const char* fault) {
+  list += fmt::format("{}{}={}", list.empty() ? "" : " ", name, fault);
+}
+
+}  // namespace
+
+SensorTrust::SensorTrust(const reduction::ReducedModel& model, const solver::Channels& channels)
+    : machine_(model.machine),
+      channels_(channels),
+      check_(model.machine, channels),
+      monitor_(stated_deviations(model)),
+      drift_(stated_deviations(model)),
+      named_faults_(model.machine.sensors.size(), ReadingFault::none) {}
+
+void SensorTrust::take_out_inputs(VectorXd& given) {
+  check_.take_out_inputs(given);
+  failed_inputs_.clear();
+  if (!check_.any_input()) return;
+  for (Index k = 0; k < given.size(); ++k) {
+    if (check_.input(k) != ReadingFault::none)
+      add_name(failed_inputs_, channels_.names()[k], fault_text(check_.input(k)));
+  }
+}
+
+void SensorTrust::take_out_sensors(VectorXd& readings_C, const VectorXd& row) {
+  check_.take_out_sensors(readings_C, row);
+}
+
+void SensorTrust::watch(double time, const VectorXd& reading_K, const VectorXd& expected_K, bool inputs_leapt,
+                        const VectorXd& unsure_K_s) {
+  bool changed = monitor_.judge(time, reading_K, expected_K, inputs_leapt, unsure_K_s);
+  for (Index s = 0; s < std::ssize(named_faults_); ++s) {
+    const ReadingFault fault = check_.sensor(s);
+    changed = changed || fault != named_faults_[s];
+    named_faults_[s] = fault;
+  }
+  if (changed) name_sensors();
+}
+
+void SensorTrust::watch_drift(double time, ErrorModel& errors) {
+  const auto sensors = std::ssize(machine_.sensors);
+  VectorXd value = VectorXd::Constant(sensors, solver::not_given), deviation = value;
+  for (Index s = 0; s < sensors; ++s) {
+    if (!trusted(s)) continue;
+    const ErrorModel::SensorOffset seen = errors.offset(s);
+    value[s] = seen.value;
+    deviation[s] = seen.std;
+  }
+  if (const Index s = drift_.judge(time, value, deviation); s >= 0) {
+    errors.release(s);
+    name_sensors();
+  }
+}
+
+/// Why a sensor is left out; nullptr: it is not.
+const char* SensorTrust::fault_of(Index s) const {
+  if (check_.sensor(s) != ReadingFault::none) return fault_text(check_.sensor(s));
+  if (monitor_.fault(s) == SensorFault::offset && check_.looks_fahrenheit(s))
+    return fault_text(ReadingFault::fahrenheit);
+  if (monitor_.fault(s) != SensorFault::none) return fault_text(monitor_.fault(s));
+  return drift_.drifts(s) ? "drift" : nullptr;
+}
+
+void SensorTrust::name_sensors() {
+  failed_sensors_.clear();
+  for (Index s = 0; s < std::ssize(machine_.sensors); ++s) {
+    if (const char* fault = fault_of(s); fault != nullptr) add_name(failed_sensors_, machine_.sensors[s].id, fault);
+  }
+}
+
+}  // namespace thermotwin::compensation

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Times of the thermal state beside those of the rows. The state moves on in steps that end at rows,
+//   x_n+1 = x_n moved on by h = t_n+1 - t_n at p and q of the mean row over h (ReducedStepper, input_mean.h),
+// with h at most step_s; a row that lasts longer is parted evenly. Between steps the state is carried on at
+// the rate of the last one,
+//   x(t) = x_n + a (x_n - x_n-1),   a = (t - t_n) / (t_n - t_n-1).
+// Since the last take_interval() the means of p, q, x and K0 + sum p K are summed up for error_model.h.
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "compensation/online/error_model.h"
+#include "compensation/online/input_mean.h"
+#include "reduction/model/reduced_model.h"
+#include "solver/operation/chiller.h"
+
+namespace thermotwin::compensation {
+
+class StateClock {
+public:
+  /// @param model, operating  must outlive the clock  @param step_s  longest step of the state
+  StateClock(const reduction::ReducedModel& model, const solver::OperatingModel& operating, double step_s);
+
+  void set_state(const Eigen::VectorXd& state);
+  /// The first row. @param readings_K  (sensors + observed) that chillers and laws see
+  void start(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K);
+
+  /// Whether the rows so far are to end as a step before one of this duration.
+  bool ends_before(double duration) const {
+    return inputs_.duration() > 0.0 && inputs_.duration() + duration > step_s_ * (1.0 + 1e-9);
+  }
+  /// The row held until then.
+  void add(const Eigen::VectorXd& row, double time);
+  bool full() const { return inputs_.duration() >= step_s_ * (1.0 - 1e-9); }
+
+  /// What the rows since the last step make of one: the mean row, held for so many parts.
+  struct Step {
+    const Eigen::VectorXd& mean;
+    double duration;
+    int parts;  ///< 0: too short for heat to flow
+    double part_s;
+  };
+  /// @return valid until the next add()
+  Step take_step();
+  void advance(const Eigen::VectorXd& mean, const Eigen::VectorXd& readings_K, double duration);
+  void end_step() { step_end_ = time_; }
+
+  double time() const { return time_; }          ///< of the last row
+  double step_end() const { return step_end_; }  ///< of the last step, or of its last part
+  double started_at() const { return started_at_; }
+  double last_step() const { return last_step_; }
+  /// a
+  double ahead() const { return last_step_ > 0.0 ? (time_ - step_end_) / last_step_ : 0.0; }
+  /// a, at most 1
+  double share_ahead() const { return last_step_ > 0.0 ? std::min(1.0, (time_ - step_end_) / last_step_) : 0.0; }
+
+  const Eigen::VectorXd& state() const { return state_; }    ///< x_n
+  const Eigen::VectorXd& change() const { return change_; }  ///< x_n - x_n-1
+  const Eigen::VectorXd& sensors_state() const { return sensors_state_; }
+  const Eigen::VectorXd& sensors_change() const { return sensors_change_; }
+  const solver::Coefficients& coefficients() const { return coefficients_; }
+  /// K0 + sum p K
+  Eigen::MatrixXd operator_at(const Eigen::VectorXd& p) const;
+
+  /// s, since the last take_interval()
+  double interval_s() const { return interval_.duration; }
+  /// @return means, valid until the next call
+  const ErrorModel::Interval& take_interval();
+  /// An interval without duration, of the model's sizes.
+  ErrorModel::Interval no_interval() const;
+
+private:
+  void clear_interval();
+
+  const reduction::ReducedModel& model_;
+  const solver::OperatingModel& operating_;
+  double step_s_;
+  reduction::ReducedStepper stepper_;
+  InputMean inputs_;
+  std::optional<solver::Chiller> chiller_;
+  solver::Coefficients coefficients_;
+  double time_ = 0, step_end_ = 0, started_at_ = 0, last_step_ = 0;
+  Eigen::VectorXd state_, before_, change_, sensors_state_, sensors_change_;
+  ErrorModel::Interval interval_, taken_;  ///< sums; means
+  Eigen::MatrixXd operator_sum_;
+  Eigen::VectorXd first_p_;
+  bool p_changed_ = false;
+};
+
+}  // namespace thermotwin::compensation
