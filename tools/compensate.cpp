@@ -86,17 +86,21 @@ void compensate(const CompensateOptions& options) {
   }
   if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
   if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
+  std::string statuses;
+  for (const auto& [status, rows] : done.not_ok)
+    statuses += fmt::format("{} {} in {} rows", statuses.empty() ? "; status" : ",", status, rows);
   const double seconds = time.seconds(), rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
   const std::string text = fmt::format(
-      "compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB", done.rows, seconds, rate,
+      "compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}", done.rows, seconds, rate,
       done.unreadable > 0 ? fmt::format("{} of them unreadable in part, ", done.unreadable) : "", model.system.order(),
-      memory);
+      memory, statuses);
   if (to_stdout) {
     core::log_line(text);
     return;
   }
   const nlohmann::json json = {{"rows", done.rows},
                                {"unreadable", done.unreadable},
+                               {"not_ok", done.not_ok},
                                {"seconds", seconds},
                                {"order", model.system.order()},
                                {"peak_memory_GiB", memory},

@@ -24,15 +24,15 @@ constexpr std::array<char, 6> components{'X', 'Y', 'Z', 'A', 'B', 'C'};
 
 /// The axis on this branch and its index; -1: not there.
 int index_of(const std::vector<ChainAxis>& branch, const std::string& id) {
-  for (std::size_t i = 0; i < branch.size(); ++i) {
-    if (branch[i].id == id) return static_cast<int>(i);
+  for (int i = 0; i < std::ssize(branch); ++i) {
+    if (branch[i].id == id) return i;
   }
   return -1;
 }
 
 /// The rotary axis nearest to the workpiece: its body is the table. -1: none.
 int table_axis(const std::vector<ChainAxis>& table) {
-  for (int i = static_cast<int>(table.size()) - 1; i >= 0; --i) {
+  for (int i = std::ssize(table) - 1; i >= 0; --i) {
     if (table[i].rotary) return i;
   }
   return -1;
@@ -40,11 +40,15 @@ int table_axis(const std::vector<ChainAxis>& table) {
 
 }  // namespace
 
+void OffsetOptions::validate() const {
+  if (!(table_radius > 0.0))
+    throw InputError("location offsets: table radius", fmt::format("{} m", table_radius), "a length above 0");
+}
+
 LocationOffsets::LocationOffsets(KinematicChain chain, const OffsetOptions& options)
     : chain_(std::move(chain)),
       options_(options) {
-  if (!(options.table_radius > 0.0))
-    throw InputError("location offsets: table radius", fmt::format("{} m", options.table_radius), "a length above 0");
+  options.validate();
   const std::vector<std::string> all = chain_.ids();
   for (const std::string& id : options.axes) {
     if (std::find(all.begin(), all.end(), id) == all.end()) {

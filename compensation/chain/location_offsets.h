@@ -30,6 +30,7 @@ struct OffsetOptions {
   bool orientation = false;       ///< rotary axes may be used for the functional orientation
   std::vector<std::string> axes;  ///< that may be used; empty: all of the chain
   double table_radius = 0.3;      ///< m, at which R0T is stated
+  void validate() const;          ///< @throws InputError
 };
 
 struct AxisOffsets {

@@ -12,8 +12,10 @@
 #include "compensation/evaluation/reduced_models.h"
 #include "compensation/evaluation/result.h"
 #include "compensation/evaluation/scoring.h"
+#include "compensation/models/catalogue.h"
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
+#include "core/options.h"
 #include "core/text.h"
 
 namespace thermotwin::compensation {
@@ -117,9 +119,16 @@ void note_short_training(Evaluation& result) {
 
 }  // namespace
 
+void EvaluateOptions::validate() const {
+  core::require_option(!std::isnan(train_until_s), "evaluate train_until_s", train_until_s,
+                       "seconds from the first row on, 0 (automatic) or below (nothing)");
+  for (const std::string& name : models) model_spec(name);
+}
+
 Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model,
                     const EvaluateOptions& options, const std::vector<Measurement>& others,
                     const std::vector<Measurement>& training_data) {
+  options.validate();
   require_displacements(measurement);
   require_channels(options.check, measurement);
   for (const Measurement& other : others) require_displacements(other);
@@ -184,6 +193,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
 }
 
 Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> models, const EvaluateOptions& options) {
+  options.validate();
   require_displacements(measurement);
   Judge judge(measurement, parts_of(measurement, options));
   for (FittedModel& model : models) {
@@ -216,6 +226,7 @@ Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> mod
 }
 
 CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateOptions& options) {
+  options.validate();
   require_displacements(measurement);
   Measurement cut = measurement;
   if (cut.programs.empty()) {
@@ -290,7 +301,7 @@ LengthStudy length_study(const Measurement& measurement, const std::string& name
     const double length = span * (0.08 + 0.72 * l / (lengths - 1.0));
     study.hours[l] = length / 3600.0;
     for (int s = 0; s < sections; ++s) {
-      const double from = begin + (span - length) * static_cast<double>(engine() >> 11U) * 0x1p-53;
+      const double from = begin + (span - length) * (engine() >> 11U) * 0x1p-53;
       std::vector<bool> training(data.rows());
       VectorXd inside = values, outside = values;
       for (Index i = 0; i < data.rows(); ++i) {

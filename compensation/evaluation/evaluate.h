@@ -27,6 +27,7 @@ struct EvaluateOptions {
   std::vector<std::string> check;           ///< displacement channels that no fit may use
   /// That of the machine as a diagnosis extended it, beside the nominal one: extended_model, extended_model_sensors.
   const reduction::ReducedModel* extended = nullptr;
+  void validate() const;  ///< @throws InputError
 };
 
 /// @param model   nullptr where there is no machine

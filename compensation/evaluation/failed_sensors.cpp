@@ -88,6 +88,7 @@ struct Judged {
 
 FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model,
                                        const ValidationOptions& options) {
+  options.validate();
   if (machine_case.check_points.empty())
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose, to judge the compensation at");
@@ -98,7 +99,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
   MeasuredRun how;
   how.guarded = true;
   for (int draw = 0; draw < options.draws; ++draw) {
-    const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(draw);
+    const std::uint64_t seed = options.first_seed + draw;
     for (const std::string& name : options.loads) {
       solver::LoadProgram load = machine_case.load(name);
       std::vector<double> times;
@@ -112,7 +113,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
       const auto undisturbed = run_compensator(whole, model, judged.poses, how, nullptr, &named);
       std::set<std::string> alarms;
       for (const std::string& row : named) alarms.merge(names(row));
-      study.alarms[draw] += static_cast<int>(alarms.size());
+      study.alarms[draw] += std::ssize(alarms);
       for (std::size_t c = 0; c < whole.channels.size(); ++c) {
         const MeasuredChannel& channel = whole.channels[c];
         if (machine.sensor_index(channel.sensor) < 0) continue;
@@ -120,7 +121,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
         for (std::size_t f = 0; f < std::size(faults); ++f) {
           std::mt19937_64 random(1000 * seed + 10 * c + f);
           const double share = std::uniform_real_distribution<double>(earliest, latest)(random);
-          const auto from = std::max<Index>(smooth, static_cast<Index>(share * static_cast<double>(readings.size())));
+          const auto from = std::max<Index>(smooth, static_cast<Index>(share * readings.size()));
           Measurement spoilt = whole;
           spoil(spoilt.data.values.col(channel.column), from, faults[f], channel.uncertainty, random);
           named.clear();
@@ -153,7 +154,7 @@ int FailedSensorStudy::false_alarms() const { return std::accumulate(alarms.begi
 FailedSensorStudy FailedSensorStudy::first(int draws) const {
   FailedSensorStudy part = *this;
   std::erase_if(part.rows, [&](const FailedSensorRow& row) { return row.draw >= draws; });
-  part.alarms.resize(static_cast<std::size_t>(std::min<int>(draws, static_cast<int>(alarms.size()))));
+  part.alarms.resize(std::min<std::ptrdiff_t>(draws, std::ssize(alarms)));
   return part;
 }
 
@@ -196,8 +197,7 @@ Rows FailedSensorStudy::summary() const {
     table.push_back({load, fault, std::to_string(cases), fmt::format("{:.1f}", quantile(costs, 0.5)),
                      fmt::format("{:.1f}", quantile(costs, 0.9)), fmt::format("{:.1f}", worst->cost_percent()),
                      fmt::format("{}, machine {}", worst->sensor, worst->draw + 1), std::to_string(dear), minutes(0.5),
-                     minutes(0.9),
-                     times.empty() ? "-" : fmt::format("{:.0f}", 100.0 * soon / static_cast<double>(times.size())),
+                     minutes(0.9), times.empty() ? "-" : fmt::format("{:.0f}", 100.0 * soon / times.size()),
                      std::to_string(never), std::to_string(others)});
   }
   return table;

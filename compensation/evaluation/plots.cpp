@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "compensation/evaluation/result.h"
+#include "core/statistics.h"
 #include "core/svg.h"
 
 namespace thermotwin::compensation {
@@ -118,7 +119,7 @@ std::vector<std::string> judged_channels(const Evaluation& evaluation) {
 
 std::string leaderboard_svg(const Evaluation& evaluation) {
   constexpr double row = 24.0, left = 210.0, width = 480.0, top = 46.0;
-  const auto count = static_cast<double>(evaluation.leaderboard.size());
+  const double count = evaluation.leaderboard.size();
   std::string svg = opening(left + width + 90.0, top + row * count + 46.0);
   const bool fits = std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(),
                                 [](const Standing& s) { return s.seen_by_fit; });
@@ -227,15 +228,9 @@ Quartiles quartiles(const VectorXd& values) {
   constexpr double missing = std::numeric_limits<double>::quiet_NaN();
   if (sorted.empty()) return {missing, missing, missing, missing, missing, {}};
   std::sort(sorted.begin(), sorted.end());
-  const auto at = [&](double share) {
-    const double position = share * static_cast<double>(sorted.size() - 1);
-    const std::size_t below = position;
-    const std::size_t above = std::min(below + 1, sorted.size() - 1);
-    return sorted[below] + (position - static_cast<double>(below)) * (sorted[above] - sorted[below]);
-  };
-  result.low = at(0.25);
-  result.median = at(0.5);
-  result.high = at(0.75);
+  result.low = core::quantile(sorted, 0.25);
+  result.median = core::quantile(sorted, 0.5);
+  result.high = core::quantile(sorted, 0.75);
   const double reach = 1.5 * (result.high - result.low);
   result.whisker_low = result.low;
   result.whisker_high = result.high;
@@ -261,7 +256,7 @@ std::string length_study_svg(const LengthStudy& study) {
     }
   }
   high = high > 0.0 ? 1.3 * high : 1.0;
-  const Panel panel{70, 60, 700, 320, 0.0, static_cast<double>(study.hours.size()), 0.0, high};
+  const Panel panel{70, 60, 700, 320, 0.0, 1.0 * study.hours.size(), 0.0, high};
   std::string svg =
       opening(800, 440) +
       panel.frame(

@@ -32,9 +32,7 @@ double in_rows(double hours) { return std::round(12.0 * hours) / 12.0; }
 class Dice {
 public:
   explicit Dice(std::uint64_t seed) : engine_(7919 * seed + 17) {}
-  double between(double low, double high) {
-    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
-  }
+  double between(double low, double high) { return low + (high - low) * (engine_() >> 11) * 0x1p-53; }
   bool often(double share) { return between(0.0, 1.0) < share; }
 
 private:
@@ -130,13 +128,14 @@ std::string PowerOffStudy::brief() const {
 
 PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model,
                               const ValidationOptions& options) {
+  options.validate();
   if (machine_case.check_points.empty())
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose, to judge the compensation at");
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   PowerOffStudy study;
   for (int draw = 0; draw < options.draws; ++draw) {
-    const std::uint64_t seed = options.first_seed + static_cast<std::uint64_t>(draw);
+    const std::uint64_t seed = options.first_seed + draw;
     const std::string text = random_power_off(machine_case.machine, seed);
     const solver::LoadProgram load =
         solver::LoadProgram::parse(text, fmt::format("power_off_{}.toml", seed), machine_case.machine);
@@ -165,7 +164,7 @@ PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction:
         row.before_um[k] += truth.squaredNorm();
         row.left_um[k] += (truth - predicted).squaredNorm();
       }
-      const auto count = static_cast<double>(poses.size());
+      const double count = poses.size();
       row.before_um[k] = std::sqrt(row.before_um[k] / count);
       row.left_um[k] = std::sqrt(row.left_um[k] / count);
     }

@@ -245,7 +245,7 @@ std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const st
     if (row.training && any_held_out[row.model]) continue;
     if (!held_out.contains(row.model)) order.push_back(row.model);
     Sums& sums = held_out[row.model][row.channel];
-    const auto count = static_cast<double>(row.measures.count);
+    const double count = row.measures.count;
     sums.before += count * row.measures.rms_before * row.measures.rms_before;
     sums.after += count * row.measures.rms * row.measures.rms;
   }

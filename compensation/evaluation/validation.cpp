@@ -10,6 +10,7 @@
 #include "compensation/evaluation/replay.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/options.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -104,8 +105,14 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
   return rows;
 }
 
+void ValidationOptions::validate() const {
+  core::require_option(draws >= 1, "validation draws", draws, "1 or more");
+  machine.validate();
+}
+
 Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
                            const ValidationOptions& options) {
+  options.validate();
   if (machine_case.check_points.empty())
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose off the grid, to judge the compensation at");
@@ -116,23 +123,13 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
   for (int draw = 0; draw < options.draws; ++draw) {
     for (const solver::LoadProgram& load : loads) {
       const std::string text = core::read_file(machine_case.folder / "loads" / (load.name() + ".toml"));
-      const Measurement measurement =
-          machines.measure(options.first_seed + static_cast<std::uint64_t>(draw), load, text);
+      const Measurement measurement = machines.measure(options.first_seed + draw, load, text);
       for (ValidationRow& row : judge_compensation(measurement, machine_case.machine, model, load.name(), draw))
         validation.rows.push_back(std::move(row));
     }
   }
   validation.measured_nodes = machines.nodes();
   return validation;
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return solver::not_given;
-  std::sort(values.begin(), values.end());
-  const double at = std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1);
-  const auto low = static_cast<std::size_t>(at);
-  const std::size_t high = std::min(low + 1, values.size() - 1);
-  return values[low] + (at - static_cast<double>(low)) * (values[high] - values[low]);
 }
 
 namespace {

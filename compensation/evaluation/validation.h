@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compensation/evaluation/measured_machines.h"
+#include "core/statistics.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_model.h"
 #include "solver/campaign/campaign.h"
@@ -25,6 +26,7 @@ struct ValidationOptions {
   VirtualOptions machine;                              ///< mesh, steps, noise of the measured machine
   std::filesystem::path keep;                          ///< where full runs are kept; empty: they are not
   const reduction::ReducedModel* reference = nullptr;  ///< truth instead of the full model
+  void validate() const;                               ///< @throws InputError
 };
 
 /// RMS over time of the translations' error vector at one check point, with the offsets as the guard lets them through
@@ -55,8 +57,7 @@ struct Validation {
   Validation first(int draws) const;
 };
 
-/// Linear between the sorted values. @param share 0 to 1 @return NaN of none
-double quantile(std::vector<double> values, double share);
+using core::quantile;
 
 /// @throws InputError if the case has no check points or a load is unknown
 Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,

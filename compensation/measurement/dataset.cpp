@@ -7,6 +7,8 @@
 #include <iterator>
 #include <limits>
 
+#include "core/statistics.h"
+
 namespace thermotwin::compensation {
 namespace {
 
@@ -18,7 +20,7 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows for which a reading stands: up to the gap that nine of ten readings keep.
 Index typical_gap(const VectorXd& values) {
-  std::vector<Index> gaps;
+  std::vector<double> gaps;
   Index last = -1;
   for (Index i = 0; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) continue;
@@ -26,9 +28,7 @@ Index typical_gap(const VectorXd& values) {
     last = i;
   }
   if (gaps.empty()) return 1;
-  const auto at = gaps.begin() + static_cast<std::ptrdiff_t>((gaps.size() - 1) * 9 / 10);
-  std::nth_element(gaps.begin(), at, gaps.end());
-  return *at;
+  return static_cast<Index>(core::nth_smallest(gaps, (std::ssize(gaps) - 1) * 9 / 10));
 }
 
 VectorXd held(const VectorXd& values, Index longest) {
@@ -51,8 +51,7 @@ std::vector<Index> find_starts(const VectorXd& time, const std::vector<Program>&
   if (programs.empty() || time.size() < 2) return starts;
   std::vector<double> gaps;
   for (Index i = 1; i < time.size(); ++i) gaps.push_back(time[i] - time[i - 1]);
-  std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
-  const double pause = std::max(least_pause_s, least_intervals * gaps[gaps.size() / 2]);
+  const double pause = std::max(least_pause_s, least_intervals * core::median(std::move(gaps)));
   for (const Program& program : programs) {
     const Index row = std::lower_bound(time.begin(), time.end(), program.from_s) - time.begin();
     if (row > starts.back() && row < time.size() && time[row] - time[row - 1] > pause) starts.push_back(row);
@@ -184,11 +183,16 @@ double TrainingData::measured_time() const {
   return sum;
 }
 
+Index ambient_input(const std::vector<InputInfo>& info) {
+  const auto at = std::find_if(info.begin(), info.end(), [](const InputInfo& i) { return i.ambient; });
+  return at == info.end() ? -1 : at - info.begin();
+}
+
 Blocks make_blocks(const TrainingData& data, Index most) {
   const Index n = data.time.size();
   if (n <= most) return {data, false};
-  const double span = data.measured_time(), width = span / static_cast<double>(most);
-  const double gap = std::max(3.0 * width, 10.0 * span / static_cast<double>(n));
+  const double span = data.measured_time(), width = span / most;
+  const double gap = std::max(3.0 * width, 10.0 * span / n);
   Blocks blocks{{data.label, data.info, VectorXd(n), MatrixXd(n, data.inputs.cols()), VectorXd(n)}, true};
   Index count = 0;
   const auto breaks = [&](Index row) { return std::binary_search(data.breaks.begin(), data.breaks.end(), row); };
@@ -197,7 +201,7 @@ Blocks make_blocks(const TrainingData& data, Index most) {
     while (end < n && !breaks(end) && data.time[end] - data.time[begin] < width &&
            data.time[end] - data.time[end - 1] < gap)
       ++end;
-    const auto rows = static_cast<double>(end - begin);
+    const double rows = end - begin;
     blocks.data.time[count] =
         data.time[begin] + (data.time.segment(begin, end - begin).array() - data.time[begin]).sum() / rows;
     // A block is known where any of its rows is: a missing reading among many is no gap.

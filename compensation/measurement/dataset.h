@@ -24,6 +24,9 @@ struct InputInfo {
   std::string input = {};   ///< name of the machine's channel, where the measurement says so
 };
 
+/// The first input that is the ambient; -1: none.
+Eigen::Index ambient_input(const std::vector<InputInfo>& info);
+
 struct Dataset {
   std::string source;    ///< folder, for messages
   Eigen::VectorXd time;  ///< (n) s, rising

@@ -53,7 +53,7 @@ Measures measure(const Eigen::VectorXd& measured, const Eigen::VectorXd& predict
     }
     return result;
   }
-  const auto n = static_cast<double>(result.count);
+  const double n = result.count;
   // About the mean in a second pass: sum of squares minus n mean^2 cancels for a small drift.
   double spread = 0.0;
   const double mean_z = sum_z / n;

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <vector>
 
+#include "core/statistics.h"
+
 namespace thermotwin::compensation {
 
 double usual_interval(const Eigen::VectorXd& time) {
   if (time.size() < 2) return 0.0;
   std::vector<double> gaps;
   for (Eigen::Index i = 1; i < time.size(); ++i) gaps.push_back(time[i] - time[i - 1]);
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  return *middle;
+  return core::median(std::move(gaps));
 }
 
 double longest_stretch(const TrainingData& data) {
@@ -23,9 +23,7 @@ double longest_stretch(const TrainingData& data) {
   }
   if (times.size() < 2) return 0.0;
   for (std::size_t i = 1; i < times.size(); ++i) gaps.push_back(times[i] - times[i - 1]);
-  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-  std::nth_element(gaps.begin(), middle, gaps.end());
-  const double allowed = std::max(10.0 * *middle, 3600.0);
+  const double allowed = std::max(10.0 * core::median(std::move(gaps)), 3600.0);
   double longest = 0.0, begin = times.front();
   for (std::size_t i = 1; i < times.size(); ++i) {
     if (times[i] - times[i - 1] > allowed) begin = times[i];

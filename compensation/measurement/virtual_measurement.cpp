@@ -2,6 +2,7 @@
 #include "compensation/measurement/virtual_measurement.h"
 
 #include "compensation/measurement/channel.h"
+#include "core/options.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
@@ -37,7 +38,7 @@ public:
 
 private:
   /// In (0, 1].
-  double uniform() { return static_cast<double>((engine_() >> 11) + 1) * 0x1p-53; }
+  double uniform() { return ((engine_() >> 11) + 1) * 0x1p-53; }
 
   std::mt19937_64 engine_;
   double spare_ = 0.0;
@@ -133,8 +134,16 @@ mesh::Machine perturbed(const mesh::Machine& machine, std::uint64_t seed, double
   return result;
 }
 
+void VirtualOptions::validate() const {
+  for (const auto& [name, value] : {std::pair{"size_factor", size_factor}, {"refine", refine}})
+    core::require_option(value > 0.0, std::string("virtual measurement ") + name, value, "a number above 0");
+  for (const auto& [name, value] : {std::pair{"sensor_noise_K", sensor_noise_K}, {"probe_noise_um", probe_noise_um}})
+    core::require_option(value >= 0.0, std::string("virtual measurement ") + name, value, "0 or more");
+}
+
 Measurement measure_virtually(const solver::FullModel& perturbed_machine, const solver::LoadProgram& load,
                               const std::vector<mesh::Pose>& poses, const VirtualOptions& options) {
+  options.validate();
   const mesh::Machine& machine = perturbed_machine.mesh.machine;
   solver::CampaignOptions campaign;
   campaign.poses = poses.empty() ? std::vector<mesh::Pose>{mesh::home_pose(machine)} : poses;
@@ -146,6 +155,7 @@ Measurement measure_virtually(const solver::FullModel& perturbed_machine, const 
 
 Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine,
                         const std::vector<mesh::Pose>& poses, const VirtualOptions& options) {
+  options.validate();
   Normal normal(options.seed);
   const Index times = truth.sensors.rows();
   Builder builder(truth.sensors);

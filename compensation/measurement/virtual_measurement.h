@@ -41,6 +41,7 @@ struct VirtualOptions {
   std::uint64_t seed = 1;
   Perturb what = Perturb::all;
   std::filesystem::path mesh_cache;
+  void validate() const;  ///< @throws InputError
 };
 
 /// Runs the load on the given full model of the perturbed machine and makes a measurement of

@@ -12,6 +12,7 @@
 #include "compensation/models/lag_bank.h"
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
+#include "core/statistics.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -39,7 +40,7 @@ public:
       for (double i = 1.0; i < cells; ++i) cells_.push_front(cells_.front());  // a gap: as before
       begin_ = cells_.empty() ? time : begin_ + cells * cell_s;
       cells_.push_front({0.0, 0.0});
-      while (static_cast<double>(cells_.size()) * cell_s > baseline_s) cells_.pop_back();
+      while (cells_.size() * cell_s > baseline_s) cells_.pop_back();
     }
     cells_.front().first += value;
     cells_.front().second += 1.0;
@@ -47,14 +48,14 @@ public:
   double baseline() const {
     double sum = 0.0;
     for (const auto& [total, count] : cells_) sum += total / count;
-    return sum / static_cast<double>(cells_.size());
+    return sum / cells_.size();
   }
   /// Weighted by exp(-age^2 / (2 sigma^2)), the oldest cell standing for all before it.
   double filtered(double sigma) const {
     double sum = 0.0, weights = 0.0, oldest = 0.0;
     for (double k = 0.0; k * cell_s < 4.0 * sigma; k += 1.0) {
       const double weight = std::exp(-0.5 * std::pow(k * cell_s / sigma, 2));
-      if (k < static_cast<double>(cells_.size())) oldest = cells_[k].first / cells_[k].second;
+      if (k < cells_.size()) oldest = cells_[k].first / cells_[k].second;
       sum += weight * oldest;
       weights += weight;
     }
@@ -71,9 +72,8 @@ class Features {
 public:
   Features(const std::vector<InputInfo>& info, double tau, const VectorXd& bend, bool averaged)
       : info_(info),
-        bend_(bend) {
-    for (std::size_t i = 0; i < info.size() && ambient_ < 0; ++i)
-      ambient_ = info[i].ambient ? static_cast<Index>(i) : -1;
+        bend_(bend),
+        ambient_(ambient_input(info)) {
     internal_ = std::ssize(info) - (ambient_ >= 0 ? 1 : 0);
     bank_.emplace_back(std::vector<InputInfo>(internal_, InputInfo{"", true, false, false}), std::vector<double>{tau},
                        averaged);
@@ -137,8 +137,7 @@ public:
         if (std::isfinite(value)) values.push_back(value);
       }
       if (values.empty()) continue;
-      std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-      bend_[k] = values[values.size() / 2];
+      bend_[k] = core::median(std::move(values));
     }
     const std::vector<double> ridges{1e-4, 1e-3, 1e-2, 0.1, 1.0};
     double least = std::numeric_limits<double>::infinity();
@@ -164,15 +163,11 @@ public:
         line_.gains[0], line_.gains[1], line_.gains[2], line_.gains[3], line_.gains[4], line_.gains[5], unit);
     const Index internal = (line_.gains.size() - ambient_features) / 3;
     Index k = 0;
-    const bool named = std::any_of(info_.begin(), info_.end(), [](const InputInfo& i) { return i.ambient; });
-    bool skipped = false;
-    for (const InputInfo& info : info_) {
-      if (named && info.ambient && !skipped) {
-        skipped = true;
-        continue;
-      }
+    const Index ambient = ambient_input(info_);
+    for (Index i = 0; i < std::ssize(info_); ++i) {
+      if (i == ambient) continue;
       const Index at = ambient_features + k++;
-      text += fmt::format(" {} {:.3g}, past {:.3g} h {:.3g}, above {:.3g} K {:+.3g};", info.id, line_.gains[at],
+      text += fmt::format(" {} {:.3g}, past {:.3g} h {:.3g}, above {:.3g} K {:+.3g};", info_[i].id, line_.gains[at],
                           tau_ / 3600.0, line_.gains[at + internal], bend_[at - ambient_features],
                           line_.gains[at + 2 * internal]);
     }

@@ -302,7 +302,7 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
     // The calibration point is the pose nearest to the middle of the known ones.
     std::map<std::string, double> centre;
     for (const std::string& text : poses) {
-      for (const auto& [axis, value] : pose_of_text(text)) centre[axis] += value / static_cast<double>(poses.size());
+      for (const auto& [axis, value] : pose_of_text(text)) centre[axis] += value / poses.size();
     }
     std::size_t calibration = known.front();
     double nearest = std::numeric_limits<double>::infinity();
@@ -562,7 +562,7 @@ std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
     for (const core::Node& output_node : node.tables("output")) {
       Output output{output_node.text("channel"), {}, matrix_of(output_node, "weights"), output_node.number("factor")};
       for (const double index : output_node.numbers("parts")) {
-        if (!(index >= 0.0 && index < static_cast<double>(model.parts_.size()))) {
+        if (!(index >= 0.0 && index < model.parts_.size())) {
           throw InputError(output_node.place("parts"), fmt::format("{}", index),
                            fmt::format("0 to {}", model.parts_.size() - 1.0));
         }

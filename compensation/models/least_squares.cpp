@@ -49,7 +49,7 @@ public:
 
   Line line(double ridge) const {
     MatrixXd matrix = products_;
-    matrix.diagonal().array() += (ridge + 1e-12) * static_cast<double>(rows_);
+    matrix.diagonal().array() += (ridge + 1e-12) * rows_;
     Line line;
     line.rows = rows_;
     line.gains = matrix.ldlt().solve(right_).cwiseQuotient(scale_.transpose());
@@ -121,8 +121,7 @@ VectorXd block_errors(const MatrixXd& features, const VectorXd& target, const st
     kept_z << z.head(from), z.tail(n - to);
     const Normal normal(kept, kept_z);
     for (std::size_t r = 0; r < ridges.size(); ++r) {
-      errors[r] +=
-          squares_of(normal.line(ridges[r]), x.middleRows(from, out), z.segment(from, out)) / static_cast<double>(n);
+      errors[r] += squares_of(normal.line(ridges[r]), x.middleRows(from, out), z.segment(from, out)) / n;
     }
   }
   return errors;
@@ -150,7 +149,8 @@ Minimum simplex_search(const std::function<double(const VectorXd&)>& function, c
     const double best = simplex.front().first, worst = simplex.back().first;
     if (result.evaluations >= most_evaluations || worst - best <= tolerance * (std::abs(best) + 1e-300)) break;
     VectorXd centre = VectorXd::Zero(n);
-    for (std::size_t i = 0; i + 1 < simplex.size(); ++i) centre += simplex[i].second / static_cast<double>(n);
+    const double corners = n;
+    for (std::size_t i = 0; i + 1 < simplex.size(); ++i) centre += simplex[i].second / corners;
     const VectorXd away = centre - simplex.back().second;
     auto reflected = add(centre + away);
     if (reflected.first < best) {

@@ -13,6 +13,7 @@
 #include "compensation/models/lag_bank.h"
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
+#include "core/statistics.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -49,9 +50,9 @@ struct Layers {
 };
 
 VectorXd first_weights(Index inputs, int seed) {
-  std::mt19937_64 engine(static_cast<std::uint64_t>(1000 + seed));
+  std::mt19937_64 engine(1000 + seed);
   VectorXd p(Layers::size(inputs));
-  for (double& value : p) value = 0.6 * (static_cast<double>(engine() >> 11U) * 0x1p-53 - 0.5);
+  for (double& value : p) value = 0.6 * (core::uniform(engine) - 0.5);
   return p;
 }
 
@@ -115,7 +116,7 @@ public:
         VectorXd kept_z(kept.rows());
         kept << x.topRows(from), x.bottomRows(n - to);
         kept_z << z.head(from), z.tail(n - to);
-        const VectorXd p = trained(kept, kept_z, share * static_cast<double>(kept.rows()) / 10.0, 0);
+        const VectorXd p = trained(kept, kept_z, share * kept.rows() / 10.0, 0);
         RowVectorXd unused(p.size());
         for (Index i = from; i < to; ++i) squares += std::pow(Layers::output(p, x.row(i), unused) - z[i], 2);
       }
@@ -126,10 +127,9 @@ public:
     }
     if (!std::isfinite(least))
       throw InputError(data.label, "training that does not end in finite weights", "inputs of usual size");
-    held_out_rms_ = spread_ * std::sqrt(least / static_cast<double>(n));
+    held_out_rms_ = spread_ * std::sqrt(least / n);
     weights_.resize(Layers::size(x.cols()), seeds);
-    for (int seed = 0; seed < seeds; ++seed)
-      weights_.col(seed) = trained(x, z, decay_ * static_cast<double>(n) / 10.0, seed);
+    for (int seed = 0; seed < seeds; ++seed) weights_.col(seed) = trained(x, z, decay_ * n / 10.0, seed);
   }
 
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
@@ -179,7 +179,7 @@ private:
       double sum = 0.0;
       for (Index seed = 0; seed < model_.weights_.cols(); ++seed)
         sum += Layers::output(model_.weights_.col(seed), x, unused_);
-      return model_.offset_ + model_.spread_ * sum / static_cast<double>(model_.weights_.cols());
+      return model_.offset_ + model_.spread_ * sum / model_.weights_.cols();
     }
 
   private:
@@ -194,7 +194,7 @@ private:
 
   /// Main components of the features, each divided by its standard deviation.
   void normalise(const MatrixXd& features, const VectorXd& target, const std::string& label) {
-    const auto n = static_cast<double>(features.rows());
+    const double n = features.rows();
     mean_ = features.colwise().mean().transpose();
     const MatrixXd centred = features.rowwise() - mean_.transpose();
     VectorXd scale = (centred.colwise().squaredNorm().transpose() / n).cwiseSqrt();

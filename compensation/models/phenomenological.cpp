@@ -97,7 +97,7 @@ public:
     if (others < least_rows || counted - others < least_rows) std::fill(states.begin(), states.end(), 0);
     sets_ = others < least_rows || counted - others < least_rows ? 1 : 2;
 
-    const double interval = whole.measured_time() / static_cast<double>(data.time.size() - 1);
+    const double interval = whole.measured_time() / (data.time.size() - 1);
     const double fastest = std::log(std::min(0.5 * interval, span / 8.0)), slowest = std::log(span / 2.0);
     const auto bounded = [&](const VectorXd& x) {
       return VectorXd(x.cwiseMax(fastest).cwiseMin(slowest).array().exp());
@@ -122,7 +122,7 @@ public:
     tau_ = bounded(best.at);
     const Line found = line(tau_);
     unpack(found);
-    rms_ = std::sqrt(found.squares / static_cast<double>(found.rows));
+    rms_ = std::sqrt(found.squares / found.rows);
     caution_.clear();
     for (Index set = 0; set < sets_; ++set)
       if (const double log = std::log(tau_[set]); log < fastest + at_bound || log > slowest - at_bound)

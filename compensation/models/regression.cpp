@@ -48,7 +48,7 @@ public:
     archive.put("tau_s", tau_);
     archive.put("gains", line_.gains);
     archive.put("intercept", line_.intercept);
-    archive.put("rows", static_cast<double>(line_.rows));
+    archive.put("rows", line_.rows);
   }
 
   void load(const Archive& archive, const std::vector<InputInfo>& info) override {
@@ -177,8 +177,7 @@ public:
     // A lag below half the mean interval cannot be told from none. One beyond a third of the record
     // has not run off in it (95 % take three time constants) and cannot be told from a ramp.
     const double shortest = std::log(std::min(
-                     0.5 * (data.time[data.time.size() - 1] - data.time[0]) / static_cast<double>(data.time.size() - 1),
-                     span / 6.0)),
+                     0.5 * (data.time[data.time.size() - 1] - data.time[0]) / (data.time.size() - 1), span / 6.0)),
                  longest = std::log(span / 3.0);
     const auto squares = [&](double log_tau) {
       return fit_line(lagged_features(data, {std::exp(log_tau)}, blocks.averaged), data.target, data.label).squares;

@@ -13,6 +13,7 @@
 
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "solver/operation/film_laws.h"
 
 namespace thermotwin::compensation {
@@ -32,7 +33,7 @@ using Network = Eigen::Matrix<double, bodies, bodies>;
 // Effective lengths in m (Table 5.4) and the expansion of cast iron that the source takes.
 constexpr double d1 = 0.300, d2 = 0.240, d3 = 0.082, d4 = 0.153, d5 = 0.063, d6 = 0.121, radius = 0.160;
 constexpr double expansion = 12.4e-6, disc_radius = 0.225, plate_m = 0.4;
-constexpr double kelvin = 273.15, usual_air_C = 20.0;
+constexpr double usual_air_C = 20.0;
 constexpr Index most_blocks = 700;
 constexpr double longest_step_s = 600.0, noise_share = 0.05;
 constexpr int most_iterations = 25;
@@ -225,7 +226,7 @@ public:
       for (Index b = 0; b < bodies; ++b) {
         const double delta = std::max(0.5, std::abs(temperature_[b] - d.air));
         const double still = solver::free_convection(b == table ? mesh::Orientation::up : mesh::Orientation::vertical,
-                                                     plate_m, delta, kelvin + d.air);
+                                                     plate_m, delta, core::units::zero_C_in_K + d.air);
         const double film = p_[films] * areas[b] * std::max(still, sees[b] * disc);
         a(b, b) += film;
         right[b] = film * d.air;
@@ -276,6 +277,16 @@ VectorXd full_speeds(const Roles& roles, const std::vector<InputInfo>& info, con
   }
   return full;
 }
+
+/// First-order lag tau y' + y = u of a u that holds over each interval with its value at the end.
+struct Lag {
+  double value = 0;
+  double step(double u, double duration, double tau) {
+    const double keep = tau > 0.0 ? std::exp(-duration / tau) : 0.0;
+    value = u + (value - u) * keep;
+    return value;
+  }
+};
 
 class RotaryUnit final : public ChannelModel {
 public:
@@ -352,12 +363,12 @@ private:
       unit_.advance(unit_.drive(held_), duration);
       time_ = time;
       const double raw = model_.row.dot(unit_.temperature() - reference_);
-      lagged_ = model_.lag_s > 0.0 ? raw + (lagged_ - raw) * std::exp(-duration / model_.lag_s) : raw;
+      lag_.step(raw, duration, model_.lag_s);
       const bool complete = inputs.allFinite();
       for (Index k = 0; k < inputs.size(); ++k) {
         if (std::isfinite(inputs[k])) held_[k] = inputs[k];
       }
-      return complete ? model_.gain * lagged_ + model_.intercept : missing;
+      return complete ? model_.gain * lag_.value + model_.intercept : missing;
     }
 
   private:
@@ -365,7 +376,8 @@ private:
     Unit unit_;
     RowVectorXd held_;
     Temperatures reference_ = Temperatures::Zero();
-    double time_ = 0, lagged_ = 0;
+    double time_ = 0;
+    Lag lag_;
   };
 };
 
@@ -398,12 +410,9 @@ MatrixXd simulate(const TrainingData& data, const Roles& roles, const VectorXd& 
 
 VectorXd lagged(const VectorXd& time, const VectorXd& raw, double lag_s) {
   VectorXd y(raw.size());
-  double state = 0.0;
-  for (Index i = 0; i < raw.size(); ++i) {
-    const double keep = i == 0 || lag_s <= 0.0 ? 0.0 : std::exp(-(time[i] - time[i - 1]) / lag_s);
-    state = raw[i] + (state - raw[i]) * keep;
-    y[i] = state;
-  }
+  Lag lag{raw[0]};
+  y[0] = raw[0];
+  for (Index i = 1; i < raw.size(); ++i) y[i] = lag.step(raw[i], time[i] - time[i - 1], lag_s);
   return y;
 }
 

@@ -31,11 +31,10 @@ constexpr double most_samples = 4000;  ///< of a grid, where little of a long re
 
 /// Differences to the ambient temperature, where it is known.
 void relate_to_ambient(const std::vector<InputInfo>& info, Eigen::Ref<RowVectorXd, 0, Eigen::InnerStride<>> row) {
-  Index ambient = -1;
-  for (std::size_t i = 0; i < info.size() && ambient < 0; ++i) ambient = info[i].ambient ? static_cast<Index>(i) : -1;
+  const Index ambient = ambient_input(info);
   if (ambient < 0) return;
-  for (std::size_t i = 0; i < info.size(); ++i) {
-    if (info[i].temperature && static_cast<Index>(i) != ambient) row[i] -= row[ambient];
+  for (Index i = 0; i < std::ssize(info); ++i) {
+    if (info[i].temperature && i != ambient) row[i] -= row[ambient];
   }
 }
 
@@ -246,7 +245,7 @@ private:
       VectorXd f = VectorXd::Zero(order_ + 1);
       f[0] = 1.0;
       for (Index j = 0; j < order_; ++j) {
-        const double pole = std::exp(-std::pow(4.0, static_cast<double>(j)) / (share * samples));
+        const double pole = std::exp(-std::pow(4.0, j) / (share * samples));
         for (Index m = order_; m > 0; --m) f[m] -= std::min(pole, radius_) * f[m - 1];
       }
       set_.f = f.tail(order_).transpose().replicate(inputs(), 1);
@@ -292,7 +291,7 @@ double held_out_error(const Grid& grid, const std::vector<InputInfo>& info, Tran
     for (std::size_t i = fold * n / thirds; i < (fold + 1) * n / thirds; ++i)
       squares += std::pow(output[known[i]] - grid.target[known[i]], 2);
   }
-  return std::isfinite(squares) ? squares / static_cast<double>(n) : std::numeric_limits<double>::infinity();
+  return std::isfinite(squares) ? squares / n : std::numeric_limits<double>::infinity();
 }
 
 const char* method_name(TransferMethod method) {
@@ -382,7 +381,7 @@ public:
     std::string text =
         fmt::format("{} order {}, grid {:.4g} s, largest pole {:.5f}, held-out rms {:.3g} {};", method_name(method_),
                     set_.order(), set_.step, set_.largest_pole(), held_out_rms_, unit);
-    const bool related = std::any_of(all_.begin(), all_.end(), [](const InputInfo& i) { return i.ambient; });
+    const bool related = ambient_input(all_) >= 0;
     for (Index i = 0; i < set_.b.rows(); ++i) {
       const InputInfo& info = set_.info[i];
       text += fmt::format(" {}{}: {:.4g} {} per unit, 95 % after {:.3g} h;", info.id,
@@ -400,7 +399,7 @@ public:
     archive.put("denominators", set_.f);
     archive.put("held_out_rms", held_out_rms_);
     VectorXd chosen(std::ssize(chosen_));
-    for (std::size_t i = 0; i < chosen_.size(); ++i) chosen[i] = static_cast<double>(chosen_[i]);
+    for (std::size_t i = 0; i < chosen_.size(); ++i) chosen[i] = chosen_[i];
     archive.put("inputs", chosen);
   }
 
@@ -409,7 +408,7 @@ public:
     chosen_.clear();
     set_ = {};
     for (const double index : archive.vector("inputs")) {
-      if (!(index >= 0.0 && index < static_cast<double>(info.size()))) {
+      if (!(index >= 0.0 && index < info.size())) {
         throw InputError(archive.place() + " inputs", fmt::format("{}", index),
                          fmt::format("0 to {}", info.size() - 1));
       }

@@ -155,7 +155,7 @@ double TransferSet::settling_time(Index input) const {
   for (Index k = 0; k < samples; ++k) {
     if (std::abs(response[k] - end) > 0.05 * std::abs(end)) last = k;
   }
-  return static_cast<double>(last + 1) * step;
+  return (last + 1) * step;
 }
 
 double TransferSet::largest_pole() const {

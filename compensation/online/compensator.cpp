@@ -12,6 +12,7 @@
 #include "compensation/online/offset_output.h"
 #include "compensation/online/state_clock.h"
 #include "core/error.h"
+#include "core/options.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
 
@@ -24,6 +25,11 @@ using Eigen::VectorXd;
 /// An input leaps if it changes by more than this share of itself from row to row.
 constexpr double leap_share = 0.2;
 
+constexpr double largest_probe_um = 1e5;
+void check_probe_std(double std_um) {
+  core::require_within("compensator probe std_um", std_um, 1e-3, largest_probe_um);
+}
+
 /// Channels that may leap: speeds, feeds, powers, states.
 std::vector<Index> leaping_channels(const std::vector<std::string>& names) {
   constexpr const char* endings[] = {"_rpm", "_min", ".power_W", ".on", ".open"};
@@ -35,23 +41,22 @@ std::vector<Index> leaping_channels(const std::vector<std::string>& names) {
   return leaping;
 }
 
-void require_within(const char* name, double value, double low, double high, const std::string& allowed) {
-  if (!(value >= low && value <= high))
-    throw core::InputError(std::string("compensator ") + name, fmt::format("{}", value), allowed);
-}
-
-void require_limit(const char* name, double value, double low, double high) {
-  if (value != 0.0) require_within(name, value, low, high, fmt::format("{} to {}, or 0 (by the model)", low, high));
+void require_limit(const char* option, double value, double low, double high) {
+  core::require_option(value == 0.0 || (value >= low && value <= high), option, value,
+                       fmt::format("{} to {}, or 0 (by the model)", low, high));
 }
 
 }  // namespace
 
 void CompensatorOptions::validate() const {
-  require_within("step_s", step_s, 1e-3, 86400.0, "0.001 s to 86400 s");
-  require_within("correction_s", correction_s, 1e-3, 86400.0, "0.001 s to 86400 s");
-  require_limit("largest_um", largest_um, 1e-3, largest_offset_um);
-  require_limit("rate_um_s", rate_um_s, least_rate_um_s, largest_rate_um_s);
+  for (const auto& [name, value] : {std::pair{"step_s", step_s}, {"correction_s", correction_s}})
+    core::require_option(value >= 1e-3 && value <= 86400.0, std::string("compensator ") + name, value,
+                         "0.001 s to 86400 s");
+  require_limit("compensator largest_um", largest_um, 1e-3, largest_offset_um);
+  require_limit("compensator rate_um_s", rate_um_s, least_rate_um_s, largest_rate_um_s);
 }
+
+void StreamOptions::validate() const { check_probe_std(probe_std_um); }
 
 const char* status_text(Status status) {
   switch (status) {
@@ -76,6 +81,7 @@ struct Compensator::Work {
 
   bool started = false;
   std::vector<Index> leaping;
+  std::vector<char> never_told;  ///< (channels) 1 or 0
   VectorXd row, row_before, given, given_at;
   const VectorXd no_readings;
   long probed = 0;
@@ -88,6 +94,7 @@ struct Compensator::Work {
         observer(m, operating, options, clock),
         output(m, options),
         leaping(leaping_channels(operating.channels().names())),
+        never_told(operating.channels().size(), 0),
         row(operating.channels().defaults()),
         given_at(VectorXd::Constant(row.size(), -std::numeric_limits<double>::infinity())) {
     clock.set_state(m.system.one_kelvin * (options.start_C - m.machine.reference_C));
@@ -115,6 +122,15 @@ struct Compensator::Work {
     if (started && at - time > longest_gap_s) {
       throw core::InputError("compensator time", fmt::format("{} s after {} s", at, time),
                              fmt::format("rows at most {} s apart", longest_gap_s));
+    }
+  }
+
+  /// A drive whose speed was never told, or not for a while.
+  void find_untold(double at) {
+    const std::vector<DriveHeat>& drives = observer.errors().drives();
+    for (Index d = 0; d < std::ssize(drives); ++d) {
+      const Index k = drives[d].channel;
+      observer.set_untold(d, never_told[k] != 0 || (std::isnan(given[k]) && at - given_at[k] > options.correction_s));
     }
   }
 
@@ -185,6 +201,7 @@ struct Compensator::Work {
   const Offsets& step(double at, const VectorXd& told, const VectorXd& sensors_C) {
     check_row(at, told, sensors_C);
     const bool missing_input = take_inputs(at, told);
+    find_untold(at);
     observer.read(options.use_sensors ? sensors_C : no_readings, row);
     if (started) {
       advance(at);
@@ -201,15 +218,12 @@ struct Compensator::Work {
 
   void probe(const mesh::Pose& at, const Eigen::Vector3d& error_um, double std_um) {
     if (!started) throw core::InputError("compensator probe", "no row yet", "probing after the first row");
-    constexpr double largest_um = 1e5;
     for (const double value : error_um) {
-      if (std::abs(value) > largest_um)
+      if (std::abs(value) > largest_probe_um)
         throw core::InputError("compensator probe", fmt::format("{} um", value),
-                               fmt::format("at most {} um, or NaN", largest_um));
+                               fmt::format("at most {} um, or NaN", largest_probe_um));
     }
-    if (!(std_um >= 1e-3 && std_um <= largest_um))
-      throw core::InputError("compensator probe std_um", fmt::format("{}", std_um),
-                             fmt::format("0.001 to {}", largest_um));
+    check_probe_std(std_um);
     if (!error_um.array().isFinite().any()) return;
     if (clock.interval_s() > 0.0) correct();  // sensitivities of now
     ErrorModel::ErrorRows rows;
@@ -233,6 +247,10 @@ const OffsetLimits& Compensator::limits() const { return work_->output.limits();
 
 const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& sensors_C) {
   return work_->step(time, row, sensors_C);
+}
+
+void Compensator::never_told(const std::vector<Eigen::Index>& channels) {
+  for (const Eigen::Index channel : channels) work_->never_told[channel] = 1;
 }
 
 solver::TcpError Compensator::tcp(const mesh::Pose& pose) const { return work_->tcp(pose); }

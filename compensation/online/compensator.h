@@ -69,6 +69,10 @@ public:
   /// What every row's offsets keep to.
   const OffsetLimits& limits() const;
 
+  /// Channels that no row will tell: they stay at their defaults, and std_um has the heat that drives may have had
+  /// meanwhile. Before the first row. @param channels  indices
+  void never_told(const std::vector<Eigen::Index>& channels);
+
   /// @param time       s, strictly rising
   /// @param row        (channels) values that hold since the last row; not_given keeps the last. An
   ///   ambient that starts at its default counts as not measured (see ErrorModel::start).
@@ -114,6 +118,7 @@ struct StreamOptions {
   bool probed_compensated = false;  ///< probed while the offsets of the row before were applied
   /// Told of what the rows do not say, and of what cannot be read; the first ten lines of that.
   std::function<void(const std::string&)> log = core::log_line, warn = core::warn;
+  void validate() const;  ///< @throws InputError
 };
 
 }  // namespace thermotwin::compensation

@@ -7,6 +7,7 @@
 
 #include "core/units.h"
 #include "solver/operation/layout.h"
+#include "solver/operation/operating_model.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -20,8 +21,9 @@ using Eigen::VectorXd;
 constexpr double least_source = 0.02, least_film = 0.03, least_contact = 0.05, least_wall = 0.05, least_flow = 0.02;
 constexpr double air_std_K = 0.2, ambient_std_K = 0.3, inlet_std_K = 0.2;
 constexpr double machine_memory = 200.0 * hour, air_memory = 6.0 * hour, ambient_memory = 24.0 * hour;
-constexpr double correlation_s = 1800.0;  ///< of what the model gets wrong at a sensor
-constexpr double outlier = 4.0;           ///< standard deviations
+constexpr double correlation_s = 1800.0;      ///< of what the model gets wrong at a sensor
+constexpr double untold_memory = 2.0 * hour;  ///< of how fast a drive runs that nobody tells
+constexpr double outlier = 4.0;               ///< standard deviations
 // What probing may find beside the thermal state: expansions and scales, and what no model has.
 constexpr double expansion_share = 0.03, rest_m = 0.8e-6;
 constexpr double expansion_memory = 2000.0 * hour, rest_memory = 12.0 * hour;
@@ -29,18 +31,11 @@ constexpr double showing_s = 300.0;  ///< time constant with which new findings 
 
 double share(const core::Uncertain& nominal, double least) { return std::max(nominal.std_percent / 100.0, least); }
 
-int ambient_index(const mesh::Machine& machine, const std::string& id) {
-  for (int i = 0; i < std::ssize(machine.ambients); ++i) {
-    if (machine.ambients[i].id == id) return i;
-  }
-  return -1;
-}
-
 int root_ambient(const mesh::Machine& machine, int ambient) {
   for (std::size_t steps = 0; steps < machine.ambients.size(); ++steps) {
     const std::string& follows = machine.ambients[ambient].follows;
     if (follows.empty()) break;
-    if (const int next = ambient_index(machine, follows); next >= 0) ambient = next;
+    if (const int next = machine.ambient_index(follows); next >= 0) ambient = next;
   }
   return ambient;
 }
@@ -52,6 +47,10 @@ ErrorModel::ErrorModel(const reduction::ReducedModel& model)
       quantities_(make_quantities(model)),
       inputs_of_term_(model.system.layout.terms.size()),
       work_before_(model, ambients_of(quantities_)) {
+  const solver::OperatingModel operating(model.machine, model.system.layout);
+  for (DriveHeat& drive : drive_heats(model, operating, operating.channels().defaults()))
+    if (drive.channel >= 0 && drive.heat.squaredNorm() > 0.0) drives_.push_back(std::move(drive));
+  untold_.assign(drives_.size(), 0);
   const solver::Layout& layout = model.system.layout;
   for (Index k = 0; k < std::ssize(layout.inputs); ++k) {
     if (layout.inputs[k].term >= 0) inputs_of_term_[layout.inputs[k].term].push_back(k);
@@ -125,9 +124,8 @@ void ErrorModel::add_ambients(const reduction::ReducedModel& model, std::vector<
     const solver::Input& input = layout.inputs[k];
     const int item = input.item;
     int ambient = -1;
-    if (input.kind == solver::InputKind::film_ambient) ambient = ambient_index(machine, machine.films[item].ambient);
-    if (input.kind == solver::InputKind::contact_ambient)
-      ambient = ambient_index(machine, machine.joints[item].ambient);
+    if (input.kind == solver::InputKind::film_ambient) ambient = machine.ambient_index(machine.films[item].ambient);
+    if (input.kind == solver::InputKind::contact_ambient) ambient = machine.ambient_index(machine.joints[item].ambient);
     if (ambient >= 0) of_ambient[root_ambient(machine, ambient)].push_back(k);
     if (input.kind == solver::InputKind::coolant_inlet) of_coolant[item].push_back(k);
   }
@@ -224,10 +222,53 @@ MatrixXd ErrorModel::rates(const Interval& interval) const {
       for (const int input : inputs_of_term_[term]) add_input(input, interval.q[input]);
     }
     for (const int input : quantity.inputs) add_input(input, interval.q[input]);
+    if (quantity.drive >= 0 && untold_[quantity.drive] != 0) rate += drives_[quantity.drive].heat;
     for (const int input : quantity.ambient_inputs) add_input(input, interval.p[system.layout.inputs[input].term]);
     result.col(k) = rate;
   }
   return result;
+}
+
+void ErrorModel::set_untold(Index drive, bool untold) {
+  untold_[drive] = untold ? 1 : 0;
+  const auto known = std::find_if(quantities_.begin(), quantities_.end(),
+                                  [&](const Quantity& quantity) { return quantity.drive == drive; });
+  if (untold && known == quantities_.end())
+    add_quantity({"untold heat of " + drives_[drive].name, "1", 1.0, untold_memory, {}, {}, {}, -1, drive});
+}
+
+namespace {
+
+template <class Vector>
+Vector with_zero(const Vector& values, Index at) {
+  Vector longer = Vector::Zero(values.size() + 1);
+  longer.head(at) = values.head(at);
+  longer.tail(values.size() - at) = values.tail(values.size() - at);
+  return longer;
+}
+
+MatrixXd with_zero_column(const MatrixXd& values, Index at) {
+  MatrixXd wider = MatrixXd::Zero(values.rows(), values.cols() + 1);
+  wider.leftCols(at) = values.leftCols(at);
+  wider.rightCols(values.cols() - at) = values.rightCols(values.cols() - at);
+  return wider;
+}
+
+}  // namespace
+
+/// After the others, before the start; nothing of the state has come from it so far.
+void ErrorModel::add_quantity(Quantity quantity) {
+  const Index at = std::ssize(quantities_);
+  const double std = quantity.std, memory = quantity.memory;
+  quantities_.push_back(std::move(quantity));
+  if (theta_.size() == 0) return;  // start() makes room
+  for (MatrixXd* columns : {&directions_, &sensor_directions_, &last_sensor_directions_, &sensor_rate_})
+    *columns = with_zero_column(*columns, at);
+  for (VectorXd* values : {&theta_, &prior_, &mean_, &memory_, &withheld_}) *values = with_zero(*values, at);
+  sigma_ = with_zero_column(with_zero_column(sigma_, at).transpose(), at).eval();
+  prior_[at] = std;
+  memory_[at] = memory;
+  sigma_(at, at) = std * std;
 }
 
 void ErrorModel::foresee(const Interval& interval) {

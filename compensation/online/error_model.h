@@ -12,7 +12,7 @@
 // unstable, since the correction only enters the products of S's right-hand side. Machine
 // parameters hardly fade; ambient ones return to their prior within hours. A mean reading's noise is
 // that of one independent sample a correlation time, since what a mesh gets wrong is wrong for long;
-// far outliers count less. Where probing tells the TCP error itself, nine quantities of the outputs
+// far outliers count less. The heat of a drive whose speed nobody tells joins theta (drive_heats.h). Where probing tells the TCP error itself, nine quantities of the outputs
 // join theta: by which share more than nominal the tool side and the table side move along x, y and z
 // (expansions, scales), and a rest in x, y and z that fades within hours. Limits: first order in
 // theta (products with x + S theta keep most of the second), capacities are not estimated, expansions
@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/online/drive_heats.h"
 #include "compensation/online/work_before.h"
 #include "reduction/model/reduced_model.h"
 
@@ -54,6 +55,11 @@ public:
   const WorkBefore& before() const { return work_before_; }
   /// How what the start left changes from now on, until the next advance(). @param interval  its duration and operator
   void foresee(const Interval& interval);
+  /// Drives with a heat of their own, see set_untold().
+  const std::vector<DriveHeat>& drives() const { return drives_; }
+  /// Whether nobody tells how fast a drive runs from now on. Its heat is a quantity from the first time on: theta is the
+  /// heat beyond that of the nominal run, in units of that at half speed, with a deviation of 1.
+  void set_untold(Eigen::Index drive, bool untold);
 
   void advance(const Interval& interval);
 
@@ -131,12 +137,14 @@ private:
     std::vector<int> inputs;          ///< inputs that scale with 1 + theta
     std::vector<int> ambient_inputs;  ///< inputs that get p of their term times theta
     int ambient = -1;                 ///< index of the ambient, for those
+    Eigen::Index drive = -1;          ///< index of the drive whose heat it is
   };
   static std::vector<Quantity> make_quantities(const reduction::ReducedModel& model);
   static void add_sources(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
   static void add_terms(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
   static void add_ambients(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
   static std::vector<WorkBefore::Ambient> ambients_of(const std::vector<Quantity>& quantities);
+  void add_quantity(Quantity quantity);
   void fade(double duration);
   void settle();
   Eigen::VectorXd shown() const { return theta_ - withheld_; }
@@ -147,6 +155,8 @@ private:
   std::vector<Quantity> quantities_;
   std::vector<std::vector<int>> inputs_of_term_;
   WorkBefore work_before_;
+  std::vector<DriveHeat> drives_;
+  std::vector<char> untold_;  ///< (drives) 1 or 0
   Eigen::Index start_modes_ = 0;
   Eigen::MatrixXd directions_, sensor_directions_, last_sensor_directions_;
   Eigen::MatrixXd start_rate_, sensor_start_rate_;  ///< of the start's directions, 1/s

@@ -7,11 +7,13 @@
 
 #include "compensation/online/compensator.h"
 #include "core/error.h"
+#include "core/statistics.h"
 #include "solver/campaign/simulation.h"
 
 namespace thermotwin::compensation {
 namespace {
 
+using core::median;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
@@ -21,12 +23,6 @@ using Eigen::VectorXd;
 constexpr double start_uniform_K = 0.5, least_start_K = 0.03;
 constexpr double rate_error_share = 0.2;  // of how fast what the start left fades at a sensor
 constexpr double least_chance = 1e-4;     // of a first reading that is believed though it is far from all others
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 

@@ -58,6 +58,8 @@ public:
   /// Of the end of the last step.
   const Eigen::VectorXd& corrected() const { return corrected_; }
   void set_corrected();
+  /// Drives by the index of ErrorModel::drives().
+  void set_untold(Eigen::Index drive, bool untold) { errors_.set_untold(drive, untold); }
   const Eigen::VectorXd& correction_rate() const { return correction_rate_; }  ///< of the state, K/s
 
   /// Readings predicted before the last correction, degC.

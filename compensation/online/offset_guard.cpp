@@ -1,35 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/online/offset_guard.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "core/error.h"
+#include "core/options.h"
 
 namespace thermotwin::compensation {
 
 void GuardOptions::validate() const {
-  const auto require = [](const char* name, double value, double low, double high) {
-    if (!(value >= low && value <= high))
-      throw core::InputError(std::string("offset guard ") + name, fmt::format("{}", value),
-                             fmt::format("{} to {}", low, high));
-  };
-  require("largest_um", largest_um, 0.0, 1e5);
-  require("rate_um_s", rate_um_s, 1e-6, 1e6);
-  require("hold_s", hold_s, 0.0, 1e6);
-}
-
-const char* guard_text(GuardState state) {
-  switch (state) {
-    case GuardState::following: return "following";
-    case GuardState::limited: return "limited";
-    case GuardState::holding: return "holding";
-    case GuardState::returning: return "returning";
-  }
-  return "";
+  core::require_within("offset guard largest_um", largest_um, 0.0, 1e5);
+  core::require_within("offset guard rate_um_s", rate_um_s, 1e-6, 1e6);
+  core::require_within("offset guard hold_s", hold_s, 0.0, 1e6);
 }
 
 OffsetGuard::OffsetGuard(Eigen::Index axes, const GuardOptions& options)

@@ -17,7 +17,6 @@ struct GuardOptions {
 };
 
 enum class GuardState { following, limited, holding, returning };
-const char* guard_text(GuardState state);
 
 class OffsetGuard {
 public:

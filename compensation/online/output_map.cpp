@@ -64,6 +64,7 @@ int table_axis(const mesh::Machine& machine) {
 OutputMap::OutputMap(const reduction::ReducedModel& model)
     : model_(model),
       grid_(model.machine, model.outputs.tool.size()) {
+  find_travels();
   const mesh::Machine& machine = model.machine;
   const Index order = model.system.order();
   tool_ = stacked(model.outputs.tool, order);
@@ -103,7 +104,7 @@ OutputMap::OutputMap(const reduction::ReducedModel& model)
         if (axis >= 0) pose[axis] = model.outputs.table_poses[table][axis];
       }
       for (Index angle = 0; angle < angles; ++angle) {
-        if (turning >= 0) pose[turning] = static_cast<double>(angle) * std::numbers::pi / 2.0;
+        if (turning >= 0) pose[turning] = angle * std::numbers::pi / 2.0;
         workspace_poses_.push_back(pose);
         columns_.push_back(output_columns(machine, pose));
         const MatrixXd columns = to_axes_ * columns_.back();
@@ -195,7 +196,7 @@ void OutputMap::set_variance(const MatrixXd& influence, const MatrixXd& covarian
     for (Index a = 0; a < count; ++a) {
       double sum = 0.0;
       for (Index angle = 0; angle < angles; ++angle) sum += variance[(pose * angles + angle) * count + a];
-      variance_(a, pose) = std::max(0.0, sum / static_cast<double>(angles));
+      variance_(a, pose) = std::max(0.0, sum / angles);
     }
   }
   smallest_ = variance_.rowwise().minCoeff();
@@ -217,18 +218,24 @@ MatrixXd OutputMap::workspace_offsets(const VectorXd& state) const {
   return (rows_ * state).reshaped(std::ssize(axes_), std::ssize(workspace_poses_));
 }
 
-bool OutputMap::outside(const mesh::Pose& pose) const {
-  const mesh::Workspace& workspace = model_.machine.workspace;
-  const auto beyond = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
+void OutputMap::find_travels() {
+  const mesh::Machine& machine = model_.machine;
+  const auto add = [&](const std::vector<std::string>& axes, const std::vector<std::vector<double>>& positions) {
     for (std::size_t i = 0; i < axes.size(); ++i) {
-      const int axis = model_.machine.axis_index(axes[i]);
-      if (axis < 0 || positions[i].size() < 2 || model_.machine.axes[axis].endless) continue;
+      const int axis = machine.axis_index(axes[i]);
+      if (axis < 0 || positions[i].size() < 2 || machine.axes[axis].endless) continue;
       const double slack = 1e-6 * (positions[i].back() - positions[i].front());
-      if (pose[axis] < positions[i].front() - slack || pose[axis] > positions[i].back() + slack) return true;
+      travels_.push_back({axis, positions[i].front() - slack, positions[i].back() + slack});
     }
-    return false;
   };
-  return beyond(workspace.axes, workspace.positions) || beyond(workspace.table_axes, workspace.table_positions);
+  add(machine.workspace.axes, machine.workspace.positions);
+  add(machine.workspace.table_axes, machine.workspace.table_positions);
+}
+
+bool OutputMap::outside(const mesh::Pose& pose) const {
+  return std::any_of(travels_.begin(), travels_.end(), [&](const Travel& travel) {
+    return pose[travel.axis] < travel.low || pose[travel.axis] > travel.high;
+  });
 }
 
 }  // namespace thermotwin::compensation

@@ -59,10 +59,16 @@ public:
 
 private:
   void set_variance(const Eigen::MatrixXd& influence, const Eigen::MatrixXd& covariance);
+  void find_travels();
 
   const reduction::ReducedModel& model_;
   reduction::OutputGrid grid_;
   std::vector<std::string> axes_;
+  struct Travel {
+    int axis;
+    double low, high;
+  };
+  std::vector<Travel> travels_;                        ///< of axes that the workspace bounds, with some slack
   Eigen::MatrixXd to_axes_, motions_;                  ///< (axes x 3), (3 x axes)
   std::vector<Eigen::Matrix<double, 3, 19>> columns_;  ///< error of unit outputs ((tool, table, angle))
   Eigen::MatrixXd tool_, axis_, own_;                  ///< rows of all poses below each other

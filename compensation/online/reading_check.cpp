@@ -5,12 +5,14 @@
 #include <cmath>
 #include <limits>
 
+#include "core/statistics.h"
+#include "core/units.h"
+
 namespace thermotwin::compensation {
 namespace {
 
 using Eigen::Index;
 
-constexpr double kelvin_at_0_C = 273.15;
 constexpr double colder_K = 40.0, warmer_K = 100.0;  ///< than the surroundings: what a machine's sensor may read
 constexpr double too_warm_K = 30.0,
                  near_K = 15.0;  ///< of the surroundings: degF taken for degC; what it then is in degC
@@ -44,11 +46,12 @@ ReadingCheck::ReadingCheck(const mesh::Machine& machine, const solver::Channels&
       input_faults_(channels.size(), ReadingFault::none),
       sensor_faults_(machine.sensors.size(), ReadingFault::none),
       fahrenheit_like_(machine.sensors.size(), false) {
-  for (std::size_t k = 0; k < channels.names().size(); ++k) {
-    if (channels.names()[k].ends_with("T_C")) temperatures_.push_back(k);
-  }
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
     if (ambient.follows.empty()) ambients_.push_back(channels.index(ambient.id + ".T_C"));
+  }
+  for (Index k = 0; k < channels.size(); ++k) {
+    const bool ambient = std::find(ambients_.begin(), ambients_.end(), k) != ambients_.end();
+    if (channels.names()[k].ends_with("T_C")) temperatures_.push_back({k, ambient});
   }
 }
 
@@ -56,17 +59,16 @@ bool ReadingCheck::any_input() const { return any(input_faults_); }
 bool ReadingCheck::any_sensor() const { return any(sensor_faults_); }
 
 ReadingFault ReadingCheck::fault_outside(double value_C, double surroundings_C) const {
-  const double above_K = value_C - kelvin_at_0_C - surroundings_C;
+  const double above_K = value_C - core::units::zero_C_in_K - surroundings_C;
   return above_K >= -colder_K && above_K <= warmer_K ? ReadingFault::kelvin : ReadingFault::implausible;
 }
 
 void ReadingCheck::take_out_inputs(Eigen::VectorXd& given) {
-  for (const int k : temperatures_) {
+  for (const auto& [k, ambient] : temperatures_) {
     ReadingFault& fault = input_faults_[k];
     fault = ReadingFault::none;
     if (std::isnan(given[k])) continue;
     const double usual_C = std::isnan(defaults_[k]) ? reference_C_ : defaults_[k];
-    const bool ambient = std::find(ambients_.begin(), ambients_.end(), k) != ambients_.end();
     if (outside(given[k]))
       fault = fault_outside(given[k], usual_C);
     else if (ambient && like_fahrenheit(given[k], usual_C))
@@ -79,12 +81,8 @@ void ReadingCheck::take_out_sensors(Eigen::VectorXd& readings_C, const Eigen::Ve
   // Half of the ambients are below the middle one: a warm fluid among them does not count.
   std::vector<double> around;
   for (const int k : ambients_) around.push_back(row[k]);
-  double surroundings_C = reference_C_;
-  if (!around.empty()) {
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>((around.size() - 1) / 2);
-    std::nth_element(around.begin(), middle, around.end());
-    surroundings_C = *middle;
-  }
+  const auto below = (std::ssize(around) - 1) / 2;
+  const double surroundings_C = around.empty() ? reference_C_ : core::nth_smallest(std::move(around), below);
   bool some = false, all_fahrenheit = true, one_less = false;
   for (Index s = 0; s < readings_C.size(); ++s) {
     const std::size_t i = s;

@@ -40,7 +40,12 @@ private:
   ReadingFault fault_outside(double value_C, double surroundings_C) const;
 
   double low_C_, high_C_, reference_C_;
-  std::vector<int> temperatures_, ambients_;  ///< channels; those of ambients
+  struct Temperature {
+    Eigen::Index channel;
+    bool ambient;  ///< of one that has a temperature of its own
+  };
+  std::vector<Temperature> temperatures_;
+  std::vector<int> ambients_;  ///< channels of those
   Eigen::VectorXd defaults_;
   std::vector<ReadingFault> input_faults_, sensor_faults_;
   std::vector<bool> fahrenheit_like_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/statistics.h"
+
 namespace thermotwin::compensation {
 namespace {
 
@@ -68,12 +70,7 @@ bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eig
   for (Index s = 0; s < reading.size(); ++s) {
     if (std::isfinite(reading[s])) differences.push_back(std::abs(reading[s] - expected[s]));
   }
-  double usual = 0.0;
-  if (!differences.empty()) {
-    const auto middle = differences.begin() + std::ssize(differences) / 2;
-    std::nth_element(differences.begin(), middle, differences.end());
-    usual = *middle;
-  }
+  const double usual = differences.empty() ? 0.0 : core::median(std::move(differences));
   bool changed = false;
   faults_ = 0;
   for (Index s = 0; s < reading.size(); ++s) {

@@ -126,6 +126,8 @@ public:
   const std::string& unreadable() const { return unreadable_; }
   /// Whether one of these is not a sensor's.
   bool input_unreadable() const { return input_unreadable_; }
+  /// Channels with a default that have no column.
+  const std::vector<Eigen::Index>& absent() const { return absent_; }
   bool names_machine() const { return names_machine_; }
 
   double time() const { return time_; }
@@ -137,7 +139,7 @@ public:
 private:
   bool next_line() {
     // A line without end would otherwise be kept whole.
-    in_.getline(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    in_.getline(buffer_.data(), std::ssize(buffer_));
     const std::streamsize count = in_.gcount();
     if (in_.bad()) core::check_interrupt();
     if (in_.fail() && !in_.bad() && !in_.eof() && count > 0) {
@@ -150,7 +152,7 @@ private:
         throw InputError(name_, fmt::format("cannot be read after line {}", number_), "a readable file or pipe");
       return false;
     }
-    line_.assign(buffer_.data(), static_cast<std::size_t>(in_.eof() ? count : count - 1));
+    line_.assign(buffer_.data(), in_.eof() ? count : count - 1);
     ++number_;
     return true;
   }
@@ -162,7 +164,7 @@ private:
     time_blank_ = false;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       const char* const cell_end = std::find(at, end, ',');
-      const double value = number({at, static_cast<std::size_t>(cell_end - at)}, columns_[c]);
+      const double value = number({at, cell_end}, columns_[c]);
       switch (columns_[c].target) {
         case Column::Target::time: time_ = value; break;
         case Column::Target::channel: row_[columns_[c].index] = value; break;
@@ -259,17 +261,21 @@ private:
   }
 
   /// Inputs that the rows will never tell stay at their defaults, as if the machine stood still.
-  void tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels) const {
+  void tell_absent(const std::vector<std::string>& columns, const solver::Channels& channels) {
     std::string list;
     for (Eigen::Index k = 0; k < channels.size(); ++k) {
       const std::string& name = channels.names()[k];
       const double value = channels.defaults()[k];
       if (std::isnan(value) || std::find(columns.begin(), columns.end(), name) != columns.end()) continue;
+      absent_.push_back(k);
       list += fmt::format("{}{} = {:g}", list.empty() ? "" : ", ", name, value);
     }
     if (!list.empty())
       options_.log(
-          fmt::format("{}:1: no column for inputs of the model, which stay as they are by default: {}", name_, list));
+          fmt::format("{}:1: no column for inputs of the model, which stay as they are by default: {}; std_um has the "
+                      "heat that a drive "
+                      "among them may have",
+                      name_, list));
   }
 
   double number(std::string_view cell, const Column& column) {
@@ -316,6 +322,7 @@ private:
   bool any_row_ = false, readable_ = true, time_blank_ = false, input_unreadable_ = false, names_machine_ = false;
   std::string unreadable_;
   std::vector<Column> columns_;
+  std::vector<Eigen::Index> absent_;
   Eigen::VectorXd row_, sensors_;
   Eigen::Vector3d probed_ = Eigen::Vector3d::Constant(missing);
   double time_ = missing, last_time_ = -std::numeric_limits<double>::infinity();
@@ -343,16 +350,20 @@ public:
     if (unbuffered_) write();
   }
 
-  void row(const Offsets& offsets, const RowReader& reader) {
+  /// @return the row's status with the names of what failed; empty: ok. Valid until the next row
+  std::string_view row(const Offsets& offsets, const RowReader& reader) {
     add(FMT_COMPILE("{},"), offsets.time);
     for (const double value : offsets.offset_um) add(FMT_COMPILE("{:.3f},"), value);
     for (const double value : offsets.std_um) add(FMT_COMPILE("{:.3f},"), value);
     const Status status = row_status(reader, offsets.status);
+    const std::size_t begin = text_.size();
     add(FMT_COMPILE("{}"), status_text(status));
     if (status == Status::sensor_failed) names(offsets.failed_sensors);
     if (status == Status::input_missing) names(offsets.failed_inputs);
     names(reader.unreadable());
+    const std::size_t end = text_.size();
     text_.push_back('\n');
+    return status == Status::ok ? std::string_view() : std::string_view(text_.data() + begin, end - begin);
   }
 
   /// After a row and all that follows from it.
@@ -442,6 +453,16 @@ private:
   Eigen::VectorXd last_applied_;
 };
 
+void count_status(std::string_view status, StreamSummary& summary) {
+  if (status.empty()) return;
+  auto known = summary.not_ok.find(status);
+  if (known == summary.not_ok.end()) {
+    const bool room = summary.not_ok.size() < StreamSummary::most_statuses;
+    known = summary.not_ok.try_emplace(room ? std::string(status) : "others", 0).first;
+  }
+  ++known->second;
+}
+
 void ask_for_machine(const std::string& in_name, const mesh::Machine& machine, const StreamOptions& options) {
   options.log(
       fmt::format("{} does not say which machine it is of: the model's machine is '{}'; to have it checked, begin with "
@@ -453,6 +474,7 @@ void ask_for_machine(const std::string& in_name, const mesh::Machine& machine, c
 
 StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
                                 const std::string& in_name, std::ostream& out, const StreamOptions& options) {
+  options.validate();
   RowReader reader(in, in_name, options, compensator.channels(), machine);
   StreamSummary summary;
   summary.names_machine = reader.names_machine();
@@ -460,10 +482,11 @@ StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& m
   OffsetWriter writer(out, in_name, options.unbuffered);
   writer.header(compensator.axes());
 
+  compensator.never_told(reader.absent());
   constexpr long between_checks = 4096;
   Answers answers(compensator, options);
   while (reader.next()) {
-    writer.row(answers.step(reader), reader);
+    count_status(writer.row(answers.step(reader), reader), summary);
     ++summary.rows;
     summary.unreadable += !reader.unreadable().empty();
     answers.probe(reader);

@@ -3,7 +3,9 @@
 // Rows of a control as lines of CSV.
 
 #include <cstddef>
+#include <functional>
 #include <iosfwd>
+#include <map>
 #include <string>
 
 #include "compensation/online/compensator.h"
@@ -14,8 +16,11 @@ namespace thermotwin::compensation {
 inline constexpr std::size_t longest_line = 1U << 18U;
 
 struct StreamSummary {
-  long rows = 0;               ///< written
-  long unreadable = 0;         ///< rows with a cell that could not be read, or as a whole
+  long rows = 0;        ///< written
+  long unreadable = 0;  ///< rows with a cell that could not be read, or as a whole
+  /// Rows with each status but ok, as it is written: "sensor_failed T1=kelvin". Beyond most_statuses: "others".
+  std::map<std::string, long, std::less<>> not_ok;
+  static constexpr std::size_t most_statuses = 20;
   bool names_machine = false;  ///< the stream said which machine it is of
 };
 

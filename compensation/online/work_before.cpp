@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "compensation/online/drive_heats.h"
 #include "core/units.h"
 #include "solver/operation/operating_model.h"
 
@@ -28,7 +29,7 @@ constexpr Index kinds_of_work = 2 * std::ssize(on_h);  ///< columns of a heat: a
 constexpr double unmeasured_start_K = 2.0;
 constexpr double start_sizes[] = {0.03, 0.1, 0.3, 1.0, 3.0};
 // Causes, each of the size that a day's work has it: half speed, standing losses, some kelvin around.
-constexpr double half = 0.5, air_K = 2.0, other_K = 2.0;
+constexpr double air_K = 2.0, other_K = 2.0;
 
 struct Modes {
   MatrixXd shapes;
@@ -39,7 +40,8 @@ struct Modes {
 class DayOfWork {
 public:
   DayOfWork(const reduction::ReducedModel& model, const VectorXd& row)
-      : machine_(model.machine),
+      : model_(model),
+        machine_(model.machine),
         system_(model.system),
         operating_(model.machine, model.system.layout),
         inlet_(VectorXd::Zero(std::ssize(model.machine.coolants))),
@@ -60,16 +62,9 @@ public:
   /// Of each cause, W on the basis.
   std::vector<VectorXd> heats(const std::vector<WorkBefore::Ambient>& ambients) const {
     std::vector<VectorXd> heats;
-    const VectorXd resting = source_heat(rest_);
     // Standing: its losses, and surroundings that are warmer than the hall.
-    heats.push_back(system_.inputs * operating_.coefficients(rest_, inlet_).q - source_heat(off_));
-    heats.push_back(source_heat(set(rest_, "spindle.speed_rpm", half * machine_.spindle_max_rpm)) - resting);
-    for (const mesh::Axis& axis : machine_.axes) {
-      const bool linear = axis.kind == mesh::AxisKind::linear;
-      const double feed = half * axis.rapid * (linear ? 6e4 : 180.0 / std::numbers::pi * 60.0);
-      heats.push_back(source_heat(set(rest_, "axis." + axis.id + (linear ? ".feed_mm_min" : ".feed_deg_min"), feed)) -
-                      resting);
-    }
+    heats.push_back(system_.inputs * operating_.coefficients(rest_, inlet_).q - source_heat(system_, operating_, off_));
+    for (DriveHeat& drive : drive_heats(model_, operating_, rest_)) heats.push_back(std::move(drive.heat));
     const solver::Coefficients wet = operating_.coefficients(set(rest_, "cutting_fluid.on", 1.0), inlet_);
     for (const WorkBefore::Ambient& ambient : ambients) {
       const double kelvin = machine_.ambients[ambient.ambient].id == "air" ? air_K : other_K;
@@ -95,15 +90,6 @@ private:
     return row;
   }
 
-  VectorXd source_heat(const VectorXd& row) const {
-    const solver::Coefficients c = operating_.coefficients(row, inlet_);
-    VectorXd heat = VectorXd::Zero(system_.order());
-    for (Index k = 0; k < std::ssize(system_.layout.inputs); ++k) {
-      if (system_.layout.inputs[k].kind == solver::InputKind::source) heat += c.q[k] * system_.inputs.col(k);
-    }
-    return heat;
-  }
-
   Modes modes_of(const VectorXd& row) const {
     const solver::Coefficients c = operating_.coefficients(row, inlet_);
     MatrixXd conduction = system_.conduction;
@@ -115,6 +101,7 @@ private:
     return {modes.eigenvectors(), modes.eigenvalues().cwiseMax(0.0)};
   }
 
+  const reduction::ReducedModel& model_;
   const mesh::Machine& machine_;
   const reduction::ReducedSystem& system_;
   solver::OperatingModel operating_;

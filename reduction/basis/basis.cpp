@@ -21,9 +21,8 @@ Eigen::Index chunks_of(Eigen::Index columns) { return (columns + chunk_columns -
 /// M X
 Eigen::MatrixXd image_of(const solver::SparseMatrix& matrix, const Eigen::Ref<const Eigen::MatrixXd>& x) {
   Eigen::MatrixXd image(x.rows(), x.cols());
-  core::parallel_for(0, chunks_of(x.cols()), [&](std::size_t c) {
-    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns,
-                       width = std::min(chunk_columns, x.cols() - first);
+  core::parallel_for(0, chunks_of(x.cols()), [&](Eigen::Index c) {
+    const Eigen::Index first = c * chunk_columns, width = std::min(chunk_columns, x.cols() - first);
     image.middleCols(first, width).noalias() = matrix * x.middleCols(first, width);
   });
   return image;
@@ -51,8 +50,8 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
     Eigen::MatrixXd block = vectors.middleCols(first, std::min(block_columns, vectors.cols() - first));
     const Eigen::RowVectorXd before = (block.array() * image_of(capacity, block).array()).colwise().sum().sqrt();
     const Eigen::Index start = count;
-    core::parallel_for(0, chunks_of(block.cols()), [&](std::size_t c) {
-      const Eigen::Index at = static_cast<Eigen::Index>(c) * chunk_columns;
+    core::parallel_for(0, chunks_of(block.cols()), [&](Eigen::Index c) {
+      const Eigen::Index at = c * chunk_columns;
       auto chunk = block.middleCols(at, std::min(chunk_columns, block.cols() - at));
       for (int pass = 0; pass < 2 && start > 0; ++pass) {
         const Eigen::MatrixXd image = capacity * chunk, shares = basis.leftCols(start).transpose() * image;
@@ -79,9 +78,8 @@ Eigen::MatrixXd orthonormal(const solver::SparseMatrix& capacity, const Eigen::M
 double mean_square(const solver::SparseMatrix& capacity, const Eigen::MatrixXd& block) {
   const Eigen::Index chunks = chunks_of(block.cols());
   Eigen::VectorXd squares(chunks);
-  core::parallel_for(0, chunks, [&](std::size_t c) {
-    const Eigen::Index first = static_cast<Eigen::Index>(c) * chunk_columns,
-                       width = std::min(chunk_columns, block.cols() - first);
+  core::parallel_for(0, chunks, [&](Eigen::Index c) {
+    const Eigen::Index first = c * chunk_columns, width = std::min(chunk_columns, block.cols() - first);
     const auto chunk = block.middleCols(first, width);
     const Eigen::MatrixXd image = capacity * chunk;
     squares[c] = (chunk.array() * image.array()).sum();

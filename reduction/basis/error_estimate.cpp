@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/statistics.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_simulation.h"
 #include "solver/campaign/load_result.h"
@@ -17,9 +18,8 @@ constexpr double least_share = 0.1;  ///< of the largest error: below, a ratio s
 
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1) + 0.5);
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[at];
+  const auto at = static_cast<std::ptrdiff_t>(share * (values.size() - 1) + 0.5);
+  return core::nth_smallest(std::move(values), at);
 }
 
 /// Length of dx, dy, dz in each row, um, of a table or of the difference of two.
@@ -84,7 +84,7 @@ Effectivity effectivity(const solver::LoadResult& full, const EstimatedRun& run)
   result.median = quantile(ratios, 0.5);
   result.low = quantile(ratios, 0.05);
   result.high = quantile(ratios, 0.95);
-  result.within_two = ratios.empty() ? 0.0 : within / static_cast<double>(ratios.size());
+  result.within_two = ratios.empty() ? 0.0 : within / ratios.size();
   return result;
 }
 

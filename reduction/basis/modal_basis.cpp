@@ -27,8 +27,7 @@ Basis modal_basis(const solver::ThermalSystem& thermal, const Eigen::VectorXd& p
   solver::ThermalDirectSolver inverse(thermal);
   inverse.factorise(still, steady_shift);
 
-  const Eigen::Index steps =
-      std::min(n, static_cast<Eigen::Index>(steps_a_mode * static_cast<double>(most)) + more_steps);
+  const Eigen::Index steps = std::min(n, static_cast<Eigen::Index>(steps_a_mode * most) + more_steps);
   Eigen::MatrixXd q(n, steps);
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(steps), beside = Eigen::VectorXd::Zero(steps);
   std::mt19937 random(1);

@@ -8,6 +8,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "mesh/machine_mesh.h"
 
 namespace thermotwin::reduction {
@@ -30,7 +31,14 @@ MatrixXd non_negative(const MatrixXd& m) {
 
 }  // namespace
 
+void ObserverOptions::validate() const {
+  core::require_option(interval_s > 0.0 && std::isfinite(interval_s), "observer interval_s", interval_s,
+                       "a time above 0");
+  core::require_option(unstated_share >= 0.0, "observer unstated_share", unstated_share, "0 or more");
+}
+
 double prior_share(const mesh::Machine& machine, const ObserverOptions& options) {
+  options.validate();
   double squares = 0.0, count = 0.0;
   const auto add = [&](const core::Uncertain& value) {
     squares += value.std_percent * value.std_percent / 1e4;
@@ -65,7 +73,7 @@ ObserverNoise observer_noise(const ReducedModel& model, const MatrixXd& states, 
   if (states.rows() != r || states.cols() == 0)
     throw core::InputError("observer", "no states of the campaign", "snapshots of the training loads");
   const double share = prior_share(model.machine, options);
-  const MatrixXd prior = share * share / static_cast<double>(states.cols()) * (states * states.transpose());
+  const MatrixXd prior = share * share / states.cols() * (states * states.transpose());
   MatrixXd k = system.conduction;
   for (Index j = 0; j < standing.size(); ++j)
     if (standing(j) != 0.0) k += standing(j) * system.terms[j];
@@ -81,7 +89,7 @@ ObserverNoise observer_noise(const ReducedModel& model, const MatrixXd& states, 
       const MatrixXd of_pose = rows.middleRows(i * values, 3);
       sum += (of_pose * covariance * of_pose.transpose()).trace();
     }
-    return std::sqrt(std::max(0.0, sum / static_cast<double>(poses)));
+    return std::sqrt(std::max(0.0, sum / poses));
   };
   ObserverNoise noise;
   noise.open_um = seen(stationary_prediction(f, q, MatrixXd::Zero(1, r), VectorXd::Ones(1)));

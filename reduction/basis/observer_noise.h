@@ -18,6 +18,7 @@ namespace thermotwin::reduction {
 struct ObserverOptions {
   double interval_s = 300.0;    ///< between corrections, as the compensator's
   double unstated_share = 0.1;  ///< where machine.toml states no uncertainty of a source or film
+  void validate() const;        ///< @throws InputError
 };
 
 /// RMS of the relative standard deviations that machine.toml states of sources and films.

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/statistics.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -55,8 +56,7 @@ std::vector<mesh::Pose> random_poses(const mesh::Machine& machine, int count, st
   std::vector<mesh::Pose> poses(count, mesh::home_pose(machine));
   for (mesh::Pose& pose : poses)
     for (std::size_t i = 0; i < range.size(); ++i) {
-      const double share =
-          std::ldexp(static_cast<double>(engine() >> 11), -53);  // the library's distributions are its own
+      const double share = core::uniform(engine);
       pose(i) = range[i].first + share * (range[i].second - range[i].first);
     }
   return poses;

@@ -32,7 +32,7 @@ struct Skin {
   std::vector<Index> seeds;  ///< faces
 
   explicit Skin(const mesh::TetMesh& mesh) : centre(3, mesh.face_count()), area(mesh.face_count()) {
-    for (int f = 0; f < static_cast<int>(mesh.face_count()); ++f) {
+    for (int f = 0; f < centre.cols(); ++f) {
       centre.col(f) = mesh.face_centre(f);
       area[f] = mesh.face_area(f);
     }

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "core/progress.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
@@ -310,13 +311,10 @@ BasisMethod basis_method(const std::string& name) {
 }
 
 void ReduceOptions::validate() const {
-  const auto require = [](const char* name, double value, bool valid, const char* allowed) {
-    if (!valid) throw core::InputError(std::string("reduction ") + name, fmt::format("{}", value), allowed);
-  };
-  require("tolerance_um", tolerance_um, tolerance_um > 0.0, "a number above 0");
-  require("max_order", max_order, max_order >= 1, "1 or more");
-  require("order", order, order >= 0, "0 (by the tolerance) or more");
-  require("patches", patches, patches >= 0, "0 or more");
+  core::require_option(tolerance_um > 0.0, "reduction tolerance_um", tolerance_um, "a number above 0");
+  core::require_option(max_order >= 1, "reduction max_order", max_order, "1 or more");
+  core::require_option(order >= 0, "reduction order", order, "0 (by the tolerance) or more");
+  core::require_option(patches >= 0, "reduction patches", patches, "0 or more");
 }
 
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,

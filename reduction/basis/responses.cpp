@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "core/options.h"
 #include "core/progress.h"
 #include "reduction/basis/basis.h"
 #include "reduction/linear/lapack.h"
@@ -285,8 +286,16 @@ CandidateOptions default_candidates() {
   return {{steady_shift, slow, 1.0 / (100.0 * minute), fast, 1.0 / (2.0 * minute)}, {steady_shift, slow, fast}};
 }
 
+void CandidateOptions::validate() const {
+  core::require_option(!shifts.empty(), "candidates shifts", 0, "at least one, in 1/s");
+  for (const auto* list : {&shifts, &adjoint_shifts})
+    for (const double shift : *list)
+      core::require_option(shift > 0.0 && std::isfinite(shift), "candidates shifts", shift, "above 0, in 1/s");
+}
+
 Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::OperatingModel& model,
                            const std::vector<solver::OutputRows>& rows, const CandidateOptions& options) {
+  options.validate();
   const std::vector<OperatingPoint> points = operating_points(model);
   const Eigen::MatrixXd outputs = observed_directions(thermal, rows);
   std::vector<double> shifts = options.shifts;

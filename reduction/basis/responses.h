@@ -47,6 +47,7 @@ inline constexpr double steady_shift = 1.0 / (1000.0 * 86400.0);
 struct CandidateOptions {
   std::vector<double> shifts;          ///< 1/s, of the inputs
   std::vector<double> adjoint_shifts;  ///< 1/s, of the outputs
+  void validate() const;               ///< @throws InputError
 };
 /// Steady state and five time
 /// constants from ten days to two minutes.

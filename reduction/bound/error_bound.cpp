@@ -225,8 +225,7 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
     before = primal.square();
   }
   // Two norms of the trajectory for each output time, and of each output's adjoint.
-  result.failure =
-      std::min(1.0, 2.0 * bound.failure * static_cast<double>(run.outputs.size()) * (1 + estimated_values * poses));
+  result.failure = std::min(1.0, 2.0 * bound.failure * run.outputs.size() * (1 + estimated_values * poses));
   return result;
 }
 

@@ -89,13 +89,12 @@ BoundModel read_bound(const fs::path& path, const ReducedModel& model) {
                 fmt::format("version {} (write it anew: thermotwin reduce --bound)", bound_file_version));
   BoundModel bound;
   bound.machine_hash = reader.text_attribute("machine_hash");
-  bound.full_size = static_cast<Index>(reader.integer_attribute("full_size"));
+  bound.full_size = reader.integer_attribute("full_size");
   if (bound.machine_hash != model.machine.hash || bound.full_size != model.full_size)
     reader.fail("a bound of another machine or mesh than the model's",
                 "bound.rom.h5 of the `thermotwin reduce --bound` that wrote the model");
-  const auto m = static_cast<Index>(reader.integer_attribute("order")),
-             probes = static_cast<Index>(reader.integer_attribute("probes")),
-             dual = static_cast<Index>(reader.integer_attribute("dual_order"));
+  const Index m = reader.integer_attribute("order"), probes = reader.integer_attribute("probes"),
+              dual = reader.integer_attribute("dual_order");
   if (m < 1 || m > most_columns || probes < 1 || dual < 1 || dual > m)
     reader.fail(fmt::format("order {}, {} of it dual, {} probes", m, dual, probes),
                 "1 <= dual_order <= order, at least one probe");

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "core/progress.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/basis/basis.h"
@@ -132,8 +133,17 @@ void require_affine(const mesh::Machine& machine) {
   }
 }
 
+void BoundOptions::validate() const {
+  core::require_option(dual >= 0, "bound dual", dual, "0 or more columns");
+  core::require_option(most_dual >= 1, "bound most_dual", most_dual, "1 or more columns");
+  for (const double step : steps_s)
+    core::require_option(step > 0.0 && std::isfinite(step), "bound steps_s", step, "lengths above 0");
+  probes.validate();
+}
+
 BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis, const TrainedRange& range,
                             const std::vector<mesh::Pose>& poses, const BoundOptions& options, MatrixXd* space) {
+  options.validate();
   const solver::ThermalSystem& thermal = full.thermal;
   require_affine(full.mesh.machine);
   const auto terms = std::ssize(thermal.terms);
@@ -149,8 +159,7 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   model.poses = poses;
 
   MatrixXd outputs(thermal.size, 6 * std::ssize(poses));
-  for (std::size_t i = 0; i < poses.size(); ++i)
-    outputs.middleCols(6 * static_cast<Index>(i), 6) = error_rows(full, poses[i]);
+  for (Index i = 0; i < std::ssize(poses); ++i) outputs.middleCols(6 * i, 6) = error_rows(full, poses[i]);
   const solver::OperatingModel operating(full.mesh.machine, thermal.layout);
   const std::vector<OperatingPoint> points = operating_points(operating);
   MatrixXd parts;
@@ -174,8 +183,8 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   model.inputs = (thermal.inputs.transpose() * u).transpose();
   model.one_kelvin = u.transpose() * (thermal.capacity * VectorXd::Ones(thermal.size));
   model.primal_inputs = stored * model.inputs - (thermal.inputs.transpose() * probes).transpose();
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const MatrixXd c = outputs.middleCols(6 * static_cast<Index>(i), 6);
+  for (Index i = 0; i < std::ssize(poses); ++i) {
+    const MatrixXd c = outputs.middleCols(6 * i, 6);
     model.rows.push_back(c.transpose() * u);
     model.rest.push_back(probes.transpose() * c -
                          stored.leftCols(w.cols()) * model.rows.back().leftCols(w.cols()).transpose());

@@ -27,6 +27,7 @@ struct BoundOptions {
   Eigen::Index most_dual = 900;              ///< for all poses together
   std::vector<double> steps_s{60.0, 120.0};  ///< lengths of steps that most runs take
   ProbeOptions probes;
+  void validate() const;  ///< @throws InputError
 };
 
 struct BoundModel {

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <random>
 
+#include "core/options.h"
 #include "reduction/basis/responses.h"
 #include "solver/linear/sparse_factor.h"
 
@@ -59,7 +60,7 @@ solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, cons
   const double typical = diagonal.sum() / m.rows();
   std::vector<int> loose;
   std::vector<Eigen::Triplet<double>> springs;
-  for (int i = 0; i < static_cast<int>(m.rows()); ++i) {
+  for (int i = 0; i < m.rows(); ++i) {
     if (part[i] != i || held(i) > held_share * stiffness(i)) continue;
     loose.push_back(i);
     springs.emplace_back(i, i, typical > 0.0 ? typical : 1.0);
@@ -75,15 +76,20 @@ solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, cons
   return m;
 }
 
+void ProbeOptions::validate() const {
+  core::require_option(count >= 0, "residual probes count", count, "0 (exact) or more");
+  core::require_option(failure > 0.0 && failure < 1.0, "residual probes failure", failure, "above 0, below 1");
+}
+
 Eigen::MatrixXd residual_probes(const solver::SparseMatrix& m, const ProbeOptions& options) {
+  options.validate();
   const solver::SparseFactor factor(m);
   if (options.count == 0) return factor.half_solve(Eigen::MatrixXd::Identity(m.rows(), m.rows()));
   std::mt19937_64 random(options.seed);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd xi(m.rows(), options.count);
   for (double& value : xi.reshaped()) value = normal(random);
-  return factor.half_solve(xi) /
-         std::sqrt(static_cast<double>(options.count) * certain_share(options.count, options.failure));
+  return factor.half_solve(xi) / std::sqrt(options.count * certain_share(options.count, options.failure));
 }
 
 }  // namespace thermotwin::reduction

@@ -20,6 +20,7 @@ struct ProbeOptions {
   Eigen::Index count = 1000;  ///< 0: W itself, exact, as many columns as unknowns; small models only
   double failure = 1e-9;      ///< share of draws in which a norm is seen too small
   std::uint64_t seed = 20250401;
+  void validate() const;  ///< @throws InputError
 };
 
 /// The share s of a squared norm that `count` probes see at least, but for `failure` of all draws.

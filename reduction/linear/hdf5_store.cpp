@@ -67,7 +67,7 @@ constexpr std::string_view signature = "\x89HDF\r\n\x1a\n", trailer_words = "\nt
 /// A line behind what HDF5 reads, which knows nothing of it: the hash of all bytes before.
 std::string trailer(std::string_view bytes) { return std::string(trailer_words) + core::content_hash(bytes) + "\n"; }
 
-hsize_t extent(Eigen::Index n) { return static_cast<hsize_t>(n); }
+hsize_t extent(Eigen::Index n) { return n; }
 
 /// An empty text is stored as a blank, since HDF5 knows no strings of length 0.
 std::string stored_text(const std::string& value) { return value.empty() ? " " : value; }
@@ -171,7 +171,7 @@ void StoreWriter::vector(const std::string& path, const Eigen::VectorXd& values)
 void StoreWriter::stack(const std::string& path, const std::vector<Eigen::MatrixXd>& matrices, Eigen::Index rows,
                         Eigen::Index columns) {
   std::vector<double> values;
-  values.reserve(matrices.size() * static_cast<std::size_t>(rows * columns));
+  values.reserve(matrices.size() * rows * columns);
   for (const Eigen::MatrixXd& matrix : matrices) {
     if (matrix.rows() != rows || matrix.cols() != columns) {
       throw InputError(file_->name + " " + path, fmt::format("a matrix of {} x {}", matrix.rows(), matrix.cols()),

@@ -39,7 +39,7 @@ using core::SolverError;
 using Complex = std::complex<double>;
 using Eigen::Index;
 
-int extent(Index n) { return static_cast<int>(n); }
+int extent(Index n) { return n; }
 
 void set_blas_threads(int count) {
   using Setter = void (*)(int);
@@ -54,7 +54,7 @@ class ManyCores {
 public:
   explicit ManyCores(Index n) {
     constexpr Index worthwhile = 1500;
-    set_blas_threads(n >= worthwhile ? std::max(1, static_cast<int>(std::thread::hardware_concurrency())) : 1);
+    set_blas_threads(n >= worthwhile ? std::max(1U, std::thread::hardware_concurrency()) : 1);
   }
   ~ManyCores() { set_blas_threads(1); }
   ManyCores(const ManyCores&) = delete;
@@ -100,7 +100,7 @@ Schur schur(MatrixXd matrix) {
   int found = 0, info = 0, size = -1;
   dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n,
          work.data(), &size, nullptr, &info);
-  size = work[0];
+  size = static_cast<int>(work[0]);
   work.resize(size);
   dgees_("V", "N", nullptr, &n, matrix.data(), &n, &found, real.data(), imaginary.data(), vectors.data(), &n,
          work.data(), &size, nullptr, &info);
@@ -120,7 +120,7 @@ std::optional<SymmetricPair> symmetric_pair(MatrixXd matrix, MatrixXd metric) {
   int info = 0, size = -1, integer_size = -1;
   dsygvd_(&kind, "V", "L", &n, matrix.data(), &n, metric.data(), &n, result.values.data(), work.data(), &size,
           integers.data(), &integer_size, &info);
-  size = work[0];
+  size = static_cast<int>(work[0]);
   integer_size = integers[0];
   work.resize(size);
   integers.resize(integer_size);
@@ -142,7 +142,7 @@ SymmetricPair symmetric_eigen(MatrixXd matrix) {
   int info = 0, size = -1, integer_size = -1;
   dsyevd_("V", "L", &n, matrix.data(), &n, result.values.data(), work.data(), &size, integers.data(), &integer_size,
           &info);
-  size = work[0];
+  size = static_cast<int>(work[0]);
   integer_size = integers[0];
   work.resize(size);
   integers.resize(integer_size);
@@ -160,7 +160,7 @@ MatrixXd pivoted_cholesky(MatrixXd matrix, double least) {
   const double stop = least * matrix.diagonal().maxCoeff();
   if (!(stop > 0.0)) return MatrixXd(n, 0);
   std::vector<int> pivots(n);
-  std::vector<double> work(2 * static_cast<std::size_t>(n));
+  std::vector<double> work(2 * n);
   int rank = 0, info = 0;
   dpstrf_("L", &n, matrix.data(), &n, pivots.data(), &rank, &stop, work.data(), &info);
   if (info < 0) require(info, "the pivoted Cholesky factorisation", n);
@@ -180,7 +180,7 @@ Svd svd(MatrixXd matrix) {
   int info = 0, size = -1;
   dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(),
           &size, integers.data(), &info);
-  size = work[0];
+  size = static_cast<int>(work[0]);
   work.resize(size);
   dgesdd_("S", &m, &n, matrix.data(), &m, result.values.data(), result.left.data(), &m, right.data(), &k, work.data(),
           &size, integers.data(), &info);
@@ -195,7 +195,7 @@ MatrixXd triangle_of_qr(MatrixXd matrix) {
   std::vector<double> tau(n), work(1);
   int info = 0, size = -1;
   dgeqrf_(&m, &n, matrix.data(), &m, tau.data(), work.data(), &size, &info);
-  size = work[0];
+  size = static_cast<int>(work[0]);
   work.resize(size);
   dgeqrf_(&m, &n, matrix.data(), &m, tau.data(), work.data(), &size, &info);
   require(info, "the QR factorisation", m);

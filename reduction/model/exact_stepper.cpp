@@ -180,8 +180,10 @@ struct ExactStepper::Work {
   }
 };
 
-ExactStepper::ExactStepper(const ReducedSystem& system, const ExactOptions& options)
-    : work_(std::make_unique<Work>(system, options)) {}
+ExactStepper::ExactStepper(const ReducedSystem& system, const ExactOptions& options) {
+  options.validate();
+  work_ = std::make_unique<Work>(system, options);
+}
 ExactStepper::~ExactStepper() = default;
 ExactStepper::ExactStepper(ExactStepper&&) noexcept = default;
 
@@ -211,7 +213,7 @@ void ExactStepper::advance(Eigen::VectorXd& state, const solver::Coefficients& c
 }
 
 void ExactStepper::advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) {
-  assert(static_cast<std::size_t>(state.cols()) == c.size());
+  assert(state.cols() == std::ssize(c));
   for (std::size_t load = 0; load < c.size(); ++load) {
     const Eigen::Index i = load;
     work_->column = state.col(i);

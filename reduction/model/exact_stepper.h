@@ -21,6 +21,7 @@ namespace thermotwin::reduction {
 struct ExactOptions {
   bool from_first = false;  ///< a ladder for new coefficients at once: where they seldom change
   StepperOptions passing;   ///< of the steps between
+  void validate() const { passing.validate(); }
 };
 
 class ExactStepper final : public solver::ThermalStepper {

@@ -40,7 +40,7 @@ void write_layout(StoreWriter& writer, const solver::Layout& layout) {
   std::vector<double> positions;
   for (Eigen::Index i = 0; i < grids.rows(); ++i) {
     const solver::JointGrid& grid = layout.grids[i];
-    grids.row(i) << grid.axis, grid.periodic ? 1 : 0, static_cast<int>(grid.positions.size());
+    grids.row(i) << grid.axis, grid.periodic ? 1 : 0, std::ssize(grid.positions);
     positions.insert(positions.end(), grid.positions.begin(), grid.positions.end());
   }
   for (Eigen::Index i = 0; i < terms.rows(); ++i) {
@@ -195,7 +195,7 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
   ReducedModel model;
   model.machine = mesh::parse_machine(reader.text("/machine.toml"), path / "machine.toml");
   model.size = reader.text_attribute("size");
-  model.full_size = static_cast<Eigen::Index>(reader.integer_attribute("full_size"));
+  model.full_size = reader.integer_attribute("full_size");
   const std::int64_t order = reader.integer_attribute("order");
   if (order < 1 || order > 10000) reader.fail(fmt::format("order {}", order), "1 .. 10000");
   const Eigen::Index r = order;

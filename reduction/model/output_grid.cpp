@@ -27,7 +27,7 @@ std::vector<double> with_more(const std::vector<double>& positions, std::size_t 
   std::vector<double> fine;
   for (std::size_t cell = 0; cell + 1 < positions.size(); ++cell)
     for (std::size_t i = 0; i <= more; ++i)
-      fine.push_back(std::lerp(positions[cell], positions[cell + 1], static_cast<double>(i) / (more + 1)));
+      fine.push_back(std::lerp(positions[cell], positions[cell + 1], 1.0 * i / (more + 1)));
   fine.push_back(positions.back());
   return fine;
 }
@@ -199,7 +199,7 @@ std::vector<OutputGrid::Line> OutputGrid::lines_of(const std::vector<GridAxis>& 
       for (std::size_t i = 0; i < 3; ++i) {
         line.at[d] = i;
         for (std::size_t k = 0; k < grid.size(); ++k)
-          line.on_grid[i] = line.on_grid[i] * std::ssize(grid[k].positions) + static_cast<Eigen::Index>(line.at[k]);
+          line.on_grid[i] = line.on_grid[i] * std::ssize(grid[k].positions) + line.at[k];
       }
       lines.push_back(std::move(line));
     };
@@ -340,10 +340,9 @@ void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) 
     for (std::size_t i = 0; i < 4; ++i) {
       const std::size_t at = fine.first + i;
       const bool on_grid = at % middle == 0;
-      weights(on_grid ? line.on_grid[at / middle] : next + static_cast<Eigen::Index>(at < middle ? at - 1 : at - 2)) +=
-          share * fine.weights[i];
+      weights(on_grid ? line.on_grid[at / middle] : next + (at < middle ? at - 1 : at - 2)) += share * fine.weights[i];
     }
-    next += static_cast<Eigen::Index>(2 * poses_more);
+    next += 2 * poses_more;
   }
 }
 

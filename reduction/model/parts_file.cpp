@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 MatrixXd above_each_other(const std::vector<MatrixXd>& blocks) {
   const Index rows = blocks.front().rows();
   MatrixXd all(rows * std::ssize(blocks), blocks.front().cols());
-  for (std::size_t i = 0; i < blocks.size(); ++i) all.middleRows(rows * static_cast<Index>(i), rows) = blocks[i];
+  for (Index i = 0; i < std::ssize(blocks); ++i) all.middleRows(rows * i, rows) = blocks[i];
   return all;
 }
 

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/integrator.h"
 
@@ -44,7 +45,7 @@ public:
   PackedTriangles(const std::vector<Eigen::MatrixXd>& matrices, const std::vector<bool>& symmetric) {
     for (std::size_t j = 0; j < matrices.size(); ++j) {
       if (symmetric[j]) packed_.push_back(pack(matrices[j]));
-      place_.push_back(symmetric[j] ? static_cast<int>(packed_.size()) - 1 : -1);
+      place_.push_back(symmetric[j] ? std::ssize(packed_) - 1 : -1);
     }
   }
   bool holds(std::size_t j) const { return place_[j] >= 0; }
@@ -298,8 +299,15 @@ struct ReducedStepper::Work {
   }
 };
 
-ReducedStepper::ReducedStepper(const ReducedSystem& system, const StepperOptions& options)
-    : work_(std::make_unique<Work>(system, options)) {}
+void StepperOptions::validate() const {
+  core::require_option(refresh_tolerance >= 0.0 && refresh_tolerance < 1.0, "stepper refresh_tolerance",
+                       refresh_tolerance, "0 to less than 1");
+}
+
+ReducedStepper::ReducedStepper(const ReducedSystem& system, const StepperOptions& options) {
+  options.validate();
+  work_ = std::make_unique<Work>(system, options);
+}
 ReducedStepper::~ReducedStepper() = default;
 ReducedStepper::ReducedStepper(ReducedStepper&&) noexcept = default;
 
@@ -339,7 +347,7 @@ void ReducedStepper::advance(Eigen::VectorXd& state, const solver::Coefficients&
 }
 
 void ReducedStepper::advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) {
-  assert(static_cast<std::size_t>(state.cols()) == c.size());
+  assert(state.cols() == std::ssize(c));
   for (std::size_t load = 0; load < c.size(); ++load) {
     const Eigen::Index i = load;
     work_->column = state.col(i);

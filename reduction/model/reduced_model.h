@@ -109,6 +109,7 @@ Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Po
 
 struct StepperOptions {
   double refresh_tolerance = 1e-9;  ///< relative residual below which an older factor is good
+  void validate() const;            ///< @throws InputError
 };
 
 /// Time scheme as the full model (SDIRK2). The system must outlive the stepper. The dense factor of one step size and coefficient set is

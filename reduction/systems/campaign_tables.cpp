@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/statistics.h"
 #include "mesh/machine_mesh.h"
 #include "solver/campaign/simulation.h"
 #include "solver/operation/layout.h"
@@ -44,12 +45,6 @@ std::set<std::string> always_there(const mesh::Machine& machine) {
   for (const mesh::VolumeSpec& volume : machine.volumes)
     for (const mesh::VolumeExchange& exchange : volume.exchanges) names.insert(exchange.with);
   return names;
-}
-
-int index_of(const mesh::Machine& machine, const std::string& ambient) {
-  for (std::size_t i = 0; i < machine.ambients.size(); ++i)
-    if (machine.ambients[i].id == ambient) return static_cast<int>(i);
-  return -1;
 }
 
 }  // namespace
@@ -114,7 +109,7 @@ CampaignInputs::CampaignInputs(const mesh::Machine& machine)
   }
   std::set<std::string> seen;
   for (const mesh::FilmSpec& film : machine.films) {
-    const int ambient = index_of(machine, film.ambient),
+    const int ambient = machine.ambient_index(film.ambient),
               state = film.state.empty() ? -1 : operating_.channels().index(film.state);
     if (state < 0 || ambient < 0 || ambient == air_) continue;
     const std::string name = fmt::format("{} x ({}.T_K{})", film.state, film.ambient,
@@ -168,9 +163,7 @@ double CampaignInputs::initial_K(const CampaignTables& tables) const {
   if (readings.empty())
     throw core::InputError(tables.sensors.source, "no reading in the first row",
                            "temperatures of sensors, from which the start is known");
-  std::nth_element(readings.begin(), readings.begin() + static_cast<std::ptrdiff_t>(readings.size() / 2),
-                   readings.end());
-  return readings[readings.size() / 2];
+  return core::median(std::move(readings));
 }
 
 MatrixXd campaign_outputs(const CampaignTables& tables, double reference_C) {

@@ -12,6 +12,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "reduction/linear/lapack.h"
 #include "reduction/systems/system_solver.h"
 #include "solver/campaign/load_result.h"
@@ -35,8 +36,8 @@ constexpr Index values_of_pose = 6;
 }  // namespace
 
 void IdentifyOptions::validate() const {
-  if (order < 0) throw core::InputError("identification order", fmt::format("{}", order), "0 (chosen) or more");
-  if (lags < 1) throw core::InputError("identification lags", fmt::format("{}", lags), "one or more");
+  core::require_option(order >= 0, "identification order", order, "0 (chosen) or more");
+  core::require_option(lags >= 1, "identification lags", lags, "one or more");
 }
 
 Samples make_samples(const CampaignInputs& inputs, const CampaignTables& tables, double reference_C) {
@@ -350,7 +351,7 @@ double Identification::rms_um(const ReducedLinearSystem& model, const std::vecto
     const MatrixXd off = (predict(model, loads[l]) - loads[l].outputs).bottomRows(rows);
     for (Index pose = 0; pose < poses_; ++pose) {
       squares += off.middleCols(pose * values_of_pose, 3).squaredNorm();
-      count += static_cast<double>(rows);
+      count += rows;
     }
   }
   return std::sqrt(squares / std::max(1.0, count));

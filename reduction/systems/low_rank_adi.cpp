@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "core/progress.h"
 
 namespace thermotwin::reduction {
@@ -165,7 +166,13 @@ MatrixXd newest_columns(std::vector<Side>& sides, Index most, std::mt19937& engi
 
 }  // namespace
 
+void AdiOptions::validate() const {
+  core::require_option(residual > 0.0 && residual < 1.0, "low-rank Gramians residual", residual, "above 0, below 1");
+  core::require_option(most_steps >= 1, "low-rank Gramians most_steps", most_steps, "1 or more");
+}
+
 AdiFactors low_rank_gramians(const StateSpace& system, const Factorise& factorise, const AdiOptions& options) {
+  options.validate();
   constexpr std::size_t shifts_at_once = 10;
   constexpr Index widest_projection = 60;
   std::mt19937 engine(1);

@@ -28,6 +28,7 @@ using Factorise = std::function<std::unique_ptr<ShiftFactor>(std::complex<double
 struct AdiOptions {
   double residual = 1e-16;  ///< |W^T W| / |B^T B| to reach, of both equations
   int most_steps = 400;
+  void validate() const;  ///< @throws InputError
 };
 
 struct AdiFactors {

@@ -123,8 +123,7 @@ Points points_of(const Small& system) {
 Points starting_points(const StateSpace& system, Band band, Index count) {
   Points points{VectorXcd(count), MatrixXcd::Zero(system.inputs(), count), MatrixXcd::Zero(system.outputs(), count)};
   for (Index k = 0; k < count; ++k) {
-    points.shifts(k) =
-        band.low * std::pow(band.high / band.low, count > 1 ? static_cast<double>(k) / (count - 1) : 0.0);
+    points.shifts(k) = band.low * std::pow(band.high / band.low, count > 1 ? 1.0 * k / (count - 1) : 0.0);
     points.inputs(k % system.inputs(), k) = 1.0;
     points.outputs(k % system.outputs(), k) = 1.0;
   }
@@ -138,7 +137,7 @@ void add_peaks(Points& points, const std::vector<double>& peaks, Index count) {
   points.inputs.conservativeResize(Eigen::NoChange, before + pairs);
   points.outputs.conservativeResize(Eigen::NoChange, before + pairs);
   for (Index k = 0; k < pairs; ++k) {
-    const double w = peaks[static_cast<std::size_t>(k * std::ssize(peaks) / pairs)];
+    const double w = peaks[k * std::ssize(peaks) / pairs];
     points.shifts(before + k) = Complex(0.05 * w, w);
     points.inputs.col(before + k).setZero();
     points.outputs.col(before + k).setZero();

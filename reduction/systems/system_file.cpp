@@ -64,8 +64,8 @@ std::string bytes_of(const fs::path& path, const LinearSystem& system, const Sys
   for (Index k = 0; k < points; ++k) {
     const PointResult& point = reduction.points[k];
     for (Index j = 0; j < films; ++j) values(k, j) = point.films[j];
-    measures.row(k) << static_cast<double>(point.order), reduction.joined ? -1.0 : point.bound, point.norm.value,
-        point.error.value, point.error.frequency;
+    measures.row(k) << point.order, reduction.joined ? -1.0 : point.bound, point.norm.value, point.error.value,
+        point.error.frequency;
   }
   writer.group("/points");
   writer.matrix("/points/films", values);

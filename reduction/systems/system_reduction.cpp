@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "reduction/linear/lapack.h"
@@ -241,10 +242,15 @@ bool SystemReduction::stable() const {
   return std::all_of(points.begin(), points.end(), [](const PointResult& point) { return point.stable; });
 }
 
-void SystemReductionOptions::validate(const LinearSystem& system) const {
-  if (!(tolerance > 0.0) || !std::isfinite(tolerance))
-    throw core::InputError("--tolerance", fmt::format("{}", tolerance), "a positive number");
-  if (order < 0 || order > system.base.size())
+void SystemReductionOptions::validate() const {
+  core::require_option(tolerance > 0.0 && std::isfinite(tolerance), "--tolerance", tolerance, "a positive number");
+  core::require_option(order >= 0, "--order", order, "0 (by the tolerance) or more");
+  solver.validate();
+}
+
+void SystemReductionOptions::validate_for(const LinearSystem& system) const {
+  validate();
+  if (order > system.base.size())
     throw core::InputError("--order", fmt::format("{}", order),
                            fmt::format("1 to {}, the number of states", system.base.size()));
   for (const auto& values : points)
@@ -254,7 +260,7 @@ void SystemReductionOptions::validate(const LinearSystem& system) const {
 }
 
 SystemReduction reduce_system(const LinearSystem& system, const SystemReductionOptions& options) {
-  options.validate(system);
+  options.validate_for(system);
   std::vector<std::vector<double>> values = options.points;
   if (values.empty()) values.push_back(std::vector<double>(system.films.size(), 1.0));
   SystemReduction reduction;

@@ -28,8 +28,9 @@ struct SystemReductionOptions {
   bool compare = false;                     ///< errors of all methods at several orders
   std::vector<std::vector<double>> points;  ///< values of all films, one or more; empty: all 1
   SolverOptions solver;
-  /// @throws InputError
-  void validate(const LinearSystem& system) const;
+  void validate() const;  ///< @throws InputError
+  /// The order and the points too. @throws InputError
+  void validate_for(const LinearSystem& system) const;
 };
 
 /// What is known at one set of the films' values.

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "core/options.h"
 #include "reduction/systems/dense_solver.h"
 #include "reduction/systems/sparse_solver.h"
 
@@ -84,8 +85,14 @@ std::vector<double> peak_frequencies(const Eigen::VectorXcd& poles, std::size_t 
   return frequencies;
 }
 
+void SolverOptions::validate() const {
+  core::require_option(dense_limit >= 0, "system solver dense_limit", dense_limit, "0 or more states");
+  core::require_option(residual > 0.0 && residual < 1.0, "system solver residual", residual, "above 0, below 1");
+}
+
 std::unique_ptr<SystemSolver> make_system_solver(const StateSpace& system, const std::string& place,
                                                  const SolverOptions& options) {
+  options.validate();
   if (system.size() <= options.dense_limit) return make_dense_solver(system, place);
   return make_sparse_solver(system, place, options);
 }

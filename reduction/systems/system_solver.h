@@ -63,6 +63,7 @@ public:
 struct SolverOptions {
   Eigen::Index dense_limit = 3000;
   double residual = 1e-16;  ///< of the low-rank iteration, relative
+  void validate() const;    ///< @throws InputError
 };
 
 /// @param place  of the matrices, for messages; the system must outlive the solver

@@ -210,6 +210,45 @@ TEST(Stream, AbsentColumnsAreNamed) {
   EXPECT_EQ(result.err.find("air.T_C ="), std::string::npos) << result.err;
 }
 
+/// The held-out program with its spindle speed taken away: the whole column, or the cells of all rows but the first.
+std::string without_speed(bool column) {
+  core::Table table = core::read_csv(inputs());
+  const Eigen::Index at = table.find("spindle.speed_rpm").value();
+  std::string rows;
+  for (std::size_t c = 0; c < table.columns.size(); ++c)
+    if (!column || static_cast<Eigen::Index>(c) != at) rows += (rows.empty() ? "" : ",") + table.columns[c];
+  rows += "\n";
+  for (Eigen::Index i = 0; i < table.rows(); ++i) {
+    std::string row;
+    for (Eigen::Index c = 0; c < table.values.cols(); ++c) {
+      if (column && c == at) continue;
+      const double value = c == at && i > 0 ? std::nan("") : table.values(i, c);
+      row += (c == 0 ? "" : ",") + (std::isnan(value) ? "" : std::to_string(value));
+    }
+    rows += row + "\n";
+  }
+  return rows;
+}
+
+// What is wrong for want of an input lies within a few of the deviations that are stated; told rows are as they were.
+TEST(Stream, TheDeviationHoldsTheHeatOfADriveThatNobodyTells) {
+  const Answers told = answers(thermotwin({"compensate", model()}, read(inputs())).out);
+  for (const bool column : {true, false}) {
+    const Answers got = answers(thermotwin({"compensate", model()}, without_speed(column)).out);
+    ASSERT_EQ(got.time.size(), told.time.size());
+    double off = 0.0, worst = 0.0, stated = 0.0;
+    for (std::size_t i = 0; i < got.time.size(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const double wrong = std::abs(got.offset[i][k] - told.offset[i][k]);
+        off = std::max(off, wrong);
+        worst = std::max(worst, wrong / got.deviation[i][k]);
+        stated = std::max(stated, told.deviation[i][k]);
+      }
+    EXPECT_GT(off, 5.0 * stated) << "the input has to matter";
+    EXPECT_LT(worst, 3.0) << (column ? "no column" : "blank cells") << ", wrong by up to " << off << " um";
+  }
+}
+
 // No unit and no single wild reading gets into the model, nor is the good sensor blamed.
 TEST(Stream, TemperaturesThatCannotBeAreNamedAndLeftOut) {
   const auto run = [](const std::string& readings) {
@@ -247,12 +286,13 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
   EXPECT_EQ(all.status[2], "input_missing row=unreadable");
   EXPECT_EQ(all.time[2], 60);
   EXPECT_EQ(all.status[3], "no_sensors");
-  for (const char* words :
-       {"standard input:3 spindle.speed_rpm: 'fast'", "standard input:4: 3 cells", "2 of them unreadable"})
+  for (const char* words : {"standard input:3 spindle.speed_rpm: 'fast'", "standard input:4: 3 cells",
+                            "2 of them unreadable", "; status input_missing row=unreadable in 1 rows, input_missing "})
     EXPECT_SAYS(result.err, words);
   const Result filed = thermotwin({"compensate", model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
   EXPECT_EQ(filed.status, 0);
   EXPECT_SAYS(filed.out, "\"unreadable\":2");
+  EXPECT_SAYS(filed.out, "\"input_missing row=unreadable\":1");
   EXPECT_EQ(read(toy.file("offsets.csv")), result.out);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "compensation/online/compensator.h"
+#include "compensation/online/stream.h"
 #include "core/error.h"
 #include "tests/fuzz/require.h"
 #include "tests/machines/rods.h"

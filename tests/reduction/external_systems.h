@@ -46,7 +46,7 @@ inline LinearSystem penzl() {
     a.emplace_back(2 * k, 2 * k + 1, frequency[k]);
     a.emplace_back(2 * k + 1, 2 * k, -frequency[k]);
   }
-  for (int k = 6; k < n; ++k) a.emplace_back(k, k, -static_cast<double>(k - 5));
+  for (int k = 6; k < n; ++k) a.emplace_back(k, k, 5.0 - k);
   Eigen::MatrixXd b = Eigen::MatrixXd::Ones(n, 1);
   b.topRows(6).setConstant(10.0);
   return make_system(sparse(n, n, a), b, b.transpose());

@@ -33,12 +33,12 @@ inline reduction::ReducedSystem random_system(Eigen::Index order, Eigen::Index t
   reduction::ReducedSystem system;
   system.capacity = Eigen::MatrixXd::Identity(order, order);
   const Eigen::MatrixXd q = Eigen::HouseholderQR<Eigen::MatrixXd>(number.matrix(order, order)).householderQ();
-  const Eigen::VectorXd rates = Eigen::VectorXd::NullaryExpr(
-      order, [&](Eigen::Index i) { return std::pow(10.0, -4.9 + 3.1 * i / static_cast<double>(order)); });
+  const Eigen::VectorXd rates =
+      Eigen::VectorXd::NullaryExpr(order, [&](Eigen::Index i) { return std::pow(10.0, -4.9 + 3.1 * i / order); });
   system.conduction = q * rates.asDiagonal() * q.transpose();
   for (Eigen::Index j = 0; j < terms; ++j) {
     const Eigen::MatrixXd b = number.matrix(order, 3);
-    system.terms.push_back(b * b.transpose() * (1e-5 / static_cast<double>(order)));
+    system.terms.push_back(b * b.transpose() * (1e-5 / order));
     system.layout.terms.push_back({solver::TermKind::film, static_cast<int>(j), 0});
   }
   const Eigen::MatrixXd skew = number.matrix(order, order) * 1e-5;

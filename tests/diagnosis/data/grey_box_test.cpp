@@ -158,7 +158,7 @@ TEST(DataDiagnosis, every_channel_has_probabilities_of_its_own) {
   EXPECT_NEAR(sums["z"], 1.0, 1e-9);
   EXPECT_NEAR(sums["y"], 1.0, 1e-9);
   EXPECT_EQ(d.ranking.front().parameter.where, "y") << "the channel with a discrepancy comes first\n" << listed(d);
-  EXPECT_EQ(d.verdict, Verdict::explained) << listed(d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   ASSERT_EQ(d.causes.size(), 1u);
   EXPECT_EQ(d.causes[0].parameter.where, "y");
 }
@@ -167,7 +167,7 @@ TEST(DataDiagnosis, every_channel_has_probabilities_of_its_own) {
 TEST(DataDiagnosis, a_likely_cause_that_the_last_part_refuses_is_said) {
   const diagnosis::Diagnosis d =
       run(record([](double hour) { return hour < 20 || hour > 48 ? 0.0 : 0.4 * (hour - 20); }));
-  EXPECT_EQ(d.verdict, Verdict::unexplained) << listed(d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
   EXPECT_NE(d.sentence.find("before the last part and does not hold there"), std::string::npos) << d.sentence;
 }
 

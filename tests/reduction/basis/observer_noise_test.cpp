@@ -89,8 +89,8 @@ double rms_um(const ReducedModel& model, const MatrixXd& states) {
   const auto poses = mesh::workspace_poses(model.machine);
   const MatrixXd values = value_rows(model, poses) * states;
   double sum = 0;
-  for (std::size_t i = 0; i < poses.size(); ++i) sum += values.middleRows(18 * static_cast<Index>(i), 3).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(poses.size()) / states.cols());
+  for (std::size_t i = 0; i < poses.size(); ++i) sum += values.middleRows(18 * i, 3).squaredNorm();
+  return std::sqrt(sum / poses.size() / states.cols());
 }
 
 TEST(ObserverNoise, LiesBetweenNothingAndWhatThePriorLeaves) {

@@ -165,7 +165,7 @@ void judge(const BoundModel& bound, unsigned seed, Judged& all) {
   const MatrixXd truth = draw.run_full();
   const RunRecord run = draw.run_reduced();
   const ErrorBound made = error_bound(b.model, bound, b.full.mesh.machine, run);
-  ASSERT_EQ(made.table.rows(), static_cast<Index>(run.outputs.size() * bound.poses.size()));
+  ASSERT_EQ(made.table.rows(), std::ssize(run.outputs) * std::ssize(bound.poses));
   const MatrixXd own = value_rows(b.model, bound.poses);
   const Index values = own.rows() / std::ssize(bound.poses);
   static const std::vector<MatrixXd> rows = {error_rows(b.full, b.poses[0]), error_rows(b.full, b.poses[1])};
@@ -173,7 +173,7 @@ void judge(const BoundModel& bound, unsigned seed, Judged& all) {
   for (const RunRecord::Output& output : run.outputs)
     for (std::size_t i = 0; i < bound.poses.size(); ++i, ++row) {
       const VectorXd full = 1e6 * (rows[i].transpose() * truth.col(output.steps));
-      const VectorXd error = (full - own.middleRows(static_cast<Index>(i) * values, 6) * output.state).cwiseAbs();
+      const VectorXd error = (full - own.middleRows(i * values, 6) * output.state).cwiseAbs();
       const VectorXd stated = made.table.values.row(row).tail(6);
       for (Index k = 0; k < 6; ++k) {
         ++all.statements;

@@ -35,7 +35,7 @@ struct Chain {
     a = MatrixXd::Zero(n, n);
     b = MatrixXd::Zero(n, 5);
     for (Index i = 0; i + 1 < n; ++i) {
-      const double g = 1.0 / (400.0 * std::pow(2.1, static_cast<double>(i)));
+      const double g = 1.0 / (400.0 * std::pow(2.1, i));
       a(i, i) -= g, a(i, i + 1) += g;
       a(i + 1, i) += 0.6 * g, a(i + 1, i + 1) -= 0.6 * g;
     }
@@ -57,7 +57,7 @@ struct Chain {
     constexpr double step = 300.0;
     const Index times = hours * 12 + 1, n = a.rows();
     Samples load{name,
-                 VectorXd::LinSpaced(times, 0.0, step * static_cast<double>(times - 1)),
+                 VectorXd::LinSpaced(times, 0.0, step * (times - 1)),
                  MatrixXd::Zero(times, 5),
                  MatrixXd(times, c.rows()),
                  poses,
@@ -195,7 +195,7 @@ CampaignTables tables_of(const mesh::Machine& machine) {
   tables.tcp.values.resize(6, std::ssize(tables.tcp.columns));
   for (Index i = 0; i < 6; ++i)
     for (Index j = 0; j < tables.tcp.values.cols(); ++j)
-      tables.tcp.values(i, j) = j == 0 ? 60.0 * (i / 2) : 100.0 * i + static_cast<double>(j);
+      tables.tcp.values(i, j) = j == 0 ? 60.0 * (i / 2) : 100.0 * i + j;
   return tables;
 }
 
@@ -229,7 +229,7 @@ TEST(CampaignTables, AreReadAsInputsAndOutputs) {
   EXPECT_EQ(y.rows(), 3);
   EXPECT_EQ(y(1, 6 + 2), 300.0 + (first + 2)) << "dz of the second pose at the second time: row 3";
   EXPECT_EQ(y(2, y.cols() - 1), 3.0);
-  EXPECT_EQ(static_cast<Index>(campaign_output_names(machine, tables).size()), y.cols());
+  EXPECT_EQ(std::ssize(campaign_output_names(machine, tables)), y.cols());
   tables.tcp.values(3, 0) = 7.0;
   EXPECT_THROW(campaign_poses(tables), core::InputError);
 }
