@@ -3,6 +3,10 @@
 
 /// What most sources include, compiled once a target (THERMOTWIN_PRECOMPILED): about a third less time a
 /// file. Each source still includes what it uses: the sanitizer presets build without this file.
+#include <Eigen/Dense>
+#include <Eigen/SparseCore>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,8 +20,4 @@
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
-#include <Eigen/Dense>
-#include <Eigen/SparseCore>
 #include "core/dense_algebra.h"

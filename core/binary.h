@@ -3,6 +3,7 @@
 // Numbers as the bytes they have in memory, for files that the same machine reads back (checkpoints).
 
 #include <Eigen/Core>
+
 #include <cstdint>
 #include <string>
 #include <string_view>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/blas_buffers.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <cstdlib>
+#include <dlfcn.h>
 #include <mutex>
+#include <sys/resource.h>
 #include <vector>
 
 #include "core/error.h"
@@ -30,11 +30,12 @@ void make_buffers() {
   for (void*& buffer : buffers) buffer = std::malloc(buffer_bytes);
   const bool room = std::count(buffers.begin(), buffers.end(), nullptr) == 0;
   for (void* buffer : buffers) std::free(buffer);
-  if (!room)
+  if (!room) {
     throw SolverError(
         fmt::format("not enough memory for the BLAS: {} buffers of 128 MiB do not fit into the {} MiB of ulimit -v; "
                     "--threads 1 needs one",
                     buffers.size(), limit.rlim_cur >> 20));
+  }
   for (void*& buffer : buffers) buffer = allocate(0);
   for (void* buffer : buffers) release(buffer);  // OpenBLAS keeps them for its next calls
 }

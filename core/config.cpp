@@ -25,6 +25,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -101,16 +102,6 @@ std::string shown(const toml::node& node) {
   return node.is_table() ? "a table" : "a date or time";
 }
 
-std::string phrase(const Range& range) {
-  const bool bounded_below = range.low > any_number.low;
-  const bool bounded_above = range.high < any_number.high;
-  if (bounded_below && bounded_above) return fmt::format("a number from {:.9g} to {:.9g}", range.low, range.high);
-  if (range.low == positive.low && !bounded_above) return "a number above 0";
-  if (bounded_below) return fmt::format("a number of at least {:.9g}", range.low);
-  if (bounded_above) return fmt::format("a number of at most {:.9g}", range.high);
-  return "a finite number";
-}
-
 double number_from(const toml::node& node, const std::string& place, const Range& range) {
   double value = 0.0;
   if (const auto* real = node.as_floating_point()) {
@@ -120,9 +111,7 @@ double number_from(const toml::node& node, const std::string& place, const Range
   } else {
     throw InputError(place, shown(node), phrase(range) + (node.is_string() ? ", without quotes" : ""));
   }
-  if (!std::isfinite(value) || value < range.low || value > range.high) {
-    throw InputError(place, shown(node), phrase(range));
-  }
+  if (!range.holds(value)) throw InputError(place, shown(node), phrase(range));
   return value;
 }
 
@@ -261,6 +250,15 @@ int Node::integer(const std::string& key, int low, int high) const {
 
 int Node::integer_or(const std::string& key, int otherwise, int low, int high) const {
   return has(key) ? integer(key, low, high) : otherwise;
+}
+
+int Node::schema(int newest) const {
+  const int version = integer("schema", 1, std::numeric_limits<int>::max());
+  if (version > newest) {
+    throw InputError(place("schema"), fmt::format("schema {}, of a newer thermotwin", version),
+                     newest == 1 ? "schema 1" : fmt::format("schema 1 to {}", newest));
+  }
+  return version;
 }
 
 bool Node::boolean_or(const std::string& key, bool otherwise) const {

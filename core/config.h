@@ -5,28 +5,17 @@
 // nearest known one. A node is a light handle; the Config that made it must outlive it.
 
 #include <Eigen/Core>
+
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/range.h"
+#include "core/uncertain.h"
+
 namespace thermotwin::core {
-
-/// A nominal value with its uncertainty: `5.0` or `{value = 5.0, std_percent = 10}` in the file.
-struct Uncertain {
-  double value = 0.0;
-  double std_percent = 0.0;
-};
-
-/// What a number may be. The bounds are inclusive; NaN and infinity never are allowed.
-struct Range {
-  double low = -1e300;
-  double high = 1e300;
-};
-inline constexpr Range any_number{};
-inline constexpr Range positive{1e-300, 1e300};
-inline constexpr Range non_negative{0.0, 1e300};
 
 class Node;
 
@@ -62,6 +51,8 @@ public:
   Uncertain uncertain_or(const std::string& key, Uncertain otherwise, Range range = any_number) const;
   int integer(const std::string& key, int low, int high) const;
   int integer_or(const std::string& key, int otherwise, int low, int high) const;
+  /// The version of the file's keys, from 1. @throws InputError naming both for a newer one than is read; absent
+  int schema(int newest) const;
   bool boolean_or(const std::string& key, bool otherwise) const;
   std::string text(const std::string& key) const;
   std::string text_or(const std::string& key, const std::string& otherwise) const;

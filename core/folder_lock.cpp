@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "core/folder_lock.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <fcntl.h>
 #include <string>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <utility>
 
 #include "core/error.h"
@@ -58,16 +58,18 @@ FolderLock::FolderLock(const fs::path& folder) {
     const std::string holder = status != 0 ? holder_of(file_) : std::string();
     ::close(std::exchange(file_, -1));
     if (status == 0) continue;
-    if (reason == EWOULDBLOCK)
+    if (reason == EWOULDBLOCK) {
       throw InputError(folder.string(), holder + " writes here",
                        "one process a folder: wait until it has ended, or another --out");
+    }
     warn(fmt::format("{} is not locked against a second process: {}", folder.string(), std::strerror(reason)));
     return;
   }
   path_ = std::make_unique<UnfinishedPath>(path, UnfinishedPath::Name::as_given);
   const std::string text = fmt::format("process {} on {}", ::getpid(), host_name());
-  if (::ftruncate(file_, 0) == 0) [[maybe_unused]]
-    const ssize_t written = ::pwrite(file_, text.data(), text.size(), 0);
+  if (::ftruncate(file_, 0) == 0) {
+    [[maybe_unused]] const ssize_t written = ::pwrite(file_, text.data(), text.size(), 0);
+  }
 }
 
 FolderLock::FolderLock(FolderLock&& other) noexcept

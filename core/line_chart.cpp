@@ -17,7 +17,7 @@ constexpr double width = 760, height = 460, left = 78, right = 150, top = 44, bo
 constexpr const char* colours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                    "#e69f00", "#56b4e9", "#8c8c00", "#7f7f7f"};
 
-struct Range {
+struct Extent {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
   void include(double value) {
     if (!std::isfinite(value)) return;
@@ -32,10 +32,11 @@ struct Range {
 std::string LineChart::svg() const {
   const auto usable = [&](double y) { return std::isfinite(y) && (!log_y || y > 0.0); };
   const auto on_axis = [&](double y) { return log_y ? std::log10(y) : y; };
-  Range x, y;
-  for (const Line& line : lines)
+  Extent x, y;
+  for (const Line& line : lines) {
     for (const auto& [at, value] : line.points)
       if (std::isfinite(at) && usable(value)) x.include(at), y.include(on_axis(value));
+  }
   if (usable(target)) y.include(on_axis(target));
   if (x.empty()) x.include(0.0), x.include(1.0);
   if (y.empty()) y.include(0.0), y.include(1.0);
@@ -68,11 +69,12 @@ std::string LineChart::svg() const {
     for (const double tick : axis_ticks(y.low, y.high, 6))
       grid_line(tick, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick));
   }
-  for (const double tick : axis_ticks(x.low, x.high, 8))
+  for (const double tick : axis_ticks(x.low, x.high, 8)) {
     svg += fmt::format(
         "<path d=\"M{:.1f} {:.0f}v5\" stroke=\"#222\"/><text x=\"{:.1f}\" y=\"{:.0f}\" "
         "text-anchor=\"middle\">{:g}</text>\n",
         px(tick), height - bottom, px(tick), height - bottom + 20, tick);
+  }
   svg += fmt::format("<path d=\"M{:.0f} {:.0f}H{:.0f}\" stroke=\"#222\"/>\n", left, height - bottom, width - right);
   svg += fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">{}</text>\n", 0.5 * (left + width - right),
                      height - 12, xml_text(x_title));

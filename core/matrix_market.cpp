@@ -228,9 +228,10 @@ struct Entries {
 void read_coordinates(Scanner& scan, const Banner& banner, long long rows, long long columns, long long count,
                       Entries& entries) {
   for (long long k = 0; k < count; ++k) {
-    if (!scan.seek())
+    if (!scan.seek()) {
       scan.fail(fmt::format("the end of the file after {} of {} entries", k, count),
                 "as many entries as the size line says");
+    }
     const long long i = scan.whole_number(1, rows, "row") - 1;
     if (!scan.seek_in_line()) scan.fail("an entry without a column", "row, column and value in one line");
     const long long j = scan.whole_number(1, columns, "column") - 1;
@@ -241,12 +242,14 @@ void read_coordinates(Scanner& scan, const Banner& banner, long long rows, long 
     }
     if (scan.seek_in_line())
       scan.fail(scan.word() + " after the entry", banner.pattern ? "row and column" : "row, column and value");
-    if (banner.triangle() && j > i)
+    if (banner.triangle() && j > i) {
       scan.fail(fmt::format("entry ({}, {}) above the diagonal", i + 1, j + 1),
                 "the lower triangle only, as the banner says");
-    if (banner.symmetry == Banner::Symmetry::skew && i == j && value != 0.0)
+    }
+    if (banner.symmetry == Banner::Symmetry::skew && i == j && value != 0.0) {
       scan.fail(fmt::format("entry ({}, {}) on the diagonal", i + 1, j + 1),
                 "zeros there, as the banner says skew-symmetric");
+    }
     entries.add_with_mirror(i, j, value, banner.symmetry);
   }
 }
@@ -255,9 +258,10 @@ void read_array(Scanner& scan, const Banner& banner, long long rows, long long c
   for (long long j = 0; j < columns; ++j) {
     const long long first = banner.symmetry == Banner::Symmetry::skew ? j + 1 : banner.triangle() ? j : 0;
     for (long long i = first; i < rows; ++i) {
-      if (!scan.seek())
+      if (!scan.seek()) {
         scan.fail(fmt::format("the end of the file before entry ({}, {})", i + 1, j + 1),
                   fmt::format("all entries of a matrix of {} x {}, column by column", rows, columns));
+      }
       const double value = scan.number(banner.integer);
       if (value != 0.0) entries.add_with_mirror(i, j, value, banner.symmetry);
     }
@@ -270,9 +274,10 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
   Scanner scan(text, source);
   const Banner banner = read_banner(scan);
   const auto extent = [&](const char* what, long long high) {
-    if (!scan.seek_in_line())
+    if (!scan.seek_in_line()) {
       scan.fail(fmt::format("a size line without {}", what),
                 banner.coordinate ? "rows, columns and entries" : "rows and columns");
+    }
     return scan.whole_number(1, high, what);
   };
   if (!scan.seek()) scan.fail("no size line", banner.coordinate ? "rows, columns and entries" : "rows and columns");
@@ -292,9 +297,10 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
     read_coordinates(scan, banner, rows, columns, count, entries);
   } else {
     if (scan.seek_in_line()) scan.fail(scan.word() + " after the size", "rows and columns");
-    if (rows > room * (banner.triangle() ? 2 : 1) / columns + 1)
+    if (rows > room * (banner.triangle() ? 2 : 1) / columns + 1) {
       scan.fail(fmt::format("{} x {} in a file of {} bytes", rows, columns, text.size()),
                 "all entries of the matrix, column by column");
+    }
     read_array(scan, banner, rows, columns, entries);
   }
   if (scan.seek()) scan.fail(scan.word() + " after the last entry", "as many entries as the size line says");
@@ -302,9 +308,10 @@ SparseMatrix parse_matrix_market(std::string_view text, const std::string& sourc
   if (entries.value.size() > most)
     scan.fail(fmt::format("{} entries", entries.value.size()), fmt::format("at most {}", most));
   SparseMatrix matrix = entries.matrix(rows, columns);
-  for (Eigen::Index k = 0; k < matrix.nonZeros(); ++k)
+  for (Eigen::Index k = 0; k < matrix.nonZeros(); ++k) {
     if (!std::isfinite(matrix.valuePtr()[k]))
       throw InputError(source, "a sum of entries of one place overflows", "finite numbers");
+  }
   return matrix;
 }
 
@@ -331,12 +338,13 @@ std::string format_matrix_market(const SparseMatrix& matrix, const std::string& 
   }
   std::string entries;
   Eigen::Index count = 0;
-  for (int j = 0; j < matrix.outerSize(); ++j)
+  for (int j = 0; j < matrix.outerSize(); ++j) {
     for (SparseMatrix::InnerIterator it(matrix, j); it; ++it) {
       if (it.value() == 0.0 || (symmetric && it.row() < it.col())) continue;
       fmt::format_to(std::back_inserter(entries), "{} {} {:.17g}\n", it.row() + 1, it.col() + 1, it.value());
       ++count;
     }
+  }
   return fmt::format("%%MatrixMarket matrix coordinate real {}\n% {}\n{} {} {}\n", symmetric ? "symmetric" : "general",
                      comment, matrix.rows(), matrix.cols(), count) +
          entries;

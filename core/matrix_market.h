@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+
 #include <filesystem>
 #include <string>
 #include <string_view>

@@ -2,8 +2,6 @@
 #include "core/progress.h"
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,6 +10,8 @@
 #include <csignal>
 #include <cstdio>
 #include <mutex>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/process.h"

@@ -2,13 +2,13 @@
 #include "core/table.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cassert>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <string_view>
 #include <unordered_set>

@@ -4,6 +4,7 @@
 // blank cell or "nan" is a missing value (NaN). Errors name file, line and column.
 
 #include <Eigen/Core>
+
 #include <filesystem>
 #include <optional>
 #include <string>

@@ -2,9 +2,9 @@
 #include "diagnosis/diagnose.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
+#include <iterator>
 
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
@@ -46,21 +46,23 @@ constexpr double within_expected = 1.5;                ///< RMS of a residual ov
 Hypothesis shown(const Problem& problem, const SearchResult& found, const Diagnosis& d) {
   if (d.verdict == Verdict::no_discrepancy || d.verdict == Verdict::unexplained) return {};
   Hypothesis best;
-  for (const Hypothesis& h : found.hypotheses)
+  for (const Hypothesis& h : found.hypotheses) {
     if (!h.members.empty()) {
       best = h;
       break;
     }
+  }
   if (d.verdict == Verdict::explained) {
     best = {};
     best.value.resize(std::ssize(d.causes));
     best.std.resize(best.value.size());
     for (std::size_t k = 0; k < d.causes.size(); ++k) {
-      for (int i = 0; i < std::ssize(problem.parameters); ++i)
+      for (int i = 0; i < std::ssize(problem.parameters); ++i) {
         if (problem.parameters[i].kind == d.causes[k].parameter.kind &&
             problem.parameters[i].where == d.causes[k].parameter.where &&
             problem.parameters[i].missing == d.causes[k].parameter.missing)
           best.members.push_back(i);
+      }
       best.value[k] = d.causes[k].value;
       best.std[k] = d.causes[k].std;
     }
@@ -99,8 +101,8 @@ struct Look {
   Strain strain;  ///< of what is named
 };
 
-/// What the best hypothesis makes of all other parameters, as far as it is within three stated deviations; not of readings, which
-/// are far from linear. (parameters that stand in machine.toml) less nominal
+/// What the best hypothesis makes of all other parameters, as far as it is within three stated deviations; not of
+/// readings, which are far from linear. (parameters that stand in machine.toml) less nominal
 VectorXd other_parameters(const Problem& problem, const SearchResult& found) {
   const Hypothesis& best = found.hypotheses.front();
   const White white(problem);
@@ -165,7 +167,8 @@ bool is_open(const Look& look) {
          (d.verdict == Verdict::explained && one_more);
 }
 
-/// Whether with this share there would be more to fit, and enough left to judge a gain: means of gauges, where there are any.
+/// Whether with this share there would be more to fit, and enough left to judge a gain: means of gauges, where there
+/// are any.
 bool leaves_enough(const Observations& seen, double heldout_share) {
   const double split = split_between(seen, heldout_share);
   const bool gauged = std::any_of(seen.channels.begin(), seen.channels.end(),
@@ -197,9 +200,10 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   Diagnosis d = std::move(look.decided);
   d.measurement = measurement.folder.filename().string();
   d.heldout_from_s = problem.observations.split;
-  for (RankedCause& cause : d.causes)
+  for (RankedCause& cause : d.causes) {
     if (const auto& missing = cause.parameter.missing)
       cause.series = source_series(*missing, cause.value, cause.std, problem.observations, machine);
+  }
   Hypothesis best = shown(problem, found, d);
   std::vector<Parameter> members;
   for (const int i : best.members) members.push_back(problem.parameters[i]);
@@ -228,17 +232,19 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   if (d.verdict == Verdict::ambiguous && d.strained.empty() && !only_unknown_shares(d))
     d.next = next_measurement(problem, model, options.programs, d);
   d.analysis = analyse(problem, solver::Channels(machine));
-  if (longer)
+  if (longer) {
     d.notes.push_back(
         fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later "
                     "was held out.",
                     (open_until - problem.observations.start) / 3600.0,
                     (problem.observations.split - problem.observations.start) / 3600.0));
-  if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0)
+  }
+  if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0) {
     d.notes.push_back(
         fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} "
                     "a value (1 or less: as expected).",
                     look.strain.heldout_chi_square));
+  }
   for (std::string& warning : warnings_of(machine, measurement, problem)) d.warnings.push_back(std::move(warning));
   add_notes(model, problem, found, options, d);
   for (std::string& words : in_words(d.analysis)) d.notes.push_back(std::move(words));

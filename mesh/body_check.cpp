@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/body_check.h"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -94,11 +94,12 @@ Pieces connected_pieces(const TetMesh& mesh) {
 void check_pieces(const BodySpec& spec, const TetMesh& mesh, const std::string& place) {
   const Pieces pieces = connected_pieces(mesh);
   if (pieces.count == spec.pieces) return;
-  if (pieces.count < spec.pieces)
+  if (pieces.count < spec.pieces) {
     throw core::MeshError(
         place,
         fmt::format("body '{}' has {} unconnected {}", spec.id, pieces.count, pieces.count == 1 ? "piece" : "pieces"),
         fmt::format("pieces = {} as machine.toml states, or pieces = {}", spec.pieces, pieces.count));
+  }
   std::vector<Share> shares(pieces.count);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) shares[pieces.of_element[e]].add(mesh, e);
   const auto least = std::min_element(shares.begin(), shares.end(),
@@ -118,7 +119,7 @@ void check_pieces(const BodySpec& spec, const TetMesh& mesh, const std::string& 
 void check_overlaps(const Machine& machine, const std::vector<TetMesh>& bodies) {
   std::vector<std::unique_ptr<TetLocator>> locators;
   for (const TetMesh& body : bodies) locators.push_back(std::make_unique<TetLocator>(body));
-  for (std::size_t b = 0; b < bodies.size(); ++b)
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       if (!locators[a]->box().intersects(locators[b]->box())) continue;
       Share shared = overlap(bodies[a], *locators[b]);
@@ -134,6 +135,7 @@ void check_overlaps(const Machine& machine, const std::vector<TetMesh>& bodies) 
           fmt::format("bodies that touch at most (is the unit or the position of {} or {} right?)",
                       one.cad.filename().string(), two.cad.filename().string()));
     }
+  }
 }
 
 void warn_of_poor_quality(const BodySpec& spec, const TetMesh& mesh) {

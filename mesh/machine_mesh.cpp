@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/process.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "mesh/body_check.h"
 #include "mesh/import/import.h"
 #include "mesh/import/mesh_cache.h"
@@ -46,9 +47,10 @@ double MachineMesh::surface_area(int surface) const {
   return sum;
 }
 
+void MeshOptions::validate() const { core::require_within("mesh size factor", size_factor, core::positive); }
+
 MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& options) {
-  if (!(options.size_factor > 0.0) || !std::isfinite(options.size_factor))
-    throw core::InputError("mesh size factor", std::to_string(options.size_factor), "a number > 0");
+  options.validate();
   MachineMesh result;
   result.machine = machine;
   result.first_node = {0};
@@ -57,9 +59,10 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
   for (const BodySpec& body : machine.bodies) {  // one after the other: Gmsh has one global state
     result.bodies.push_back(mesh_body(body, options));
     TetMesh& made = result.bodies.back();
-    if (machine.order == 1 && made.order() == 2)
+    if (machine.order == 1 && made.order() == 2) {
       core::warn("body '" + body.id + "': " + body.cad.filename().string() +
                  ": quadratic tetrahedra are used as linear ones, without their edge nodes; order = 2 keeps them");
+    }
     check_pieces(body, made, machine.path.string());
     warn_of_poor_quality(body, made);
     set_order(made, machine.order);

@@ -23,6 +23,7 @@ struct MachineMesh {
 struct MeshOptions {
   double size_factor = 1.0;     ///< scales every element_size
   std::filesystem::path cache;  ///< folder for meshes already made; empty: none
+  void validate() const;        ///< @throws InputError
 };
 
 /// Imports and meshes every body, in the machine's order, and resolves every surface.

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/selection.h"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 
 namespace thermotwin::mesh {
 
@@ -42,9 +42,10 @@ Condition plane_condition(const TetMesh& mesh, const Rule& rule) {
             if (std::abs(rule.plane_normal->dot(mesh.face_normal(face))) < least_plane_cosine)
               return std::numeric_limits<double>::infinity();
             double corners = 0.0;
-            for (int i = 0; i < 3; ++i)
+            for (int i = 0; i < 3; ++i) {
               corners = std::max(
                   corners, std::abs(rule.plane_normal->dot(mesh.points.col(mesh.faces(i, face)) - *rule.plane_point)));
+            }
             return corners - rule.tolerance;
           },
           [&](double miss) {
@@ -64,9 +65,10 @@ Condition cylinder_condition(const TetMesh& mesh, const Rule& rule) {
           [&mesh, &rule, radial](int face) {
             const Vector3d centre = radial(mesh.face_centre(face));
             double corners = 0.0;
-            for (int i = 0; i < 3; ++i)
+            for (int i = 0; i < 3; ++i) {
               corners = std::max(corners,
                                  std::abs(radial(mesh.points.col(mesh.faces(i, face))).norm() - rule.cylinder_radius));
+            }
             const double off = std::min(corners, std::abs(centre.norm() - rule.cylinder_radius));
             // The end cap of a coarse cylinder has its corners on the rim too, but looks along the axis.
             const bool looks_out = std::abs(mesh.face_normal(face).dot(centre)) > 0.7 * centre.norm();
@@ -89,14 +91,13 @@ Condition box_condition(const TetMesh& mesh, const Rule& rule) {
 }
 
 Condition normal_condition(const TetMesh& mesh, const Rule& rule) {
-  constexpr double degree = std::numbers::pi / 180.0;
   return {"normal",
           [&](int face) {
             return std::acos(std::clamp(rule.normal->dot(mesh.face_normal(face)), -1.0, 1.0)) - rule.max_angle;
           },
           [&](double miss) {
             return fmt::format("the nearest outward normal is {:.4g} deg off (max_angle_deg = {:.4g})",
-                               (miss + rule.max_angle) / degree, rule.max_angle / degree);
+                               (miss + rule.max_angle) / core::units::deg, rule.max_angle / core::units::deg);
           }};
 }
 
@@ -146,9 +147,10 @@ std::vector<int> select_faces(const TetMesh& mesh, const Rule& rule) {
   if (rule.normal) conditions.push_back(normal_condition(mesh, rule));
   const int faces = mesh.face_count();
   std::vector<int> picked;
-  for (int f = 0; f < faces; ++f)
+  for (int f = 0; f < faces; ++f) {
     if (std::all_of(conditions.begin(), conditions.end(), [&](const Condition& c) { return c.miss(f) <= 0.0; }))
       picked.push_back(f);
+  }
   if (picked.empty())
     throw core::InputError(rule.place, explain(conditions, faces), "a rule that picks one or more triangles");
   return picked;
@@ -171,9 +173,10 @@ std::vector<std::vector<int>> resolve_surfaces(const Machine& machine, const std
     }
     for (std::size_t f = 0; f < in.size(); ++f)
       if (in[f]) done[s].push_back(f);
-    if (done[s].empty())
+    if (done[s].empty()) {
       throw core::InputError(spec.place + " except", "nothing is left of surface '" + spec.id + "'",
                              "exceptions that leave one or more triangles");
+    }
   };
   for (std::size_t s = 0; s < done.size(); ++s) resolve(s);
   return done;

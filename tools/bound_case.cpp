@@ -71,9 +71,10 @@ std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const
         of.peak_um = truth.leftCols(3).rowwise().norm().maxCoeff();
         of.error_um = error.leftCols(3).rowwise().norm().maxCoeff();
         std::vector<double> ratios;
-        for (Eigen::Index k = 0; k < 6; ++k)
+        for (Eigen::Index k = 0; k < 6; ++k) {
           for (Eigen::Index t = 0; t < times; ++t)
             if (error(t, k) > small_share * error.col(k).maxCoeff()) ratios.push_back(limit(t, k) / error(t, k));
+        }
         of.least_ratio = quantile(ratios, 0.0);
         of.median_ratio = quantile(ratios, 0.5);
       }
@@ -86,9 +87,10 @@ std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const
 void tell_what_no_bound_covers(const mesh::Machine& machine) {
   std::string list;
   const auto add = [&](const std::string& name) { list += (list.empty() ? "" : ", ") + name; };
-  for (const mesh::CoolantSpec& coolant : machine.coolants)
+  for (const mesh::CoolantSpec& coolant : machine.coolants) {
     if (!coolant.guide_sensor.empty() || coolant.controls_return)
       add(fmt::format("coolant '{}' (its chiller follows temperatures of the machine)", coolant.id));
+  }
   for (const mesh::FilmSpec& film : machine.films)
     if (film.of_temperature) add(fmt::format("film '{}' (of_temperature)", film.id));
   if (list.empty()) return;

@@ -2,14 +2,13 @@
 #include "tools/chain.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -43,11 +42,12 @@ double peak_memory_GiB() {
 
 solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order, Asked asked) {
   solver::Case machine_case = solver::read_case(path);
-  if (asked == Asked::tcp_error && !machine_case.machine.has_tcp())
+  if (asked == Asked::tcp_error && !machine_case.machine.has_tcp()) {
     throw core::InputError(
         machine_case.machine.path.string() + " [tcp]", "missing",
         "a [tcp] with surfaces of the tool and of the table on elastic bodies, for the TCP error; mesh, simulate and "
         "export do without");
+  }
   if (mesh_order > 0) machine_case.machine.order = mesh_order;
   if (!size.empty()) machine_case.size = size;
   mesh::size_factor(machine_case.machine, machine_case.size);
@@ -145,9 +145,10 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
   judge(made, machine_case.machine, heldout, held, poses);
-  for (std::size_t i = 0; moves && i < heldout.size(); ++i)
+  for (std::size_t i = 0; moves && i < heldout.size(); ++i) {
     made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i],
                                                        truths[i], between));
+  }
   reduction::write_model(out / "model.rom.h5", made.model);
   if (has_reference(made)) reduction::write_model(out / "reference.rom.h5", made.reference);
   if (moves) reduction::write_off_grid(out / "off_grid.csv", machine_case.machine, made.off_grid_poses, made.off_grid);
@@ -182,19 +183,21 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path, const 
 std::string error_table(const ReducedCase& made) {
   std::vector<std::vector<std::string>> table{
       {"held-out load", "peak um", "max error um", "rms um", "of peak %", "estimated um", "estimated/true, median"}};
-  for (const auto& e : made.model.errors)
+  for (const auto& e : made.model.errors) {
     table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.3f}", e.max_um),
                      fmt::format("{:.3f}", e.rms_um), fmt::format("{:.2f}", 100 * e.max_um / e.peak_um),
                      e.estimate_max_um > 0 ? fmt::format("{:.3f}", e.estimate_max_um) : "-",
                      e.estimate_max_um > 0 ? fmt::format("{:.2f}", e.effectivity) : "-"});
+  }
   std::string text = core::format_table(table);
   if (made.off_grid.empty()) return text;
   table = {{fmt::format("at {} poses between the stored ones", made.off_grid_poses.size()), "peak um", "max error um",
             "rms um", "of peak %", "with these poses' own rows um"}};
-  for (const auto& e : made.off_grid)
+  for (const auto& e : made.off_grid) {
     table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()),
                      fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / e.rms.size())),
                      fmt::format("{:.2f}", 100 * e.max_um() / e.peak_um()), fmt::format("{:.3f}", e.own_rows_um())});
+  }
   return text + "\n\n" + core::format_table(table);
 }
 

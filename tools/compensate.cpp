@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "compensation/online/compensator.h"
-
 #include <fmt/format.h>
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
 
 #include <fstream>
 #include <iostream>
+#include <unistd.h>
 
+#include "compensation/online/compensator.h"
 #include "compensation/online/stream.h"
 #include "core/error.h"
 #include "core/file.h"

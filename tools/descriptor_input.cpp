@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/descriptor_input.h"
 
-#include <poll.h>
-#include <unistd.h>
-
 #include <cerrno>
+#include <poll.h>
 #include <system_error>
+#include <unistd.h>
 
 #include "core/progress.h"
 

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The verb evaluate: models on a measurement, as tables, pictures, JSON and a file of the models.
 
+#include "compensation/evaluation/evaluate.h"
+
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <optional>
 
-#include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/plots.h"
 #include "compensation/evaluation/result.h"
 #include "compensation/models/fitted_model.h"
@@ -79,6 +80,68 @@ void study_lengths(const EvaluateOptions& options, const compensation::Measureme
   text += "box plots in " + file.string() + "\n";
 }
 
+/// Folders that train are not judged and count once; --also may name the folder of --data.
+void require_once(const EvaluateOptions& options) {
+  std::vector<std::filesystem::path> known{options.data};
+  known.insert(known.end(), options.also.begin(), options.also.end());
+  for (const auto& folder : options.train_data) {
+    std::error_code ignored;
+    for (const auto& other : known) {
+      if (std::filesystem::equivalent(folder, other, ignored)) {
+        throw core::InputError(folder.string(), "named twice",
+                               "in --train-data: each folder once, and none that --data or --also judges");
+      }
+    }
+    known.push_back(folder);
+  }
+}
+
+void write_tables(const compensation::Evaluation& evaluation, const std::filesystem::path& folder) {
+  core::write_csv(folder / "predictions.csv", evaluation.predictions);
+  for (const auto& [name, table] : evaluation.other_predictions)
+    core::write_csv(folder / ("predictions_" + file_name(name) + ".csv"), table);
+  std::string models = "schema = 1\n", explained;
+  for (const compensation::FittedModel& model : evaluation.models) {
+    models += model.to_toml();
+    for (const std::string& line : model.explain()) explained += line + "\n";
+  }
+  core::write_file(folder / "models.toml", models);
+  core::write_file(folder / "models.txt", explained);
+  core::write_file(folder / "leaderboard.svg", compensation::leaderboard_svg(evaluation));
+  for (const std::string& channel : compensation::judged_channels(evaluation)) {
+    core::write_file(folder / (file_name(channel) + ".svg"), compensation::channel_svg(evaluation, channel));
+  }
+  core::write_file(folder / "tables.txt", evaluation.brief() + evaluation.tables());
+  if (!evaluation.observer.empty()) core::write_file(folder / "observer.txt", evaluation.observer);
+}
+
+nlohmann::json json_of(const compensation::Evaluation& evaluation) {
+  nlohmann::json json = {{"training_hours", evaluation.training_hours}, {"inputs", evaluation.inputs}};
+  for (const auto& row : evaluation.rows) json["rows"].push_back(json_of(row));
+  for (const auto& standing : evaluation.leaderboard) {
+    json["leaderboard"].push_back({{"model", standing.model},
+                                   {"channels", standing.channels},
+                                   {"rms_reduction_percent", standing.reduction_percent},
+                                   {"below_static_regression_percent", standing.against_static_percent},
+                                   {"seen_by_fit", standing.seen_by_fit},
+                                   {"caution", standing.caution}});
+  }
+  json["notes"] = evaluation.notes;
+  if (!evaluation.observer.empty()) json["observer"] = evaluation.observer;
+  return json;
+}
+
+nlohmann::json json_of(const compensation::CrossExperiment& cross) {
+  nlohmann::json json = {{"programs", cross.programs}, {"notes", cross.notes}};
+  for (const auto& entry : cross.entries) {
+    nlohmann::json rows = nlohmann::json::array();
+    for (const auto& row : entry.reduction_percent.rowwise())
+      rows.push_back(std::vector<double>(row.begin(), row.end()));
+    json["models"].push_back({{"model", entry.model}, {"rms_reduction_percent", rows}});
+  }
+  return json;
+}
+
 }  // namespace
 
 void evaluate(const EvaluateOptions& options) {
@@ -86,17 +149,7 @@ void evaluate(const EvaluateOptions& options) {
   std::vector<compensation::Measurement> others, training_data;
   for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
   for (const auto& folder : options.train_data) training_data.push_back(compensation::read_measurement(folder));
-  // What trains is not judged and counts once; --also may name the folder of --data.
-  std::vector<std::filesystem::path> known{options.data};
-  known.insert(known.end(), options.also.begin(), options.also.end());
-  for (const auto& folder : options.train_data) {
-    std::error_code ignored;
-    for (const auto& other : known)
-      if (std::filesystem::equivalent(folder, other, ignored))
-        throw core::InputError(folder.string(), "named twice",
-                               "in --train-data: each folder once, and none that --data or --also judges");
-    known.push_back(folder);
-  }
+  require_once(options);
   compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models,
                                          options.check};
   std::optional<reduction::ReducedModel> extended;
@@ -114,59 +167,22 @@ void evaluate(const EvaluateOptions& options) {
   }
 
   const auto folder = options.out / "evaluation";
-  const auto file = folder / "predictions.csv";
-  core::write_csv(file, evaluation.predictions);
-  for (const auto& [name, table] : evaluation.other_predictions)
-    core::write_csv(folder / ("predictions_" + file_name(name) + ".csv"), table);
-  std::string models = "schema = 1\n", explained;
-  for (const compensation::FittedModel& model : evaluation.models) {
-    models += model.to_toml();
-    for (const std::string& line : model.explain()) explained += line + "\n";
-  }
-  core::write_file(folder / "models.toml", models);
-  core::write_file(folder / "models.txt", explained);
-  core::write_file(folder / "leaderboard.svg", compensation::leaderboard_svg(evaluation));
-  for (const std::string& channel : compensation::judged_channels(evaluation)) {
-    core::write_file(folder / (file_name(channel) + ".svg"), compensation::channel_svg(evaluation, channel));
-  }
-
-  nlohmann::json json = {
-      {"predictions", file.string()}, {"training_hours", evaluation.training_hours}, {"inputs", evaluation.inputs}};
-  for (const auto& row : evaluation.rows) json["rows"].push_back(json_of(row));
-  for (const auto& standing : evaluation.leaderboard) {
-    json["leaderboard"].push_back({{"model", standing.model},
-                                   {"channels", standing.channels},
-                                   {"rms_reduction_percent", standing.reduction_percent},
-                                   {"below_static_regression_percent", standing.against_static_percent},
-                                   {"seen_by_fit", standing.seen_by_fit},
-                                   {"caution", standing.caution}});
-  }
-  json["notes"] = evaluation.notes;
-  std::string text = evaluation.brief();
-  const std::string tables = evaluation.tables();
-  core::write_file(folder / "tables.txt", text + tables);
+  write_tables(evaluation, folder);
+  nlohmann::json json = json_of(evaluation);
+  const std::string predictions = (folder / "predictions.csv").string(), tables = evaluation.tables();
+  json["predictions"] = predictions;
   const auto lines = std::count(tables.begin(), tables.end(), '\n');
+  std::string text = evaluation.brief();
   text += lines <= most_lines
               ? tables
               : fmt::format("a table for each channel ({} lines) in {}\n", lines, (folder / "tables.txt").string());
-  if (!evaluation.observer.empty()) {
-    core::write_file(folder / "observer.txt", evaluation.observer);
-    text += "\n" + evaluation.observer;
-    json["observer"] = evaluation.observer;
-  }
+  if (!evaluation.observer.empty()) text += "\n" + evaluation.observer;
   text += fmt::format("predictions in {}, models in models.toml and models.txt, pictures in *.svg beside it\n",
-                      file.string());
+                      predictions);
   if (options.cross) {
     const compensation::CrossExperiment cross = compensation::cross_experiment(measurement, settings);
     text += "\n" + cross.brief();
-    json["cross"]["programs"] = cross.programs;
-    json["cross"]["notes"] = cross.notes;
-    for (const auto& entry : cross.entries) {
-      nlohmann::json rows = nlohmann::json::array();
-      for (const auto& row : entry.reduction_percent.rowwise())
-        rows.push_back(std::vector<double>(row.begin(), row.end()));
-      json["cross"]["models"].push_back({{"model", entry.model}, {"rms_reduction_percent", rows}});
-    }
+    json["cross"] = json_of(cross);
   }
   if (!options.length_study.empty()) study_lengths(options, measurement, json, text);
   print_summary(options, text, json.dump());

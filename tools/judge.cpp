@@ -2,7 +2,6 @@
 // The verb that holds the machine's model against a measurement.
 
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <optional>
@@ -62,18 +61,21 @@ void diagnose(const DiagnoseOptions& options) {
   std::string text = result.sentence + "\n";
   for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
   // Each channel without a machine has a ranking of its own.
-  for (std::size_t i = 0; i < result.ranking.size() && (without_machine || i < shown_causes); ++i)
-    if (const diagnosis::RankedCause& cause = result.ranking[i]; !without_machine || cause.probability >= 0.01)
+  for (std::size_t i = 0; i < result.ranking.size() && (without_machine || i < shown_causes); ++i) {
+    if (const diagnosis::RankedCause& cause = result.ranking[i]; !without_machine || cause.probability >= 0.01) {
       text += fmt::format("  {:5.1f} %  {} {}\n", 100 * cause.probability, name_of(cause.parameter.kind),
                           cause.parameter.where);
+    }
+  }
   if (without_machine && result.causes.empty())
     text += fmt::format("residual on held-out time: {:.2f} um\n", result.heldout_rms_before_um);
-  else
+  else {
     text += fmt::format("{} on held-out time: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
                         without_machine ? "residual" : "TCP residual", result.heldout_rms_before_um,
                         result.heldout_rms_after_um, diagnosis::percent_text(result.reduction_percent),
                         diagnosis::percent_text(result.ci95_low_percent),
                         diagnosis::percent_text(result.ci95_high_percent));
+  }
   text += fmt::format("report: {}\n", (folder / "report.html").string());
   print_summary(options, text, diagnosis::diagnosis_json(result));
 }

@@ -2,6 +2,7 @@
 // The command line: parses, calls the verb, maps errors to exit status.
 
 #include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <iostream>
 #include <new>

@@ -55,9 +55,10 @@ diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnos
 
 std::vector<solver::LoadProgram> programs_of(const solver::Case& machine_case, const mesh::Machine& machine) {
   std::vector<solver::LoadProgram> programs;
-  for (const auto* names : {&machine_case.train, &machine_case.holdout})
+  for (const auto* names : {&machine_case.train, &machine_case.holdout}) {
     for (const std::string& name : *names)
       programs.push_back(solver::LoadProgram::read(machine_case.folder / "loads" / (name + ".toml"), machine));
+  }
   return programs;
 }
 

@@ -23,7 +23,8 @@ reduction::ReducedModel model_of(const compensation::Measurement& measurement, c
 /// The load programs of a case (training and held-out ones), for a machine of its kind.
 std::vector<solver::LoadProgram> programs_of(const solver::Case& machine_case, const mesh::Machine& machine);
 
-/// The machine with the causes of a diagnosis marked, on a coarse mesh; empty, with a word on stderr, where it cannot be meshed.
+/// The machine with the causes of a diagnosis marked, on a coarse mesh; empty, with a word on stderr, where it cannot
+/// be meshed.
 diagnosis::Scene scene_of(const mesh::Machine& machine, const diagnosis::Diagnosis& found,
                           const std::filesystem::path& cache);
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `mesh MACHINE`: what the meshed machine consists of, body by body and joint by joint.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "core/file.h"
 #include "core/progress.h"
@@ -118,12 +118,13 @@ void add_joints(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& j
     if (!on_ground && touches)
       row.update({{"gap_mean_m", contact.gap}, {"gap_least_m", contact.least_gap}, {"gap_most_m", contact.most_gap}});
     json["joints"].push_back(row);
-    if (!touches)
+    if (!touches) {
       core::warn(
           fmt::format("joint '{}': '{}' and '{}' do not touch with all axes at home: no triangles face each other "
                       "within reach_mm = {:g}; "
                       "a larger reach_mm bridges a gap of the CAD",
                       joint.id, joint.slave, joint.master, 1e3 * joint.reach));
+    }
   }
 }
 

@@ -2,7 +2,6 @@
 // The verb offsets: location errors in, axis offsets out.
 
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <iostream>

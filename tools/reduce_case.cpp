@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `reduce CASE`: the reduced model with its order, error and speed; all methods side by side.
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -175,6 +174,76 @@ void write_comparison_picture(const fs::path& file, const ReducedCase& made, con
   core::write_file(file, chart.svg());
 }
 
+/// @throws UsageError, InputError before anything is computed
+std::vector<mesh::Pose> bounded_poses(const ReduceOptions& options, const mesh::Machine& machine) {
+  std::vector<mesh::Pose> poses;
+  for (const std::string& pose : options.bound_poses) poses.push_back(mesh::parse_pose(machine, pose, "--bound-pose"));
+  if (options.bound && poses.empty()) {
+    const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine);
+    poses.push_back(grid[grid.size() / 2]);
+  }
+  if (!poses.empty()) reduction::require_affine(machine);
+  return poses;
+}
+
+nlohmann::json errors_json(const ReducedCase& made) {
+  nlohmann::json json = nlohmann::json::object();
+  for (std::size_t i = 0; i < made.summary.order_error_um.size(); ++i) {
+    const auto& [order, error] = made.summary.order_error_um[i];
+    json["orders"].push_back({{"order", order}, {"error_um", error}});
+    if (i < made.summary.observer.size()) json["orders"].back()["observer_um"] = made.summary.observer[i].predicted_um;
+  }
+  json["order_of_observer"] = made.summary.order_of_observer();
+  for (const auto& e : made.off_grid) {
+    json["off_grid"].push_back(
+        {{"load", e.load}, {"peak_um", e.peak_um()}, {"max_um", e.max_um()}, {"own_rows_max_um", e.own_rows_um()}});
+  }
+  for (const auto& e : made.model.errors) {
+    json["heldout"].push_back({{"load", e.load},
+                               {"peak_um", e.peak_um},
+                               {"max_um", e.max_um},
+                               {"rms_um", e.rms_um},
+                               {"estimate_max_um", e.estimate_max_um},
+                               {"effectivity", e.effectivity}});
+  }
+  for (const BoundedLoad& b : made.bounded) {
+    json["bounds"].push_back({{"load", b.load},
+                              {"pose", b.pose},
+                              {"peak_um", b.peak_um},
+                              {"error_um", b.error_um},
+                              {"bound_um", b.bound_um},
+                              {"remainder_um", b.remainder_um},
+                              {"least_ratio", b.least_ratio},
+                              {"median_ratio", b.median_ratio},
+                              {"seconds", b.seconds}});
+  }
+  return json;
+}
+
+nlohmann::json building_json(const ReducedCase& made, const TransientTime& transient) {
+  const reduction::ReduceSummary& stages = made.summary;
+  return {{"rows_s", stages.rows_seconds},
+          {"basis_s", stages.basis_seconds},
+          {"projection_s", stages.projection_seconds},
+          {"orders_s", stages.orders_seconds},
+          {"parts_s", stages.parts_seconds},
+          {"all_s", stages.seconds()},
+          {"transient_s", transient.seconds},
+          {"ratio", stages.seconds() / transient.seconds},
+          {"campaign_s", made.campaign_seconds}};
+}
+
+nlohmann::json comparison_json(const std::vector<MethodErrors>& methods) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const MethodErrors& method : methods) {
+    for (const auto& [order, error] : method.worst_um) {
+      json.push_back(
+          {{"method", method.name}, {"order", order}, {"worst_um", error}, {"basis_s", method.basis_seconds}});
+    }
+  }
+  return json;
+}
+
 }  // namespace
 
 void write_order_picture(const fs::path& file, const ReducedCase& made, double tolerance_um) {
@@ -203,78 +272,33 @@ void reduce(const ReduceOptions& options) {
   wanted.order = options.order;
   wanted.order_by_observer = options.order_by_observer;
   if (!options.method.empty()) wanted.method = reduction::basis_method(options.method);
-  std::vector<mesh::Pose> bounded;
-  for (const std::string& pose : options.bound_poses)
-    bounded.push_back(mesh::parse_pose(machine_case.machine, pose, "--bound-pose"));
-  if (options.bound && bounded.empty()) {
-    const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine_case.machine);
-    bounded.push_back(grid[grid.size() / 2]);
-  }
-  if (!bounded.empty()) reduction::require_affine(machine_case.machine);
+  const std::vector<mesh::Pose> bounded = bounded_poses(options, machine_case.machine);
   const solver::FullModel full = build(machine_case, options.out, options.solver);
   const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out, bounded);
   const TransientTime transient = time_transient(full, machine_case);
-  nlohmann::json json = {{"order", made.summary.order},
-                         {"nodes", full.mesh.nodes()},
-                         {"reference_order", made.reference.system.order()},
-                         {"method", reduction::basis_methods[wanted.method]},
-                         {"basis_s", made.summary.basis_seconds}};
-  for (std::size_t i = 0; i < made.summary.order_error_um.size(); ++i) {
-    const auto& [order, error] = made.summary.order_error_um[i];
-    json["orders"].push_back({{"order", order}, {"error_um", error}});
-    if (i < made.summary.observer.size()) json["orders"].back()["observer_um"] = made.summary.observer[i].predicted_um;
-  }
-  json["order_of_observer"] = made.summary.order_of_observer();
-  for (const auto& e : made.off_grid)
-    json["off_grid"].push_back(
-        {{"load", e.load}, {"peak_um", e.peak_um()}, {"max_um", e.max_um()}, {"own_rows_max_um", e.own_rows_um()}});
-  const reduction::ReduceSummary& stages = made.summary;
-  json["building"] = {{"rows_s", stages.rows_seconds},
-                      {"basis_s", stages.basis_seconds},
-                      {"projection_s", stages.projection_seconds},
-                      {"orders_s", stages.orders_seconds},
-                      {"parts_s", stages.parts_seconds},
-                      {"all_s", stages.seconds()},
-                      {"transient_s", transient.seconds},
-                      {"ratio", stages.seconds() / transient.seconds},
-                      {"campaign_s", made.campaign_seconds}};
-  for (const auto& e : made.model.errors)
-    json["heldout"].push_back({{"load", e.load},
-                               {"peak_um", e.peak_um},
-                               {"max_um", e.max_um},
-                               {"rms_um", e.rms_um},
-                               {"estimate_max_um", e.estimate_max_um},
-                               {"effectivity", e.effectivity}});
-  for (const BoundedLoad& b : made.bounded)
-    json["bounds"].push_back({{"load", b.load},
-                              {"pose", b.pose},
-                              {"peak_um", b.peak_um},
-                              {"error_um", b.error_um},
-                              {"bound_um", b.bound_um},
-                              {"remainder_um", b.remainder_um},
-                              {"least_ratio", b.least_ratio},
-                              {"median_ratio", b.median_ratio},
-                              {"seconds", b.seconds}});
-  std::vector<MethodErrors> methods;
+
+  nlohmann::json json = errors_json(made);
+  json["order"] = made.summary.order;
+  json["nodes"] = full.mesh.nodes();
+  json["reference_order"] = made.reference.system.order();
+  json["method"] = name_of(wanted.method);
+  json["basis_s"] = made.summary.basis_seconds;
+  json["building"] = building_json(made, transient);
   std::string text = made.summary.brief() + "\n\n" + error_table(made) + "\n" + building_text(made, transient) + "\n";
   if (made.bound) text += bound_table(made) + "\n";
+  const auto picture = options.out / "order.svg";
   if (options.compare) {
-    methods = compare_methods(full, machine_case, made, wanted.method, options.out);
+    const std::vector<MethodErrors> methods = compare_methods(full, machine_case, made, wanted.method, options.out);
     text += comparison_table(methods) + "\n";
-    for (const MethodErrors& method : methods)
-      for (const auto& [order, error] : method.worst_um)
-        json["comparison"].push_back(
-            {{"method", method.name}, {"order", order}, {"worst_um", error}, {"basis_s", method.basis_seconds}});
-  }
-  if (options.compare) {
-    write_comparison_picture(options.out / "order.svg", made, methods);
+    json["comparison"] = comparison_json(methods);
+    write_comparison_picture(picture, made, methods);
   } else {
-    write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
+    write_order_picture(picture, made, machine_case.tolerance_um);
   }
   json["seconds"] = time.seconds();
   print_summary(options,
-                text + fmt::format("{} and {} in {:.0f} s\n", (options.out / "model.rom.h5").string(),
-                                   (options.out / "order.svg").string(), time.seconds()),
+                text + fmt::format("{} and {} in {:.0f} s\n", (options.out / "model.rom.h5").string(), picture.string(),
+                                   time.seconds()),
                 json.dump());
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `reduce --matrices`: systems of other programs.
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -51,10 +50,11 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
     if (equals == std::string::npos) throw core::InputError(place, "no value", "NAME=VALUE[,VALUE...]");
     const std::string name = argument.substr(0, equals);
     const auto known = std::find(names.begin(), names.end(), name);
-    if (known == names.end())
+    if (known == names.end()) {
       throw core::InputError(
           place, "'" + name + "'",
           names.empty() ? "films whose A_film_NAME.mtx is there; there is none" : films_allowed(name, names));
+    }
     std::vector<double>& list = values[known - names.begin()];
     if (!list.empty())
       throw core::InputError(place, "'" + name + "' named twice", "each film once, with all its values");
@@ -70,15 +70,17 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
     std::vector<double>& list = values[j];
     if (list.empty()) list.push_back(system.films[j].value);
     std::vector<std::vector<double>> more;
-    for (const auto& point : points)
+    for (const auto& point : points) {
       for (const double value : list) {
         more.push_back(point);
         more.back().push_back(value);
       }
+    }
     points = std::move(more);
-    if (points.size() > most)
+    if (points.size() > most) {
       throw core::InputError("--film", fmt::format("{} combinations of values or more", points.size()),
                              fmt::format("at most {}", most));
+    }
   }
   return points;
 }
@@ -86,9 +88,10 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
 /// Films that are elsewhere than in the files' own point, and how many are not.
 std::string films_text(const reduction::LinearSystem& system, const PointResult& point) {
   std::vector<std::string> moved;
-  for (std::size_t j = 0; j < point.films.size(); ++j)
+  for (std::size_t j = 0; j < point.films.size(); ++j) {
     if (point.films[j] != system.films[j].value)
       moved.push_back(fmt::format("{} {:.6g}", system.films[j].name, point.films[j]));
+  }
   const std::size_t rest = point.films.size() - moved.size();
   if (moved.empty()) return "every film at its value in names.toml, 1 where it has none";
   return core::join(moved) + (rest > 0 ? fmt::format("; the {} other films where they stand", rest) : "");
@@ -126,7 +129,7 @@ std::string bound_text(const SystemReduction& reduction, const PointResult& poin
                       : balanced
                           ? ""
                           : fmt::format(";\n            of balanced truncation, {} has none", word(reduction.method)));
-  if (!point.complete)
+  if (!point.complete) {
     text +=
         point.unknown_sum
             ? fmt::format(
@@ -134,6 +137,7 @@ std::string bound_text(const SystemReduction& reduction, const PointResult& poin
                   *point.unknown_sum)
             : std::string(
                   "            those not computed are not in it: no bound of their sum is known for this system\n");
+  }
   text += fmt::format(
       "true error  {:.3e}, {:.2e} of the norm, at {:.4g} rad/s (largest seen; {} frequencies of the full system{})\n",
       point.error.value, point.error.value / norm, point.error.frequency, point.samples,

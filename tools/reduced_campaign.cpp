@@ -2,7 +2,6 @@
 // Load programs on the reduced model: the same files as the full model's campaign, in a moment, with an
 // estimate of their error.
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <optional>
@@ -76,112 +75,139 @@ std::optional<core::Table> at_poses(const core::Table& table, const std::vector<
   return part;
 }
 
-}  // namespace
+/// All that the runs of a campaign share.
+struct Runs {
+  solver::Case machine_case;
+  reduction::ReducedModel model;
+  std::optional<reduction::ReducedModel> reference;
+  std::optional<reduction::BoundModel> bound;
+  std::vector<mesh::Pose> poses;
+  reduction::ReducedRun how;
+  std::string maker;
+};
 
-void reduced_campaign(const CampaignOptions& options) {
-  const Stopwatch time;
-  const solver::Case machine_case = open_case(options.case_path, "", 0);
+Runs read_runs(const CampaignOptions& options) {
   const fs::path file = options.model.empty() ? options.out / "model.rom.h5" : options.model;
-  const reduction::ReducedModel model = model_for(options.case_path, file, options.out);
+  const solver::Case machine_case = open_case(options.case_path, "", 0);
+  Runs runs{machine_case, model_for(options.case_path, file, options.out), {}, {}, {}, {}, {}};
   const fs::path beside = file.parent_path() / "reference.rom.h5";
   fs::path reference_file = options.reference;
   if (reference_file.empty() && fs::exists(beside)) reference_file = beside;
-  std::optional<reduction::ReducedModel> reference;
-  if (!reference_file.empty()) reference = reduction::read_model(reference_file);
-
-  std::optional<reduction::BoundModel> bound;
+  if (!reference_file.empty()) runs.reference = reduction::read_model(reference_file);
   if (options.bound) {
     if (options.exact)
       throw core::UsageError("campaign: --bound is for the full model's time scheme, --exact has another");
-    bound = reduction::read_bound(file.parent_path() / "bound.rom.h5", model);
+    runs.bound = reduction::read_bound(file.parent_path() / "bound.rom.h5", runs.model);
     tell_what_no_bound_covers(machine_case.machine);
   }
+  runs.poses = mesh::workspace_poses(machine_case.machine);
+  runs.how.exact = options.exact;
+  runs.maker = fmt::format("reduced model of order {}, {}\n", runs.model.system.order(), file.filename().string());
+  return runs;
+}
 
-  std::vector<std::string> names = options.loads;
-  if (names.empty()) {
-    names = machine_case.train;
-    names.insert(names.end(), machine_case.holdout.begin(), machine_case.holdout.end());
+Outcome run_load(const Runs& runs, const solver::LoadProgram& program, const fs::path& folder) {
+  const Stopwatch watch;
+  const mesh::Machine& machine = runs.machine_case.machine;
+  Outcome outcome;
+  reduction::RunRecord record;
+  reduction::ReducedRun how = runs.how;
+  if (runs.bound) how.record = &record;
+  solver::LoadResult result;
+  std::optional<core::Table> estimate, limits;
+  if (runs.reference) {
+    reduction::EstimatedRun estimated =
+        reduction::simulate_with_estimate(runs.model, *runs.reference, machine, program, runs.poses, how);
+    result = std::move(estimated.result);
+    estimate = std::move(estimated.estimate);
+    outcome.estimate_um = reduction::largest_translation(*estimate);
+    const auto there = runs.bound ? at_poses(*estimate, runs.poses, runs.bound->poses) : std::nullopt;
+    if (there) outcome.estimate_there_um = reduction::largest_translation(*there);
+  } else {
+    result = reduction::simulate_reduced(runs.model, machine, program, runs.poses, how);
   }
-  const auto programs = load_programs(machine_case, names);
-  require_writable(options.out);
-  reduction::ReducedRun run;
-  run.exact = options.exact;
-  const auto poses = mesh::workspace_poses(machine_case.machine);
-  const fs::path folder =
-      options.out / "campaign_reduced";  // campaign/ holds the full model's tables, which resumed runs trust
-  const std::string maker =
-      fmt::format("reduced model of order {}, {}\n", model.system.order(), file.filename().string());
-  std::vector<Outcome> outcomes(programs.size());
-  core::Progress progress("reduced runs", programs.size());
-  core::parallel_for(0, programs.size(), [&](std::size_t i) {
-    const Stopwatch watch;
-    Outcome& outcome = outcomes[i];
-    solver::LoadResult result;
-    reduction::RunRecord record;
-    reduction::ReducedRun how = run;
-    if (bound) how.record = &record;
-    std::optional<reduction::ErrorBound> bounded;
-    const auto bound_it = [&] {
-      if (!bound) return static_cast<const core::Table*>(nullptr);
-      bounded = reduction::error_bound(model, *bound, machine_case.machine, record);
-      outcome.bound_um = bounded->largest_um;
-      return static_cast<const core::Table*>(&bounded->table);
-    };
-    if (reference) {
-      reduction::EstimatedRun estimated =
-          reduction::simulate_with_estimate(model, *reference, machine_case.machine, programs[i], poses, how);
-      outcome.estimate_um = reduction::largest_translation(estimated.estimate);
-      if (bound) {
-        const auto there = at_poses(estimated.estimate, poses, bound->poses);
-        if (there) outcome.estimate_there_um = reduction::largest_translation(*there);
-      }
-      const core::Table* limits = bound_it();
-      outcome.seconds = watch.seconds();
-      write_load(folder / programs[i].name(), estimated.result, &estimated.estimate, limits, maker);
-      result = std::move(estimated.result);
-    } else {
-      result = reduction::simulate_reduced(model, machine_case.machine, programs[i], poses, how);
-      const core::Table* limits = bound_it();
-      outcome.seconds = watch.seconds();
-      write_load(folder / programs[i].name(), result, nullptr, limits, maker);
-    }
-    outcome.peak_um = reduction::largest_translation(result.tcp);
-    outcome.times = result.sensors.rows();
-    progress.advance();
-  });
+  if (runs.bound) {
+    reduction::ErrorBound bounded = reduction::error_bound(runs.model, *runs.bound, machine, record);
+    outcome.bound_um = bounded.largest_um;
+    limits = std::move(bounded.table);
+  }
+  outcome.seconds = watch.seconds();
+  write_load(folder / program.name(), result, estimate ? &*estimate : nullptr, limits ? &*limits : nullptr, runs.maker);
+  outcome.peak_um = reduction::largest_translation(result.tcp);
+  outcome.times = result.sensors.rows();
+  return outcome;
+}
 
+std::string table_of(const Runs& runs, const std::vector<solver::LoadProgram>& programs,
+                     const std::vector<Outcome>& outcomes) {
   std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um", "estimated error um"}};
-  if (bound) table[0].insert(table[0].end(), {"at the bound's poses um", "bound there um"});
+  if (runs.bound) table[0].insert(table[0].end(), {"at the bound's poses um", "bound there um"});
   table[0].emplace_back("s");
-  nlohmann::json json = {{"order", model.system.order()}, {"seconds", time.seconds()}};
-  if (reference) json["reference_order"] = reference->system.order();
   for (std::size_t i = 0; i < programs.size(); ++i) {
     const Outcome& o = outcomes[i];
-    table.push_back({programs[i].name(), std::to_string(o.times), std::to_string(poses.size()),
-                     fmt::format("{:.2f}", o.peak_um), reference ? fmt::format("{:.3f}", o.estimate_um) : "-"});
-    if (bound) {
+    table.push_back({programs[i].name(), std::to_string(o.times), std::to_string(runs.poses.size()),
+                     fmt::format("{:.2f}", o.peak_um), runs.reference ? fmt::format("{:.3f}", o.estimate_um) : "-"});
+    if (runs.bound) {
       table.back().push_back(o.estimate_there_um ? fmt::format("{:.3f}", *o.estimate_there_um) : "-");
       table.back().push_back(fmt::format("{:.3f}", o.bound_um));
     }
     table.back().push_back(fmt::format("{:.3f}", o.seconds));
-    json["loads"].push_back({{"load", programs[i].name()},
-                             {"times", o.times},
-                             {"poses", poses.size()},
-                             {"peak_um", o.peak_um},
-                             {"seconds", o.seconds}});
-    if (reference) json["loads"].back()["estimate_um"] = o.estimate_um;
-    if (bound) json["loads"].back()["bound_um"] = o.bound_um;
-    if (o.estimate_there_um) json["loads"].back()["estimate_at_bound_poses_um"] = *o.estimate_there_um;
   }
-  print_summary(
-      options,
-      fmt::format("{}\norder {}{}{}, {:.1f} s; tables in {}\n", core::format_table(table), model.system.order(),
-                  reference ? fmt::format(", estimates by order {}", reference->system.order()) : "",
-                  bound ? fmt::format(", bounds at {} by order {}", poses_text(machine_case.machine, bound->poses),
-                                      bound->terms.order())
-                        : "",
-                  time.seconds(), folder.string()),
-      json.dump());
+  return core::format_table(table);
+}
+
+nlohmann::json json_of(const Runs& runs, const std::vector<solver::LoadProgram>& programs,
+                       const std::vector<Outcome>& outcomes) {
+  nlohmann::json json = {{"order", runs.model.system.order()}};
+  if (runs.reference) json["reference_order"] = runs.reference->system.order();
+  for (std::size_t i = 0; i < programs.size(); ++i) {
+    const Outcome& o = outcomes[i];
+    nlohmann::json load = {{"load", programs[i].name()},
+                           {"times", o.times},
+                           {"poses", runs.poses.size()},
+                           {"peak_um", o.peak_um},
+                           {"seconds", o.seconds}};
+    if (runs.reference) load["estimate_um"] = o.estimate_um;
+    if (runs.bound) load["bound_um"] = o.bound_um;
+    if (o.estimate_there_um) load["estimate_at_bound_poses_um"] = *o.estimate_there_um;
+    json["loads"].push_back(std::move(load));
+  }
+  return json;
+}
+
+}  // namespace
+
+void reduced_campaign(const CampaignOptions& options) {
+  const Stopwatch time;
+  const Runs runs = read_runs(options);
+  std::vector<std::string> names = options.loads;
+  if (names.empty()) {
+    names = runs.machine_case.train;
+    names.insert(names.end(), runs.machine_case.holdout.begin(), runs.machine_case.holdout.end());
+  }
+  const auto programs = load_programs(runs.machine_case, names);
+  require_writable(options.out);
+  // campaign/ holds the full model's tables, which resumed runs trust.
+  const fs::path folder = options.out / "campaign_reduced";
+  std::vector<Outcome> outcomes(programs.size());
+  core::Progress progress("reduced runs", programs.size());
+  core::parallel_for(0, programs.size(), [&](std::size_t i) {
+    outcomes[i] = run_load(runs, programs[i], folder);
+    progress.advance();
+  });
+
+  nlohmann::json json = json_of(runs, programs, outcomes);
+  json["seconds"] = time.seconds();
+  const auto& [machine_case, model, reference, bound, poses, how, maker] = runs;
+  print_summary(options,
+                fmt::format("{}\norder {}{}{}, {:.1f} s; tables in {}\n", table_of(runs, programs, outcomes),
+                            model.system.order(),
+                            reference ? fmt::format(", estimates by order {}", reference->system.order()) : "",
+                            bound ? fmt::format(", bounds at {} by order {}",
+                                                poses_text(machine_case.machine, bound->poses), bound->terms.order())
+                                  : "",
+                            time.seconds(), folder.string()),
+                json.dump());
 }
 
 }  // namespace thermotwin::tools

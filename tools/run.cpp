@@ -3,7 +3,6 @@
 // measured virtually, diagnosis of a measurement, measured drift; a screenful of what was found.
 
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <cstdlib>
@@ -143,10 +142,10 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
     solver::write_pvd(staged / series, {{time, name}});
     return std::vector<std::filesystem::path>{name, "poses.vtp", series};
   });
-  if (std::getenv("DISPLAY"))
+  if (std::getenv("DISPLAY")) {
     solver::write_picture(out / "machine.png", full.mesh, pose, temperature_C, displacement, 3000,
                           fmt::format("{}: {} after {:.1f} h, deformation x 3000", machine.name, load, time / 3600));
-  else
+  } else
     core::log_line("no display: machine.png is left out (xvfb-run -a gives one)");
 }
 
@@ -195,33 +194,28 @@ std::string hidden_truth(const solver::Case& machine_case) {
                      wrong.where, ratio);
 }
 
-}  // namespace
-
-void run(const RunOptions& options) {
-  const Stopwatch total;
-  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
-  const mesh::Machine& machine = machine_case.machine;
-  require_whole_chain(machine_case);
-
-  nlohmann::json json = {{"machine", machine.name}, {"size", machine_case.size}};
+/// What each step of the chain adds to the terminal's text and to summary.json.
+struct Findings {
   std::string text;
+  nlohmann::json json;
+};
 
-  Stopwatch step;
-  const solver::FullModel full = build(machine_case, options.out, options.solver);
+void add_mesh(const solver::Case& machine_case, const solver::FullModel& full, double seconds, Findings& found) {
+  const mesh::Machine& machine = machine_case.machine;
   Eigen::Index elements = 0;
   for (const mesh::TetMesh& body : full.mesh.bodies) elements += body.elements();
-  text +=
+  found.text +=
       fmt::format("mesh        {} bodies, {} nodes, {} tetrahedra, {} joints ({}); {:.0f} s\n", machine.bodies.size(),
-                  full.mesh.nodes(), elements, machine.joints.size(), machine_case.size, step.seconds());
-  json["mesh"] = {{"bodies", machine.bodies.size()}, {"nodes", full.mesh.nodes()}, {"elements", elements}};
+                  full.mesh.nodes(), elements, machine.joints.size(), machine_case.size, seconds);
+  found.json["mesh"] = {{"bodies", machine.bodies.size()}, {"nodes", full.mesh.nodes()}, {"elements", elements}};
+}
 
-  step = {};
-  const ReducedCase made = make_reduced_model(full, machine_case, {}, options.resume, options.out);
-  write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
+void add_reduced(const ReducedCase& made, Eigen::Index unknowns, Findings& found) {
+  auto& [text, json] = found;
   text +=
       fmt::format("campaign    {} load programs x {} poses; {:.0f} s\n", made.loads, made.poses, made.campaign_seconds);
   text += fmt::format("reduced     order {} for {} unknowns; basis and projection {:.0f} s\n", made.summary.order,
-                      full.thermal.size, made.summary.basis_seconds + made.summary.projection_seconds);
+                      unknowns, made.summary.basis_seconds + made.summary.projection_seconds);
   json["campaign"] = {{"loads", made.loads}, {"poses", made.poses}, {"seconds", made.campaign_seconds}};
   json["reduced"]["order"] = made.summary.order;
   for (const reduction::ReductionErrors& e : made.model.errors) {
@@ -230,55 +224,83 @@ void run(const RunOptions& options) {
                         e.estimate_max_um > 0 ? fmt::format("; estimated {:.3f}", e.estimate_max_um) : "");
     json["reduced"]["heldout"].push_back({{"load", e.load}, {"max_um", e.max_um}, {"peak_um", e.peak_um}});
   }
+}
 
-  step = {};
-  compensation::ValidationOptions validation_options;
-  validation_options.loads = {machine_case.holdout.front()};
-  validation_options.draws = 1;
-  validation_options.machine.size_factor *= mesh::size_factor(machine, machine_case.size);
-  validation_options.machine.mesh_cache = options.out / "cache";
-  const auto validation = compensation::validate_online(machine_case, made.model, validation_options);
-  const std::string& unseen = validation_options.loads.front();
+/// An unseen program on one machine that is measured virtually.
+void compensate_unseen(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                       const std::filesystem::path& out, Findings& found) {
+  const Stopwatch step;
+  compensation::ValidationOptions options;
+  options.loads = {machine_case.holdout.front()};
+  options.draws = 1;
+  options.machine.size_factor *= mesh::size_factor(machine_case.machine, machine_case.size);
+  options.machine.mesh_cache = out / "cache";
+  const auto validation = compensation::validate_online(machine_case, model, options);
+  const std::string& unseen = options.loads.front();
   const double bare = validation.median_reduction(unseen, false), sensed = validation.median_reduction(unseen, true);
   double before = 0, after = 0;
   for (const auto& row : validation.rows) {
     before += row.rms_before_um * row.rms_before_um / validation.rows.size();
     after += row.rms_sensors_um * row.rms_sensors_um / validation.rows.size();
   }
-  text += fmt::format(
+  found.text += fmt::format(
       "compensated {} on a machine measured virtually ({} nodes, perturbed parameters, noise), {} check points:\n"
       "            RMS {:.1f} um -> {:.1f} um, {:.1f} % removed; without temperature sensors {:.1f} %; {:.0f} s\n",
       unseen, validation.measured_nodes, validation.rows.size(), std::sqrt(before), std::sqrt(after), sensed, bare,
       step.seconds());
-  json["compensation"] = {{"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}};
+  found.json["compensation"] = {
+      {"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}};
+}
 
-  step = {};
+void diagnose_measurement(const solver::Case& machine_case, const solver::FullModel& full,
+                          const reduction::ReducedModel& model, const RunOptions& options, Findings& found) {
+  const mesh::Machine& machine = machine_case.machine;
   const compensation::Measurement measurement = measurement_of(machine_case, options.resume, options.out);
   compensation::require_fits(measurement, machine);
-  const diagnosis::Diagnosis found =
-      diagnosis::diagnose(made.model, measurement, {.programs = programs_of(machine_case, machine)});
-  diagnosis::write_diagnosis(options.out / "diagnosis", found, made.model,
-                             diagnosis::make_scene(full.mesh, diagnosis::marked_causes(found)));
-  text += fmt::format("diagnosis   {}\n{}", found.sentence, hidden_truth(machine_case));
-  json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(found));
+  const diagnosis::Diagnosis diagnosed =
+      diagnosis::diagnose(model, measurement, {.programs = programs_of(machine_case, machine)});
+  diagnosis::write_diagnosis(options.out / "diagnosis", diagnosed, model,
+                             diagnosis::make_scene(full.mesh, diagnosis::marked_causes(diagnosed)));
+  found.text += fmt::format("diagnosis   {}\n{}", diagnosed.sentence, hidden_truth(machine_case));
+  found.json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(diagnosed));
+}
 
+}  // namespace
+
+void run(const RunOptions& options) {
+  const Stopwatch total;
+  const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
+  require_whole_chain(machine_case);
+  Findings found{"", {{"machine", machine_case.machine.name}, {"size", machine_case.size}}};
+
+  const Stopwatch building;
+  const solver::FullModel full = build(machine_case, options.out, options.solver);
+  add_mesh(machine_case, full, building.seconds(), found);
+
+  const ReducedCase made = make_reduced_model(full, machine_case, {}, options.resume, options.out);
+  write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
+  add_reduced(made, full.thermal.size, found);
+
+  compensate_unseen(machine_case, made.model, options.out, found);
+  diagnose_measurement(machine_case, full, made.model, options, found);
   write_pictures(full, machine_case, options.out, machine_case.train.back());
 
   if (const auto drift = measured_drift()) {
-    text += "measured    drift of a real machine, models fitted on its first day; RMS removed on the days after:\n" +
-            drift_lines(*drift, json);
+    found.text +=
+        "measured    drift of a real machine, models fitted on its first day; RMS removed on the days after:\n" +
+        drift_lines(*drift, found.json);
     core::write_csv(options.out / "evaluation" / "measured_drift.csv", drift->predictions);
   }
 
-  text += fmt::format(
+  found.text += fmt::format(
       "look at     {0}/machine.png, {0}/diagnosis/report.html, {0}/fields/*.pvd and poses.vtp (ParaView),\n"
       "            {0}/campaign/*/tcp.csv, {0}/model.rom.h5\n"
       "total       {1:.0f} s, peak memory {2:.2f} GiB\n",
       options.out.string(), total.seconds(), peak_memory_GiB());
-  json["seconds"] = total.seconds();
-  json["peak_memory_GiB"] = peak_memory_GiB();
-  core::write_file(options.out / "summary.json", json.dump(1) + "\n");
-  print_summary(options, text, json.dump());
+  found.json["seconds"] = total.seconds();
+  found.json["peak_memory_GiB"] = peak_memory_GiB();
+  core::write_file(options.out / "summary.json", found.json.dump(1) + "\n");
+  print_summary(options, found.text, found.json.dump());
 }
 
 }  // namespace thermotwin::tools

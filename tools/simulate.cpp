@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -128,12 +127,14 @@ void simulate(const SimulateOptions& options) {
     const auto number = at - fields.begin();
     const Eigen::VectorXd state = output.state;
     const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
-    for (const auto& [screw, tension] : full.elastic.screw_tensions(state, pose))
-      if (tension < 0.0 && slack.insert(screw).second)
+    for (const auto& [screw, tension] : full.elastic.screw_tensions(state, pose)) {
+      if (tension < 0.0 && slack.insert(screw).second) {
         core::warn(
             fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N): the TCP error from here on "
                         "counts it as if it could push",
                         output.time, machine.screws[screw].body, tension));
+      }
+    }
     solver::write_fields(folder / files[number].second, full.mesh, pose,
                          (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(), displacement,
                          output.time, displacement.cols() > 0 ? stress.nodal(displacement, state) : Eigen::MatrixXd());
@@ -157,9 +158,10 @@ void simulate(const SimulateOptions& options) {
                          {"factorisations", result.run.factorisations},
                          {"iterations", result.run.iterations},
                          {"resumed_at_s", result.run.resumed_at}};
-  for (const auto& at : result.run.switches)
+  for (const auto& at : result.run.switches) {
     json["switches"].push_back(
         {{"time_s", at.time}, {"coolant", machine.coolants[at.coolant].id}, {"running", at.running}});
+  }
   std::string heat;
   if (result.heat) {
     heat = result.heat->brief() + "\n";

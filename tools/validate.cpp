@@ -3,7 +3,6 @@
 // power-off, failed sensors; on full models, on a reduced model of larger order, or on both side by side.
 
 #include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include <functional>
@@ -27,19 +26,21 @@ using nlohmann::json;
 
 json results(const compensation::PowerOffStudy& study) {
   json found;
-  for (const auto& row : study.rows)
+  for (const auto& row : study.rows) {
     found["rows"].push_back(
         {{"draw", row.draw}, {"off_h", row.off_h}, {"before_um", row.before_um}, {"left_um", row.left_um}});
+  }
   const char* const moments[] = {"left_percent_return", "left_percent_30_min", "left_percent_2_h"};
-  for (int k = 0; k < 3; ++k)
+  for (int k = 0; k < 3; ++k) {
     found[moments[k]] = {{"median", quantile(study.left_percent(k), 0.5)},
                          {"p90", quantile(study.left_percent(k), 0.9)}};
+  }
   return found;
 }
 
 json results(const compensation::FailedSensorStudy& study) {
   json found = {{"false_alarms", study.false_alarms()}};
-  for (const auto& row : study.rows)
+  for (const auto& row : study.rows) {
     found["rows"].push_back({{"load", row.load},
                              {"draw", row.draw},
                              {"sensor", row.sensor},
@@ -47,6 +48,7 @@ json results(const compensation::FailedSensorStudy& study) {
                              {"reduction_percent", row.whole_percent},
                              {"reduction_failed_percent", row.failed_percent},
                              {"named_after_min", row.named_min}});
+  }
   return found;
 }
 
@@ -152,9 +154,10 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
 }  // namespace
 
 void validate(const ValidateOptions& options) {
-  if (options.full_draws > options.draws)
+  if (options.full_draws > options.draws) {
     throw core::UsageError(
         fmt::format("--full-draws {}: more than the {} machines of --draws", options.full_draws, options.draws));
+  }
   const solver::Case machine_case = open_case(options.case_path, "", 0);
   const reduction::ReducedModel model = model_for(options.case_path, options.model, options.out);
   compensation::ValidationOptions settings;
@@ -165,18 +168,19 @@ void validate(const ValidateOptions& options) {
   settings.machine.mesh_cache = options.out / "cache";
   settings.machine.what = options.perturb == "thermal" ? compensation::Perturb::thermal : compensation::Perturb::all;
   using compensation::ValidationOptions;
-  if (options.power_off)
+  if (options.power_off) {
     on_truths<compensation::PowerOffStudy>(options, settings, model, [&](const ValidationOptions& how) {
       return study_power_off(machine_case, model, how);
     });
-  else if (options.failed_sensors)
+  } else if (options.failed_sensors) {
     on_truths<compensation::FailedSensorStudy>(options, settings, model, [&](const ValidationOptions& how) {
       return study_failed_sensors(machine_case, model, how);
     });
-  else
+  } else {
     on_truths<compensation::Validation>(options, settings, model, [&](const ValidationOptions& how) {
       return validate_online(machine_case, model, how);
     });
+  }
 }
 
 }  // namespace thermotwin::tools

@@ -15,6 +15,7 @@
 // motion is rigid. The print's C is the shift of the coordinate system, the negative of an offset.
 
 #include <Eigen/Core>
+
 #include <map>
 #include <string>
 #include <vector>

@@ -2,10 +2,10 @@
 #include "compensation/evaluation/evaluate.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 
@@ -15,7 +15,7 @@
 #include "compensation/models/catalogue.h"
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
-#include "core/options.h"
+#include "core/range.h"
 #include "core/text.h"
 
 namespace thermotwin::compensation {
@@ -51,7 +51,7 @@ void require_channels(const std::vector<std::string>& check, const Measurement& 
 
 /// The same channel must mean the same in all folders.
 void require_same_channels(const Measurement& measurement, const Measurement& other) {
-  for (const MeasuredChannel& channel : other.channels)
+  for (const MeasuredChannel& channel : other.channels) {
     for (const MeasuredChannel& known : measurement.channels) {
       if (channel.id != known.id || (channel.unit == known.unit && channel.quantity == known.quantity)) continue;
       const auto words = [](const MeasuredChannel& c) {
@@ -62,14 +62,16 @@ void require_same_channels(const Measurement& measurement, const Measurement& ot
                        fmt::format("channel '{}': {}", channel.id, words(channel)),
                        fmt::format("{}, as in {}", words(known), measurement.folder.string()));
     }
+  }
 }
 
 /// Rows of the channels that the measurement has: others cannot be compared.
 void add_rows(const std::vector<EvaluationRow>& rows, const Judge& judge, Evaluation& result) {
-  for (const EvaluationRow& row : rows)
+  for (const EvaluationRow& row : rows) {
     if (std::any_of(judge.data().targets.begin(), judge.data().targets.end(),
                     [&](const MeasuredChannel& c) { return c.id == row.channel; }))
       result.rows.push_back(row);
+  }
 }
 
 /// Another folder is judged as a whole, or by its programs.
@@ -78,9 +80,10 @@ std::vector<EvaluationPart> parts_of_other(const Measurement& other, bool traini
   std::vector<EvaluationPart> parts;
   for (const Program& program : other.programs)
     parts.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
-  if (parts.empty())
+  if (parts.empty()) {
     parts.push_back(
         {name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), training});
+  }
   return parts;
 }
 
@@ -111,10 +114,11 @@ double training_hours(const Judge& judge) {
 /// ISO 230-3 warms a machine up for four hours; a model fitted on less has hardly seen it settle.
 void note_short_training(Evaluation& result) {
   constexpr double least_hours = 4.0;
-  if (result.training_hours < least_hours)
+  if (result.training_hours < least_hours) {
     result.notes.push_back(fmt::format(
         "fitted on {:.1f} h only: tests of ISO 230-3 last {:.0f} h, and slower parts have not settled by then",
         result.training_hours, least_hours));
+  }
 }
 
 }  // namespace
@@ -134,11 +138,12 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   for (const Measurement& other : others) require_displacements(other);
   for (const Measurement& other : training_data) require_displacements(other);
   std::vector<const Measurement*> all{&measurement};
-  for (const auto* more : {&others, &training_data})
+  for (const auto* more : {&others, &training_data}) {
     for (const Measurement& other : *more) {
       for (const Measurement* known : all) require_same_channels(*known, other);
       all.push_back(&other);
     }
+  }
   EvaluateOptions own = options;
   // Whoever brings training data wants the measurement judged, but for what is said to train.
   if (!training_data.empty() && own.train_until_s == 0.0) own.train_until_s = nothing_trains;
@@ -239,9 +244,10 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
   CrossExperiment cross;
   for (const Program& program : cut.programs) cross.programs.push_back(program.name);
   const auto n = std::ssize(cross.programs);
-  if (n < 2)
+  if (n < 2) {
     throw InputError(measurement.folder.string(), fmt::format("{} program or day", n),
                      "at least two, to fit on one and judge on another");
+  }
   for (const ModelSpec* spec : chosen_models(options)) {
     CrossExperiment::Entry entry{spec->name, MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN())};
     for (Index from = 0; from < n; ++from) {
@@ -279,9 +285,10 @@ LengthStudy length_study(const Measurement& measurement, const std::string& name
   std::size_t target = 0;
   while (data.targets[target].id != channel) ++target;
   const auto [first, last] = known_range(data.target_values.col(target));
-  if (first < 0 || first == last)
+  if (first < 0 || first == last) {
     throw InputError(measurement.folder.string(), "channel '" + channel + "' without rows",
                      "a channel that was measured");
+  }
   const MeasuredChannel kept = data.targets[target];
   const VectorXd values = data.target_values.col(target);
   data.targets = {kept};

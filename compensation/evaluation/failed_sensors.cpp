@@ -73,13 +73,14 @@ struct Judged {
   /// Share of the RMS over the check points that predictions remove from a row on, percent.
   double removed(const std::vector<std::vector<solver::TcpError>>& errors, Index from) const {
     double before = 0.0, left = 0.0;
-    for (std::size_t p = 0; p < poses.size(); ++p)
+    for (std::size_t p = 0; p < poses.size(); ++p) {
       for (Index i = from; i < measurement.data.rows(); ++i) {
         const Eigen::Vector3d truth = measured[p].col(i);
         if (!truth.allFinite()) continue;
         before += truth.squaredNorm();
         left += (truth - errors[p][i].error.head<3>() / core::units::um).squaredNorm();
       }
+    }
     return 100.0 * (1.0 - std::sqrt(left / before));
   }
 };
@@ -89,9 +90,10 @@ struct Judged {
 FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model,
                                        const ValidationOptions& options) {
   options.validate();
-  if (machine_case.check_points.empty())
+  if (machine_case.check_points.empty()) {
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose, to judge the compensation at");
+  }
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   const mesh::Machine& machine = machine_case.machine;
   FailedSensorStudy study;
@@ -170,9 +172,10 @@ Rows FailedSensorStudy::summary() const {
   Rows table{{"program", "fault", "cases", "cost %: median", "90th percentile", "largest", "at", "above 20 %",
               "named after min: median", "90th percentile", "within 15 min %", "never named", "others named"}};
   std::vector<std::pair<std::string, std::string>> groups;
-  for (const FailedSensorRow& row : rows)
+  for (const FailedSensorRow& row : rows) {
     if (std::find(groups.begin(), groups.end(), std::pair{row.load, row.fault}) == groups.end())
       groups.emplace_back(row.load, row.fault);
+  }
   for (const auto& [load, fault] : groups) {
     std::vector<double> costs, times;
     const FailedSensorRow* worst = nullptr;

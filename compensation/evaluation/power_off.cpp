@@ -93,9 +93,10 @@ Rows PowerOffStudy::summary() const {
   Rows table{{"machines", "left % after 5 min: median", "90th percentile", "after 30 min: median", "90th percentile",
               "after 2 h: median", "90th percentile"},
              {std::to_string(rows.size())}};
-  for (int k = 0; k < 3; ++k)
+  for (int k = 0; k < 3; ++k) {
     for (const double share : {0.5, 0.9})
       table.back().push_back(fmt::format("{:.1f}", quantile(left_percent(k), share)));
+  }
   return table;
 }
 
@@ -129,9 +130,10 @@ std::string PowerOffStudy::brief() const {
 PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model,
                               const ValidationOptions& options) {
   options.validate();
-  if (machine_case.check_points.empty())
+  if (machine_case.check_points.empty()) {
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose, to judge the compensation at");
+  }
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   PowerOffStudy study;
   for (int draw = 0; draw < options.draws; ++draw) {

@@ -4,6 +4,7 @@
 #include "compensation/evaluation/reduced_models.h"
 
 #include <fmt/format.h>
+
 #include <iterator>
 
 #include "compensation/evaluation/replay.h"
@@ -52,9 +53,10 @@ void judge_reduced_model(const Measurement& measurement, const reduction::Reduce
     const VectorXd predicted = quantity_series(errors[k], channel);
     judge.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
-  if (!with_sensors)
+  if (!with_sensors) {
     judge.note(fmt::format("{}: nothing fitted; starts uniform at {:.2f} degC", name,
                            start_temperature(measurement, model.machine)));
+  }
 }
 
 VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel) {

@@ -5,9 +5,8 @@
 #include <string>
 
 #include "compensation/evaluation/scoring.h"
-#include "reduction/model/reduced_model.h"
-
 #include "compensation/measurement/measurement.h"
+#include "reduction/model/reduced_model.h"
 
 namespace thermotwin::compensation {
 

@@ -3,6 +3,7 @@
 // What an evaluation finds.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +23,8 @@ struct EvaluationRow {
   bool training = false;  ///< the model's fit saw displacements of this part
 };
 
-/// A model over all displacements that its fit did not see, or where there are none (all rows train), over those that it saw.
+/// A model over all displacements that its fit did not see, or where there are none (all rows train), over those that
+/// it saw.
 struct Standing {
   std::string model;
   Eigen::Index channels = 0;

@@ -83,9 +83,10 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
   if (!measurement.programs.empty()) {
     for (const Program& program : measurement.programs) {
       // A program that the training's end cuts is judged from there on.
-      if (program.from_s < until)
+      if (program.from_s < until) {
         parts.push_back(
             {program.to_s <= until ? program.name : "training", program.from_s, std::min(program.to_s, until), true});
+      }
       if (program.to_s > until) parts.push_back({program.name, std::max(program.from_s, until), program.to_s, false});
     }
     return parts;
@@ -155,9 +156,10 @@ void Judge::add(const std::string& model, std::size_t target, const VectorXd& gi
 }
 
 void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted) {
-  if (known_range(predicted.reshaped()).first < 0)
+  if (known_range(predicted.reshaped()).first < 0) {
     note(fmt::format("{} predicts nothing of {}: it lacks an input that the model was fitted with", model,
                      data_.source));
+  }
   for (std::size_t t = 0; t < data_.targets.size(); ++t) {
     const VectorXd series = predicted.col(t);
     if (known_range(series).first >= 0) add(model, t, series, fitted);
@@ -253,9 +255,10 @@ std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const st
   std::vector<Standing> result;
   for (const std::string& model : order) {
     Standing standing{model, std::ssize(held_out[model]), 0.0, missing, !any_held_out[model]};
-    for (const FittedModel& fitted : models)
+    for (const FittedModel& fitted : models) {
       if (model == fitted.name() || model == fitted.name() + "_as_is" || model == fitted.name() + "_corrected")
         standing.caution = caution_of(fitted);
+    }
     double shares = 0.0, moved = 0.0, gains = 0.0, compared = 0.0;
     for (const auto& [channel, sums] : held_out[model]) {
       // A channel that stays has nothing to be removed.

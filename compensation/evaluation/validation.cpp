@@ -10,7 +10,7 @@
 #include "compensation/evaluation/replay.h"
 #include "core/error.h"
 #include "core/file.h"
-#include "core/options.h"
+#include "core/range.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -113,9 +113,10 @@ void ValidationOptions::validate() const {
 Validation validate_online(const solver::Case& machine_case, const reduction::ReducedModel& model,
                            const ValidationOptions& options) {
   options.validate();
-  if (machine_case.check_points.empty())
+  if (machine_case.check_points.empty()) {
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
                            "at least one pose off the grid, to judge the compensation at");
+  }
   std::vector<solver::LoadProgram> loads;
   for (const std::string& name : options.loads) loads.push_back(machine_case.load(name));
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);

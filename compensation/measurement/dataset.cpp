@@ -124,9 +124,10 @@ namespace {
 
 template <class Item>
 void add_new(std::vector<Item>& items, const std::vector<Item>& more) {
-  for (const Item& item : more)
+  for (const Item& item : more) {
     if (std::none_of(items.begin(), items.end(), [&](const Item& known) { return known.id == item.id; }))
       items.push_back(item);
+  }
 }
 
 }  // namespace

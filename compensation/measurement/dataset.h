@@ -7,6 +7,7 @@
 // next row). Nothing here looks ahead.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

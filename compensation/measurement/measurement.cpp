@@ -162,9 +162,10 @@ std::vector<Program> read_programs(const core::Node& root) {
     if (program.name.empty() || program.name == "training" || program.name.starts_with("day ")) {
       throw InputError(node.place("name"), "'" + program.name + "'", "a name of its own, not 'training' or 'day ...'");
     }
-    if (!(program.to_s > program.from_s))
+    if (!(program.to_s > program.from_s)) {
       throw InputError(node.place("to_s"), fmt::format("{}", program.to_s),
                        fmt::format("later than from_s = {}", program.from_s));
+    }
     for (const Program& before : programs) {
       if (before.name == program.name)
         throw InputError(node.place("name"), "'" + program.name + "' a second time", "each name once");
@@ -192,7 +193,7 @@ Measurement read_measurement(const std::filesystem::path& folder) {
   }
   const core::Config config = core::Config::load(channels_path);
   const core::Node root = config.root();
-  root.integer_or("schema", 1, 1, 1);
+  if (root.has("schema")) root.schema(1);
   Measurement measurement;
   measurement.folder = folder;
   std::vector<std::string> seen{"time_s"};

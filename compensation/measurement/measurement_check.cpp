@@ -71,10 +71,12 @@ void check_displacement(const Measurement& measurement, const MeasuredChannel& c
 /// Every reading of a temperature within plausible_C.
 void check_readings(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {
   const auto values = measurement.data.values.col(channel.column);
-  for (Eigen::Index i = 0; i < values.size(); ++i)
-    if (!std::isnan(values[i]) && !machine.plausible(values[i]))
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (!std::isnan(values[i]) && !machine.plausible(values[i])) {
       machine.require_plausible(values[i], fmt::format("{}:{} column {} '{}'", measurement.data.source,
                                                        core::Table::line_of_row(i), channel.column + 1, channel.id));
+    }
+  }
 }
 
 }  // namespace
@@ -99,9 +101,10 @@ void require_fits(const Measurement& measurement, const mesh::Machine& machine) 
 Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Channels& channels) {
   const Eigen::Index n = measurement.data.rows();
   Eigen::MatrixXd rows = Eigen::MatrixXd::Constant(n, channels.size(), solver::not_given);
-  for (const MeasuredChannel& channel : measurement.channels)
+  for (const MeasuredChannel& channel : measurement.channels) {
     if (const int index = channel.input.empty() ? -1 : channels.index(channel.input); index >= 0)
       rows.col(index) = measurement.data.values.col(channel.column);
+  }
   Eigen::VectorXd held = channels.defaults();
   for (Eigen::Index i = 0; i < n; ++i) {
     channels.update(rows.row(i).transpose(), held);

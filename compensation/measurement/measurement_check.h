@@ -14,7 +14,8 @@ namespace thermotwin::compensation {
 void require_fits(const Measurement& measurement, const mesh::Machine& machine);
 
 /// Rows of channels for the measurement's intervals: row i holds from time i to i+1 (last: repeats);
-/// missing values repeat the last one known (a range ends where its axis stands, Channels::update); inputs that are not measured keep their defaults.
+/// missing values repeat the last one known (a range ends where its axis stands, Channels::update); inputs that are not
+/// measured keep their defaults.
 Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Channels& channels);
 
 }  // namespace thermotwin::compensation

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/measurement/virtual_measurement.h"
 
-#include "compensation/measurement/channel.h"
-#include "core/options.h"
-#include "mesh/machine/kinematics.h"
-#include "solver/campaign/full_model.h"
-#include "solver/campaign/load_result.h"
-
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+
+#include "compensation/measurement/channel.h"
+#include "core/range.h"
+#include "mesh/machine/kinematics.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
 
 namespace thermotwin::compensation {
 namespace {

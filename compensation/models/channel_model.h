@@ -5,6 +5,7 @@
 // RowPredictor is handed one row after the other.
 
 #include <Eigen/Core>
+
 #include <memory>
 #include <string>
 
@@ -30,7 +31,8 @@ public:
   virtual std::unique_ptr<RowPredictor> start() const = 0;
   /// Parameters in words with units. @param unit  of the target, "um"
   virtual std::string explain(const std::string& unit) const = 0;
-  /// Why the fit just made is doubtful: a bound of a search that it lies at, another model that it fell back on. Empty: nothing.
+  /// Why the fit just made is doubtful: a bound of a search that it lies at, another model that it fell back on. Empty:
+  /// nothing.
   virtual std::string caution() const { return {}; }
   virtual void save(Archive& archive) const = 0;
   /// @param info  inputs that the model was fitted with  @throws InputError

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/models/fitted_model.h"
 
-#include "compensation/models/catalogue.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "compensation/models/catalogue.h"
 #include "compensation/models/rotary_unit.h"
 #include "compensation/models/workspace_weights.h"
 #include "core/config.h"
@@ -95,9 +94,10 @@ TrainingData training_data(const Dataset& data, const std::vector<bool>& trainin
     const Index from = s == 0 ? 0 : rests[s - 1] + 1, to = s < rests.size() ? rests[s] : part.time.size() - 1;
     longest = std::max(longest, part.time[to] - part.time[from]);
   }
-  for (const Index row : rests)
+  for (const Index row : rests) {
     if (const double more = part.time[row + 1] - part.time[row] - 2.0 * longest; more > 0.0)
       part.time.tail(part.time.size() - row - 1).array() -= more;
+  }
   return part;
 }
 
@@ -426,13 +426,15 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
     const auto [low, high] = span_of(data.target_values.col(t), true);
     if (!(high > low)) return false;
     double reach = 1.0;
-    for (const std::size_t p : output.parts)
-      for (const InputInfo& info : parts_[p].inputs)
+    for (const std::size_t p : output.parts) {
+      for (const InputInfo& info : parts_[p].inputs) {
         for (std::size_t k = 0; k < data.inputs.size(); ++k) {
           if (data.inputs[k].id != info.id) continue;
           const auto seen = span_of(data.input_values.col(k), true), all = span_of(data.input_values.col(k), false);
           if (seen.second > seen.first) reach = std::max(reach, (all.second - all.first) / (seen.second - seen.first));
         }
+      }
+    }
     const double middle = 0.5 * (low + high), limit = most_times * reach * (high - low);
     for (Index i = 0; i < predicted.rows(); ++i) {
       if (!(std::abs(predicted(i, t) - middle) > limit)) continue;
@@ -530,7 +532,7 @@ std::string FittedModel::to_toml() const {
 std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
   const core::Config config = core::Config::load(file);
   const core::Node root = config.root();
-  root.integer("schema", 1, 1);
+  root.schema(1);
   std::vector<FittedModel> models;
   for (const core::Node& node : root.tables("model")) {
     FittedModel model(model_spec(node.text("name")));

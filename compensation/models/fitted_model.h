@@ -33,11 +33,13 @@ public:
   std::string correct(const Dataset& data, const std::vector<bool>& training);
 
   const std::string& name() const { return spec_->name; }
-  /// Refuses channels whose prediction runs away from what the fit saw: beyond ten times the displacements of the training rows
-  /// times the range of the inputs over theirs. @param predicted  of all rows; columns of refused channels become NaN
+  /// Refuses channels whose prediction runs away from what the fit saw: beyond ten times the displacements of the
+  /// training rows times the range of the inputs over theirs. @param predicted  of all rows; columns of refused
+  /// channels become NaN
   void refuse_diverging(const Dataset& data, const std::vector<bool>& training, Eigen::MatrixXd& predicted);
 
-  /// Why fits are doubtful: "<channel>: <reason>" of each part that lies at a bound of its search or fell back on another model;
+  /// Why fits are doubtful: "<channel>: <reason>" of each part that lies at a bound of its search or fell back on
+  /// another model;
   /// what was refused.
   std::vector<std::string> cautions() const;
 

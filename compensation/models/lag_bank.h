@@ -6,6 +6,7 @@
 // temperature starts in equilibrium (y = u), a speed or power from rest (y = 0).
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "compensation/measurement/dataset.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/models/least_squares.h"
 
-#include <fmt/format.h>
-#include <iterator>
-
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/error.h"

@@ -4,6 +4,7 @@
 // and searches for the few parameters that enter nonlinearly.
 
 #include <Eigen/Core>
+
 #include <functional>
 #include <string>
 #include <vector>

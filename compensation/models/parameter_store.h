@@ -3,6 +3,7 @@
 // Parameters of a fitted model by name, as they stand in a model file (see fitted_model.h).
 
 #include <Eigen/Core>
+
 #include <map>
 #include <string>
 

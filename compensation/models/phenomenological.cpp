@@ -124,10 +124,12 @@ public:
     unpack(found);
     rms_ = std::sqrt(found.squares / found.rows);
     caution_.clear();
-    for (Index set = 0; set < sets_; ++set)
-      if (const double log = std::log(tau_[set]); log < fastest + at_bound || log > slowest - at_bound)
+    for (Index set = 0; set < sets_; ++set) {
+      if (const double log = std::log(tau_[set]); log < fastest + at_bound || log > slowest - at_bound) {
         caution_ =
             fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", tau_[set]);
+      }
+    }
   }
 
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
@@ -220,8 +222,8 @@ private:
       source.segment(first, inputs) = last - reference_.transpose();
       source[first + inputs] = 1.0;
     }
-    // A start that has run off before the first fitted row takes no part, since its size would be anything; neither does a shift
-    // that both sets have, which then is the constant.
+    // A start that has run off before the first fitted row takes no part, since its size would be anything; neither
+    // does a shift that both sets have, which then is the constant.
     double start = 0.0;
     for (Index i = 0; i < n; ++i)
       if (std::isfinite(data.target[i])) start = std::max(start, rows(i, rows.cols() - 1));

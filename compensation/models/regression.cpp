@@ -2,9 +2,9 @@
 #include "compensation/models/regression.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "compensation/measurement/stretch.h"

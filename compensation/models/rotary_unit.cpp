@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/models/rotary_unit.h"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -336,9 +336,10 @@ public:
     lag_s = archive.number("lag_s");
     intercept = archive.number("intercept");
     rms = archive.number("rms", 0.0);
-    if (!(lag_s >= 0.0) || !(logs.cwiseAbs().maxCoeff() < 50.0))
+    if (!(lag_s >= 0.0) || !(logs.cwiseAbs().maxCoeff() < 50.0)) {
       throw InputError(archive.place() + " lag_s", fmt::format("{}", lag_s),
                        "a number not below 0, and parameters of usual size");
+    }
   }
 
   VectorXd logs, full, row;
@@ -578,9 +579,10 @@ Roles roles_of(const std::vector<UnitChannel>& channels) {
 
 std::vector<Index> rotary_unit_inputs(const std::vector<InputInfo>& info, const std::string& label) {
   const Roles roles = find_roles(info);
-  if (roles.c_power < 0 && roles.c_speed < 0)
+  if (roles.c_power < 0 && roles.c_speed < 0) {
     throw InputError(label, "no speed or power of a C axis that changes",
                      "a channel such as axis.C.feed_deg_min or C.power_W");
+  }
   std::vector<Index> used;
   for (const Index role : {roles.c_power, roles.c_speed, roles.s_power, roles.s_speed, roles.air, roles.inlet}) {
     if (role >= 0) used.push_back(role);

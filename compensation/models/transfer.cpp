@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/models/transfer.h"
 
-#include <fmt/format.h>
-#include <iterator>
-
 #include <Eigen/QR>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "compensation/measurement/stretch.h"
@@ -61,8 +61,9 @@ VectorXd solve(const MatrixXd& rows, const VectorXd& right) {
 /// What is chosen by the data.
 struct Structure {
   Index order = 1;
-  /// The record starts at rest, as calibrations do (documents 001, 002), and is fitted so. Else each input may bring a free motion
-  /// of its own; in one short record that takes the place of slow poles, and the prediction, which starts settled, is far off.
+  /// The record starts at rest, as calibrations do (documents 001, 002), and is fitted so. Else each input may bring a
+  /// free motion of its own; in one short record that takes the place of slow poles, and the prediction, which starts
+  /// settled, is far off.
   bool settled = false;
 };
 constexpr double settled_share = 1.3;  ///< of the free fit's RMS: the record starts at rest
@@ -422,9 +423,10 @@ public:
     set_.f = archive.matrix("denominators", n);
     set_.b = archive.matrix("numerators", n, set_.f.cols() + 1);
     held_out_rms_ = archive.number("held_out_rms", 0.0);
-    if (!(set_.largest_pole() < 1.0))
+    if (!(set_.largest_pole() < 1.0)) {
       throw InputError(archive.place() + " denominators", fmt::format("a pole of magnitude {}", set_.largest_pole()),
                        "stable poles");
+    }
   }
 
 private:

@@ -5,8 +5,8 @@
 // output (what a compensation does: it never sees the displacement). Order (1 to 3), grid step and
 // inputs (at most four, taken in one after the other) are those with the smallest simulated error on
 // thirds of the training data that the fit did not see. Unstable poles are mirrored and the
-// numerators fitted again; output error allows for a machine that does not start settled. Where an ambient temperature is known by name, the other temperatures
-// enter as differences to it, 004 eq. 3.
+// numerators fitted again; output error allows for a machine that does not start settled. Where an ambient temperature
+// is known by name, the other temperatures enter as differences to it, 004 eq. 3.
 
 #include <memory>
 

@@ -2,6 +2,7 @@
 #include "compensation/models/transfer_function.h"
 
 #include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>

@@ -8,6 +8,7 @@
 // limit passes, so the step response of every input settles.
 
 #include <Eigen/Core>
+
 #include <memory>
 #include <string>
 #include <vector>

@@ -2,6 +2,7 @@
 #include "compensation/models/workspace_weights.h"
 
 #include <Eigen/QR>
+
 #include <algorithm>
 #include <cstdlib>
 #include <set>

@@ -5,6 +5,7 @@
 // products (face-centred cube), multilinear (corners), linear (document 001), constant.
 
 #include <Eigen/Core>
+
 #include <map>
 #include <string>
 #include <vector>

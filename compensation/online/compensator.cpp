@@ -12,7 +12,7 @@
 #include "compensation/online/offset_output.h"
 #include "compensation/online/state_clock.h"
 #include "core/error.h"
-#include "core/options.h"
+#include "core/range.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
 
@@ -27,7 +27,7 @@ constexpr double leap_share = 0.2;
 
 constexpr double largest_probe_um = 1e5;
 void check_probe_std(double std_um) {
-  core::require_within("compensator probe std_um", std_um, 1e-3, largest_probe_um);
+  core::require_within("compensator probe std_um", std_um, {1e-3, largest_probe_um});
 }
 
 /// Channels that may leap: speeds, feeds, powers, states.
@@ -49,9 +49,10 @@ void require_limit(const char* option, double value, double low, double high) {
 }  // namespace
 
 void CompensatorOptions::validate() const {
-  for (const auto& [name, value] : {std::pair{"step_s", step_s}, {"correction_s", correction_s}})
+  for (const auto& [name, value] : {std::pair{"step_s", step_s}, {"correction_s", correction_s}}) {
     core::require_option(value >= 1e-3 && value <= 86400.0, std::string("compensator ") + name, value,
                          "0.001 s to 86400 s");
+  }
   require_limit("compensator largest_um", largest_um, 1e-3, largest_offset_um);
   require_limit("compensator rate_um_s", rate_um_s, least_rate_um_s, largest_rate_um_s);
 }
@@ -219,9 +220,10 @@ struct Compensator::Work {
   void probe(const mesh::Pose& at, const Eigen::Vector3d& error_um, double std_um) {
     if (!started) throw core::InputError("compensator probe", "no row yet", "probing after the first row");
     for (const double value : error_um) {
-      if (std::abs(value) > largest_probe_um)
+      if (std::abs(value) > largest_probe_um) {
         throw core::InputError("compensator probe", fmt::format("{} um", value),
                                fmt::format("at most {} um, or NaN", largest_probe_um));
+      }
     }
     check_probe_std(std_um);
     if (!error_um.array().isFinite().any()) return;

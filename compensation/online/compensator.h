@@ -5,13 +5,14 @@
 // error at its own pose, the state carried on to its time at the rate of the last step. Where
 // sensors are given, an observer corrects the state: a Kalman filter in the uncertain quantities of
 // machine.toml (powers, films, contacts, ambients, the start) and a bias for each sensor, see
-// error_model.h; a sensor that is missing (NaN) or has failed (sensor_monitor.h) is left out. Inputs are what a control has, nothing
-// else. std_um comes from the same covariance, a share of the offset for what is not estimated
+// error_model.h; a sensor that is missing (NaN) or has failed (sensor_monitor.h) is left out. Inputs are what a control
+// has, nothing else. std_um comes from the same covariance, a share of the offset for what is not estimated
 // (expansions, the mesh) and the stated error of the reduced model. The offsets of a row are what a guard
 // (offset_guard.h) lets through: of limited size and rate from nought at the first row on, whatever comes in; std_um
 // then holds what it keeps back. tcp() is the model's own prediction, without the guard.
 
 #include <Eigen/Core>
+
 #include <functional>
 #include <iosfwd>
 #include <memory>

@@ -15,6 +15,7 @@
 // that run, weighted by the priors.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

@@ -3,12 +3,13 @@
 // Sensors that drift slowly. Their readings never leap, so what gives them away is the offset that all
 // the other sensors and the model see in them (ErrorModel::offset): it grows steadily, through work
 // and rest alike, while what a model gets wrong comes with a load and settles. A sensor drifts where,
-// over the last sixteen hours (a hall's day turns within them), that offset has moved by more than six of its stated deviations and is
-// five of its standard deviations from nought, and each quarter of this time has its share of the
+// over the last sixteen hours (a hall's day turns within them), that offset has moved by more than six of its stated
+// deviations and is five of its standard deviations from nought, and each quarter of this time has its share of the
 // motion. Limits: below about 0.02 K/h a drift is an offset like any other; a model error that grows
 // steadily at one sensor for sixteen hours looks the same.
 
 #include <Eigen/Core>
+
 #include <deque>
 #include <vector>
 

@@ -4,6 +4,7 @@
 // that of the machine standing. A measure of a day's work, and of a heat that nobody tells.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

@@ -5,21 +5,23 @@
 // ambient temperatures, the state at the start) moves the state by S_k theta_k, where
 //   E dS_k/dt + K(p) S_k = ds/dtheta_k q - dK/dtheta_k x
 // is driven by the inputs that the machine really had. The start may carry what spindle, axes, standing
-// losses, fluid and surroundings leave behind within hours (patterns of their cooling). So the covariance of the state is
+// losses, fluid and surroundings leave behind within hours (patterns of their cooling). So the covariance of the state
+// is
 // S Sigma S^T: small after a night's rest, large after hours at speed, and its footprint is that of
 // the causes. Sensors (H, with a constant bias each) update theta and Sigma by a Kalman filter in
 // these few parameters; the state correction is S theta, and neither nominal state nor S can become
 // unstable, since the correction only enters the products of S's right-hand side. Machine
 // parameters hardly fade; ambient ones return to their prior within hours. A mean reading's noise is
 // that of one independent sample a correlation time, since what a mesh gets wrong is wrong for long;
-// far outliers count less. The heat of a drive whose speed nobody tells joins theta (drive_heats.h). Where probing tells the TCP error itself, nine quantities of the outputs
-// join theta: by which share more than nominal the tool side and the table side move along x, y and z
-// (expansions, scales), and a rest in x, y and z that fades within hours. Limits: first order in
-// theta (products with x + S theta keep most of the second), capacities are not estimated, expansions
-// by probing only.
+// far outliers count less. The heat of a drive whose speed nobody tells joins theta (drive_heats.h). Where probing
+// tells the TCP error itself, nine quantities of the outputs join theta: by which share more than nominal the tool side
+// and the table side move along x, y and z (expansions, scales), and a rest in x, y and z that fades within hours.
+// Limits: first order in theta (products with x + S theta keep most of the second), capacities are not estimated,
+// expansions by probing only.
 
 #include <Eigen/Core>
 #include <Eigen/LU>
+
 #include <string>
 #include <vector>
 
@@ -57,8 +59,8 @@ public:
   void foresee(const Interval& interval);
   /// Drives with a heat of their own, see set_untold().
   const std::vector<DriveHeat>& drives() const { return drives_; }
-  /// Whether nobody tells how fast a drive runs from now on. Its heat is a quantity from the first time on: theta is the
-  /// heat beyond that of the nominal run, in units of that at half speed, with a deviation of 1.
+  /// Whether nobody tells how fast a drive runs from now on. Its heat is a quantity from the first time on: theta is
+  /// the heat beyond that of the nominal run, in units of that at half speed, with a deviation of 1.
   void set_untold(Eigen::Index drive, bool untold);
 
   void advance(const Interval& interval);

@@ -6,6 +6,7 @@
 // the stepper can reuse its factors.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "solver/operation/channels.h"

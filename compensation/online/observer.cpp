@@ -114,9 +114,10 @@ VectorXd Observer::ambient_gap(const VectorXd& row, const UniformStart& uniform)
 /// Of the sensors that gave one and are trusted, without their own offsets.
 std::vector<ErrorModel::FirstReading> Observer::first_readings(double zero_K, Index without) const {
   std::vector<FirstReading> readings;
-  for (Index s = 0; s < std::ssize(model_.machine.sensors); ++s)
+  for (Index s = 0; s < std::ssize(model_.machine.sensors); ++s) {
     if (s != without && std::isfinite(reading_K_[s]) && trust_.trusted(s))
       readings.push_back({s, reading_K_[s] - sensor_offset_[s] - zero_K});
+  }
   return readings;
 }
 

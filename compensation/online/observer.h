@@ -11,6 +11,7 @@
 // with the most evidence in the readings, and what work before has left on top of it.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "compensation/online/detectability.h"

@@ -5,14 +5,14 @@
 #include <cmath>
 #include <limits>
 
-#include "core/options.h"
+#include "core/range.h"
 
 namespace thermotwin::compensation {
 
 void GuardOptions::validate() const {
-  core::require_within("offset guard largest_um", largest_um, 0.0, 1e5);
-  core::require_within("offset guard rate_um_s", rate_um_s, 1e-6, 1e6);
-  core::require_within("offset guard hold_s", hold_s, 0.0, 1e6);
+  core::require_within("offset guard largest_um", largest_um, {0.0, 1e5});
+  core::require_within("offset guard rate_um_s", rate_um_s, {1e-6, 1e6});
+  core::require_within("offset guard hold_s", hold_s, {0.0, 1e6});
 }
 
 OffsetGuard::OffsetGuard(Eigen::Index axes, const GuardOptions& options)

@@ -2,6 +2,7 @@
 #include "compensation/online/offset_limits.h"
 
 #include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>

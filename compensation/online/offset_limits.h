@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// How large the offsets of a machine get and how fast they change, from its reduced model. Its states are the surroundings
+// How large the offsets of a machine get and how fast they change, from its reduced model. Its states are the
+// surroundings
 // 20 K off the reference, and what eight hours at each of the operating points that the basis is made from
-// leave. With o the largest offset of both together anywhere in the workspace, the largest size is 2 o; a machine that stands
-// may use it up in 300 s, the observer's own pace, and an axis that moves by dx adds
-//   2 max |d offset / dx| |dx|,   the largest slope between neighbours of the workspace grid, dx at most rapid times time.
+// leave. With o the largest offset of both together anywhere in the workspace, the largest size is 2 o; a machine that
+// stands may use it up in 300 s, the observer's own pace, and an axis that moves by dx adds
+// 2 max |d offset / dx| |dx|,   the largest slope between neighbours of the workspace grid, dx at most rapid times
+// time.
 // The factor of 2 is for machines whose sources and films are not nominal, and for what the grid does not show.
 
 #include <Eigen/Core>

@@ -9,6 +9,7 @@
 // reduced model, k what the guard (offset_guard.h) keeps back.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

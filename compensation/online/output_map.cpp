@@ -2,6 +2,7 @@
 #include "compensation/online/output_map.h"
 
 #include <Eigen/QR>
+
 #include <algorithm>
 #include <iterator>
 #include <numbers>

@@ -8,6 +8,7 @@
 // 0 and 90 deg, and interpolated.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 
@@ -42,7 +43,8 @@ public:
   /// Translations of the tool against the table, m, that offsets of the axes (m) make.
   Eigen::Vector3d motion(const Eigen::VectorXd& offsets_m) const { return motions_ * offsets_m; }
 
-  /// The workspace grid with the table's own axis at 0 and 90 deg, and the offsets (axes x poses) in m of a state there.
+  /// The workspace grid with the table's own axis at 0 and 90 deg, and the offsets (axes x poses) in m of a state
+  /// there.
   const std::vector<mesh::Pose>& workspace_poses() const { return workspace_poses_; }
   Eigen::MatrixXd workspace_offsets(const Eigen::VectorXd& state) const;
 

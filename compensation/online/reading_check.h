@@ -9,6 +9,7 @@
 // theirs, and they come back as it cools. One sensor in degF among others in degC is the sensor monitor's to find.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "mesh/machine/machine.h"

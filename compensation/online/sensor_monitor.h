@@ -12,11 +12,13 @@
 // Readings after a leap are withheld at once, before the fault has its name, so that they do no
 // harm. sigma is the sensor's stated deviation, at least 0.03 K, plus a tenth of what the expected
 // reading moved, since a model errs most while things change; where an input has leapt since the row
-// before, leaps and noise have to exceed all that it moved, since nobody knows at what time between the two. A sensor comes back once its readings
-// have agreed for half an hour without a break, and to less than half of a leap: while much changes, that alone would agree with anything. Limits: a sensor that drifts slowly is taken for model error, and one
-// that is off from the start by less than its neighbours differ is not found.
+// before, leaps and noise have to exceed all that it moved, since nobody knows at what time between the two. A sensor
+// comes back once its readings have agreed for half an hour without a break, and to less than half of a leap: while
+// much changes, that alone would agree with anything. Limits: a sensor that drifts slowly is taken for model error, and
+// one that is off from the start by less than its neighbours differ is not found.
 
 #include <Eigen/Core>
+
 #include <deque>
 #include <string>
 #include <vector>

@@ -4,6 +4,7 @@
 // (reading_check.h), sensors that have failed (sensor_monitor.h) and sensors that drift (drift_watch.h).
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

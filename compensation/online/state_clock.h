@@ -8,6 +8,7 @@
 // Since the last take_interval() the means of p, q, x and K0 + sum p K are summed up for error_model.h.
 
 #include <Eigen/Core>
+
 #include <optional>
 
 #include "compensation/online/error_model.h"

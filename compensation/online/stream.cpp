@@ -270,12 +270,13 @@ private:
       absent_.push_back(k);
       list += fmt::format("{}{} = {:g}", list.empty() ? "" : ", ", name, value);
     }
-    if (!list.empty())
+    if (!list.empty()) {
       options_.log(
           fmt::format("{}:1: no column for inputs of the model, which stay as they are by default: {}; std_um has the "
                       "heat that a drive "
                       "among them may have",
                       name_, list));
+    }
   }
 
   double number(std::string_view cell, const Column& column) {
@@ -297,12 +298,13 @@ private:
       const bool wild_state = column.state && (value < 0.0 || value > 1.0);
       const bool wild_probe = column.target == Column::Target::probe && std::abs(value) > largest_probe_um;
       if (!wild_state && !wild_probe) return value;
-      if (wild_probe)
+      if (wild_probe) {
         note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value),
              fmt::format("at most {:.0e} um", largest_probe_um));
-      else
+      } else {
         note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value),
              "a state: 0 (off) to 1 (on)");
+      }
     } else {
       note(fmt::format("{}:{} {}", name_, number_, column.name), shown(cell),
            fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -277,9 +278,10 @@ MatrixXd WorkBefore::patterns(double uniform_K, const std::vector<FirstReading>&
   const MatrixXd sizes = weigh(uniform_K, readings).sizes;
   const Index wide = left_.front().cols();
   MatrixXd columns(model_.system.order(), wide * std::ssize(left_));
-  for (Index idle = 0; idle < sizes.cols(); ++idle)
+  for (Index idle = 0; idle < sizes.cols(); ++idle) {
     for (Index column = 0; column < wide; ++column)
       columns.col(idle * wide + column) = sizes(column / kinds_of_work, idle) * left_[idle].col(column);
+  }
   const Eigen::BDCSVD<MatrixXd> parts(columns, Eigen::ComputeThinU);
   Index kept = 0;
   while (kept < std::min(most_patterns, parts.singularValues().size()) &&

@@ -9,6 +9,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "reduction/model/reduced_model.h"

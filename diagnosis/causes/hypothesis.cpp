@@ -144,10 +144,12 @@ std::vector<MachineValue> joint_values(Machine& machine, const std::string& id, 
 
 MachineValue segment_value(Machine& machine, const std::string& id, const KindRow& row) {
   // Ids may hold dots themselves: the coolant is the one whose id the name begins with.
-  for (auto& coolant : machine.coolants)
-    for (auto& segment : coolant.segments)
+  for (auto& coolant : machine.coolants) {
+    for (auto& segment : coolant.segments) {
       if (coolant.id + "." + segment.id == id)
         return {"coolant", coolant.id, segment.id, row.key, &segment.film_coefficient.value};
+    }
+  }
   throw InputError("diagnosis", row.name + " of '" + id + "'", "<coolant>.<segment> of the machine");
 }
 
@@ -227,11 +229,12 @@ std::string extended_text(const Machine& machine, const Parameter& parameter, do
   Machine copy = machine;
   std::string text = machine.text;
   const std::vector<MachineValue> places = machine_values(copy, parameter);
-  if (copy.materials.size() > machine.materials.size())
+  if (copy.materials.size() > machine.materials.size()) {
     text = with_own_material(
         text, machine.path.string(),
         machine.body_index(parameter.where) >= 0 ? machine.bodies[machine.body_index(parameter.where)].material : "",
         copy.materials.back().id, parameter.where);
+  }
   for (const MachineValue& place : places) {
     const std::string unit = parameter.unit == "1" ? "" : " " + parameter.unit;
     const double was = *place.value / place.per_unit;

@@ -182,16 +182,18 @@ std::string changed_text(const std::string& text, const std::string& source, con
   if (!place.segment.empty()) {
     std::size_t to = section.last;
     while (to < all.size() && !(all[to].header && !all[to].name.starts_with(place.table + "."))) ++to;
-    if (!find_table(text, all, place.table + ".segment", place.segment, section.last, to, section))
+    if (!find_table(text, all, place.table + ".segment", place.segment, section.last, to, section)) {
       throw core::InputError(source, "no [[" + place.table + ".segment]] '" + place.segment + "' below " + what,
                              "a table with this header and id, so that its key can be changed");
+    }
   }
   std::string changed = text;
   if (const Statement* key = find_key(all, section, place.key)) {
     const auto [first, last] = number_span(text, *key);
-    if (first == last)
+    if (first == last) {
       throw core::InputError(source + " " + what, place.key + " without a number",
                              "a number or {value = .., std_percent = ..}");
+    }
     changed.replace(first, last - first, written(number));
     const std::string indent = text.substr(key->line, text.find_first_not_of(" \t", key->line) - key->line);
     changed.insert(key->line, indent + "# " + line + "\n");
@@ -214,9 +216,10 @@ std::string with_own_material(const std::string& text, const std::string& source
                         std::vector<Statement>& all) {
     all = outline(in);
     Section section;
-    if (!find_table(in, all, table, id, 0, all.size(), section))
+    if (!find_table(in, all, table, id, 0, all.size(), section)) {
       throw core::InputError(source, "no [[" + table + "]] with id = \"" + id + "\"",
                              "a table with this header and id");
+    }
     return section;
   };
   std::vector<Statement> all;

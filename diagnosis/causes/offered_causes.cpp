@@ -132,19 +132,21 @@ void add_ambients(const Machine& machine, const Measurement& measurement, std::v
         std = std::max(std, std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0);
       found.push_back(candidate(offset_kind(machine, ambient), ambient.id, std, 2.0));
     }
-    if (ambient.has_gradient && !measures(measurement, ambient.id + ".gradient_K_m"))
+    if (ambient.has_gradient && !measures(measurement, ambient.id + ".gradient_K_m")) {
       found.push_back(candidate(
           Kind::ambient_gradient, ambient.id,
           std::max(gradient_std_K_m, std::abs(ambient.gradient.value) * ambient.gradient.std_percent / 100.0), 1.0));
+    }
   }
 }
 
 void add_coolants(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
     found.push_back(ratio(Kind::coolant_flow, coolant.id, coolant.flow, least_source_std, 0.5));
-    for (const mesh::CoolantSegment& segment : coolant.segments)
+    for (const mesh::CoolantSegment& segment : coolant.segments) {
       found.push_back(ratio(Kind::coolant_coupling, coolant.id + "." + segment.id, segment.film_coefficient,
                             least_contact_std, 0.6));
+    }
     const bool measured = measures(measurement, "coolant." + coolant.id + ".inlet_T_C");
     found.push_back(
         candidate(measured ? Kind::coolant_inlet : Kind::control_sensor_offset, coolant.id, least_offset_std, 2.0));
@@ -164,14 +166,16 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
     found.push_back(ratio(Kind::scale_expansion, scale.axis, scale.expansion, least_material_std, 0.4));
   for (const mesh::ScrewSpec& screw : machine.screws)
     found.push_back(ratio(Kind::screw_expansion, screw.axis, screw.expansion, least_material_std, 0.4));
-  for (const mesh::JointSpec& joint : machine.joints)
+  for (const mesh::JointSpec& joint : machine.joints) {
     if (joint.stiffness_normal.value > 0.0)
       found.push_back(ratio(Kind::contact_stiffness, joint.id, joint.stiffness_normal, least_stiffness_std, 0.8));
+  }
 }
 
 /// Mean time between the values of the sparsest input that switches, s. A missing value repeats the
-/// last one, so what follows it seems early by half of that. Where each change has a time of its own (Observations::told_row_s), what
-/// counts is by how much values are further apart than rows, and steps as long as these.
+/// last one, so what follows it seems early by half of that. Where each change has a time of its own
+/// (Observations::told_row_s), what counts is by how much values are further apart than rows, and steps as long as
+/// these.
 double input_spacing(const Measurement& measurement, double told_row_s) {
   if (measurement.data.rows() < 2) return 0.0;
   const Eigen::VectorXd time = measurement.time();
@@ -228,9 +232,10 @@ std::vector<Parameter> candidate_parameters(const Machine& machine, const Measur
   std::vector<Parameter> found;
   add_sources(machine, measurement, found);
   add_films(machine, found);
-  for (const mesh::JointSpec& joint : machine.joints)
+  for (const mesh::JointSpec& joint : machine.joints) {
     if (joint.conductance.value > 0.0)
       found.push_back(ratio(Kind::contact_conductance, joint.id, joint.conductance, least_contact_std, 0.8));
+  }
   add_ambients(machine, measurement, found);
   add_coolants(machine, measurement, found);
   if (with_parts) add_parts(machine, found);

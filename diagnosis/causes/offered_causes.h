@@ -11,7 +11,8 @@
 namespace thermotwin::diagnosis {
 
 /// Every parameter of every kind that machine and measurement offer.
-/// @param with_parts  those that need the matrices of single parts, too   @param told_row_s  as Observations::told_row_s
+/// @param with_parts  those that need the matrices of single parts, too   @param told_row_s  as
+///   Observations::told_row_s
 std::vector<Parameter> candidate_parameters(const mesh::Machine& machine, const compensation::Measurement& measurement,
                                             bool with_parts = false, double told_row_s = 0.0);
 

@@ -3,6 +3,7 @@
 // A value that a hypothesis changes.
 
 #include <Eigen/Core>
+
 #include <memory>
 #include <string>
 

@@ -42,9 +42,10 @@ PartChanges part_changes(const mesh::Machine& base, const mesh::Machine& machine
   for (std::size_t i = 0; i < base.screws.size(); ++i)
     changes.screws[i] = relative_change(machine.screws[i].expansion.value, base.screws[i].expansion.value);
   changes.stiffness.setZero(size(base.joints));
-  for (std::size_t i = 0; i < base.joints.size(); ++i)
+  for (std::size_t i = 0; i < base.joints.size(); ++i) {
     if (base.joints[i].stiffness_normal.value > 0.0)
       changes.stiffness[i] = std::log(machine.joints[i].stiffness_normal.value / base.joints[i].stiffness_normal.value);
+  }
   return changes;
 }
 
@@ -66,9 +67,10 @@ AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Mac
     const auto patch = std::find_if(patches.begin(), patches.end(), [&](const reduction::Patch& p) {
       return source.places.size() == 1 && p.surface.id == source.places.front().surface;
     });
-    if (patch == patches.end())
+    if (patch == patches.end()) {
       throw core::InputError("source " + source.id, "a source that the reduced model does not have",
                              "one surface patch of the model as its place, or a new reduction");
+    }
     added.layout.inputs.push_back({.kind = solver::InputKind::source, .item = i});
     added.inputs.col(i - own) = model.patches.inputs.col(patch - patches.begin());
   }
@@ -95,11 +97,12 @@ reduction::ReducedModel model_of_changed(const reduction::ReducedModel& model, c
       reduction::ReducedOutputs& part = parts[i];
       if (amounts[i] == 0.0 || part.tool.empty()) continue;
       for (const auto rows : {&reduction::ReducedOutputs::tool, &reduction::ReducedOutputs::table_axis,
-                              &reduction::ReducedOutputs::table_own})
+                              &reduction::ReducedOutputs::table_own}) {
         for (std::size_t pose = 0; pose < (part.*rows).size(); ++pose) {
           (changed.outputs.*rows)[pose] += amounts[i] * (part.*rows)[pose];
           (part.*rows)[pose] *= growth[i];
         }
+      }
     }
   };
   const auto ratio = [](const VectorXd& change) { return VectorXd(change.array() + 1.0); };

@@ -29,8 +29,8 @@ struct AddedSources {
 AddedSources added_sources(const reduction::ReducedModel& model, const mesh::Machine& machine);
 
 /// The reduced model of another machine: capacity, output rows and parts as its material data and
-/// stiffnesses want them, inputs of added sources (all else follows from the machine's own coefficients). Without parts, only
-/// the machine is another. The capacity of the result need not be the identity.
+/// stiffnesses want them, inputs of added sources (all else follows from the machine's own coefficients). Without
+/// parts, only the machine is another. The capacity of the result need not be the identity.
 reduction::ReducedModel model_of_changed(const reduction::ReducedModel& model, const mesh::Machine& machine);
 
 }  // namespace thermotwin::diagnosis

@@ -80,9 +80,10 @@ std::string residual_in_numbers(const DataRecord& record, const ChannelFinding& 
   const VectorXd residual = finding.judged.before(later);
   double strongest = 0.0;
   std::string follows;
-  for (Index i = 0; i < record.inputs.cols(); ++i)
+  for (Index i = 0; i < record.inputs.cols(); ++i) {
     if (const double r = correlation(record.inputs.col(i)(later), residual); std::abs(r) > std::abs(strongest))
       strongest = r, follows = record.input_names[i];
+  }
   const VectorXd since = record.time(later).array() - record.time[later.front()];
   const double memory = memory_of(finding.judged.before, later, record.interval), length = since[since.size() - 1];
   double slope = 0.0;
@@ -156,9 +157,10 @@ ChannelFinding find_in_channel(const DataRecord& record, const RecordParts& part
   for (std::size_t i = 0; i < judged.extensions.size(); ++i)
     if (judged.extensions[i].probability > finding.leading().probability) finding.best = i;
   finding.last_part = on_last_part(record, finding);
-  for (std::size_t i = 0; i < judged.extensions.size(); ++i)
+  for (std::size_t i = 0; i < judged.extensions.size(); ++i) {
     if (finding.last_part[i].gain.low > 0.0 && (i == finding.best || judged.extensions[i].probability >= shares))
       finding.holding.push_back(i);
+  }
   if (finding.untold && finding.open()) keep_prior(judged);
   return finding;
 }

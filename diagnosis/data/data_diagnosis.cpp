@@ -31,15 +31,18 @@ constexpr double worth_saying = 1.25;
 
 /// @throws InputError where a displacement has no value to fit, to compare or to judge
 void refuse_empty_parts(const DataRecord& record, const RecordParts& parts, const std::string& place) {
-  for (Index t = 0; t < record.targets.cols(); ++t)
-    for (const std::vector<Index>* part : {&parts.first, &parts.middle, &parts.last})
-      if (finite_rows(record.targets.col(t), *part).empty())
+  for (Index t = 0; t < record.targets.cols(); ++t) {
+    for (const std::vector<Index>* part : {&parts.first, &parts.middle, &parts.last}) {
+      if (finite_rows(record.targets.col(t), *part).empty()) {
         throw core::InputError(place,
                                fmt::format("no value of {} from hour {:.3g} to {:.3g}", record.channels[t].id,
                                            (record.time[part->front()] - record.time[0]) / hour,
                                            (record.time[part->back()] - record.time[0]) / hour),
                                "displacements with values in each part: one to fit, one to compare and one to judge; "
                                "leave the channel out of channels.toml");
+      }
+    }
+  }
 }
 
 /// The grey box of a channel in words: the displacement some time after a step of each input.
@@ -47,9 +50,10 @@ std::string box_in_words(const DataRecord& record, const ChannelFinding& finding
   std::string steps;
   for (Index i = 0; i < record.inputs.cols(); ++i) {
     steps += fmt::format("{}per {} of {}", i > 0 ? "; " : "", record.input_units[i], record.input_names[i]);
-    for (const double share : {1.0 / 24.0, 0.25, 1.0})
+    for (const double share : {1.0 / 24.0, 0.25, 1.0}) {
       steps += fmt::format(" {:+.2f} ({:.3g} h)", finding.judged.box.step_response(i, share * fitted_hours * hour),
                            share * fitted_hours);
+    }
   }
   return fmt::format("Grey box of {} on the first {:.0f} h, {} moved so long after a step: {}.", finding.channel,
                      fitted_hours, finding.unit, steps);
@@ -66,12 +70,13 @@ public:
 
   void add_channels(Diagnosis& d) const {
     // The channels that say something come first.
-    for (const bool clean : {false, true})
+    for (const bool clean : {false, true}) {
       for (const ChannelFinding& finding : findings_) {
         if (finding.clean() != clean) continue;
         const std::vector<RankedCause> rows = ranking_of(finding);
         d.ranking.insert(d.ranking.end(), rows.begin(), rows.end());
       }
+    }
     for (const ChannelFinding& finding : findings_) {
       if (finding.names()) d.causes.push_back(cause_of(finding, finding.best));
       if (!finding.clean()) add_notes(finding, d);
@@ -213,8 +218,8 @@ private:
         fitted_hours(),
         d.causes.empty() ? "nothing proposed holds in the last part"
                          : "only " + words(d.causes) + " holds in the last part");
-    for (const ChannelFinding& finding : findings_)
-      if (finding.refused())
+    for (const ChannelFinding& finding : findings_) {
+      if (finding.refused()) {
         sentence += fmt::format(
             " {} of {} has a probability of {:.2f} before the last part and does not hold there (gain {} %, 95 % "
             "interval {} to {}).",
@@ -222,22 +227,25 @@ private:
             percent_text(finding.last_part[finding.best].explained_percent),
             percent_text(finding.last_part[finding.best].gain.low),
             percent_text(finding.last_part[finding.best].gain.high));
+      }
+    }
     return sentence;
   }
 
   void add_notes(const ChannelFinding& finding, Diagnosis& d) const {
     for (const std::string& note : notes_of(record_, finding)) d.notes.push_back(note);
     if (!finding.open()) return;
-    if (finding.untold)
+    if (finding.untold) {
       d.notes.push_back(
           fmt::format("{}: its expected spread of {:.3g} {} after the first part is more than half of the {:.3g} {} by "
                       "which it varies, so a discrepancy would not show.",
                       finding.channel, finding.judged.expected, finding.unit, finding.signal, finding.unit));
-    else
+    } else {
       d.notes.push_back(
           fmt::format("{}: what follows lies within what is expected, but that nothing changed has a probability of "
                       "{:.2f} only.",
                       finding.channel, finding.none()));
+    }
   }
 
   ChannelResidual residual_of(const ChannelFinding& finding) const {

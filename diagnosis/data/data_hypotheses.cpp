@@ -2,6 +2,7 @@
 #include "diagnosis/data/data_hypotheses.h"
 
 #include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -151,9 +152,9 @@ Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, K
     const double weight = std::exp(logs[i] - total);
     extension.predicted += weight * results[i].predicted;
     begins.add(weight, variants[i].value, 0.0);
-    if (kind == Kind::time_constant)
-      value.add(weight, variants[i].value,
-                variants[i].value / std::sqrt(12.0));  // as wide as the steps between variants
+    if (kind == Kind::time_constant) {
+      value.add(weight, variants[i].value, variants[i].value / std::sqrt(12.0));
+    }  // as wide as the steps between variants
     else if (results[i].mean.size() == 1)
       value.add(weight, results[i].mean[0], results[i].std[0]);
     else
@@ -192,11 +193,12 @@ RecordParts divide(const DataRecord& record) {
   const double part = length >= 2.25 * day ? day : length / 3.0;
   parts.first_end = start + part;
   parts.last_start = start + 2.0 * part;
-  for (Index i = 0; i < record.time.size(); ++i)
+  for (Index i = 0; i < record.time.size(); ++i) {
     (record.time[i] < parts.first_end    ? parts.first
      : record.time[i] < parts.last_start ? parts.middle
                                          : parts.last)
         .push_back(i);
+  }
   return parts;
 }
 
@@ -233,9 +235,10 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   const double size = std::max({root_mean_square(judged.before(middle)), spread_of(value(first)), 1e-6});
   const std::string& unit = record.channels[target].unit;
   judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), Kind::probe_drift, "drift", unit + "/h"));
-  if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day)
+  if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day) {
     judged.extensions.push_back(
         averaged(fitted, {daily_swing(record, size)}, Kind::unmeasured_temperature, "daily_amplitude", unit));
+  }
   judged.extensions.push_back(
       averaged(fitted, slow_elements(record, box, first, size), Kind::time_constant, "slowest", "s"));
 

@@ -2,10 +2,10 @@
 #include "diagnosis/data/grey_box.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/error.h"
@@ -75,10 +75,11 @@ DataRecord data_record(const compensation::Measurement& measurement, double inte
   record.interval = interval_s;
   const double start = time[0];
   const auto count = static_cast<Index>(std::ceil((time[time.size() - 1] - start) / interval_s));
-  if (count < 36)
+  if (count < 36) {
     throw InputError(
         place, fmt::format("a record of {:.0f} s", time[time.size() - 1] - start),
         fmt::format("at least 36 intervals of {:.0f} s: a part to fit, one to compare and one to judge", interval_s));
+  }
   record.time = VectorXd::LinSpaced(count, start + 0.5 * interval_s, start + (count - 0.5) * interval_s);
   std::vector<VectorXd> inputs, targets, counts;
   for (const MeasuredChannel& channel : measurement.channels) {
@@ -99,9 +100,10 @@ DataRecord data_record(const compensation::Measurement& measurement, double inte
   }
   if (targets.empty())
     throw InputError(place, "no channel of kind displacement with data", "one or more displacements to explain");
-  if (inputs.empty())
+  if (inputs.empty()) {
     throw InputError(place, "no temperature or other input that changes",
                      "one or more channels that displacements may follow");
+  }
   record.inputs.resize(count, std::ssize(inputs));
   for (std::size_t i = 0; i < inputs.size(); ++i) record.inputs.col(i) = inputs[i];
   record.targets.resize(count, std::ssize(targets));
@@ -177,9 +179,10 @@ GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<I
   const auto attempt = [&](const Levels& tried) {
     GreyBox box = best;
     box.prior_std = VectorXd::Constant(inputs * elements + 1, 3.0 * size);
-    for (Index i = 0; i < inputs; ++i)
+    for (Index i = 0; i < inputs; ++i) {
       box.prior_std.segment(i * elements, elements)
           .setConstant(tried.widths[i] * size / std::max(spread_of(record.inputs(good, i)), 1e-9));
+    }
     box.wander_std = tried.wander * size;
     box.wander_time = tried.wander_time;
     box.noise_std = tried.noise * least;
@@ -199,12 +202,13 @@ GreyBox fit_grey_box(const DataRecord& record, Index target, const std::vector<I
     for (const double wander : wander_levels)
       for (const double time : wander_times) attempt({levels.widths, wander, time, levels.noise});
     for (const double noise : noise_factors) attempt({levels.widths, levels.wander, levels.wander_time, noise});
-    for (Index i = 0; i < inputs; ++i)
+    for (Index i = 0; i < inputs; ++i) {
       for (const double width : widths) {
         Levels tried = levels;
         tried.widths[i] = width;
         attempt(tried);
       }
+    }
     if (best.log_evidence - before < 1e-3) break;
   }
   return best;

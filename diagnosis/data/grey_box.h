@@ -10,6 +10,7 @@
 // what is expected of the others.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

@@ -10,6 +10,7 @@
 // cause and every pair follows from the posterior under nominal priors at no cost.
 
 #include <Eigen/Core>
+
 #include <span>
 
 namespace thermotwin::diagnosis {

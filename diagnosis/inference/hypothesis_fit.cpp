@@ -21,8 +21,8 @@ using Eigen::VectorXd;
 namespace {
 
 /// In what a cause is never quite as its hypothesis says: its size wanders (its effect times hat functions of
-/// time, the same for all channels), heat enters spread, a sensor lags by two elements in a row instead of one, and where
-/// its place is not known, elsewhere.
+/// time, the same for all channels), heat enters spread, a sensor lags by two elements in a row instead of one, and
+/// where its place is not known, elsewhere.
 struct Freedom {
   MatrixXd columns;  ///< (observations x freedoms)
   VectorXd std;
@@ -44,9 +44,10 @@ Freedom freedom(const Problem& problem, const std::vector<int>& members, const M
     time.segment(problem.first_row(k), obs.channels[k].size()) = obs.channels[k].time;
   Freedom result;
   Index places = 0;
-  for (const int i : members)
+  for (const int i : members) {
     if (const auto found = problem.place_freedom.find(i); found != problem.place_freedom.end())
       places += found->second.cols();
+  }
   result.columns.resize(obs.size(), sensitivity.cols() * (spans + 2) + places);
   result.std.resize(result.columns.cols());
   Index column = 0;
@@ -100,17 +101,19 @@ int clock_of(const Problem& problem, int lag) {
   return -1;
 }
 
-/// With members at values, all others where the problem is linearised but told at nominal. A lag's spread is a delay instead of a part of it.
+/// With members at values, all others where the problem is linearised but told at nominal. A lag's spread is a delay
+/// instead of a part of it.
 Response::Linear linear_at(const Problem& problem, const Response& response, const mesh::Machine& machine,
                            const std::vector<int>& members, const VectorXd& values) {
   std::vector<int> all = members;
   std::vector<Index> delayed;
-  for (std::size_t k = 0; k < members.size(); ++k)
+  for (std::size_t k = 0; k < members.size(); ++k) {
     if (const int clock = clock_of(problem, members[k]);
         clock >= 0 && std::find(members.begin(), members.end(), clock) == members.end()) {
       all.push_back(clock);
       delayed.push_back(k);
     }
+  }
   std::vector<Parameter> parameters;
   for (const int i : all) parameters.push_back(problem.parameters[i]);
   const auto count = std::ssize(members), clocks = std::ssize(delayed);
@@ -254,11 +257,12 @@ Strain strain_of(const Problem& problem, const Hypothesis& h) {
   strain.heldout_chi_square = (whole.chi_square() - fitted) / std::max<Index>(heldout, 1);
   const VectorXd off = whole.mean().cwiseQuotient(form.prior_std).cwiseAbs();
   strain.freedom = off.tail(off.size() - problem.columns.cols()).maxCoeff();
-  for (Index i = 0; i < problem.around.size(); ++i)
+  for (Index i = 0; i < problem.around.size(); ++i) {
     if (std::find(h.members.begin(), h.members.end(), i) == h.members.end() && off[i] > strain.other) {
       strain.other = off[i];
       strain.which = i;
     }
+  }
   return strain;
 }
 

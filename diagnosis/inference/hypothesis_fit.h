@@ -4,6 +4,7 @@
 // Gauss-Newton about its own estimate, with the freedom that real causes have, and the linear form there.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "diagnosis/causes/parameter.h"
@@ -69,8 +70,8 @@ void linearise(Hypothesis& h, const Problem& problem, const Response& response, 
 
 /// What a hypothesis asks for beyond itself where it has to describe all of the record.
 struct Strain {
-  /// Of a mean of the held-out part as foretold, all else as the fitted part leaves it, uncertain as it then is: about 1 where
-  /// the hypothesis is right, less where errors are smaller than allowed for.
+  /// Of a mean of the held-out part as foretold, all else as the fitted part leaves it, uncertain as it then is: about
+  /// 1 where the hypothesis is right, less where errors are smaller than allowed for.
   double heldout_chi_square = 0;
   double freedom =
       0;  ///< most of what its own size wanders, its heat spreads or its lag delays, expected standard deviations
@@ -80,8 +81,8 @@ struct Strain {
 /// @param h  linearised at its estimate
 Strain strain_of(const Problem& problem, const Hypothesis& h);
 
-/// Log evidence, with the whitening's determinant, of a refined hypothesis beside something unknown, which wanders by a share of
-/// what was seen without it.
+/// Log evidence, with the whitening's determinant, of a refined hypothesis beside something unknown, which wanders by a
+/// share of what was seen without it.
 double evidence_beside_unknown(const Problem& problem, const Hypothesis& h);
 
 /// Whitened residual of the fitted part under a hypothesis, nuisances at their posterior mean.

@@ -2,6 +2,7 @@
 #include "diagnosis/inference/lag_scan.h"
 
 #include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 

@@ -3,6 +3,7 @@
 // Time constants and late clocks far from nominal, where the tangent at nominal says nothing of them.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "diagnosis/inference/hypothesis_fit.h"

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/inference/missing_source_search.h"
 
-#include <fmt/format.h>
-#include <iterator>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 
@@ -37,8 +37,9 @@ constexpr std::size_t most_inputs = 10, kept_inputs = 3;
 constexpr double unseen = 3e-4;  ///< of the combination of patches that outputs see best
 constexpr Index most_combinations = 60;
 constexpr Index place_directions_kept = 3;
-/// A patch says that the source is within its box, and one heated spot differs from a patch by as much as the patches beside it do: of the
-/// squared radius. Of the boxes alone four in five held the source (patches of 7 cm); set on 15 sources among nine sensors, patches of 24 cm.
+/// A patch says that the source is within its box, and one heated spot differs from a patch by as much as the patches
+/// beside it do: of the squared radius. Of the boxes alone four in five held the source (patches of 7 cm); set on 15
+/// sources among nine sensors, patches of 24 cm.
 constexpr double patch_resolution = 5.0;
 constexpr double shifts[] = {1e-7, 1.0 / 86400.0, 1.0 / 10800.0, 1.0 / 1200.0};  ///< 1/s
 
@@ -51,9 +52,10 @@ struct Followed {
 double largest(const mesh::Machine& machine, const compensation::Channel& input, double seen) {
   constexpr double degree = std::numbers::pi / 180.0;
   if (input.quantity == compensation::Quantity::turning) return std::max(seen, machine.spindle_max_rpm);
-  for (const mesh::Axis& axis : machine.axes)
+  for (const mesh::Axis& axis : machine.axes) {
     if (input.quantity == compensation::Quantity::feed && input.axis == axis.id)
       return std::max(seen, axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? 1e-3 : degree));
+  }
   return seen;
 }
 
@@ -94,10 +96,11 @@ Combinations combinations(const reduction::ReducedModel& model, const MatrixXd& 
     if (p[j] != 0.0) a += p[j] * model.system.terms[j];
   const Index outputs = rows.rows();
   MatrixXd seen(outputs * std::ssize(shifts), patches.cols());
-  for (Index i = 0; i < std::ssize(shifts); ++i)
+  for (Index i = 0; i < std::ssize(shifts); ++i) {
     seen.middleRows(outputs * i, outputs) =
         scale.cwiseInverse().asDiagonal() * rows *
         Eigen::PartialPivLU<MatrixXd>(a + shifts[i] * model.system.capacity).solve(patches);
+  }
   // Right singular vectors by way of the left ones, which are fewer.
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(seen * seen.transpose());
   const VectorXd& squares = eigen.eigenvalues();  // rising
@@ -131,13 +134,14 @@ MatrixXd between(const MatrixXd& both) {
 MatrixXd over_shares(const MatrixXd& evidence) {
   const Index shares = std::ssize(spread_shares), patches = evidence.rows() / shares;
   MatrixXd mean(patches, evidence.cols());
-  for (Index k = 0; k < patches; ++k)
+  for (Index k = 0; k < patches; ++k) {
     for (Index j = 0; j < mean.cols(); ++j) {
       double top = evidence(k, j), sum = 0.0;
       for (Index s = 1; s < shares; ++s) top = std::max(top, evidence(k + s * patches, j));
       for (Index s = 0; s < shares; ++s) sum += std::exp(evidence(k + s * patches, j) - top);
       mean(k, j) = top + std::log(sum / shares);
     }
+  }
   return mean;
 }
 
@@ -185,8 +189,8 @@ MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
   return evidence;
 }
 
-/// Leading directions of what a source's response may be off by, one standard deviation each, where its place is only known to a
-/// posterior. (combinations x few)
+/// Leading directions of what a source's response may be off by, one standard deviation each, where its place is only
+/// known to a posterior. (combinations x few)
 MatrixXd place_directions(const Seen& seen, const MatrixXd& weights, Index input, const VectorXd& posterior,
                           const VectorXd& chosen) {
   const Index m = weights.rows();

@@ -6,9 +6,10 @@
 // nominal linearisation,
 //   log evidence(k, j) = -1/2 log(1 + s^2 a'a) + 1/2 s^2 (a'r)^2 / (1 + s^2 a'a),
 // a, r response to 1 W and residual, both white and without what nuisances take, s the prior's width;
-// a power below zero is no source; its heat may enter on the patch, spread about it, or half and half. Loads act through what outputs see of them: a few combinations of
-// patches that the outputs can tell from nothing carry all responses. What is left for the search is
-// one hypothesis an input, at its best patch, with the prior that all its patches together are worth.
+// a power below zero is no source; its heat may enter on the patch, spread about it, or half and half. Loads act
+// through what outputs see of them: a few combinations of patches that the outputs can tell from nothing carry all
+// responses. What is left for the search is one hypothesis an input, at its best patch, with the prior that all its
+// patches together are worth.
 
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/response/problem.h"

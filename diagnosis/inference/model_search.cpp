@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "core/range.h"
 #include "core/thread_pool.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/inference/evidence.h"
@@ -100,7 +101,8 @@ void sort_by_posterior(std::vector<Hypothesis>& all) {
   });
 }
 
-/// Every pair of which one member is among the better single causes. Where that one was fitted, on the linear form about it.
+/// Every pair of which one member is among the better single causes. Where that one was fitted, on the linear form
+/// about it.
 std::vector<Hypothesis> grow_pairs(const Problem& problem, const Response& response, const mesh::Machine& machine,
                                    const White& white, const Evidence& nominal, double log_none,
                                    const std::vector<int>& candidates, const std::vector<double>& share,
@@ -182,11 +184,12 @@ void fit_leading(const Search& of, std::vector<Hypothesis>& all, std::size_t mem
 void fit_pairs(const Search& of, std::vector<Hypothesis>& all) {
   for (int fitted = 0; fitted < of.options.most_refined_pairs; fitted += of.options.pair_group) {
     double best = -std::numeric_limits<double>::infinity(), left = best;
-    for (const Hypothesis& h : all)
+    for (const Hypothesis& h : all) {
       if (h.members.size() == 2) {
         double& of_these = h.refined ? best : left;
         of_these = std::max(of_these, h.log_prior + h.log_evidence);
       }
+    }
     if (left < best - of.options.pair_margin) break;
     fit_leading(of, all, 2, of.options.pair_group);
   }
@@ -218,13 +221,15 @@ using Leftover = std::pair<const Hypothesis*, double>;
 /// Whether the best single cause and the best pair leave what they do not describe.
 std::vector<Leftover> leftovers_of(const Search& of, const std::vector<Hypothesis>& all, double log_without) {
   std::vector<Leftover> leftovers;
-  for (const std::size_t members : {1, 2})
-    for (const Hypothesis& h : all)
+  for (const std::size_t members : {1, 2}) {
+    for (const Hypothesis& h : all) {
       if (h.members.size() == members && h.refined) {
         const double log = evidence_beside_unknown(of.problem, h) - log_without;
         leftovers.emplace_back(&h, std::log(of.options.prior_leftover) + h.log_prior + of.options.evidence_share * log);
         break;
       }
+    }
+  }
   return leftovers;
 }
 
@@ -264,13 +269,13 @@ void SearchOptions::validate() const {
                                     {"prior_unknown", prior_unknown},
                                     {"prior_leftover", prior_leftover},
                                     {"evidence_share", evidence_share}})
-    require_option(share > 0 && share <= 1, std::string("search ") + name, share, "above 0, at most 1");
+    core::require_option(share > 0 && share <= 1, std::string("search ") + name, share, "above 0, at most 1");
   for (const auto& [name, count] : {std::pair{"refined_singles", refined_singles},
                                     {"iterations", iterations},
                                     {"pair_group", pair_group},
                                     {"most_refined_pairs", most_refined_pairs}})
-    require_option(count >= 1, std::string("search ") + name, count, "1 or more");
-  require_option(pair_margin >= 0, "search pair_margin", pair_margin, "a number of nats, not negative");
+    core::require_option(count >= 1, std::string("search ") + name, count, "1 or more");
+  core::require_option(pair_margin >= 0, "search pair_margin", pair_margin, "a number of nats, not negative");
 }
 
 const Hypothesis* SearchResult::single(int parameter) const {

@@ -8,6 +8,7 @@
 // a leading one, on the linear form about that one's estimate; the leading pairs are fitted in turn.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "diagnosis/inference/hypothesis_fit.h"

@@ -20,7 +20,8 @@ constexpr double least_gain = 5.0;  ///< ln of the likelihood of no cause that i
 constexpr double in_time_s = 1.0;
 constexpr int most_rounds = 4;
 
-/// The changes that are told to have come elsewhere than where they are taken to, by the time of the row that shows them.
+/// The changes that are told to have come elsewhere than where they are taken to, by the time of the row that shows
+/// them.
 std::map<double, double> moved_changes(const Problem& problem, const LinearEvidence& none) {
   struct Told {
     double came = 0.0, earlier_s = 0.0, later_s = 0.0;
@@ -49,7 +50,8 @@ std::map<double, double> moved_changes(const Problem& problem, const LinearEvide
   return moved;
 }
 
-/// No cause, clocks and sensors taken to be in time: a log that is late at all changes and clocks that are fast look alike.
+/// No cause, clocks and sensors taken to be in time: a log that is late at all changes and clocks that are fast look
+/// alike.
 LinearEvidence none_in_time(const Problem& problem, const White& white) {
   Eigen::VectorXd prior_std = problem.prior_std;
   for (std::size_t i = 0; i < problem.parameters.size(); ++i)

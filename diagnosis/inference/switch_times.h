@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A measurement as a problem about the nominal machine. A log says when it saw a speed, power or state changed; a tangent tells well
-// enough when that came (Observations::MayHold) to find the place, not to leave it there, since what heats within a row is not
-// in proportion to the part of it. So changes are moved, as long as the record fits better with them there without any cause, and
-// told anew about there.
+// A measurement as a problem about the nominal machine. A log says when it saw a speed, power or state changed; a
+// tangent tells well enough when that came (Observations::MayHold) to find the place, not to leave it there, since what
+// heats within a row is not
+// in proportion to the part of it. So changes are moved, as long as the record fits better with them there without any
+// cause, and told anew about there.
 
 #include <memory>
 

@@ -2,6 +2,7 @@
 #include "diagnosis/inference/unknown_cause.h"
 
 #include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

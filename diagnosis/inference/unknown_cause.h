@@ -4,6 +4,7 @@
 // in all, alone or beside causes. Its size and its memory are not known: the evidence is a mean over some.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "diagnosis/response/problem.h"

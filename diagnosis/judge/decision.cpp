@@ -21,7 +21,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double none_left = 1.0 - sure;  ///< for none; with less a cause may be named
-/// Sizes that wander by 15 %, and others at 2.5 stated deviations, asked for 1.7 and 3.1 at most; laws of another kind for 2.4 to 6 and 4 to 4.4.
+/// Sizes that wander by 15 %, and others at 2.5 stated deviations, asked for 1.7 and 3.1 at most; laws of another kind
+/// for 2.4 to 6 and 4 to 4.4.
 constexpr double most_freedom = 2.5, most_other = 3.5;
 constexpr double certain = 2.0;         ///< of its own standard deviations that a size has to be off
 constexpr double within_nominal = 3.0;  ///< stated standard deviations that are no discrepancy
@@ -73,8 +74,8 @@ RankedCause something_unknown(const SearchResult& found) {
   return no_parameter(Kind::unknown, found.probability_unknown, found.log_evidence_unknown);
 }
 
-/// A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is wrong
-/// with one reading can as well be a part of something unknown in it: it has to say more than that alone.
+/// A cause that is sure beside something unknown, and strong without it, is named with the rest left open. What is
+/// wrong with one reading can as well be a part of something unknown in it: it has to say more than that alone.
 bool named_beside_unknown(const RankedCause& cause, const SearchResult& found) {
   const double needed = acts_on_readings(cause.parameter.kind) ? std::max(strong, found.log_evidence_unknown) : strong;
   return found.probability_leftover >= 0.5 && cause.probability >= sure && found.log_evidence_beside >= needed;
@@ -137,9 +138,10 @@ void decide_beside_unknown(const std::vector<RankedCause>& causes, const SearchR
   const double leading = causes.front().probability;
   if (named_beside_unknown(causes.front(), found)) {
     out.verdict = Verdict::ambiguous;
-    for (const RankedCause& cause : causes)
+    for (const RankedCause& cause : causes) {
       if (outside_nominal(cause) && cause.probability >= likely)
         (cause.probability >= sure ? out.causes : out.ambiguous_set).push_back(cause);
+    }
     out.ambiguous_set.push_back(something_unknown(found));
   } else if (found.probability_unknown < set_holds && leading >= 1.0 - set_holds && leading < sure) {
     out.verdict = Verdict::ambiguous;
@@ -180,7 +182,8 @@ bool outside_nominal(const RankedCause& cause) {
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   const std::vector<RankedCause> causes = rank(problem, found, out);
   const bool no_cause_left = causes.empty() || !outside_nominal(causes.front());
-  // Sure and strong, though no further off than stated: its uncertainty alone would have been enough for none, so it is more than that.
+  // Sure and strong, though no further off than stated: its uncertainty alone would have been enough for none, so it is
+  // more than that.
   const bool more_than_stated =
       !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
   const bool unknown_likely = found.probability_unknown >= 0.5;
@@ -196,11 +199,11 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
 
 void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out) {
   if (out.verdict != Verdict::explained) return;
-  if (strain.freedom > most_freedom)
+  if (strain.freedom > most_freedom) {
     out.strained = fmt::format(
         "its size would have to wander, its heat to spread or its lag to delay {:.1f} times as far as expected",
         strain.freedom);
-  else if (strain.other > most_other) {
+  } else if (strain.other > most_other) {
     const Parameter& other = problem.parameters[strain.which];
     out.strained = fmt::format("{} would have to be {:.1f} stated standard deviations off beside it", name_of(other),
                                strain.other);

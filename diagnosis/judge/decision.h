@@ -14,8 +14,8 @@ inline constexpr double sure = 0.9;     ///< marginal probability that names a c
 /// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 
-/// What is explained stays ambiguous, with something unknown beside it, where all of the record strains the explanation: a size that
-/// wanders, or another parameter that is off, by more than is ever expected.
+/// What is explained stays ambiguous, with something unknown beside it, where all of the record strains the
+/// explanation: a size that wanders, or another parameter that is off, by more than is ever expected.
 void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out);
 
 /// Whether an estimate is further from nominal than three stated standard deviations, and than two of its own; of a

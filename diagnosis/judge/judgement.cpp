@@ -2,10 +2,10 @@
 #include "diagnosis/judge/judgement.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "core/text.h"
@@ -128,7 +128,8 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
 std::string heldout_objection(const Diagnosis& d, double chi_square) {
   if (d.causes.empty()) return "";
   if (d.ci95_high_percent >= 0.0 || d.heldout_rms_after_um < much_worse * d.heldout_rms_before_um) return "";
-  // A right cause makes things worse too where something else, within its uncertainty, had cancelled it: what comes is then as expected.
+  // A right cause makes things worse too where something else, within its uncertainty, had cancelled it: what comes is
+  // then as expected.
   if (chi_square < not_foretold) return "";
   std::vector<std::string> names;
   for (const RankedCause& cause : d.causes) names.push_back(name_of(cause.parameter));

@@ -15,8 +15,9 @@ double heldout_explained_percent(const Problem& problem, const Eigen::VectorXd& 
 /// Fills residuals, series and the gain. @param best  hypothesis with its prediction
 void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 
-/// Why the causes that a verdict names (alone or beside others) do not hold: on held-out time they make the displacements 1.5 times worse, with 95 %
-/// confidence, and what it shows is not what they foretell, see heldout_chi_square. Empty where they do hold.
+/// Why the causes that a verdict names (alone or beside others) do not hold: on held-out time they make the
+/// displacements 1.5 times worse, with 95 % confidence, and what it shows is not what they foretell, see
+/// heldout_chi_square. Empty where they do hold.
 std::string heldout_objection(const Diagnosis& diagnosis, double chi_square);
 
 /// Whether the 95 % interval of the gain lies above zero: of the displacements; where the causes

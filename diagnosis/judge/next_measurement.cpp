@@ -2,10 +2,10 @@
 #include "diagnosis/judge/next_measurement.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/thread_pool.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -47,7 +47,7 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
                                   [&](const ObservedChannel& c) { return c.channel.sensor == sensor.id; });
     places.push_back({sensor.id, std::max(sensor.uncertainty, least_K), "K", read});
   }
-  for (const mesh::Pose& pose : poses)
+  for (const mesh::Pose& pose : poses) {
     for (const char* direction : {"dx", "dy", "dz"}) {
       const std::string text = mesh::format_pose(machine, pose);
       const bool read = std::any_of(channels.begin(), channels.end(), [&](const ObservedChannel& c) {
@@ -55,6 +55,7 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
       });
       places.push_back({std::string(direction) + " at " + text, probe, "um", read});
     }
+  }
   return places;
 }
 
@@ -103,7 +104,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
       // Mean over pairs by how probable they are; the pair that counts most gives the words.
       double sum = 0.0, weights = 0.0, most = -1.0, difference = 0.0;
       std::pair<std::size_t, std::size_t> pair{0, 1};
-      for (std::size_t i = 0; i < causes; ++i)
+      for (std::size_t i = 0; i < causes; ++i) {
         for (std::size_t j = i + 1; j < causes; ++j) {
           const double weight = std::max(set[i].probability * set[j].probability, 1e-12);
           const double rms = root_mean_square(seen[i].col(c) - seen[j].col(c));
@@ -111,6 +112,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
           weights += weight;
           if (weight * rms > most) most = weight * rms, difference = rms, pair = {i, j};
         }
+      }
       const double ratio = std::sqrt(sum / weights) / places[c].uncertainty,
                    merit = own ? own_load_counts * ratio : ratio;
       if (merit <= best) continue;

@@ -4,6 +4,7 @@
 // largest, how long they remember, and which measured input they follow with which delay.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

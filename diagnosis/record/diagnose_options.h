@@ -12,17 +12,13 @@ namespace thermotwin::diagnosis {
 struct DiagnoseOptions {
   double heldout_share =
       0.3;  ///< of the time, its end: never fitted, or half of it where the rest leaves the cause open
-  /// Mesh and discretisation, of each channel's own response. Temperatures converge faster than displacements, which add up
-  /// what every body bends.
+  /// Mesh and discretisation, of each channel's own response. Temperatures converge faster than displacements, which
+  /// add up what every body bends.
   double displacement_error_percent = 3, temperature_error_percent = 1.5;
   double interval_s = 600;                      ///< residuals are averaged over such intervals
   std::vector<solver::LoadProgram> programs{};  ///< that may be run next, where causes share
 
   void validate() const;  ///< @throws InputError
 };
-
-/// @param option  words before its name, and the name: "diagnose interval_s"
-/// @throws InputError where it does not hold
-void require_option(bool holds, const std::string& option, double value, const std::string& allowed);
 
 }  // namespace thermotwin::diagnosis

@@ -2,14 +2,15 @@
 #include "diagnosis/record/observations.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "compensation/measurement/channel.h"
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
+#include "core/range.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "mesh/machine/kinematics.h"
 
@@ -104,9 +105,10 @@ struct Watched {
 /// Largest change of one of them from row to row, as a share of its largest value.
 double change_between(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b, const std::vector<Watched>& watched) {
   double change = 0.0;
-  for (const Watched& w : watched)
+  for (const Watched& w : watched) {
     if (const double difference = std::abs(b[w.channel] - a[w.channel]) / w.largest; std::isfinite(difference))
       change = std::max(change, difference);
+  }
   return change;
 }
 
@@ -145,7 +147,8 @@ double usual_interval(const Eigen::VectorXd& time) {
   return gaps[middle];
 }
 
-/// Parts that are short, since an axis is logged where it happens to be, go into one step; what is switched now and then ends it:
+/// Parts that are short, since an axis is logged where it happens to be, go into one step; what is switched now and
+/// then ends it:
 /// heat is not in proportion to a pump that runs for a part of the time.
 void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
                 const std::vector<bool>& average, const std::vector<Watched>& switched, Observations& out) {
@@ -173,8 +176,9 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
   for (Index i = 0; i < out.rows.rows(); ++i) out.rows.row(i) = means[i];
 }
 
-/// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap, half way for
-/// the model; else as the row says, or up to an interval before; or when it is known to have come. Through a pause longer than an
+/// From when on the inputs of each row hold. Where a few rows are missing, what changed did so somewhere in the gap,
+/// half way for the model; else as the row says, or up to an interval before; or when it is known to have come. Through
+/// a pause longer than an
 /// interval and a few rows the row before it holds as it says, or for a part of it: more rows may be lost than a few.
 Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows,
                             const std::vector<Watched>& watched, const std::vector<bool>& average,
@@ -192,9 +196,10 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
     if (change < changed_share) continue;
     // What wanders is what it was; where an axis swings changes with its feed.
     Eigen::VectorXd after = rows.row(i + 1).transpose(), before = rows.row(i).transpose();
-    for (Index c = 0; c < after.size(); ++c)
+    for (Index c = 0; c < after.size(); ++c) {
       if (average[c] && std::none_of(watched.begin(), watched.end(), [c](const Watched& w) { return w.channel == c; }))
         std::swap(after[c], before[c]);
+    }
     const double first = of_a_row ? time[i] : shown - (gap - usual), nearest = first + least_part * (shown - first);
     const auto known = changes.find(shown);
     const double came = known != changes.end()   ? std::clamp(known->second, nearest, shown)
@@ -278,12 +283,13 @@ void find_start(const Measurement& measurement, const mesh::Machine& machine, co
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind != ChannelKind::temperature || channel.sensor.empty()) continue;
     const Eigen::VectorXd values = measurement.values(channel);
-    for (Index i = 0; i < values.size() && time[i] <= time[0] + out.interval; ++i)
+    for (Index i = 0; i < values.size() && time[i] <= time[0] + out.interval; ++i) {
       if (std::isfinite(values[i])) {
         // What the sensor itself is known to add is no temperature.
         first.push_back(values[i] - machine.sensors[machine.sensor_index(channel.sensor)].offset);
         break;
       }
+    }
   }
   if (first.empty()) {
     const int air = channels.index("air.T_C");
@@ -332,10 +338,11 @@ double split_between(const Observations& of, double heldout_share) {
 }
 
 void ObserveOptions::validate() const {
-  require_option(interval_s > 0, "observe interval_s", interval_s, "a positive number of seconds");
-  require_option(heldout_share >= 0 && heldout_share < 1, "observe heldout_share", heldout_share, "0 to less than 1");
-  require_option(longest_step_s > 0, "observe longest_step_s", longest_step_s, "a positive number of seconds");
-  require_option(most_intervals >= 8, "observe most_intervals", most_intervals, "8 or more");
+  core::require_option(interval_s > 0, "observe interval_s", interval_s, "a positive number of seconds");
+  core::require_option(heldout_share >= 0 && heldout_share < 1, "observe heldout_share", heldout_share,
+                       "0 to less than 1");
+  core::require_option(longest_step_s > 0, "observe longest_step_s", longest_step_s, "a positive number of seconds");
+  core::require_option(most_intervals >= 8, "observe most_intervals", most_intervals, "8 or more");
 }
 
 Observations observe(const Measurement& measurement, const mesh::Machine& machine, const solver::Channels& channels,
@@ -352,9 +359,10 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   out.interval = std::max(options.interval_s, duration / options.most_intervals);
   out.intervals = std::max<Index>(1, static_cast<Index>(std::ceil(duration / out.interval - 1e-9)));
   out.split = split_between(out, options.heldout_share);
-  if (out.intervals < 8)
+  if (out.intervals < 8) {
     throw InputError(place, fmt::format("a record of {:.0f} s", duration),
                      fmt::format("at least 8 intervals of {:.0f} s, so that a part can be held out", out.interval));
+  }
   const Eigen::MatrixXd rows = compensation::channel_rows(measurement, channels);
   const std::vector<Channel> inputs = compensation::channels_of(channels);
   const std::vector<bool> average = averageable(inputs);
@@ -367,17 +375,19 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();
     if (!temperature && channel.kind != ChannelKind::displacement) continue;
     ObservedChannel observed = average_channel(channel, time, measurement.values(channel), out);
-    if (!temperature)
+    if (!temperature) {
       observed.pose = channel.pose_text.empty() ? mesh::home_pose(machine)
                                                 : mesh::parse_pose(machine, channel.pose_text, "channel " + channel.id);
+    }
     if (observed.fitted >= 4)
       out.channels.push_back(std::move(observed));
     else
       out.left_out.push_back(channel.id);
   }
-  if (out.channels.empty())
+  if (out.channels.empty()) {
     throw InputError(place, "no channel of kind temperature (with sensor) or displacement with data",
                      "one or more such channels in channels.toml");
+  }
   return out;
 }
 

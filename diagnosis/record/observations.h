@@ -7,6 +7,7 @@
 // gaps and channels of different sampling are treated alike on both sides.
 
 #include <Eigen/Core>
+
 #include <map>
 #include <string>
 #include <vector>
@@ -57,13 +58,15 @@ struct Observations {
   };
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
-  /// Inputs that may have held for a while instead of those that the model's steps have: a log says when it saw a speed, power
-  /// or state changed, not when that changed. The largest changes first.
+  /// Inputs that may have held for a while instead of those that the model's steps have: a log says when it saw a
+  /// speed, power or state changed, not when that changed. The largest changes first.
   struct MayHold {
     double from, to;
     Eigen::VectorXd row;
     double
-        std;  ///< prior, of the share of the while: the change comes anywhere alike from the first while's start to the row that shows it
+        /// Prior, of the share of the while: the change comes anywhere alike from the first while's start to the row
+        /// that shows it
+        std;
     double shown;  ///< s, time of that row
     bool earlier;  ///< the while ends when the change is taken to come, else it begins then
   };
@@ -88,8 +91,8 @@ struct ObserveOptions {
   void validate() const;  ///< @throws InputError
 };
 
-/// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a sample from
-/// behind it, with four intervals before it at least.
+/// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a
+/// sample from behind it, with four intervals before it at least.
 double split_between(const Observations& of, double heldout_share);
 
 /// @throws InputError: no temperature or displacement channel, too short a record

@@ -2,6 +2,7 @@
 #include "diagnosis/record/readings.h"
 
 #include <Eigen/SparseCholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>

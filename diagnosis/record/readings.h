@@ -16,8 +16,9 @@ Eigen::VectorXd lagged(const Eigen::VectorXd& time, const Eigen::VectorXd& value
 /// The series as a clock that is late by so much shows it (early if negative); constant beyond its ends.
 Eigen::VectorXd shifted(const Eigen::VectorXd& time, const Eigen::VectorXd& values, double shift);
 
-/// What a sensor that hangs loose feels of an air that is itself measured with noise: the level of a random walk beneath white noise,
-/// of the variances that the series' own differences show (their mean square and their covariance with the next one).
+/// What a sensor that hangs loose feels of an air that is itself measured with noise: the level of a random walk
+/// beneath white noise, of the variances that the series' own differences show (their mean square and their covariance
+/// with the next one).
 Eigen::VectorXd without_noise(const Eigen::VectorXd& values);
 
 /// @param values  (n) degC at the sensor  @param air (n) degC  @return readings, degC

@@ -39,6 +39,7 @@ std::string series_file(std::size_t number) { return "source_" + std::to_string(
 
 std::string diagnosis_json(const Diagnosis& diagnosis) {
   Json json;
+  json["schema"] = 1;
   json["verdict"] = name_of(diagnosis.verdict);
   json["causes"] = Json::array();
   for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) json["causes"].push_back(named(diagnosis.causes[i], i + 1));
@@ -52,14 +53,15 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   json["ambiguous_set"] = Json::array();
   for (const RankedCause& cause : diagnosis.ambiguous_set) json["ambiguous_set"].push_back(identity(cause));
   json["residual"]["per_channel"] = Json::array();
-  for (const ChannelResidual& channel : diagnosis.residuals)
+  for (const ChannelResidual& channel : diagnosis.residuals) {
     json["residual"]["per_channel"].push_back({{"id", channel.id},
                                                {"rms_before", channel.rms_before},
                                                {"rms_after", channel.rms_after},
                                                {"unit", channel.unit},
                                                {"p_value_white", channel.p_value_white}});
+  }
   json["residual"]["analysis"] = Json::array();
-  for (const ResidualAnalysis& a : diagnosis.analysis)
+  for (const ResidualAnalysis& a : diagnosis.analysis) {
     json["residual"]["analysis"].push_back({{"id", a.id},
                                             {"rms_over_expected", a.ratio},
                                             {"mean", a.mean},
@@ -69,6 +71,7 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
                                             {"follows", a.follows},
                                             {"delay_s", a.delay_s},
                                             {"correlation", a.correlation}});
+  }
   json["gain"] = {{"heldout_rms_before_um", diagnosis.heldout_rms_before_um},
                   {"heldout_rms_after_um", diagnosis.heldout_rms_after_um},
                   {"reduction_percent", diagnosis.reduction_percent},

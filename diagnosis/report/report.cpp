@@ -67,9 +67,10 @@ struct Wording {
 
 Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
   const std::string measurement = core::xml_text(d.measurement.empty() ? "without a name" : d.measurement);
-  if (machine != nullptr)
+  if (machine != nullptr) {
     return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual",
             "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
+  }
   return {measurement, "a measured record; the model is a grey box of its first part", "residual",
           "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
 }
@@ -192,12 +193,13 @@ std::string difference(const std::string& before, const std::string& after) {
     table.clear();
     std::size_t next_a = i, next_b = j;
     bool found = false;
-    for (std::size_t step = 1; step <= 2 * ahead && !found; ++step)
+    for (std::size_t step = 1; step <= 2 * ahead && !found; ++step) {
       for (std::size_t in_a = 0; in_a <= step && !found; ++in_a) {
         const std::size_t in_b = step - in_a;
         if (i + in_a < a.size() && j + in_b < b.size() && a[i + in_a] == b[j + in_b] && !a[i + in_a].empty())
           next_a = i + in_a, next_b = j + in_b, found = true;
       }
+    }
     if (!found) next_a = a.size(), next_b = b.size();
     for (; i < next_a; ++i) out += "<span class=\"minus\">- " + core::xml_text(a[i]) + "</span>\n";
     for (; j < next_b; ++j) out += "<span class=\"plus\">+ " + core::xml_text(b[j]) + "</span>\n";
@@ -217,17 +219,18 @@ std::string sets(const Diagnosis& d) {
   std::string page;
   if (!d.ambiguous_set.empty()) {
     page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
-    for (const RankedCause& cause : d.ambiguous_set)
+    for (const RankedCause& cause : d.ambiguous_set) {
       page += "<li>" +
               (cause.parameter.kind == Kind::none ? "none: nothing changed"
                : cause.parameter.name.empty()     ? "something that no kind describes"
                                                   : core::xml_text(name_of(cause.parameter)) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
+    }
     page += "</ul>";
-    if (!d.next.channel.empty())
+    if (!d.next.channel.empty()) {
       page += "<p>To decide, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
               typeset(d.next.load) + ": " + typeset(d.next.why) + ".</p>";
-    else if (!d.next.why.empty())
+    } else if (!d.next.why.empty())
       page += "<p>To decide: " + core::xml_text(d.next.why) + ".</p>";
     page += "</section>\n";
   }
@@ -244,7 +247,7 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
       "<th class=\"n\">before</th>";
   page += std::string(change ? "<th class=\"n\">after</th><th class=\"n\">change</th>" : "") +
           "<th class=\"n\">white noise, p</th></tr>\n";
-  for (const ChannelResidual& r : d.residuals)
+  for (const ChannelResidual& r : d.residuals) {
     page += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td "
         "class=\"n\">{:.3g}</td>{}<td class=\"n\">{:.2g}</td></tr>\n",
@@ -255,6 +258,7 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
                   "<td class=\"n\">{:.3g}</td><td class=\"n\">{}</td>", r.rms_after,
                   r.rms_before > 0 ? fmt::format("{:+.0f}&#8239;%", 100.0 * (r.rms_after / r.rms_before - 1.0)) : "–"),
         r.p_value_white);
+  }
   return page + "</table></section>\n";
 }
 
@@ -309,13 +313,14 @@ std::string analysis(const Diagnosis& d) {
       "<th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">memory, h</th><th>follows</th><th "
       "class=\"n\">delay, h</th>"
       "<th class=\"n\">correlation</th></tr>\n";
-  for (const ResidualAnalysis& a : d.analysis)
+  for (const ResidualAnalysis& a : d.analysis) {
     page += fmt::format(
         "<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td "
         "class=\"n\">{:.1f}</td><td>{}</td>"
         "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
         a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0,
         a.memory_s / 3600.0, a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / 3600.0, a.correlation);
+  }
   return page + "</table></section>\n";
 }
 

@@ -9,7 +9,8 @@
 
 namespace thermotwin::diagnosis {
 
-/// @param machine  the machine that was diagnosed (its name and text, for the lines that change); nullptr: a record without one
+/// @param machine  the machine that was diagnosed (its name and text, for the lines that change); nullptr: a record
+///   without one
 /// @param scene    where causes are; may be empty
 std::string report_html(const Diagnosis& diagnosis, const mesh::Machine* machine, const Scene& scene);
 

@@ -49,9 +49,10 @@ void add_coolants(const mesh::Machine& machine, const Parameter& cause, Where& w
   for (const mesh::CoolantSpec& coolant : machine.coolants) {
     if (cause.kind == Kind::control_sensor_offset && coolant.id == cause.where && !coolant.guide_sensor.empty())
       where.points.insert(coolant.guide_sensor);
-    for (const mesh::CoolantSegment& segment : coolant.segments)
+    for (const mesh::CoolantSegment& segment : coolant.segments) {
       if (cause.where == coolant.id || cause.where == coolant.id + "." + segment.id)
         where.surfaces.insert(segment.surface);
+    }
   }
 }
 
@@ -130,9 +131,10 @@ Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& ca
     Scene::Body body;
     body.id = machine.bodies[b].id;
     body.marked.assign(tets.face_count(), all.bodies.count(body.id) > 0);
-    for (std::size_t s = 0; s < machine.surfaces.size(); ++s)
+    for (std::size_t s = 0; s < machine.surfaces.size(); ++s) {
       if (machine.surfaces[s].body == body.id && all.surfaces.count(machine.surfaces[s].id))
         for (const int face : mesh.surfaces[s]) body.marked[face] = 1;
+    }
     // Only nodes of the boundary.
     std::vector<int> number(tets.nodes(), -1);
     std::vector<int> kept;
@@ -145,9 +147,10 @@ Scene make_scene(const mesh::MachineMesh& mesh, const std::vector<Parameter>& ca
     body.points = tets.points(Eigen::all, kept).cast<float>();
     scene.bodies.push_back(std::move(body));
   }
-  for (const mesh::SensorSpec& sensor : machine.sensors)
+  for (const mesh::SensorSpec& sensor : machine.sensors) {
     if (!sensor.body.empty())
       scene.points.push_back({sensor.id, sensor.point.cast<float>(), all.points.count(sensor.id) > 0});
+  }
   scene.points.push_back({"tool", machine.tcp.tool_point.cast<float>(), all.points.count("tool") > 0});
   return scene;
 }
@@ -165,9 +168,10 @@ std::string scene_html(const Scene& scene) {
   std::vector<std::uint8_t> points, triangles, marks;
   std::uint32_t first = 0;
   for (const Scene::Body& body : scene.bodies) {
-    for (Index n = 0; n < body.points.cols(); ++n)
+    for (Index n = 0; n < body.points.cols(); ++n) {
       for (int c = 0; c < 3; ++c)
         put<std::uint16_t>(points, std::lround(65535.0F * (body.points(c, n) - low[c]) / size));
+    }
     for (Index t = 0; t < body.triangles.cols(); ++t) {
       const bool marked = body.marked[t] != 0;
       if (!marked && t % stride != 0) continue;

@@ -4,14 +4,14 @@
 // sensors. Drawn by a few lines of script on a canvas, which a drag turns; nothing is fetched.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 
 #include "diagnosis/causes/hypothesis.h"
-#include "mesh/machine_mesh.h"
-
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
+#include "mesh/machine_mesh.h"
 
 namespace thermotwin::diagnosis {
 

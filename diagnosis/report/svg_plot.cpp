@@ -84,11 +84,12 @@ std::string residual_map_svg(const ResidualMap& map) {
     svg += "\n";
   }
   const Scale x{map.hours[0], map.hours[n - 1], name, wide};
-  for (const double tick : core::axis_ticks(x.low, x.high, 8))
+  for (const double tick : core::axis_ticks(x.low, x.high, 8)) {
     svg += fmt::format(
         "<path class=\"grid\" d=\"M{:.1f} {:.0f}v5\"/><text x=\"{:.1f}\" y=\"{:.0f}\" "
         "text-anchor=\"middle\">{:g}</text>",
         x(tick), tall, x(tick), tall + 17, tick);
+  }
   svg += fmt::format("<path class=\"grid zero\" d=\"M{:.1f} 0V{:.0f}\"/>", x(map.heldout_from), tall);
   return svg + fmt::format("<text x=\"{:.0f}\" y=\"{:.0f}\" text-anchor=\"middle\">time in h</text></svg>\n",
                            0.5 * (name + wide), tall + 31);
@@ -97,9 +98,10 @@ std::string residual_map_svg(const ResidualMap& map) {
 std::string residual_svg(const ResidualPlot& plot) {
   const Index n = plot.hours.size();
   double low = 0.0, high = 0.0;
-  for (const VectorXd* values : {&plot.before, &plot.after, &plot.band})
+  for (const VectorXd* values : {&plot.before, &plot.after, &plot.band}) {
     for (const double v : *values)
       if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+  }
   for (const double v : plot.band)
     if (std::isfinite(v)) low = std::min(low, -v);
   if (high - low < 1e-12) low = -1.0, high = 1.0;

@@ -4,6 +4,7 @@
 // part shaded. Styles come from the page (classes), so that it follows light and dark schemes.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

@@ -16,8 +16,8 @@ std::string sentence_of(const Diagnosis& diagnosis);
 /// A change in percent; no minus before a zero.
 std::string percent_text(double percent, int decimals = 0);
 
-/// What of a record may mislead: inputs that the machine has and nobody recorded, poses that leave axes out, readings that never
-/// change, a start that is not even, changes between rows that are far apart.
+/// What of a record may mislead: inputs that the machine has and nobody recorded, poses that leave axes out, readings
+/// that never change, a start that is not even, changes between rows that are far apart.
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
                                      const Problem& problem);
 

@@ -30,9 +30,10 @@ void remove_extension(const std::filesystem::path& out) {
 /// Series of an earlier diagnosis that this one does not have.
 void remove_series(const std::filesystem::path& out, const Diagnosis& diagnosis) {
   std::error_code ignored;
-  for (std::size_t i = 0; i < 4; ++i)
+  for (std::size_t i = 0; i < 4; ++i) {
     if (i >= diagnosis.causes.size() || diagnosis.causes[i].series.rows() == 0)
       std::filesystem::remove(out / series_file(i + 1), ignored);
+  }
 }
 
 /// @param extend  writes further files into the folder and names them
@@ -44,11 +45,12 @@ void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, c
     std::vector<path> files{"residuals.csv", "report.html"};
     core::write_csv(staged / "residuals.csv", diagnosis.series);
     core::write_file(staged / "report.html", report_html(diagnosis, machine, scene));
-    for (std::size_t i = 0; i < diagnosis.causes.size(); ++i)
+    for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) {
       if (diagnosis.causes[i].series.rows() > 0) {
         files.emplace_back(series_file(i + 1));
         core::write_csv(staged / files.back(), diagnosis.causes[i].series);
       }
+    }
     extend(staged, files);
     // Last: who finds it finds the rest as well.
     core::write_file(staged / "diagnosis.json", diagnosis_json(diagnosis));

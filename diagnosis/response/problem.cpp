@@ -84,7 +84,8 @@ bool same_pose(const ObservedChannel& a, const ObservedChannel& b) {
          a.channel.pose_text == b.channel.pose_text;
 }
 
-/// What the other directions at a displacement's pose move, at its times: of the whole motion a mesh turns a little into each. (n x others)
+/// What the other directions at a displacement's pose move, at its times: of the whole motion a mesh turns a little
+/// into each. (n x others)
 Eigen::MatrixXd moves_beside(const Problem& problem, std::size_t of) {
   const std::vector<ObservedChannel>& channels = problem.observations.channels;
   const ObservedChannel& channel = channels[of];

@@ -4,6 +4,7 @@
 // uncertain without being a cause (nuisances), and what noise and mesh explain.
 
 #include <Eigen/Core>
+
 #include <map>
 #include <vector>
 
@@ -19,14 +20,14 @@ struct Problem {
   Observations observations;
   std::vector<Parameter> parameters;  ///< candidates; the first columns
   Eigen::VectorXd nominal;            ///< (parameters)
-  /// (first parameters) Where they are linearised, less nominal. Few deviations of the stated uncertainty already change how fast
-  /// and how far another parameter acts.
+  /// (first parameters) Where they are linearised, less nominal. Few deviations of the stated uncertainty already
+  /// change how fast and how far another parameter acts.
   Eigen::VectorXd around;
   Eigen::VectorXd measured, predicted;  ///< (observations) with all parameters at nominal, on the linear form
   Eigen::MatrixXd columns;              ///< (observations x (parameters + start + surroundings + zeros + late changes))
   Eigen::VectorXd prior_std;            ///< (columns) nominal
-  /// Of parameters whose place is not known for sure: what their column may be off by, (observations x few), per unit; one
-  /// standard deviation each.
+  /// Of parameters whose place is not known for sure: what their column may be off by, (observations x few), per unit;
+  /// one standard deviation each.
   std::map<int, Eigen::MatrixXd> place_freedom;
   std::vector<ChannelCovariance> covariance;  ///< per channel, all its times
   Eigen::VectorXd amplitude;                  ///< (channels) how far a channel moves, its unit

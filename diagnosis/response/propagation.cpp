@@ -2,6 +2,7 @@
 #include "diagnosis/response/propagation.h"
 
 #include <Eigen/LU>
+
 #include <algorithm>
 #include <iterator>
 #include <list>
@@ -53,13 +54,15 @@ struct Drive {
   void coefficients(const VectorXd& measured, const VectorXd& readings, int ambient, double by_K, double duration,
                     solver::Coefficients& out) {
     const VectorXd row = by_K != 0.0 ? disturbed(measured, ambient, by_K) : measured, guide = model.guide_K(row);
-    if (!chiller)
+    if (!chiller) {
       chiller.emplace(model.machine(), model.layout(), model.channels(),
                       solver::chiller_set_points(model.machine(), model.layout(), readings, guide));
+    }
     model.coefficients(row, chiller->advance(row, readings, guide, duration), readings, out);
   }
   /// Of a step: the mean of those of its parts.
-  /// @param sensors_K (sensors) temperatures at the sensors, without their offsets  @param ambient, by_K  moved by so much
+  /// @param sensors_K (sensors) temperatures at the sensors, without their offsets  @param ambient, by_K  moved by so
+  ///   much
   /// @param held  null, or inputs that hold for a while instead
   void update(const Observations& obs, Index step, const VectorXd& sensors_K, int ambient = 0, double by_K = 0.0,
               const Observations::MayHold* held = nullptr) {
@@ -80,9 +83,10 @@ struct Drive {
     };
     if (mixed == obs.mixed.end())
       add(obs.rows.row(step).transpose(), 1.0 - share_held);
-    else
+    else {
       for (const Observations::Part& part_held : mixed->second)
         add(part_held.row, (1.0 - share_held) * part_held.share);
+    }
     if (held) add(held->row, share_held);
   }
   /// Of sources that the reduced model's own layout does not have.

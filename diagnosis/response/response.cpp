@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -36,9 +37,10 @@ Eigen::RowVectorXd sides_of(const mesh::Machine& machine, const mesh::Pose& pose
   channel.zero = compensation::Zero::absolute;
   const Eigen::Matrix<double, 19, 19> unit = Eigen::Matrix<double, 19, 19>::Identity();
   std::vector<solver::TcpError> errors;
-  for (Index i = 0; i < 19; ++i)
+  for (Index i = 0; i < 19; ++i) {
     errors.push_back(
         solver::tcp_error(machine, pose, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>()));
+  }
   return compensation::quantity_series(errors, channel).transpose();
 }
 
@@ -97,21 +99,24 @@ Response::Rows Response::observed_rows() const {
   const mesh::Machine& machine = model_.machine;
   const Index r = model_.system.order(), count = std::ssize(observations_.channels);
   std::vector<Eigen::RowVectorXd> sides;  // of displacements
-  for (const ObservedChannel& observed : observations_.channels)
+  for (const ObservedChannel& observed : observations_.channels) {
     sides.push_back(observed.is_temperature() ? Eigen::RowVectorXd()
                                               : sides_of(machine, observed.pose, observed.channel));
+  }
   const auto displacements = [&](const reduction::ReducedOutputs& outputs) {
     MatrixXd all = MatrixXd::Zero(count, r);
-    for (Index k = 0; k < count; ++k)
+    for (Index k = 0; k < count; ++k) {
       if (const std::size_t at = k; sides[at].size() > 0)
         all.row(k) = sides[at] * reduction::side_rows(machine, outputs, observations_.channels[at].pose);
+    }
     return all;
   };
   Rows rows;
   rows.base = displacements(model_.outputs);
-  for (Index k = 0; k < count; ++k)
+  for (Index k = 0; k < count; ++k) {
     if (const ObservedChannel& observed = observations_.channels[k]; observed.is_temperature())
       rows.base.row(k) = model_.system.sensors.row(machine.sensor_index(observed.channel.sensor));
+  }
   if (!model_.parts) return rows;
   const auto all_of = [&](const std::vector<reduction::ReducedOutputs>& outputs) {
     std::vector<MatrixXd> all;
@@ -243,12 +248,13 @@ Response::Linear Response::linearise(const mesh::Machine& base, const std::vecto
   if (with_spread) {
     elsewhere = spread_heat();
     elsewhere.diagonal().array() -= 1.0;
-    for (std::size_t v = 0, own = variants.size(); v < own; ++v)
+    for (std::size_t v = 0, own = variants.size(); v < own; ++v) {
       if (place[v] < count && adds_heat(parameters[place[v]].kind)) {
         variants.push_back(variants[v]);
         variants.back().heat_map = &elsewhere;
         place.push_back(total + place[v]);
       }
+    }
   }
 
   Linear result;
@@ -291,9 +297,10 @@ MatrixXd Response::elsewhere(const mesh::Machine& machine, const std::vector<mes
   const Index r = model_.system.order(), sensors = std::ssize(model_.machine.sensors);
   MatrixXd rows(sensors + 3 * std::ssize(poses), r);
   rows.topRows(sensors) = model_.system.sensors.topRows(sensors);
-  for (Index k = 0; k < std::ssize(poses); ++k)
+  for (Index k = 0; k < std::ssize(poses); ++k) {
     for (Index i = 0; i < r; ++i)
       rows.block(sensors + 3 * k, i, 3, 1) = 1e6 * model_.tcp(VectorXd::Unit(r, i), poses[k]).error.head<3>();
+  }
   std::vector<Variant> none;
   MatrixXd values = run(machine, none, Rows{rows, {}, {}, {}, {}}).front();
   for (Index s = 0; s < sensors; ++s) values.col(s).array() += machine.reference_C + machine.sensors[s].offset;

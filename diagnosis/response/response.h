@@ -11,6 +11,7 @@
 // capacities and output rows change by reduction::Parts, where the model has them.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "diagnosis/causes/hypothesis.h"
@@ -45,7 +46,8 @@ public:
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
     Eigen::MatrixXd sensitivity;  ///< (observations x parameters), per unit of each
-    /// (observations x 1 + modes) per K of the uniform start, then of slow modes of the machine, see start_modes(), if asked for
+    /// (observations x 1 + modes) per K of the uniform start, then of slow modes of the machine, see start_modes(), if
+    /// asked for
     Eigen::MatrixXd start;
     Eigen::MatrixXd held;       ///< (observations x may_hold) where those inputs hold all of their while, if asked for
     Eigen::MatrixXd disturbed;  ///< (observations x disturbances) per K of their peaks
@@ -62,8 +64,9 @@ public:
   /// Heat in the reduced coordinates to the same heat after a while of conduction within its body,
   /// E (E + t K0)^-1: where a bearing's or a motor's heat enters is known to some centimetres. (r x r)
   Eigen::MatrixXd spread_heat() const;
-  /// What a machine may be warmed by when a record begins: modes of the first row with time constants of half an hour and more,
-  /// the slowest first, each of 1 K in the mean of squares over the heat capacity. (r x modes); none where the first readings agree
+  /// What a machine may be warmed by when a record begins: modes of the first row with time constants of half an hour
+  /// and more, the slowest first, each of 1 K in the mean of squares over the heat capacity. (r x modes); none where
+  /// the first readings agree
   Eigen::MatrixXd start_modes(const mesh::Machine& machine) const;
   Eigen::VectorXd predict(const mesh::Machine& machine) const;
   /// What each load in W makes of the observations that follows each series (steps x series), the loads

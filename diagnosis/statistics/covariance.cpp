@@ -17,12 +17,13 @@ Eigen::MatrixXd ChannelCovariance::matrix() const {
   cov.diagonal() += noise_variance;
   for (const OrnsteinUhlenbeck& term : wander) {
     if (term.std <= 0.0) continue;
-    for (Index j = 0; j < n; ++j)
+    for (Index j = 0; j < n; ++j) {
       for (Index i = j; i < n; ++i) {
         const double c = term.std * term.std * std::exp(-(time[i] - time[j]) / term.time_constant);
         cov(i, j) += c;
         if (i != j) cov(j, i) += c;
       }
+    }
   }
   return cov;
 }

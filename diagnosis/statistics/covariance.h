@@ -3,12 +3,14 @@
 // What is expected to differ between a measured channel and the model for reasons that are no cause:
 //   cov(t, t') = noise(t) [t = t'] + sum_j shape_j(t) shape_j(t') + sum_i s_i^2 exp(-|t - t'| / tau_i).
 // Noise is independent between intervals; each shape has one unknown factor: of the channel's own response
-// (mesh, material data), of the other directions at its pose (mesh); the Ornstein-Uhlenbeck terms are errors that wander (discretisation in
-// time and space, what a lumped film leaves out). Channels are independent of each other here:
+// (mesh, material data), of the other directions at its pose (mesh); the Ornstein-Uhlenbeck terms are errors that
+// wander (discretisation in time and space, what a lumped film leaves out). Channels are independent of each other
+// here:
 // what joins them is in the parameters, see evidence.h.
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+
 #include <vector>
 
 namespace thermotwin::diagnosis {

@@ -3,6 +3,7 @@
 // Small statistics of residuals.
 
 #include <Eigen/Core>
+
 #include <cstdint>
 #include <vector>
 

@@ -4,6 +4,7 @@
 // 1974), area, and what one has beyond another. A polygon without area may have any number of corners.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 namespace thermotwin::mesh {

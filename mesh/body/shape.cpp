@@ -2,6 +2,7 @@
 #include "mesh/body/shape.h"
 
 #include <Eigen/Dense>
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>

@@ -8,6 +8,7 @@
 // degree 5 on the tetrahedron after Walkington (2000).
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "mesh/body/tet_mesh.h"

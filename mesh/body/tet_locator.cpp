@@ -25,9 +25,10 @@ TetLocator::TetLocator(const TetMesh& mesh) : mesh_(mesh) {
   const auto for_each_cell = [&](Eigen::Index element, const auto& visit) {
     const Eigen::AlignedBox3d box = box_of(mesh_, element);
     const Eigen::Vector3i low = cell_of(box.min()), high = cell_of(box.max());
-    for (int z = low[2]; z <= high[2]; ++z)
+    for (int z = low[2]; z <= high[2]; ++z) {
       for (int y = low[1]; y <= high[1]; ++y)
         for (int x = low[0]; x <= high[0]; ++x) visit(number(x, y, z));
+    }
   };
   first_.assign(number(0, 0, cells_[2]) + 1, 0);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) for_each_cell(e, [&](std::size_t cell) { ++first_[cell + 1]; });

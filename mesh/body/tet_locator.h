@@ -4,6 +4,7 @@
 // the elements whose bounding box meets each cell.
 
 #include <Eigen/Geometry>
+
 #include <vector>
 
 #include "mesh/body/tet_mesh.h"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/body/tet_mesh.h"
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,9 +22,10 @@ constexpr int local_face[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
 
 /// Place in tet_edge of the edge between two corners.
 int edge_between(int a, int b) {
-  for (int edge = 0; edge < 6; ++edge)
+  for (int edge = 0; edge < 6; ++edge) {
     if ((tet_edge[edge][0] == a && tet_edge[edge][1] == b) || (tet_edge[edge][0] == b && tet_edge[edge][1] == a))
       return edge;
+  }
   return -1;
 }
 
@@ -63,41 +64,50 @@ void check_elements(const TetMesh& mesh, const std::string& body) {
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
     const Eigen::Vector4i nodes = mesh.tets.col(e);
     for (int i = 0; i < 4; ++i) {
-      if (nodes[i] < 0 || nodes[i] >= mesh.nodes())
+      if (nodes[i] < 0 || nodes[i] >= mesh.nodes()) {
         fail(body, fmt::format("element {} refers to node {}", e, nodes[i]),
              fmt::format("nodes 0 .. {}", mesh.nodes() - 1));
-      for (int j = 0; j < i; ++j)
+      }
+      for (int j = 0; j < i; ++j) {
         if (nodes[i] == nodes[j])
           fail(body, fmt::format("element {} has node {} twice", e, nodes[i]), "four different nodes");
+      }
       used[nodes[i]] = 1;
     }
-    if (mesh.order() == 2)
+    if (mesh.order() == 2) {
       for (const int node : mesh.tet_edges.col(e)) {
-        if (node < 0 || node >= mesh.nodes())
+        if (node < 0 || node >= mesh.nodes()) {
           fail(body, fmt::format("element {} refers to node {}", e, node),
                fmt::format("nodes 0 .. {}", mesh.nodes() - 1));
+        }
         used[node] = 1;
       }
+    }
     double longest = 0.0;
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < i; ++j)
         longest = std::max(longest, (mesh.points.col(nodes[i]) - mesh.points.col(nodes[j])).norm());
+    }
     const double volume = mesh.volume(e);
     const double flat = 1e-9 * longest * longest * longest;
-    if (volume < -flat)
+    if (volume < -flat) {
       fail(body,
            fmt::format("element {} at {} is inverted (volume {:.3g} mm^3)", e, at(mesh.points.col(nodes[0])),
                        1e9 * volume),
            "positive volumes");
-    if (!(volume > flat))
+    }
+    if (!(volume > flat)) {
       fail(body,
            fmt::format("element {} at {} is flat (volume {:.3g} mm^3)", e, at(mesh.points.col(nodes[0])), 1e9 * volume),
            "positive volumes");
+    }
   }
-  for (std::size_t node = 0; node < used.size(); ++node)
-    if (!used[node])
+  for (std::size_t node = 0; node < used.size(); ++node) {
+    if (!used[node]) {
       fail(body, fmt::format("node {} at {} belongs to no element", node, at(mesh.points.col(node))),
            "nodes of elements only");
+    }
+  }
 }
 
 }  // namespace
@@ -144,14 +154,16 @@ void build_boundary(TetMesh& mesh, const std::string& body) {
     std::size_t end = i + 1;
     while (end < sides.size() && sides[end].key == sides[i].key) ++end;
     const Eigen::Vector3d place = mesh.points.col(sides[i].key[0]);
-    if (end - i > 2)
+    if (end - i > 2) {
       fail(body,
            fmt::format("the triangle at {} belongs to {} elements ({}, {}, {}, ...)", at(place), end - i,
                        sides[i].element, sides[i + 1].element, sides[i + 2].element),
            "one or two elements a triangle");
-    if (end - i == 2 && sides[i].even == sides[i + 1].even)
+    }
+    if (end - i == 2 && sides[i].even == sides[i + 1].even) {
       fail(body, fmt::format("elements {} and {} at {} overlap", sides[i].element, sides[i + 1].element, at(place)),
            "neighbours on either side of their triangle");
+    }
     if (end - i == 1) boundary.emplace_back(sides[i].element, sides[i].local);
     i = end;
   }
@@ -162,10 +174,12 @@ void build_boundary(TetMesh& mesh, const std::string& body) {
   for (std::size_t i = 0; i < boundary.size(); ++i) {
     const auto [element, local] = boundary[i];
     for (int k = 0; k < 3; ++k) mesh.faces(k, i) = mesh.tets(local_face[local][k], element);
-    if (mesh.order() == 2)
-      for (int k = 0; k < 3; ++k)
+    if (mesh.order() == 2) {
+      for (int k = 0; k < 3; ++k) {
         mesh.face_edges(k, i) = mesh.tet_edges(
             edge_between(local_face[local][face_edge[k][0]], local_face[local][face_edge[k][1]]), element);
+      }
+    }
     mesh.face_tet[i] = element;
   }
 }
@@ -200,11 +214,12 @@ void promote(TetMesh& mesh) {
   };
   std::vector<Edge> edges;
   edges.reserve(6 * mesh.elements());
-  for (int e = 0; e < mesh.elements(); ++e)
+  for (int e = 0; e < mesh.elements(); ++e) {
     for (int i = 0; i < 6; ++i) {
       const auto [low, high] = std::minmax(mesh.tets(tet_edge[i][0], e), mesh.tets(tet_edge[i][1], e));
       edges.push_back({low, high, e, i});
     }
+  }
   std::sort(edges.begin(), edges.end());
   mesh.tet_edges.resize(6, mesh.elements());
   std::vector<std::pair<int, int>> ends;
@@ -228,11 +243,12 @@ void demote(TetMesh& mesh) {
   for (Eigen::Index e = 0; e < mesh.elements(); ++e)
     for (const int node : mesh.tets.col(e)) number[node] = 0;
   int corners = 0;
-  for (std::size_t i = 0; i < number.size(); ++i)
+  for (std::size_t i = 0; i < number.size(); ++i) {
     if (number[i] == 0) {
       mesh.points.col(corners) = mesh.points.col(i).eval();
       number[i] = corners++;
     }
+  }
   mesh.points.conservativeResize(3, corners);
   const auto renumber = [&](int node) { return number[node]; };
   mesh.tets = mesh.tets.unaryExpr(renumber).eval();
@@ -257,10 +273,11 @@ void set_order(TetMesh& mesh, int order) {
   mesh.face_edges.resize(3, mesh.face_count());
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     const Eigen::Index e = mesh.face_tet[f];
-    for (int k = 0; k < 3; ++k)
+    for (int k = 0; k < 3; ++k) {
       mesh.face_edges(k, f) = mesh.tet_edges(edge_between(corner_of(mesh, e, mesh.faces(face_edge[k][0], f)),
                                                           corner_of(mesh, e, mesh.faces(face_edge[k][1], f))),
                                              e);
+    }
   }
 }
 
@@ -273,13 +290,14 @@ Quality quality(const TetMesh& mesh) {
   double sum = 0.0;
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
     double squares = 0.0;
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < i; ++j) {
         const double square = (mesh.points.col(mesh.tets(i, e)) - mesh.points.col(mesh.tets(j, e))).squaredNorm();
         squares += square;
         result.shortest_edge = std::min(result.shortest_edge, square);
         result.longest_edge = std::max(result.longest_edge, square);
       }
+    }
     const double volume = std::max(mesh.volume(e), 0.0);
     const double value = squares > 0.0 ? 12.0 * std::pow(3.0 * volume, 2.0 / 3.0) / squares : 0.0;
     result.minimum = std::min(result.minimum, value);

@@ -5,6 +5,7 @@
 // Lengths in m, in the frame that the body has at the home position of all axes.
 
 #include <Eigen/Core>
+
 #include <map>
 #include <string>
 #include <vector>

@@ -4,6 +4,7 @@
 // triangle is nearest to a point. Built once in O(n log n); queries may run on several threads.
 
 #include <Eigen/Geometry>
+
 #include <vector>
 
 namespace thermotwin::mesh {

@@ -3,12 +3,12 @@
 
 #include "mesh/import/assimp_reader.h"
 
+#include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+
 #include <algorithm>
 #include <iterator>
-
-#include <assimp/Importer.hpp>
 #include <system_error>
 
 #include "core/error.h"
@@ -72,9 +72,10 @@ Surface read_triangles(const std::filesystem::path& path, const std::string& bod
                                                           aiComponent_MATERIALS | aiComponent_TEXTURES);
   const aiScene* scene = importer.ReadFile(
       path.string(), aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_JoinIdenticalVertices);
-  if (scene == nullptr || scene->mRootNode == nullptr)
+  if (scene == nullptr || scene->mRootNode == nullptr) {
     throw core::MeshError("body '" + body + "': '" + path.string() + "'",
                           std::string("unreadable (") + importer.GetErrorString() + ")", "a surface file of its type");
+  }
   Collector collector{*scene, {}, {}, {}};
   collector.walk(*scene->mRootNode, aiMatrix4x4());
   if (collector.triangles.empty())

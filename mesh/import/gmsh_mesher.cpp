@@ -3,20 +3,20 @@
 
 #include "mesh/import/gmsh_mesher.h"
 
-#include <fcntl.h>
+#include <Eigen/Dense>
 #include <fmt/format.h>
 #include <gmsh.h>
-#include <unistd.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <fcntl.h>
 #include <functional>
 #include <mutex>
 #include <new>
 #include <numbers>
+#include <unistd.h>
 #include <unordered_map>
 
 #include "core/error.h"
@@ -197,7 +197,7 @@ RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& te
   raw.node_labels = nodes.labels;
   DimTags volumes;
   gmsh::model::getEntities(volumes, 3);
-  for (const auto& [dim, volume] : volumes)
+  for (const auto& [dim, volume] : volumes) {
     for (const auto& [type, stride] : {std::pair{tet4, 4}, std::pair{tet10, 10}}) {
       Tags tags, corner;
       gmsh::model::mesh::getElementsByType(type, tags, corner, volume);
@@ -214,6 +214,7 @@ RawMesh take_mesh(const std::string& source, std::map<int, std::vector<int>>& te
         for (std::size_t i = 0; i < 6; ++i) raw.edges.back()[i] = nodes(corner[first + gmsh_edge[i]]);
       }
     }
+  }
   return raw;
 }
 
@@ -244,7 +245,7 @@ double volume_of(const DimTags& solids) {
 
 /// Solids that are not joined must not fill one place twice.
 void require_apart(const DimTags& solids, const std::string& place) {
-  for (std::size_t i = 0; i < solids.size(); ++i)
+  for (std::size_t i = 0; i < solids.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       std::array<double, 6> a{}, b{};
       gmsh::model::occ::getBoundingBox(3, solids[i].second, a[0], a[1], a[2], a[3], a[4], a[5]);
@@ -257,12 +258,14 @@ void require_apart(const DimTags& solids, const std::string& place) {
       gmsh::model::occ::intersect(first, second, both, from);
       const double shared = volume_of(both);
       if (!both.empty()) gmsh::model::occ::remove(both, true);
-      if (shared > 1e-3 * std::min(volume_of({solids[i]}), volume_of({solids[j]})))
+      if (shared > 1e-3 * std::min(volume_of({solids[i]}), volume_of({solids[j]}))) {
         throw core::MeshError(
             place,
             fmt::format("solids {} and {} of the file overlap ({:.3g} of its cubic units)", j + 1, i + 1, shared),
             "solids that do not overlap");
+      }
     }
+  }
 }
 
 /// Makes the solids share their faces. @return name of each volume that has one
@@ -278,10 +281,12 @@ std::map<int, std::string> join_solids(const DimTags& solids) {
   std::vector<DimTags> from;
   gmsh::model::occ::fragment({solids.front()}, DimTags(solids.begin() + 1, solids.end()), joined, from);
   gmsh::model::occ::synchronize();
-  for (std::size_t i = 0; i < solids.size() && i < from.size(); ++i)
-    if (!before[i].empty())
+  for (std::size_t i = 0; i < solids.size() && i < from.size(); ++i) {
+    if (!before[i].empty()) {
       for (const auto& [dim, tag] : from[i])
         if (dim == 3) names[tag] = before[i];
+    }
+  }
   return names;
 }
 
@@ -403,9 +408,10 @@ void read_shapes(const std::filesystem::path& path, const std::string& place, co
     read();
     heal_faces(gap * extent, true);
     if (solids_of_model() == 0 || !bounds_a_volume(extent)) continue;
-    if (attempt.first)
+    if (attempt.first) {
       core::warn(fmt::format("body '{}': {} faces were sewn into {} solids (gaps up to {:.2g} of the extent)",
                              options.body, faces.size(), solids_of_model(), gap));
+    }
     return;
   }
   throw core::MeshError(
@@ -525,11 +531,12 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
       });
   TetMesh mesh = finish_meshed(raw, options, unit);
   // Chords of 8 elements on a turn lose a tenth of a round bar; coarser ones more.
-  if (const double found = mesh.total_volume(); std::abs(found - volume) > largest_volume_error * volume)
+  if (const double found = mesh.total_volume(); std::abs(found - volume) > largest_volume_error * volume) {
     throw MesherError(
         place,
         fmt::format("the mesh has a volume of {:.4g} mm^3, the solid one of {:.4g} mm^3", 1e9 * found, 1e9 * volume),
         fmt::format("a difference below {:.0f} % (try a smaller element_size_mm)", 100.0 * largest_volume_error));
+  }
   return mesh;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/import/import.h"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "core/text.h"
 #include "mesh/body/triangle_tree.h"
 #include "mesh/import/assimp_reader.h"
@@ -32,13 +33,6 @@ std::string extension(const std::filesystem::path& path) { return core::lower(pa
 
 bool is_one_of(const std::string& word, std::initializer_list<const char*> words) {
   return std::any_of(words.begin(), words.end(), [&](const char* w) { return word == w; });
-}
-
-void require_sizes(const ImportOptions& options) {
-  if (!(options.element_size_m > 0.0 && options.unit_m > 0.0 && options.min_element_size_m >= 0.0))
-    throw core::InputError("body '" + options.body + "'",
-                           fmt::format("element size {} m, unit {} m", options.element_size_m, options.unit_m),
-                           "sizes > 0");
 }
 
 TetMesh merged(const std::vector<TetMesh>& meshes, const std::string& body) {
@@ -99,7 +93,7 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
 }
 
 Surface read_checked(const std::filesystem::path& path, const ImportOptions& options, bool warn) {
-  require_sizes(options);
+  options.validate();
   Surface surface = read_triangles(path, options.body);
   surface.points *= options.unit_m;
   if (!surface.points.allFinite())
@@ -121,23 +115,33 @@ TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions
   TetMesh mesh = meshes.size() == 1 ? std::move(meshes.front()) : merged(meshes, options.body);
   mesh.solids = meshes.size();
   // A patch that was parametrised wrongly, or a cavity that was filled, shows in the volume.
-  if (const double found = mesh.total_volume(); std::abs(found - expected) > 0.1 * expected)
+  if (const double found = mesh.total_volume(); std::abs(found - expected) > 0.1 * expected) {
     throw MesherError("body '" + options.body + "'",
                       fmt::format("the mesh has a volume of {:.4g} mm^3, the surface encloses {:.4g} mm^3", 1e9 * found,
                                   1e9 * expected),
                       "a difference below 10 % (try a smaller element_size_mm)");
+  }
   name_parts(mesh, surface);
   return mesh;
 }
 
 }  // namespace
 
+void ImportOptions::validate() const {
+  const std::string of = "body '" + body + "': ";
+  core::require_within(of + "unit_m", unit_m, core::positive);
+  core::require_within(of + "element_size_m", element_size_m, core::positive);
+  core::require_within(of + "min_element_size_m", min_element_size_m, core::non_negative);
+  core::require_within(of + "elements_per_turn", elements_per_turn, {1.0, 1e6});
+  core::require_within(of + "max_elements", max_elements, core::positive);
+}
+
 Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) {
   return read_checked(path, options, true);
 }
 
 TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& options) {
-  require_sizes(options);
+  options.validate();
   const std::string type = extension(path);
   if (type == ".msh") return finish(read_msh(path), options);
   if (type == ".vtu") return finish(read_vtu(path), options);
@@ -163,20 +167,22 @@ TetMesh import_here(const std::filesystem::path& path, const ImportOptions& opti
 }  // namespace
 
 TetMesh import_body(const std::filesystem::path& path, const ImportOptions& options) {
-  require_sizes(options);
+  options.validate();
   const std::string type = extension(path), place = "body '" + options.body + "': " + path.string();
   const std::vector<Attempt> once(1);
   const std::vector<Attempt>& attempts = is_cad(type)       ? attempts_on_cad()
                                          : is_surface(type) ? attempts_on_surfaces()
                                                             : once;
   std::optional<MesherError> first;  // the one that is told if no attempt succeeds
-  for (const Attempt& attempt : attempts) try {
+  for (const Attempt& attempt : attempts) {
+    try {
       TetMesh mesh = mesh_in_child(place, {}, [&] { return import_here(path, options, attempt); });
       if (!attempt.first) core::warn(fmt::format("body '{}': it could only be meshed {}", options.body, attempt.words));
       return mesh;
     } catch (const MesherError& error) {
       if (!first) first = error;
     }
+  }
   throw MesherError(*first);
 }
 

@@ -20,6 +20,7 @@ struct ImportOptions {
   double min_element_size_m = 0.0;  ///< 0: a quarter of element_size_m
   int elements_per_turn = 8;        ///< elements on a full circle (curvature), CAD files only
   double max_elements = 4e6;        ///< estimated number beyond which a body is refused before it is meshed
+  void validate() const;            ///< @throws InputError
 };
 
 /// Reads, welds equal corners and checks. @throws MeshError for holes, flipped or duplicate faces,

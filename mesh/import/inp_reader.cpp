@@ -111,9 +111,10 @@ private:
   }
 
   void end_block() {
-    if (!pending_.empty())
+    if (!pending_.empty()) {
       fail(fmt::format("element {} has {} nodes", pending_[0], pending_.size() - 1), "as many nodes as its type has",
            pending_line_);
+    }
     data_ = nullptr;
   }
 
@@ -194,9 +195,10 @@ private:
       for (const std::string_view cell : cells) pending_.push_back(integer(cell));
       const std::size_t needed = nodes_per_element_ + 1;
       if (pending_.size() < needed) return;
-      if (pending_.size() > needed)
+      if (pending_.size() > needed) {
         fail(fmt::format("element {} has {} nodes", pending_[0], pending_.size() - 1),
              fmt::format("{} nodes", needed - 1), pending_line_);
+      }
       add_element(solid);
       if (set != nullptr) set->labels.push_back(pending_[0]);
       pending_.clear();
@@ -207,9 +209,10 @@ private:
     std::array<int, 10> nodes{};
     for (std::size_t i = 0; i + 1 < pending_.size(); ++i) {
       const auto node = node_index_.find(pending_[i + 1]);
-      if (node == node_index_.end())
+      if (node == node_index_.end()) {
         fail(fmt::format("element {} refers to node {}", pending_[0], pending_[i + 1]), "nodes given before by *NODE",
              pending_line_);
+      }
       nodes[i] = node->second;
     }
     auto& index = solid ? tet_index_ : triangle_index_;
@@ -310,10 +313,11 @@ private:
   }
 
   void resolve_sets() {
-    for (const auto& [key, set] : node_sets_)
+    for (const auto& [key, set] : node_sets_) {
       for (const long label : labels_of(node_sets_, key, set.line))
         raw_.node_sets[set.name].push_back(node(label, set.line));
-    for (const auto& [key, set] : element_sets_)
+    }
+    for (const auto& [key, set] : element_sets_) {
       for (const long label : labels_of(element_sets_, key, set.line)) {
         if (const auto tet = tet_index_.find(label); tet != tet_index_.end())
           raw_.element_sets[set.name].push_back(tet->second);
@@ -321,6 +325,7 @@ private:
           raw_.face_sets[set.name].push_back(triangles_[triangle->second]);
         // else an element of a kind that carries no volume
       }
+    }
     for (const auto& [key, surface] : surfaces_)
       for (const SurfacePart& part : surface.parts) add_part(surface, part);
   }
@@ -344,9 +349,10 @@ private:
       const auto tet = tet_index_.find(label);
       if (tet == tet_index_.end()) fail(fmt::format("element {}", label), "an element of this file", part.line);
       const auto& corner = raw_.tets[tet->second];
-      for (int f = 0; f < 4; ++f)  // no side given: the free sides, which finish() keeps
+      for (int f = 0; f < 4; ++f) {  // no side given: the free sides, which finish() keeps
         if (part.face == 0 || part.face == f + 1)
           raw_.face_sets[surface.name].push_back({corner[side[f][0]], corner[side[f][1]], corner[side[f][2]]});
+      }
     }
   }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/import/raw_mesh.h"
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -25,9 +25,10 @@ void check_tets(const RawMesh& raw, const std::string& body) {
                             "tetrahedra of positive volume with four nodes");
     };
     const auto& nodes = raw.tets[e];
-    for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t i = 0; i < 4; ++i) {
       for (std::size_t j = 0; j < i; ++j)
         if (nodes[i] == nodes[j]) fail(fmt::format("has node {} twice", raw.node_labels[nodes[i]]));
+    }
     std::array<Eigen::Vector3d, 4> p;
     for (std::size_t i = 0; i < 4; ++i) p[i] = raw.points[nodes[i]];
     double longest = 0.0;
@@ -49,7 +50,7 @@ void straighten(const RawMesh& raw, const std::string& body, double unit_m, std:
   std::map<std::pair<int, int>, int> middle;
   double largest = 0.0;
   std::set<int> moved;
-  for (std::size_t e = 0; e < raw.tets.size(); ++e)
+  for (std::size_t e = 0; e < raw.tets.size(); ++e) {
     for (std::size_t i = 0; i < 6; ++i) {
       const auto [low, high] = std::minmax(raw.tets[e][tet_edge[i][0]], raw.tets[e][tet_edge[i][1]]);
       const int node = raw.edges[e][i];
@@ -70,9 +71,11 @@ void straighten(const RawMesh& raw, const std::string& body, double unit_m, std:
       largest = std::max(largest, off);
       points[at] = 0.5 * (a + b);
     }
-  if (!moved.empty())
+  }
+  if (!moved.empty()) {
     core::warn(fmt::format("body '{}': {}: edges are kept straight: {} edge nodes move by up to {:.3g} mm", body,
                            raw.source, moved.size(), 1e3 * unit_m * largest));
+  }
 }
 
 /// Numbers of the nodes that tetrahedra use, in the file's order; -1: orphans.
@@ -83,21 +86,23 @@ struct Renumbering {
   Renumbering(const RawMesh& raw, bool quadratic) : of(raw.points.size(), -1) {
     for (const auto& tet : raw.tets)
       for (const int node : tet) of[node] = 0;
-    if (quadratic)
+    if (quadratic) {
       for (const auto& edges : raw.edges)
         for (const int node : edges) of[node] = 0;
+    }
     for (int& number : of)
       if (number == 0) number = nodes++;
   }
 };
 
 void warn_of_left_out(const RawMesh& raw, const std::string& body, bool quadratic, std::size_t orphans) {
-  if (!quadratic && !raw.edges.empty())
+  if (!quadratic && !raw.edges.empty()) {
     core::warn(fmt::format("body '{}': {}: linear and quadratic tetrahedra are mixed; all are read as linear ones",
                            body, raw.source));
-  else if (orphans > 0)
+  } else if (orphans > 0) {
     core::warn(
         fmt::format("body '{}': {}: {} nodes belong to no tetrahedron and are left out", body, raw.source, orphans));
+  }
 }
 
 void fill(TetMesh& mesh, const RawMesh& raw, const std::vector<Eigen::Vector3d>& points, const Renumbering& number,

@@ -109,9 +109,10 @@ RawMesh read_vtu(const std::filesystem::path& path) {
     grid->GetCellPoints(c, nodes);
     const auto node = [&](vtkIdType i) {
       const vtkIdType id = i < nodes->GetNumberOfIds() ? nodes->GetId(i) : -1;
-      if (id < 0 || id >= grid->GetNumberOfPoints())
+      if (id < 0 || id >= grid->GetNumberOfPoints()) {
         throw core::MeshError(path.string(), fmt::format("cell {} refers to a point that does not exist", c),
                               "points of the file");
+      }
       return static_cast<int>(id);
     };
     const std::string group = by_cell(c);

@@ -5,7 +5,6 @@
 #include <filesystem>
 
 #include "mesh/body/tet_mesh.h"
-
 #include "mesh/import/raw_mesh.h"
 
 namespace thermotwin::mesh {

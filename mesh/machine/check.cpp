@@ -66,37 +66,41 @@ void check_tree(const Draft& draft) {
     for (const BodySpec* at = &body; !at->parent.empty();) {
       at = &machine.bodies[machine.body_index(at->parent)];
       chain.push_back(at->id);
-      if (at->id == body.id)
+      if (at->id == body.id) {
         throw InputError(draft.place("body", body.id),
                          "bodies carry each other in a circle: " + core::join(chain, " > "),
                          "parents that end at a body without parent");
+      }
       if (chain.size() > machine.bodies.size()) break;  // a circle further down: reported there
     }
     if (chain.size() > machine.bodies.size()) continue;
     std::set<std::string> seen;
     for (int at = machine.body_index(body.id); at >= 0; at = machine.body_index(machine.bodies[at].parent)) {
       const std::string& axis = machine.bodies[at].axis;
-      if (!axis.empty() && !seen.insert(axis).second)
+      if (!axis.empty() && !seen.insert(axis).second) {
         throw InputError(draft.place("body", body.id), "axis '" + axis + "' twice between the body and the ground",
                          "each axis at most once in a chain: " + core::join(chain, " > "));
+      }
     }
   }
-  for (const Axis& axis : machine.axes)
+  for (const Axis& axis : machine.axes) {
     if (std::none_of(machine.bodies.begin(), machine.bodies.end(),
                      [&](const BodySpec& b) { return b.axis == axis.id; }))
       core::warn(draft.place("axis", axis.id) + ": axis '" + axis.id + "' moves no body");
+  }
 }
 
 void check_motion(const Draft& draft, const std::string& place, const std::string& axis, const std::string& one,
                   const std::string& other) {
   const std::vector<std::string> between = axes_between(draft.machine, one, other);
   const std::vector<std::string> expected = axis.empty() ? std::vector<std::string>{} : std::vector<std::string>{axis};
-  if (between != expected)
+  if (between != expected) {
     throw InputError(
         place, axis.empty() ? std::string("no axis") : "axis '" + axis + "'",
         fmt::format("what moves '{}' against '{}' by the chain of parents: {}", one, other,
                     between.empty() ? "no axis" : core::join(between)) +
             (between.size() > 1 ? " (more than one axis between two surfaces in contact is not possible)" : ""));
+  }
 }
 
 void check_joints(const Draft& draft) {
@@ -114,11 +118,14 @@ void check_joints(const Draft& draft) {
         throw InputError(place, "slave and master on the same body '" + sides[0]->id + "'", "surfaces of two bodies");
       check_motion(draft, place + " axis", joint.axis, sides[0]->id, sides[1]->id);
     }
-    if (joint.stiffness_normal.value > 0.0 || joint.stiffness_tangential.value > 0.0)
-      for (const BodySpec* body : sides)
-        if (!body->elastic)
+    if (joint.stiffness_normal.value > 0.0 || joint.stiffness_tangential.value > 0.0) {
+      for (const BodySpec* body : sides) {
+        if (!body->elastic) {
           throw InputError(place, "a stiffness on body '" + body->id + "', which has elastic = false",
                            "no stiffness, or elastic = true");
+        }
+      }
+    }
   }
   for (std::size_t i = 0; i < machine.scales.size(); ++i) {
     const ScaleSpec& scale = machine.scales[i];
@@ -126,9 +133,10 @@ void check_joints(const Draft& draft) {
     if (machine.axes[machine.axis_index(scale.axis)].kind != AxisKind::linear)
       throw InputError(place, "rotary axis '" + scale.axis + "'", "a linear axis");
     check_motion(draft, place + " axis", scale.axis, scale.head_body, scale.carrier);
-    for (std::size_t j = 0; j < i; ++j)
+    for (std::size_t j = 0; j < i; ++j) {
       if (machine.scales[j].axis == scale.axis)
         throw InputError(place, "a second scale of axis '" + scale.axis + "'", "one scale an axis");
+    }
   }
 }
 
@@ -141,16 +149,20 @@ void check_screws(const Draft& draft) {
     const Axis& axis = machine.axes[machine.axis_index(screw.axis)];
     if (axis.kind != AxisKind::linear)
       throw InputError(place + " axis", "rotary axis '" + screw.axis + "'", "a linear axis");
-    if (body.elastic)
+    if (body.elastic) {
       throw InputError(place + " body", "body '" + body.id + "' with elastic = true",
                        "elastic = false: the screw's expansion enters by itself");
-    if (body.parent.empty() || !body.axis.empty())
+    }
+    if (body.parent.empty() || !body.axis.empty()) {
       throw InputError(place + " body", "body '" + body.id + "' without a parent, or with an axis of its own",
                        "a screw that is fixed to the parent that carries its bearings");
-    for (const std::string& side : {screw.carrier, screw.nut_body})
-      if (!machine.bodies[machine.body_index(side)].elastic)
+    }
+    for (const std::string& side : {screw.carrier, screw.nut_body}) {
+      if (!machine.bodies[machine.body_index(side)].elastic) {
         throw InputError(place, "body '" + side + "' with elastic = false",
                          "elastic bodies at the bearings and at the nut");
+      }
+    }
     check_motion(draft, place + " axis", screw.axis, screw.nut_body, screw.carrier);
   }
 }
@@ -158,19 +170,22 @@ void check_screws(const Draft& draft) {
 void check_surfaces(const Draft& draft) {
   const Machine& machine = draft.machine;
   for (const SurfaceSpec& surface : machine.surfaces) {
-    for (const std::string& id : surface.except)
-      if (machine.surfaces[machine.surface_index(id)].body != surface.body)
+    for (const std::string& id : surface.except) {
+      if (machine.surfaces[machine.surface_index(id)].body != surface.body) {
         throw InputError(surface.place + " except", "surface '" + id + "' of another body",
                          "surfaces of body '" + surface.body + "'");
+      }
+    }
     // Walk the exceptions of the exceptions: one that comes back has no meaning.
     std::set<std::string> seen;
     std::vector<std::string> open = surface.except;
     while (!open.empty()) {
       const std::string id = open.back();
       open.pop_back();
-      if (id == surface.id)
+      if (id == surface.id) {
         throw InputError(surface.place + " except", "surface '" + surface.id + "' leaves out itself in the end",
                          "exceptions without a circle");
+      }
       if (!seen.insert(id).second) continue;
       const auto& next = machine.surfaces[machine.surface_index(id)].except;
       open.insert(open.end(), next.begin(), next.end());
@@ -178,9 +193,10 @@ void check_surfaces(const Draft& draft) {
   }
   const auto on_body = [&](const std::string& key, const std::string& surface, const std::string& body) {
     const std::string& found = machine.surfaces[machine.surface_index(surface)].body;
-    if (found != body)
+    if (found != body) {
       throw InputError(draft.places.at("tcp " + key), "surface '" + surface + "' of body '" + found + "'",
                        "a surface of body '" + body + "'");
+    }
   };
   if (!machine.has_tcp()) return;
   on_body("tool_surface", machine.tcp.tool_surface, machine.tcp.tool_body);
@@ -189,10 +205,12 @@ void check_surfaces(const Draft& draft) {
 
 /// A volume's films have no input of their own.
 void check_loads(const Draft& draft) {
-  for (const FilmSpec& film : draft.machine.films)
-    if (film.radiation_load != 0.0 && draft.machine.volume_index(film.ambient) >= 0)
+  for (const FilmSpec& film : draft.machine.films) {
+    if (film.radiation_load != 0.0 && draft.machine.volume_index(film.ambient) >= 0) {
       throw InputError(draft.place("film", film.id), fmt::format("radiation_load_W_m2 = {}", film.radiation_load),
                        "0 on a film whose ambient is a volume");
+    }
+  }
 }
 
 }  // namespace
@@ -202,9 +220,10 @@ void check_references(const Draft& draft) {
   known["channel"] = channels(draft.machine);
   for (const std::string& channel : known["channel"])
     if (channel.ends_with(".on") || channel.ends_with(".open")) known["state channel"].push_back(channel);
-  for (const char* kind : {"ambient", "volume"})
+  for (const char* kind : {"ambient", "volume"}) {
     for (const std::string& id : draft.ids.contains(kind) ? draft.ids.at(kind) : std::vector<std::string>{})
       known["ambient or volume"].push_back(id);
+  }
   for (const Axis& axis : draft.machine.axes)
     if (axis.kind == AxisKind::rotary) known["rotary axis"].push_back(axis.id);
   known["rotary axis"].push_back("spindle");
@@ -213,9 +232,10 @@ void check_references(const Draft& draft) {
     if (std::find(ids.begin(), ids.end(), reference.id) != ids.end()) continue;
     // Any drive's power may be an input: the drive need not have a source of its own.
     if (reference.kind == "channel" && reference.id.size() > 8 && reference.id.ends_with(".power_W")) continue;
-    if (ids.empty())
+    if (ids.empty()) {
       throw InputError(reference.place, "unknown " + reference.kind + " '" + reference.id + "'",
                        "an id of the file, which has no " + reference.kind + " yet");
+    }
     throw InputError(reference.place, "unknown " + reference.kind + " '" + reference.id + "'",
                      "one of: " + core::join(ids) + " (nearest: " + core::nearest(reference.id, ids) + ")");
   }
@@ -223,20 +243,24 @@ void check_references(const Draft& draft) {
 
 void check_volumes(const Draft& draft) {
   // Both have the channel "<id>.T_C".
-  for (const VolumeSpec& volume : draft.machine.volumes)
-    if (draft.machine.ambient_index(volume.id) >= 0)
+  for (const VolumeSpec& volume : draft.machine.volumes) {
+    if (draft.machine.ambient_index(volume.id) >= 0) {
       throw InputError(draft.place("volume", volume.id) + " id", "'" + volume.id + "', the id of an ambient",
                        "an id of its own: both have a channel T_C");
+    }
+  }
 }
 
 /// A density in g/cm3.
 void check_materials(const Draft& draft) {
   constexpr double lightest = 30.0;  // kg/m^3; foams are the lightest solids
-  for (const Material& material : draft.machine.materials)
-    if (material.density < lightest)
+  for (const Material& material : draft.machine.materials) {
+    if (material.density < lightest) {
       core::warn(fmt::format("{} density_kg_m3: {} is lighter than any foam; {} g/cm3 are {} kg/m3",
                              draft.place("material", material.id), material.density, material.density,
                              1e3 * material.density));
+    }
+  }
 }
 
 void check_machine(const Draft& draft) {

@@ -37,9 +37,10 @@ std::filesystem::path read_cad_path(const Node& node, const Draft& draft, bool m
   if (std::find(known.begin(), known.end(), core::lower(path.extension().string())) == known.end())
     throw InputError(node.place("cad"), "'" + written + "'", "a file of type " + core::join(known));
   std::error_code ignored;
-  if (must_exist && !std::filesystem::is_regular_file(path, ignored))
+  if (must_exist && !std::filesystem::is_regular_file(path, ignored)) {
     throw InputError(node.place("cad"), "no such file: '" + path.string() + "'",
                      "the path of a file, relative to the folder of machine.toml");
+  }
   return path;
 }
 
@@ -80,11 +81,12 @@ Axis read_axis(const Node& node, Draft& draft) {
     axis.high = 2.0 * std::numbers::pi;
   } else {
     const std::vector<double> travel = node.numbers(travel_key);
-    if (travel.size() != 2 || !(travel[0] < travel[1]))
+    if (travel.size() != 2 || !(travel[0] < travel[1])) {
       throw InputError(
           node.place(travel_key),
           travel.size() == 2 ? fmt::format("[{}, {}]", travel[0], travel[1]) : fmt::format("{} numbers", travel.size()),
           "two numbers, low < high");
+    }
     axis.low = travel[0] * unit;
     axis.high = travel[1] * unit;
   }
@@ -182,13 +184,15 @@ void read_workspace(const Node& root, Draft& draft) {
     if (positions.empty()) throw InputError(node->place(key), "an empty list", "one or more positions");
     const double unit = linear ? millimetre : degree;
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      if (i > 0 && !(positions[i] > positions[i - 1]))
+      if (i > 0 && !(positions[i] > positions[i - 1])) {
         throw InputError(node->place(key), fmt::format("{} after {}", positions[i], positions[i - 1]),
                          "rising positions");
+      }
       const double slack = 1e-9;
-      if (!axis.endless && (positions[i] * unit < axis.low - slack || positions[i] * unit > axis.high + slack))
+      if (!axis.endless && (positions[i] * unit < axis.low - slack || positions[i] * unit > axis.high + slack)) {
         throw InputError(node->place(key), fmt::format("{}", positions[i]),
                          fmt::format("the travel of axis {}: {} .. {}", axis.id, axis.low / unit, axis.high / unit));
+      }
     }
     for (double& position : positions) position *= unit;
     (linear ? workspace.axes : workspace.table_axes).push_back(axis.id);
@@ -210,7 +214,7 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   machine.path = path;
   machine.text = text;
   machine.hash = core::content_hash(text);
-  root.integer("schema", 1, 1);
+  root.schema(1);
   machine.name = root.text("name");
   machine.kinematic_chain = root.text_or("kinematic_chain", "");
   if (!machine.kinematic_chain.empty()) KinematicChain::parse(machine.kinematic_chain, root.place("kinematic_chain"));
@@ -218,12 +222,13 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   if (root.has("plausible_C")) {
     const std::vector<double> range = root.numbers("plausible_C");
     if (range.size() != 2 || !(range[0] >= -273.15 && range[0] < machine.reference_C &&
-                               machine.reference_C < range[1] && range[1] <= 2000.0))
+                               machine.reference_C < range[1] && range[1] <= 2000.0)) {
       throw InputError(
           root.place("plausible_C"),
           range.size() == 2 ? fmt::format("[{}, {}]", range[0], range[1]) : fmt::format("{} numbers", range.size()),
           fmt::format("two temperatures from -273.15 to 2000 degC, one on each side of reference_C = {}",
                       machine.reference_C));
+    }
     machine.plausible_low_C = range[0];
     machine.plausible_high_C = range[1];
   }

@@ -2,6 +2,7 @@
 #include "mesh/machine/flow_network.h"
 
 #include <fmt/format.h>
+
 #include <cmath>
 
 #include "core/error.h"
@@ -31,9 +32,10 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
     for (const std::string& id : first.after) {
       parents.push_back(index_of(id, s));
       const std::size_t parent = parents.back();
-      if (taken[parent])
+      if (taken[parent]) {
         throw InputError(place + " segment " + first.id + " after", "'" + id + "', whose flow goes elsewhere already",
                          "branches after the same segments name the same list");
+      }
       taken[parent] = 1;
       inflow += network.share[parent];
     }
@@ -49,16 +51,18 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
       else
         given += coolant.segments[b].share;
     }
-    if (given > inflow + slack || (open == 0 && given < inflow - slack) || (open > 0 && given > inflow - slack))
+    if (given > inflow + slack || (open == 0 && given < inflow - slack) || (open > 0 && given > inflow - slack)) {
       throw InputError(place + " segment " + first.id + " share",
                        fmt::format("shares that add to {:.6g}{}", given, open > 0 ? ", and a branch without one" : ""),
                        fmt::format("{} of the circuit's flow, which is what flows in", fmt::format("{:.6g}", inflow)));
+    }
     for (const std::size_t b : branches) {
       const double share = coolant.segments[b].share;
       network.share[b] = std::isnan(share) ? (inflow - given) / open : share;
-      if (!(network.share[b] > 0.0))
+      if (!(network.share[b] > 0.0)) {
         throw InputError(place + " segment " + coolant.segments[b].id + " share", fmt::format("{}", share),
                          "a number > 0");
+      }
       for (const int parent : parents) network.inflow[b].emplace_back(parent, network.share[parent] / inflow);
       if (parents.empty()) network.inflow[b].emplace_back(-1, 1.0);
       done[b] = 1;

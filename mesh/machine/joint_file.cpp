@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/text.h"
+#include "core/units.h"
 #include "mesh/machine/loss_file.h"
 #include "mesh/machine/reader.h"
 
@@ -19,10 +20,12 @@ using core::Node;
 namespace {
 
 void require_together(const Node& node, const std::vector<std::string>& keys) {
-  for (const std::string& given : keys)
-    for (const std::string& other : keys)
+  for (const std::string& given : keys) {
+    for (const std::string& other : keys) {
       if (node.has(given) && !node.has(other))
         throw InputError(node.place(given), "'" + given + "' without '" + other + "'", core::join(keys) + " together");
+    }
+  }
 }
 
 Rule read_rule(const Node& node) {
@@ -55,18 +58,20 @@ Rule read_rule(const Node& node) {
   }
   if (node.has("tolerance_mm")) rule.tolerance = node.number("tolerance_mm", core::non_negative) * millimetre;
   node.finish();
-  if (rule.group.empty() && !rule.plane_point && !rule.cylinder_axis && !rule.box_min && !rule.normal)
+  if (rule.group.empty() && !rule.plane_point && !rule.cylinder_axis && !rule.box_min && !rule.normal) {
     throw InputError(rule.place, "a rule without a condition",
                      "one or more of: group, plane_point_mm with plane_normal, cylinder_point_mm with "
                      "cylinder_axis and cylinder_radius_mm, box_min_mm with box_max_mm, normal");
+  }
   return rule;
 }
 
 Eigen::Vector3i read_divide(const Node& node) {
   const Eigen::Vector3d cells = node.vector3("divide");
-  for (const double count : cells)
+  for (const double count : cells) {
     if (!(count >= 1.0 && count <= 1000.0) || count != std::floor(count))
       throw InputError(node.place("divide"), fmt::format("{}", count), "three whole numbers from 1 to 1000");
+  }
   return cells.cast<int>();
 }
 
@@ -87,7 +92,6 @@ SurfaceSpec read_surface_spec(const Node& node, Draft& draft) {
 }
 
 JointSpec read_joint(const Node& node, Draft& draft) {
-  constexpr double per_mm3 = 1e9;
   JointSpec joint;
   joint.id = draft.define(node, "joint");
   joint.kind = node.choice("kind", {"guide", "screw_nut", "bearing", "bolted", "mount"});
@@ -103,8 +107,10 @@ JointSpec read_joint(const Node& node, Draft& draft) {
   }
   joint.conductance = node.uncertain("conductance_W_m2K", {0.0, 1e9});
   joint.law = read_contact_law(node, joint.axis);
-  joint.stiffness_normal = scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), per_mm3);
-  joint.stiffness_tangential = scaled(node.uncertain_or("stiffness_tangential_N_mm3", {}, core::non_negative), per_mm3);
+  joint.stiffness_normal =
+      scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), core::units::N_mm3);
+  joint.stiffness_tangential =
+      scaled(node.uncertain_or("stiffness_tangential_N_mm3", {}, core::non_negative), core::units::N_mm3);
   joint.reach = node.number_or("reach_mm", 5.0, core::positive) * millimetre;
   if (node.has("divide")) joint.divide = read_divide(node);
   joint.sectors = node.integer_or("sectors", 0, 0, 1000);

@@ -29,12 +29,14 @@ ChainAxis axis_named(const std::string& word, bool table_side, const std::string
   const bool letter = !id.empty() && std::string("XYZABCUVW").find(id[0]) != std::string::npos;
   const bool numbered =
       std::all_of(id.begin() + (id.empty() ? 0 : 1), id.end(), [](char c) { return c >= '0' && c <= '9'; });
-  if (!letter || !numbered || id.size() > 3)
+  if (!letter || !numbered || id.size() > 3) {
     throw InputError(place, "'" + word + "'",
                      "axes X Y Z A B C U V W with an optional number, in " + std::string(example));
-  if (primed && !table_side)
+  }
+  if (primed && !table_side) {
     throw InputError(place, "'" + word + "' on the tool's side",
                      "primes where an axis carries the workpiece, between w and b");
+  }
   ChainAxis axis;
   axis.id = id;
   axis.rotary = id[0] >= 'A' && id[0] <= 'C';

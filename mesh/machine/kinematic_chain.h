@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+
 #include <map>
 #include <string>
 #include <vector>

@@ -4,15 +4,16 @@
 #include "mesh/machine/kinematics.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 
 namespace thermotwin::mesh {
 
@@ -21,7 +22,7 @@ using core::InputError;
 namespace {
 
 /// Length of the unit in which people write positions of this axis: mm or deg.
-double unit(const Axis& axis) { return axis.kind == AxisKind::linear ? 1e-3 : std::numbers::pi / 180.0; }
+double unit(const Axis& axis) { return axis.kind == AxisKind::linear ? core::units::mm : core::units::deg; }
 
 double wrapped(double angle) {
   const double turn = 2.0 * std::numbers::pi;
@@ -69,11 +70,12 @@ std::vector<Pose> workspace_poses(const Machine& machine) {
   for (std::size_t i = 0; i < workspace.axes.size(); ++i) {
     const int axis = machine.axis_index(workspace.axes[i]);
     std::vector<Pose> finer;
-    for (const Pose& pose : poses)
+    for (const Pose& pose : poses) {
       for (const double position : workspace.positions[i]) {
         finer.push_back(pose);
         finer.back()[axis] = position;
       }
+    }
     poses = std::move(finer);
   }
   return poses;
@@ -91,10 +93,11 @@ Pose parse_pose(const Machine& machine, const std::string& text, const std::stri
     const std::size_t equals = part.find('=');
     const std::string name(trim(part.substr(0, equals)));
     const int index = machine.axis_index(name);
-    if (equals == std::string_view::npos || index < 0)
+    if (equals == std::string_view::npos || index < 0) {
       throw InputError(place, "'" + std::string(part) + "'",
                        known.empty() ? "an empty pose: the machine has no axes"
                                      : "axis=position in mm or deg, separated by commas; axes: " + core::join(known));
+    }
     if (std::find(seen.begin(), seen.end(), name) != seen.end())
       throw InputError(place, "axis " + name + " twice", "each axis once");
     seen.push_back(name);
@@ -102,9 +105,10 @@ Pose parse_pose(const Machine& machine, const std::string& text, const std::stri
     if (number.starts_with('+')) number.remove_prefix(1);
     double value = 0.0;
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
-    if (error != std::errc() || end != number.data() + number.size() || !std::isfinite(value))
+    if (error != std::errc() || end != number.data() + number.size() || !std::isfinite(value)) {
       throw InputError(place, "'" + std::string(part) + "'",
                        "a number in " + std::string(machine.axes[index].kind == AxisKind::linear ? "mm" : "deg"));
+    }
     const Axis& axis = machine.axes[index];
     double position = value * unit(axis);
     if (axis.endless) {

@@ -3,6 +3,7 @@
 // Axis positions, and where they put the bodies.
 
 #include <Eigen/Geometry>
+
 #include <string>
 #include <vector>
 

@@ -3,9 +3,9 @@
 
 #include "mesh/machine/loss_file.h"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -67,18 +67,21 @@ double read_turns(const Node& node, const Draft& draft, const std::string& motio
 Curve read_curve(const Node& node, const std::string& at_key, const std::string& value_key, double at_unit,
                  core::Range at_range, core::Range value_range) {
   Curve curve{node.numbers(at_key), node.numbers(value_key)};
-  if (curve.at.empty() || curve.at.size() != curve.value.size())
+  if (curve.at.empty() || curve.at.size() != curve.value.size()) {
     throw InputError(node.place(value_key), fmt::format("{} numbers for {}", curve.value.size(), curve.at.size()),
                      "as many numbers in " + value_key + " as in " + at_key + ", one or more");
+  }
   for (std::size_t i = 0; i < curve.at.size(); ++i) {
-    if (!(curve.at[i] >= at_range.low && curve.at[i] <= at_range.high))
+    if (!(curve.at[i] >= at_range.low && curve.at[i] <= at_range.high)) {
       throw InputError(node.place(at_key), fmt::format("{}", curve.at[i]),
                        fmt::format("{} to {}", at_range.low, at_range.high));
+    }
     if (i > 0 && !(curve.at[i] > curve.at[i - 1]))
       throw InputError(node.place(at_key), fmt::format("{} after {}", curve.at[i], curve.at[i - 1]), "rising numbers");
-    if (!(curve.value[i] >= value_range.low && curve.value[i] <= value_range.high))
+    if (!(curve.value[i] >= value_range.low && curve.value[i] <= value_range.high)) {
       throw InputError(node.place(value_key), fmt::format("{}", curve.value[i]),
                        fmt::format("{} to {}", value_range.low, value_range.high));
+    }
   }
   for (double& at : curve.at) at *= at_unit;
   return curve;
@@ -145,9 +148,10 @@ MotorLoss read_motor(const Node& node) {
 HoldingLoss read_holding(const Node& node, const Axis& axis) {
   HoldingLoss loss;
   const double across = axis.direction.cross(Eigen::Vector3d::UnitZ()).norm();  // gravity's share about the axis
-  if (across < 1e-3)
+  if (across < 1e-3) {
     throw InputError(node.place("motion"), "the vertical axis '" + axis.id + "'",
                      "an axis about which gravity has a lever arm");
+  }
   loss.balanced = node.number_or("balanced_at_deg", 0.0, {-360.0, 360.0}) * degree;
   if (node.has("full_power_W")) {
     for (const char* key : {"mass_kg", "lever_mm", "torque_constant_Nm_A", "resistance_ohm", "phases", "winding_C"})
@@ -217,11 +221,13 @@ ContactLaw read_contact_law(const Node& node, const std::string& axis) {
     law.nominal_pressure = node.number("nominal_pressure_MPa", pressure) * megapascal;
     law.exponent = node.number_or("pressure_exponent", law.exponent, {0.0, 2.0});
   }
-  for (const bool clamped : {false, true})
-    if (const double factor = law.factor(clamped); !(factor >= 1e-4 && factor <= 1e4))
+  for (const bool clamped : {false, true}) {
+    if (const double factor = law.factor(clamped); !(factor >= 1e-4 && factor <= 1e4)) {
       throw InputError(node.place(clamped ? "clamped_pressure_MPa" : "pressure_MPa"),
                        fmt::format("a conductance {:.3g} times that at the nominal pressure", factor),
                        "factors from 1e-4 to 1e4");
+    }
+  }
   return law;
 }
 

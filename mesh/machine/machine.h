@@ -5,13 +5,14 @@
 // within their kind. cases/README.md documents the file key by key.
 
 #include <Eigen/Core>
+
 #include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "core/config.h"
+#include "core/uncertain.h"
 #include "mesh/machine/laws.h"
 
 namespace thermotwin::mesh {

@@ -3,9 +3,8 @@
 
 #include "mesh/machine/material_file.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 
 #include "mesh/machine/reader.h"
 
@@ -26,9 +25,10 @@ Eigen::Matrix3d read_tensor(const Node& node, const std::string& key) {
   Eigen::Matrix3d tensor;
   tensor << v[0], v[3], v[5], v[3], v[1], v[4], v[5], v[4], v[2];
   const Eigen::Vector3d main = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(tensor).eigenvalues();
-  if (!(main[0] >= 1e-3 && main[2] <= 5000.0))
+  if (!(main[0] >= 1e-3 && main[2] <= 5000.0)) {
     throw InputError(node.place(key), fmt::format("main values {:.4g}, {:.4g}, {:.4g}", main[0], main[1], main[2]),
                      allowed);
+  }
   return tensor;
 }
 
@@ -36,17 +36,20 @@ Eigen::Matrix3d read_tensor(const Node& node, const std::string& key) {
 Curve read_temperature_table(const Node& node, const std::string& unit, Range range) {
   Curve table{node.numbers("T_C"), node.numbers(unit)};
   node.finish();
-  if (table.at.empty() || table.at.size() != table.value.size())
+  if (table.at.empty() || table.at.size() != table.value.size()) {
     throw InputError(node.place(unit),
                      fmt::format("{} values for {} temperatures", table.value.size(), table.at.size()),
                      "as many numbers as in T_C, one or more");
+  }
   for (std::size_t i = 0; i < table.at.size(); ++i) {
-    if (i > 0 && !(table.at[i] > table.at[i - 1]))
+    if (i > 0 && !(table.at[i] > table.at[i - 1])) {
       throw InputError(node.place("T_C"), fmt::format("{} after {}", table.at[i], table.at[i - 1]),
                        "rising temperatures");
-    if (!(table.value[i] >= range.low && table.value[i] <= range.high))
+    }
+    if (!(table.value[i] >= range.low && table.value[i] <= range.high)) {
       throw InputError(node.place(unit), fmt::format("{}", table.value[i]),
                        fmt::format("{} to {}", range.low, range.high));
+    }
   }
   return table;
 }

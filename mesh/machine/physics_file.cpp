@@ -56,9 +56,10 @@ void resolve_defaults(Draft& draft) {
     auto at = find(ambient.id);
     std::size_t steps = 0;
     while (at != ambients.end() && !at->follows.empty()) {
-      if (++steps > ambients.size())
+      if (++steps > ambients.size()) {
         throw InputError(draft.place("ambient", ambient.id), "ambient '" + ambient.id + "' follows itself in the end",
                          "a chain of follows that ends at an ambient with default_C");
+      }
       offset += at->offset;
       at = find(at->follows);
     }
@@ -85,14 +86,16 @@ PowerLaw read_law(const Node& node, Draft& draft, const std::string& key = "powe
   law.input = draft.refer(node, "input", "channel");
   law.at = node.numbers("at");
   law.power = node.numbers(key);
-  if (law.at.empty() || law.at.size() != law.power.size())
+  if (law.at.empty() || law.at.size() != law.power.size()) {
     throw InputError(node.place(key), fmt::format("{} numbers for {} inputs", law.power.size(), law.at.size()),
                      "as many numbers in " + key + " as in at, one or more");
+  }
   for (std::size_t i = 0; i < law.at.size(); ++i) {
     // Temperatures may be negative, everything else enters by its absolute value.
-    if (law.at[i] < 0.0 && !law.input.ends_with(".T_C"))
+    if (law.at[i] < 0.0 && !law.input.ends_with(".T_C")) {
       throw InputError(node.place("at"), fmt::format("{}", law.at[i]),
                        "numbers >= 0: the absolute value of the input is used");
+    }
     if (!(std::abs(law.power[i]) <= largest))
       throw InputError(node.place(key), fmt::format("{}", law.power[i]), fmt::format("at most {:.0e}", largest));
     if (i > 0 && !(law.at[i] > law.at[i - 1]))
@@ -169,10 +172,11 @@ FilmSpec read_film(const Node& node, Draft& draft) {
 SourcePlace read_place(const Node& node, Draft& draft) {
   SourcePlace place;
   const int given = (node.has("surface") ? 1 : 0) + (node.has("joint") ? 1 : 0) + (node.has("volume") ? 1 : 0);
-  if (given != 1)
+  if (given != 1) {
     throw InputError(node.place(),
                      given == 0 ? "none of surface, joint, volume" : "more than one of surface, joint, volume",
                      "one of: surface, joint, volume");
+  }
   place.surface = draft.refer_or_empty(node, "surface", "surface");
   place.volume = draft.refer_or_empty(node, "volume", "volume");
   place.joint = draft.refer_or_empty(node, "joint", "joint");
@@ -210,14 +214,16 @@ SourceSpec read_source(const Node& node, Draft& draft) {
     total += source.places.back().share;
   }
   node.finish();
-  if (source.laws.empty() && source.losses.empty() && source.drive.empty())
+  if (source.laws.empty() && source.losses.empty() && source.drive.empty()) {
     throw InputError(node.place(), "a source without power",
                      "law = [ {input, at, power_W} or {kind, motion, ...} ] or drive");
+  }
   if (source.places.empty())
     throw InputError(node.place(), "a source without a place", "place = [ {surface, joint or volume, share} ]");
-  if (total > 1.0 + 1e-9)
+  if (total > 1.0 + 1e-9) {
     throw InputError(node.place("place"), fmt::format("shares that add to {:.6g}", total),
                      "shares that add to at most 1 (the rest goes to the air)");
+  }
   return source;
 }
 

@@ -10,12 +10,13 @@
 
 #include "core/config.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "mesh/machine/machine.h"
 
 namespace thermotwin::mesh::reader {
 
-inline constexpr double millimetre = 1e-3;
-inline constexpr double degree = std::numbers::pi / 180.0;
+inline constexpr double millimetre = core::units::mm;
+inline constexpr double degree = core::units::deg;
 
 /// A machine while it is read.
 struct Draft {

@@ -39,9 +39,10 @@ ScrewSpec read_screw(const Node& node, Draft& draft) {
   if (const int index = draft.machine.axis_index(screw.axis); index >= 0 && screw.far_bearing) {
     const Eigen::Vector3d& along = draft.machine.axes[index].direction;
     const Eigen::Vector3d between = *screw.far_bearing - screw.bearing;
-    if (!(std::abs(between.dot(along)) > 0.99 * between.norm()) || between.norm() < 1e-6)
+    if (!(std::abs(between.dot(along)) > 0.99 * between.norm()) || between.norm() < 1e-6) {
       throw InputError(node.place("far_bearing_mm"), "a point that is not along the axis from fixed_bearing_mm",
                        "the two bearings on one line along the axis");
+    }
   }
   return screw;
 }
@@ -57,10 +58,11 @@ void read_screws(const Node& root, Draft& draft) {
     const bool screw = std::any_of(machine.screws.begin(), machine.screws.end(), of_axis);
     if (axis.kind != AxisKind::linear) continue;
     if (axis.feedback.empty()) axis.feedback = scale ? "scale" : screw ? "screw" : "";
-    if ((axis.feedback == "scale" && !scale) || (axis.feedback == "screw" && !screw))
+    if ((axis.feedback == "scale" && !scale) || (axis.feedback == "screw" && !screw)) {
       throw InputError(draft.place("axis", axis.id) + " feedback",
                        "\"" + axis.feedback + "\" without a [[" + axis.feedback + "]] of the axis",
                        "a [[" + axis.feedback + "]] with axis = \"" + axis.id + "\"");
+    }
   }
 }
 

@@ -3,9 +3,9 @@
 
 #include "mesh/surface/check.h"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,11 +47,12 @@ struct Edge {
 std::vector<Edge> sorted_edges(const Surface& surface) {
   std::vector<Edge> edges;
   edges.reserve(3 * surface.triangles.cols());
-  for (int t = 0; t < surface.triangles.cols(); ++t)
+  for (int t = 0; t < surface.triangles.cols(); ++t) {
     for (int i = 0; i < 3; ++i) {
       const int a = surface.triangles(i, t), b = surface.triangles((i + 1) % 3, t);
       edges.push_back({std::min(a, b), std::max(a, b), t, a < b});
     }
+  }
   std::sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
     return x.key() != y.key() ? x.key() < y.key() : x.triangle < y.triangle;
   });
@@ -76,26 +77,30 @@ void check_triangles(const Surface& surface, const std::string& body) {
   std::vector<std::pair<std::array<int, 3>, int>> keys;
   for (int t = 0; t < surface.triangles.cols(); ++t) {
     const Eigen::Vector3i corner = surface.triangles.col(t);
-    if (corner.minCoeff() < 0 || corner.maxCoeff() >= nodes)
+    if (corner.minCoeff() < 0 || corner.maxCoeff() >= nodes) {
       fail(body, fmt::format("triangle {} refers to a corner that does not exist", t),
            fmt::format("corners 0 .. {}", nodes - 1));
+    }
     const Vector3d a = surface.points.col(corner[0]), b = surface.points.col(corner[1]),
                    c = surface.points.col(corner[2]);
     const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    if (!((b - a).cross(c - a).norm() > 1e-9 * longest * longest))
+    if (!((b - a).cross(c - a).norm() > 1e-9 * longest * longest)) {
       fail(body, fmt::format("triangle {} at {} is degenerate (no area)", t, at(centre(surface, t))),
            "triangles with area");
+    }
     std::array<int, 3> key{corner[0], corner[1], corner[2]};
     std::sort(key.begin(), key.end());
     keys.emplace_back(key, t);
   }
   std::sort(keys.begin(), keys.end());
-  for (std::size_t i = 1; i < keys.size(); ++i)
-    if (keys[i].first == keys[i - 1].first)
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    if (keys[i].first == keys[i - 1].first) {
       fail(body,
            fmt::format("triangle {} at {} is a duplicate of triangle {}", keys[i].second,
                        at(centre(surface, keys[i].second)), keys[i - 1].second),
            "each triangle once");
+    }
+  }
 }
 
 void check_edges(const Surface& surface, const std::string& body) {
@@ -115,21 +120,24 @@ void check_edges(const Surface& surface, const std::string& body) {
   const auto middle = [&](const Edge* edge) {
     return at(0.5 * (surface.points.col(edge->low) + surface.points.col(edge->high)));
   };
-  if (crowded > 0)
+  if (crowded > 0) {
     fail(body,
          fmt::format("{} edges belong to more than two triangles; the first at {} (triangle {})", crowded,
                      middle(first_crowded), first_crowded->triangle),
          "a surface that bounds one solid; parts that touch must be united before");
-  if (open > 0)
+  }
+  if (open > 0) {
     fail(body,
          fmt::format("the surface has holes: {} open edges; the first at {} (triangle {})", open, middle(first_open),
                      first_open->triangle),
          "a closed surface");
-  if (flipped > 0)
+  }
+  if (flipped > 0) {
     fail(body,
          fmt::format("flipped faces: at {} edges both neighbours turn the same way; the first at {} (triangle {})",
                      flipped, middle(first_flipped), first_flipped->triangle),
          "triangles that all turn counterclockwise seen from outside");
+  }
 }
 
 double signed_volume(const Surface& surface) {
@@ -207,17 +215,20 @@ int weld(Surface& surface) {
     if (tolerance > 0.0)
       for (std::size_t k = 0; k < 3; ++k) cell[k] = std::lround(std::floor((point[k] - low[k]) / tolerance));
     int same = -1;
-    for (long dx = -1; dx <= 1 && same < 0; ++dx)
-      for (long dy = -1; dy <= 1 && same < 0; ++dy)
+    for (long dx = -1; dx <= 1 && same < 0; ++dx) {
+      for (long dy = -1; dy <= 1 && same < 0; ++dy) {
         for (long dz = -1; dz <= 1 && same < 0; ++dz) {
           const auto found = cells.find({cell[0] + dx, cell[1] + dy, cell[2] + dz});
           if (found == cells.end()) continue;
-          for (const int n : found->second)
+          for (const int n : found->second) {
             if ((kept[n] - point).norm() <= tolerance) {
               same = n;
               break;
             }
+          }
         }
+      }
+    }
     if (same < 0) {
       same = kept.size();
       kept.push_back(point);
@@ -286,21 +297,24 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body) {
   // Depth: how many other shells are around it. Solid at even depth, cavity at odd depth.
   const std::size_t n = count;
   std::vector<std::vector<std::size_t>> around(n);
-  for (std::size_t i = 0; i < n; ++i)
+  for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < n; ++j)
       if (i != j && std::abs(winding(parts[j], parts[i].points.col(0))) > 0.5) around[i].push_back(j);
+  }
   std::vector<std::vector<std::size_t>> cavities(n);
   for (std::size_t i = 0; i < n; ++i) {
     const bool solid = around[i].size() % 2 == 0;
     const double volume = signed_volume(parts[i]);
-    if ((volume > 0.0) != solid)
+    if ((volume > 0.0) != solid) {
       fail(body,
            fmt::format("the surface at {} is inside out (volume {:.4g} mm^3)", at(centre(parts[i], 0)), 1e9 * volume),
            solid ? "normals that point out of the solid" : "normals of a cavity that point into it");
-    if (!solid)
+    }
+    if (!solid) {
       cavities[*std::max_element(around[i].begin(), around[i].end(), [&](std::size_t a, std::size_t b) {
         return around[a].size() < around[b].size();
       })].push_back(i);
+    }
   }
   std::vector<Surface> result;
   for (std::size_t i = 0; i < n; ++i) {
@@ -317,9 +331,10 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body) {
 void check_extent(const Eigen::Matrix3Xd& points, const std::string& body) {
   if (points.cols() == 0) fail(body, "no points", "a body");
   const double extent = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).maxCoeff();
-  if (!(extent >= 0.001 && extent <= 50.0))
+  if (!(extent >= 0.001 && extent <= 50.0)) {
     fail(body, fmt::format("a largest extent of {:.4g} m: is the unit right?", extent),
          "0.001 m .. 50 m (key unit = \"mm\", \"m\" or \"in\")");
+  }
 }
 
 void check_surface(const Surface& surface, const std::string& body) {

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/surface/disc_patches.h"
 
-#include "mesh/surface/surface.h"
-
 #include <Eigen/Geometry>
+
 #include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <queue>
 #include <unordered_set>
+
+#include "mesh/surface/surface.h"
 
 namespace thermotwin::mesh {
 
@@ -25,11 +26,14 @@ Neighbours neighbours_of(const Surface& s) {
   for (int t = 0; t < s.triangles.cols(); ++t)
     for (int i = 0; i < 3; ++i) owner[{s.triangles(i, t), s.triangles((i + 1) % 3, t)}] = t;
   Neighbours result(s.triangles.cols(), {-1, -1, -1});
-  for (const auto& [edge, t] : owner)
-    for (int i = 0; i < 3; ++i)
-      if (s.triangles(i, t) == edge.first)
+  for (const auto& [edge, t] : owner) {
+    for (int i = 0; i < 3; ++i) {
+      if (s.triangles(i, t) == edge.first) {
         if (const auto beyond = owner.find({edge.second, edge.first}); beyond != owner.end())
           result[t][i] = beyond->second;
+      }
+    }
+  }
   return result;
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/surface/healing.h"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <map>
@@ -60,10 +60,11 @@ int split_at_slivers(const Surface& s, Triangles& triangles) {
     const Vector3i corner = triangles[t].first;
     int opposite = 0;  // corner opposite to the longest edge
     double longest = 0.0;
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i) {
       if (const double length = (s.points.col(corner[(i + 1) % 3]) - s.points.col(corner[(i + 2) % 3])).norm();
           length > longest)
         longest = length, opposite = i;
+    }
     if (2.0 * area(s, corner) > no_area * longest * longest) {
       ++t;
       continue;
@@ -180,9 +181,10 @@ bool in_range(const Surface& surface) {
 /// Whether each edge belongs to two triangles that turn opposite ways.
 bool closed(const Surface& surface) {
   std::set<std::pair<int, int>> edges;
-  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t)
+  for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
     for (int i = 0; i < 3; ++i)
       if (!edges.insert({surface.triangles(i, t), surface.triangles((i + 1) % 3, t)}).second) return false;
+  }
   return std::all_of(edges.begin(), edges.end(), [&](const auto& edge) {
     return edges.contains({edge.second, edge.first});
   });

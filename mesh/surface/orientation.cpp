@@ -4,6 +4,7 @@
 #include "mesh/surface/orientation.h"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -34,11 +35,12 @@ struct Use {
 int make_consistent(Surface& surface) {
   const int count = surface.triangles.cols();
   std::map<std::pair<int, int>, std::vector<Use>> edges;
-  for (int t = 0; t < count; ++t)
+  for (int t = 0; t < count; ++t) {
     for (int i = 0; i < 3; ++i) {
       const int a = surface.triangles(i, t), b = surface.triangles((i + 1) % 3, t);
       edges[std::minmax(a, b)].push_back({t, a < b});
     }
+  }
   // Triangle beyond each edge that exactly two have, and whether it turns the other way.
   std::vector<std::vector<std::pair<int, bool>>> beyond(count);
   for (const auto& [edge, uses] : edges) {

@@ -4,9 +4,9 @@
 
 #include "mesh/surface/self_intersection.h"
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 
@@ -40,7 +40,7 @@ bool covers(const Corners& s, const Corners& t, double slack) {
   const Vector3d normal = (s[1] - s[0]).cross(s[2] - s[0]).normalized();
   for (const Vector3d& corner : t)
     if (std::abs(normal.dot(corner - s[0])) > slack) return false;
-  for (const Corners* owner : {&s, &t})
+  for (const Corners* owner : {&s, &t}) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Vector3d across = normal.cross((*owner)[(i + 1) % 3] - (*owner)[i]).normalized();
       double s_low = 1e300, s_high = -1e300, t_low = 1e300, t_high = -1e300;
@@ -54,6 +54,7 @@ bool covers(const Corners& s, const Corners& t, double slack) {
       }
       if (s_high <= t_low + slack || t_high <= s_low + slack) return false;
     }
+  }
   return true;
 }
 
@@ -68,9 +69,10 @@ public:
     // Corners that both have: i of a is shared[i] of b.
     std::array<int, 3> shared{-1, -1, -1};
     int common = 0;
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j)
         if (surface_.triangles(i, a) == surface_.triangles(j, b)) shared[i] = j, ++common;
+    }
     if (common >= 2) return covers(s, t, slack_);  // neighbours at an edge: only a fold is wrong
     if (common == 1) {
       const std::size_t i = std::find_if(shared.begin(), shared.end(), [](int j) { return j >= 0; }) - shared.begin();

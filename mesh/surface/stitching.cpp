@@ -4,6 +4,7 @@
 #include "mesh/surface/stitching.h"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -44,20 +45,22 @@ struct OpenEdge {
 /// Edges that one triangle only has, and their corners in ascending order.
 std::vector<OpenEdge> open_edges(const Triangles& triangles, std::vector<int>& corners) {
   std::map<Edge, std::pair<int, OpenEdge>> uses;
-  for (std::size_t t = 0; t < triangles.size(); ++t)
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (int i = 0; i < 3; ++i) {
       const int a = triangles[t].first[i], b = triangles[t].first[(i + 1) % 3];
       auto& use = uses[std::minmax(a, b)];
       ++use.first;
       use.second = {a, b, t};
     }
+  }
   std::vector<OpenEdge> open;
   std::set<int> ends;
-  for (const auto& [edge, use] : uses)
+  for (const auto& [edge, use] : uses) {
     if (use.first == 1) {
       open.push_back(use.second);
       ends.insert({edge.first, edge.second});
     }
+  }
   corners.assign(ends.begin(), ends.end());
   return open;
 }
@@ -95,9 +98,10 @@ int join_corners(const Surface& s, Triangles& triangles, double tolerance) {
       if ((s.points.col(other) - p).norm() <= tolerance) becomes[other] = corner;
     });
   }
-  for (auto& [t, part] : triangles)
+  for (auto& [t, part] : triangles) {
     for (int& corner : t)
       if (const auto found = becomes.find(corner); found != becomes.end()) corner = found->second;
+  }
   std::erase_if(triangles, [](const auto& t) {
     return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0];
   });
@@ -153,7 +157,7 @@ std::vector<Vector3i> lid_of(const Surface& s, const std::vector<int>& loop, con
   std::vector<std::vector<double>> cost(n, std::vector<double>(n, 0.0));
   std::vector<std::vector<std::size_t>> by(n, std::vector<std::size_t>(n, 0));
   const auto at = [&](std::size_t i) -> Vector3d { return s.points.col(loop[i]); };
-  for (std::size_t span = 2; span < n; ++span)
+  for (std::size_t span = 2; span < n; ++span) {
     for (std::size_t i = 0; i + span < n; ++i) {
       const std::size_t j = i + span;
       cost[i][j] = never;
@@ -165,6 +169,7 @@ std::vector<Vector3i> lid_of(const Surface& s, const std::vector<int>& loop, con
         if (const double sum = cost[i][k] + cost[k][j] + of_it; sum < cost[i][j]) cost[i][j] = sum, by[i][j] = k;
       }
     }
+  }
   std::vector<Vector3i> lid;
   if (n < 3 || cost[0][n - 1] == never) return lid;
   std::vector<std::pair<std::size_t, std::size_t>> left{{0, n - 1}};
@@ -251,11 +256,12 @@ bool replace(Surface& s, const Triangles& triangles, std::vector<char>& drop, do
   Triangles rest = kept(s, triangles, drop);
   std::set<Edge> edges;
   std::map<Edge, int> part_of;
-  for (const auto& [t, part] : rest)
+  for (const auto& [t, part] : rest) {
     for (int i = 0; i < 3; ++i) {
       edges.insert(std::minmax(t[i], t[(i + 1) % 3]));
       part_of[{t[i], t[(i + 1) % 3]}] = part;
     }
+  }
   Triangles added;
   for (const std::vector<int>& loop : gaps_of(rest)) {
     if (loop.size() > longest_gap) continue;
@@ -272,9 +278,10 @@ bool replace(Surface& s, const Triangles& triangles, std::vector<char>& drop, do
     return true;
   }
   const std::set<int> rim(corners.begin(), corners.end());
-  for (std::size_t t = 0; t < triangles.size(); ++t)
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (const int corner : triangles[t].first)
       if (rim.contains(corner)) drop[t] = 1;
+  }
   return false;
 }
 
@@ -293,11 +300,12 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
     const Vector3i& t = triangles[number].first;
     Edge edge{-1, -1};
     double length = shortest;
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i) {
       if (const double found = (s.points.col(t[i]) - s.points.col(t[(i + 1) % 3])).norm(); found < length) {
         length = found;
         edge = std::minmax(t[i], t[(i + 1) % 3]);
       }
+    }
     if (edge.first < 0) continue;
     const std::set<int>&near = around[edge.first], &far = around[edge.second];
     std::vector<int> common;
@@ -310,9 +318,10 @@ int collapse_at(Surface& s, const std::vector<std::pair<int, int>>& pairs) {
     touched.insert(region.begin(), region.end());
     becomes[edge.second] = edge.first;
   }
-  for (auto& [t, part] : triangles)
+  for (auto& [t, part] : triangles) {
     for (int& corner : t)
       if (const auto found = becomes.find(corner); found != becomes.end()) corner = found->second;
+  }
   std::erase_if(triangles, [](const auto& t) {
     return t.first[0] == t.first[1] || t.first[1] == t.first[2] || t.first[2] == t.first[0];
   });
@@ -397,9 +406,10 @@ int mend_cuts(Surface& surface) {
       std::set<int> near;
       for (std::size_t t = 0; t < triangles.size(); ++t)
         if (drop[t]) near.insert(triangles[t].first.begin(), triangles[t].first.end());
-      for (std::size_t t = 0; t < triangles.size(); ++t)
+      for (std::size_t t = 0; t < triangles.size(); ++t) {
         for (const int corner : triangles[t].first)
           if (near.contains(corner)) drop[t] = 1;
+      }
     }
     bool closed = false;
     for (int attempt = 0; attempt < widenings && !closed; ++attempt) closed = replace(now, triangles, drop, most);

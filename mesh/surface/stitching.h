@@ -3,6 +3,7 @@
 // Cracks, and triangles that cut each other.
 
 #include <Eigen/Core>
+
 #include <utility>
 #include <vector>
 

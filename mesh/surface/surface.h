@@ -3,6 +3,7 @@
 // A triangulated surface.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

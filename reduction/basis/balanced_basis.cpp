@@ -2,6 +2,7 @@
 #include "reduction/basis/balanced_basis.h"
 
 #include <Eigen/SVD>
+
 #include <algorithm>
 
 #include "reduction/systems/system_solver.h"

@@ -66,10 +66,11 @@ EstimatedRun simulate_with_estimate(const ReducedModel& model, const ReducedMode
 
 Effectivity effectivity(const solver::LoadResult& full, const EstimatedRun& run) {
   const Eigen::Index rows = full.tcp.rows();
-  if (rows != run.result.tcp.rows() || rows == 0)
+  if (rows != run.result.tcp.rows() || rows == 0) {
     throw core::InputError("effectivity of load '" + full.load + "'",
                            fmt::format("{} and {} rows", rows, run.result.tcp.rows()),
                            "results at the same times and poses");
+  }
   const Eigen::VectorXd truth = translations(full.tcp, &run.result.tcp), estimated = translations(run.estimate);
   std::vector<double> ratios;
   double within = 0.0;

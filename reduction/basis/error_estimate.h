@@ -8,6 +8,7 @@
 // Cost: a run of the reference.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

@@ -2,6 +2,7 @@
 #include "reduction/basis/modal_basis.h"
 
 #include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <random>

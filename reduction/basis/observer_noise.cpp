@@ -3,12 +3,13 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
 #include <cmath>
 #include <iterator>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
-#include "core/options.h"
+#include "core/range.h"
 #include "mesh/machine_mesh.h"
 
 namespace thermotwin::reduction {

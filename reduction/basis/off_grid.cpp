@@ -2,10 +2,10 @@
 #include "reduction/basis/off_grid.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <random>
 
@@ -31,9 +31,10 @@ using Eigen::VectorXd;
 Eigen::Matrix3Xd translations(const mesh::Machine& machine, const mesh::Pose& pose, const MatrixXd& tool,
                               const MatrixXd& axis, const MatrixXd& own) {
   Eigen::Matrix3Xd all(3, tool.cols());
-  for (Index k = 0; k < tool.cols(); ++k)
+  for (Index k = 0; k < tool.cols(); ++k) {
     all.col(k) =
         solver::tcp_error(machine, pose, tool.col(k), axis.col(k), own.col(k)).error.head<3>() / core::units::um;
+  }
   return all;
 }
 
@@ -45,20 +46,22 @@ std::vector<mesh::Pose> random_poses(const mesh::Machine& machine, int count, st
     range.emplace_back(axis.endless ? std::pair{0.0, 2.0 * std::numbers::pi} : std::pair{axis.low, axis.high});
   const mesh::Workspace& workspace = machine.workspace;
   for (const auto& [axes, positions] :
-       {std::pair{&workspace.axes, &workspace.positions}, {&workspace.table_axes, &workspace.table_positions}})
+       {std::pair{&workspace.axes, &workspace.positions}, {&workspace.table_axes, &workspace.table_positions}}) {
     for (std::size_t i = 0; i < axes->size(); ++i) {
       const std::size_t at = machine.axis_index((*axes)[i]);
       if (machine.axes[at].endless) continue;
       const auto [low, high] = std::minmax_element((*positions)[i].begin(), (*positions)[i].end());
       range[at] = {*low, *high};
     }
+  }
   std::mt19937_64 engine(seed);
   std::vector<mesh::Pose> poses(count, mesh::home_pose(machine));
-  for (mesh::Pose& pose : poses)
+  for (mesh::Pose& pose : poses) {
     for (std::size_t i = 0; i < range.size(); ++i) {
       const double share = core::uniform(engine);
       pose(i) = range[i].first + share * (range[i].second - range[i].first);
     }
+  }
   return poses;
 }
 
@@ -91,11 +94,12 @@ OffGridErrors off_grid_errors(const ReducedModel& model, const MatrixXd& basis, 
   const solver::LoadResult run = simulate_reduced(model, machine, load, full.poses, {.tell = false, .record = &record});
   const auto times = std::ssize(record.outputs), count = std::ssize(full.poses);
   if (truth.size() != full.poses.size() || truth.empty() || truth.front().cols() != times ||
-      basis.cols() != model.system.order())
+      basis.cols() != model.system.order()) {
     throw core::InputError(
         "off the grid, load '" + load.name() + "'",
         fmt::format("{} poses, a basis of {} columns", truth.size(), basis.cols()),
         fmt::format("{} poses of {} times, {} columns", full.poses.size(), times, model.system.order()));
+  }
   MatrixXd states(model.system.order(), times);
   for (Index t = 0; t < times; ++t) states.col(t) = record.outputs[t].state;
   MatrixXd interpolated(run.tcp.rows(), 3);
@@ -122,13 +126,14 @@ void write_off_grid(const std::filesystem::path& path, const mesh::Machine& mach
   std::string text = "load";
   for (const std::string& axis : mesh::pose_columns(machine)) text += "," + axis;
   text += ",peak_um,max_um,rms_um,own_rows_max_um\n";
-  for (const OffGridErrors& load : errors)
+  for (const OffGridErrors& load : errors) {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const Index k = i;
       text += load.load;
       for (const double value : mesh::pose_values(machine, poses[i])) text += fmt::format(",{:.6g}", value);
       text += fmt::format(",{:.6g},{:.6g},{:.6g},{:.6g}\n", load.peak(k), load.max(k), load.rms(k), load.own_rows(k));
     }
+  }
   core::write_file(path, text);
 }
 

@@ -4,6 +4,7 @@
 // against the full model's own rows there, times the full model's temperatures of held-out loads.
 
 #include <Eigen/Core>
+
 #include <cstdint>
 #include <filesystem>
 #include <vector>

@@ -55,9 +55,10 @@ ReducedOutputs stored_outputs(const mesh::Machine& machine, const std::vector<me
     outputs.table_axis.push_back(rows.table_axis);
     outputs.table_own.push_back(rows.table_own);
   }
-  for (std::size_t i = 0; i < at_tool.size(); ++i)
+  for (std::size_t i = 0; i < at_tool.size(); ++i) {
     outputs.tool.push_back(at_tool[i].tool - table_remainder(machine, tool_poses[i], at_tool[i].table_axis,
                                                              at_tool[i].table_own, outputs));
+  }
   return outputs;
 }
 
@@ -79,10 +80,12 @@ Parts make_parts(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
       std::vector<solver::OutputRows> rows;
       for (const solver::OutputParts& at : all) rows.push_back((at.*list)[item]);
       // A joint that loses contact somewhere takes no share there.
-      for (solver::OutputRows& row : rows)
-        if (row.tool.size() == 0)
+      for (solver::OutputRows& row : rows) {
+        if (row.tool.size() == 0) {
           row = {Eigen::MatrixXd::Zero(6, basis.cols()), Eigen::MatrixXd::Zero(6, basis.cols()),
                  Eigen::MatrixXd::Zero(7, basis.cols())};
+        }
+      }
       return rows;
     };
     bool any = false;
@@ -105,11 +108,12 @@ Parts make_parts(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
     parts.stiffness.push_back(stored(&solver::OutputParts::stiffness, j));
     const ReducedOutputs &first = parts.stiffness.back(), second = stored(&solver::OutputParts::curvature, j);
     double product = 0.0, square = 0.0;
-    for (const auto rows : {&ReducedOutputs::tool, &ReducedOutputs::table_axis, &ReducedOutputs::table_own})
+    for (const auto rows : {&ReducedOutputs::tool, &ReducedOutputs::table_axis, &ReducedOutputs::table_own}) {
       for (std::size_t i = 0; i < (first.*rows).size(); ++i) {
         product += ((first.*rows)[i].array() * (second.*rows)[i].array()).sum();
         square += (first.*rows)[i].squaredNorm();
       }
+    }
     if (square > 0.0) parts.stiffness_exponent[j] = std::clamp(product / square, -steepest, steepest);
   }
   return parts;
@@ -123,10 +127,12 @@ double Parts::stiffness_amount(Eigen::Index joint, double ln_ratio) const {
 Parts truncated(const Parts& parts, Eigen::Index r) {
   Parts small = parts;
   for (Eigen::MatrixXd& capacity : small.capacity) capacity = capacity.topLeftCorner(r, r).eval();
-  for (auto* list : {&small.bodies, &small.scales, &small.screws, &small.stiffness})
-    for (ReducedOutputs& outputs : *list)
+  for (auto* list : {&small.bodies, &small.scales, &small.screws, &small.stiffness}) {
+    for (ReducedOutputs& outputs : *list) {
       for (auto* rows : {&outputs.tool, &outputs.table_axis, &outputs.table_own})
         for (Eigen::MatrixXd& row : *rows) row = row.leftCols(r).eval();
+    }
+  }
   return small;
 }
 

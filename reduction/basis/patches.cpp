@@ -2,6 +2,7 @@
 #include "reduction/basis/patches.h"
 
 #include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -44,11 +45,12 @@ struct Skin {
     add(far);
   }
   void add(Index face) {
-    for (Index f = 0; f < centre.cols(); ++f)
+    for (Index f = 0; f < centre.cols(); ++f) {
       if (const double d = (centre.col(f) - centre.col(face)).norm(); d < distance[f]) {
         distance[f] = d;
         cluster[f] = seeds.size();
       }
+    }
     seeds.push_back(face);
   }
   void move_seeds() {
@@ -60,10 +62,11 @@ struct Skin {
         if (cluster[f] == static_cast<int>(s)) middle += area[f] * centre.col(f), sum += area[f];
       middle /= sum;
       Index nearest = seeds[s];
-      for (Index f = 0; f < centre.cols(); ++f)
+      for (Index f = 0; f < centre.cols(); ++f) {
         if (cluster[f] == static_cast<int>(s) &&
             (centre.col(f) - middle).squaredNorm() < (centre.col(nearest) - middle).squaredNorm())
           nearest = f;
+      }
       moved.push_back(nearest);
     }
     seeds.clear();

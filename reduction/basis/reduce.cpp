@@ -9,8 +9,8 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "core/options.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/basis/balanced_basis.h"
@@ -46,7 +46,8 @@ private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// Snapshots without their uniform part, every so many if there are too many; each load's compressed. @param given  gets their number
+/// Snapshots without their uniform part, every so many if there are too many; each load's compressed. @param given
+/// gets their number
 Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const solver::SparseMatrix& energy,
                                  const std::vector<solver::LoadResult>& training, Eigen::Index& given) {
   std::vector<Eigen::MatrixXd> blocks;
@@ -162,9 +163,10 @@ Basis basis_of(const solver::ThermalSystem& thermal, const solver::OperatingMode
   const Eigen::MatrixXd chosen = snapshots ? chosen_snapshots(thermal, energy_of(thermal, conduction), training, given)
                                            : Eigen::MatrixXd(thermal.size, 0);
   const Eigen::MatrixXd candidates = scaled_columns(thermal, groups, chosen);
-  if (candidates.cols() == 0)
+  if (candidates.cols() == 0) {
     throw core::InputError("basis of the reduced model", "no snapshots",
                            "a campaign that keeps them, or --method krylov");
+  }
   notes.candidates = given;
   Basis basis = make_basis(thermal, conduction, candidates, most);
   notes.deflated = notes.candidates - basis.rank;
@@ -354,9 +356,10 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   Eigen::MatrixXd states(0, 0);
   if (!pairs.empty()) states = states_of(thermal, basis.vectors.leftCols(largest), training);
   notes.sensors = !full.mesh.machine.sensors.empty();
-  if (options.order_by_observer && !notes.sensors)
+  if (options.order_by_observer && !notes.sensors) {
     throw core::InputError("order by the observer", "a machine without sensors",
                            "one or more [[sensor]] in machine.toml");
+  }
   if (options.order_by_observer && states.cols() == 0)
     throw core::InputError("order by the observer", "no snapshots of the training loads", "a campaign that keeps them");
   notes.prior_share = prior_share(full.mesh.machine);

@@ -27,6 +27,7 @@ enum class BasisMethod {
   modal      ///< slowest modes of the machine at rest
 };
 inline constexpr const char* basis_methods[] = {"combined", "krylov", "pod", "balanced", "modal"};
+inline const char* name_of(BasisMethod method) { return basis_methods[static_cast<int>(method)]; }
 /// @throws UsageError with the known names
 BasisMethod basis_method(const std::string& name);
 
@@ -57,7 +58,8 @@ struct ReduceSummary {
 
 /// @param training   results of the training loads with snapshots (may be empty: Krylov only)
 /// @param reference  if given: the model of reference_order(), for error_estimate.h
-/// @param basis      if given: receives the model's basis and up to twice as many columns more, (size x 3 times the largest order tried), for bound/model.h
+/// @param basis      if given: receives the model's basis and up to twice as many columns more, (size x 3 times the
+///   largest order tried), for bound/model.h
 ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::LoadProgram>& loads,
                     const std::vector<solver::LoadResult>& training, const ReduceOptions& options,
                     ReduceSummary* summary = nullptr, ReducedModel* reference = nullptr,

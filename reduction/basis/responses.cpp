@@ -6,8 +6,8 @@
 #include <map>
 #include <numbers>
 
-#include "core/options.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "reduction/basis/basis.h"
 #include "reduction/linear/lapack.h"
 #include "solver/operation/layout.h"
@@ -288,9 +288,10 @@ CandidateOptions default_candidates() {
 
 void CandidateOptions::validate() const {
   core::require_option(!shifts.empty(), "candidates shifts", 0, "at least one, in 1/s");
-  for (const auto* list : {&shifts, &adjoint_shifts})
+  for (const auto* list : {&shifts, &adjoint_shifts}) {
     for (const double shift : *list)
       core::require_option(shift > 0.0 && std::isfinite(shift), "candidates shifts", shift, "above 0, in 1/s");
+  }
 }
 
 Candidates make_candidates(const solver::ThermalSystem& thermal, const solver::OperatingModel& model,

@@ -5,6 +5,7 @@
 // about 1/s, so all columns compare in size. Adjoint columns answer the outputs in the same way.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

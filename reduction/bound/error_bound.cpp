@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/bound/error_bound.h"
 
-#include <fmt/format.h>
-#include <iterator>
-
 #include <Eigen/LU>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -148,17 +148,21 @@ double above_least(const BoundModel& bound, const VectorXd& p) {
 }
 
 void require_fit(const ReducedModel& model, const BoundModel& bound, const RunRecord& run) {
-  if (model.machine.hash != bound.machine_hash || model.full_size != bound.full_size)
+  if (model.machine.hash != bound.machine_hash || model.full_size != bound.full_size) {
     throw core::InputError("bound of the reduced model", "made for another machine or mesh",
                            "bound.rom.h5 of the same `thermotwin reduce --bound`");
+  }
   const auto terms = bound.terms.count();
-  for (const RunRecord::Step& step : run.steps)
-    if (step.c.p.size() != terms || step.c.q.size() != bound.inputs.cols())
+  for (const RunRecord::Step& step : run.steps) {
+    if (step.c.p.size() != terms || step.c.q.size() != bound.inputs.cols()) {
       throw core::InputError("bound of the reduced model", "other terms or inputs than the run's",
                              "a run of the same model");
-  if (!run.sdirk)
+    }
+  }
+  if (!run.sdirk) {
     throw core::InputError("bound of the reduced model", "a run without time error (--exact)",
                            "a run that steps as the full model does");
+  }
 }
 
 }  // namespace
@@ -209,13 +213,14 @@ ErrorBound error_bound(const ReducedModel& model, const BoundModel& bound, const
       const MatrixXd& rows = bound.rows[i];
       const VectorXd beside = um * (rows * primal.state()) - own.segment(i * values, estimated_values);
       VectorXd remainder = VectorXd::Zero(estimated_values);
-      if (done > 0)
+      if (done > 0) {
         for (Index o = 0; o < estimated_values; ++o) {
           if (const double both = product(dual.squares(rows.row(o).head(bound.terms.dual()), bound.rest[i].col(o)),
                                           primal.square() - before, before);
               both > 0.0)
             remainder(o) = um * result.scale * both;
         }
+      }
       const VectorXd total = (1.0 + rounding) * (beside.cwiseAbs() + remainder);
       table.values.row(row) << output.time, mesh::pose_values(machine, bound.poses[i]).transpose(), total.transpose();
       result.largest_um = std::max(result.largest_um, total.head(3).norm());

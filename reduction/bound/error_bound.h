@@ -9,12 +9,12 @@
 //   |e'|_E^2 + g h sum a_ij d_i^T K_s d_j <= |e|_E^2 + sum a_ij d_i^T rho_j,
 //   a = [4 - 2 r2, 2 - 2 r2; 2 - 2 r2, 4],  r2 = sqrt 2,  g = 1 - 1/r2,
 // (its rest is a square in g h K d), so that Cauchy-Schwarz over all steps gives
-//   |y_full - y_U| <= D P,  D^2 = sum a_ij rho_i^T M^-1 rho_j / (g h),  P^2 = g h sum (a^-1)_ij r_i^T M^-1 r_j, R = g h r,
-// for any M <= K_s(p), the symmetric part. Of the adjoint's error X over a window, sum X^2 <= sum X D says more:
+// |y_full - y_U| <= D P,  D^2 = sum a_ij rho_i^T M^-1 rho_j / (g h),  P^2 = g h sum (a^-1)_ij r_i^T M^-1 r_j, R = g h
+// r, for any M <= K_s(p), the symmetric part. Of the adjoint's error X over a window, sum X^2 <= sum X D says more:
 // with the steps since the last output and those before as two windows, (D P + D_1 P_1 + D_2 P_2) / 2, nearly half,
-// since D is large for the last steps only and P where coefficients have just changed. D^2 is a quadratic form of the output's row in W, carried forward in
-// time, so one run serves all output times and poses. What a chiller or a coefficient takes from temperatures
-// is that of the reduced run.
+// since D is large for the last steps only and P where coefficients have just changed. D^2 is a quadratic form of the
+// output's row in W, carried forward in time, so one run serves all output times and poses. What a chiller or a
+// coefficient takes from temperatures is that of the reduced run.
 
 #include "reduction/basis/reduce.h"
 #include "reduction/bound/model.h"

@@ -2,9 +2,9 @@
 #include "reduction/bound/file.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -84,20 +84,23 @@ BoundModel read_bound(const fs::path& path, const ReducedModel& model) {
   if (!reader.has_attribute("format") || !reader.has_attribute("version") ||
       reader.text_attribute("format") != format_name)
     reader.fail("an HDF5 file, but not a bound", "bound.rom.h5 as `thermotwin reduce --bound` writes it");
-  if (const std::int64_t version = reader.integer_attribute("version"); version != bound_file_version)
+  if (const std::int64_t version = reader.integer_attribute("version"); version != bound_file_version) {
     reader.fail(fmt::format("version {} of the bound's file", version),
                 fmt::format("version {} (write it anew: thermotwin reduce --bound)", bound_file_version));
+  }
   BoundModel bound;
   bound.machine_hash = reader.text_attribute("machine_hash");
   bound.full_size = reader.integer_attribute("full_size");
-  if (bound.machine_hash != model.machine.hash || bound.full_size != model.full_size)
+  if (bound.machine_hash != model.machine.hash || bound.full_size != model.full_size) {
     reader.fail("a bound of another machine or mesh than the model's",
                 "bound.rom.h5 of the `thermotwin reduce --bound` that wrote the model");
+  }
   const Index m = reader.integer_attribute("order"), probes = reader.integer_attribute("probes"),
               dual = reader.integer_attribute("dual_order");
-  if (m < 1 || m > most_columns || probes < 1 || dual < 1 || dual > m)
+  if (m < 1 || m > most_columns || probes < 1 || dual < 1 || dual > m) {
     reader.fail(fmt::format("order {}, {} of it dual, {} probes", m, dual, probes),
                 "1 <= dual_order <= order, at least one probe");
+  }
   bound.failure = reader.vector("/failure", 1)(0);
   if (!(bound.failure >= 0.0 && bound.failure < 1.0))
     reader.fail(fmt::format("/failure of {}", bound.failure), "0 .. 1");

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/bound/model.h"
 
-#include <fmt/format.h>
-#include <iterator>
-
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.h"
-#include "core/options.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/basis/basis.h"
 #include "reduction/basis/responses.h"
@@ -67,7 +67,7 @@ MatrixXd output_responses(const solver::ThermalSystem& thermal, const std::vecto
   solver::ThermalDirectSolver solver(thermal);
   VectorXd length = VectorXd::Zero(count);  // of each output's first response, so that metres and radians compare
   Index at = 0;
-  for (const OperatingPoint& point : points)
+  for (const OperatingPoint& point : points) {
     for (const Shift& shift : shifts) {
       solver.factorise(point.c.p, 1.0 / shift.time);
       for (int stage = 0; stage < shift.stages; ++stage, at += count) {
@@ -85,6 +85,7 @@ MatrixXd output_responses(const solver::ThermalSystem& thermal, const std::vecto
       }
       progress.advance();
     }
+  }
   return all;
 }
 
@@ -109,10 +110,11 @@ MatrixXd leading(const solver::SparseMatrix& m, const solver::SparseMatrix& capa
 MatrixXd error_rows(const solver::FullModel& full, const mesh::Pose& pose) {
   const solver::OutputRows rows = full.elastic.output_rows(pose);
   MatrixXd columns(full.thermal.size, 6);
-  for (Index j = 0; j < full.thermal.size; ++j)
+  for (Index j = 0; j < full.thermal.size; ++j) {
     columns.row(j) =
         solver::tcp_error(full.mesh.machine, pose, rows.tool.col(j), rows.table_axis.col(j), rows.table_own.col(j))
             .error;
+  }
   return columns;
 }
 
@@ -121,9 +123,10 @@ void require_affine(const mesh::Machine& machine) {
     throw core::InputError(fmt::format("{}: [[{}]] id = \"{}\"", machine.path.string(), table, id), value,
                            fmt::format("{}: a bound needs an equation that is affine in its coefficients", allowed));
   };
-  for (const mesh::FilmSpec& film : machine.films)
+  for (const mesh::FilmSpec& film : machine.films) {
     if (film.emissivity > 0.0 && film.exact_radiation)
       refuse("film", film.id, "radiation = \"exact\"", "radiation = \"linear\"");
+  }
   for (const mesh::BodySpec& body : machine.bodies) {
     const mesh::Material& material = machine.material(body.material);
     if (!material.conductivity_table.at.empty())
@@ -147,9 +150,10 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   const solver::ThermalSystem& thermal = full.thermal;
   require_affine(full.mesh.machine);
   const auto terms = std::ssize(thermal.terms);
-  if (range.low.size() != terms || basis.rows() != thermal.size || poses.empty())
+  if (range.low.size() != terms || basis.rows() != thermal.size || poses.empty()) {
     throw core::SolverError(fmt::format("bound: {} coefficients of {}, a basis of {} rows, {} poses", range.low.size(),
                                         terms, basis.rows(), poses.size()));
+  }
 
   BoundModel model;
   model.machine_hash = full.mesh.machine.hash;

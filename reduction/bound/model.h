@@ -9,6 +9,7 @@
 // the full model's size stays. error_bound.h runs it along a trajectory.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "mesh/machine/kinematics.h"

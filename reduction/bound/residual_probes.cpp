@@ -7,7 +7,7 @@
 #include <numeric>
 #include <random>
 
-#include "core/options.h"
+#include "core/range.h"
 #include "reduction/basis/responses.h"
 #include "solver/linear/sparse_factor.h"
 
@@ -24,12 +24,13 @@ std::vector<int> connected_parts(const solver::SparseMatrix& m) {
     while (part[i] != i) i = part[i] = part[part[i]];
     return i;
   };
-  for (int column = 0; column < m.outerSize(); ++column)
+  for (int column = 0; column < m.outerSize(); ++column) {
     for (solver::SparseMatrix::InnerIterator entry(m, column); entry; ++entry) {
       if (entry.value() == 0.0) continue;
       const int a = root(entry.row()), b = root(column);
       part[std::max(a, b)] = std::min(a, b);
     }
+  }
   for (int i = 0; i < std::ssize(part); ++i) part[i] = root(i);
   return part;
 }
@@ -70,9 +71,10 @@ solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, cons
   m = solver::SparseMatrix(m + ground);
   m.makeCompressed();
   parts = Eigen::MatrixXd::Zero(m.rows(), std::ssize(loose));
-  for (std::size_t k = 0; k < loose.size(); ++k)
+  for (std::size_t k = 0; k < loose.size(); ++k) {
     for (Eigen::Index i = 0; i < m.rows(); ++i)
       if (part[i] == loose[k]) parts(i, k) = 1.0;
+  }
   return m;
 }
 

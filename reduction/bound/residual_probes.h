@@ -5,11 +5,14 @@
 // and random columns g_i = W xi_i / sqrt(k s), xi_i normal, see any set of vectors v_l that was chosen without
 // them by sum_l |g^T v_l|^2 >= sum_l v_l^T M^-1 v_l, but for a share `failure` of all draws: s solves
 // (s e^(1 - s))^(k / 2) = failure, Chernoff's bound of a chi-square with k degrees of freedom; sums of several
-// vectors are no worse, det(1 + 2 t V) >= 1 + 2 t tr V. A thousand probes and 1e-9 cost a factor of 1.16, two hundred 1.43.
+// vectors are no worse, det(1 + 2 t V) >= 1 + 2 t tr V. A thousand probes and 1e-9 cost a factor of 1.16, two hundred
+// 1.43.
 // Residuals of reduced trajectories are then seen through small matrices (probes x order). Compare
-// O. Balabanov & A. Nouy (2019), Adv. Comput. Math. 45, and K. Smetana, O. Zahm & A. Patera (2019), SIAM J. Sci. Comput. 41.
+// O. Balabanov & A. Nouy (2019), Adv. Comput. Math. 45, and K. Smetana, O. Zahm & A. Patera (2019), SIAM J. Sci.
+// Comput. 41.
 
 #include <Eigen/Core>
+
 #include <cstdint>
 
 #include "solver/thermal/system.h"

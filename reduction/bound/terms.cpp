@@ -2,6 +2,7 @@
 #include "reduction/bound/terms.h"
 
 #include <Eigen/QR>
+
 #include <algorithm>
 #include <iterator>
 
@@ -14,15 +15,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// Of the largest: what is smaller in U at a term's nodes is not kept. A bound's sums round to far more (error_bound.cpp).
+/// Of the largest: what is smaller in U at a term's nodes is not kept. A bound's sums round to far more
+/// (error_bound.cpp).
 constexpr double kept_direction = 1e-11;
 
 /// Rows and columns with an entry.
 std::vector<Index> nodes_of(const solver::SparseMatrix& term) {
   std::vector<bool> touched(term.rows(), false);
-  for (int column = 0; column < term.outerSize(); ++column)
+  for (int column = 0; column < term.outerSize(); ++column) {
     for (solver::SparseMatrix::InnerIterator entry(term, column); entry; ++entry)
       if (entry.value() != 0.0) touched[entry.row()] = touched[column] = true;
+  }
   std::vector<Index> nodes;
   for (std::size_t i = 0; i < touched.size(); ++i)
     if (touched[i]) nodes.push_back(i);
@@ -34,9 +37,10 @@ solver::SparseMatrix among(const solver::SparseMatrix& term, const std::vector<I
   std::vector<int> place(term.rows(), -1);
   for (std::size_t i = 0; i < nodes.size(); ++i) place[nodes[i]] = i;
   std::vector<Eigen::Triplet<double>> entries;
-  for (const Index column : nodes)
+  for (const Index column : nodes) {
     for (solver::SparseMatrix::InnerIterator entry(term, column); entry; ++entry)
       if (entry.value() != 0.0) entries.emplace_back(place[entry.row()], place[column], entry.value());
+  }
   solver::SparseMatrix small(std::ssize(nodes), std::ssize(nodes));
   small.setFromTriplets(entries.begin(), entries.end());
   return small;
@@ -97,17 +101,18 @@ void BoundSum::set(const VectorXd& p) {
   for (Index j = 0; j < p.size(); ++j) {
     if (p(j) == p_(j)) continue;
     const Index first = terms_.first[j], rank = terms_.first[j + 1] - first;
-    if (rank > 0)
+    if (rank > 0) {
       sum_.noalias() +=
           ((p(j) - p_(j)) * terms_.left.middleCols(first, rank)) * terms_.right.middleCols(first, rank).transpose();
+    }
     p_(j) = p(j);
   }
 }
 
 MatrixXd BoundSum::dual_residual() const {
   const Index m = terms_.order(), d = terms_.dual();
-  // What K leaves on U less what U's other columns take of it: G^T (E W W^T K W - K W), K = K^T. A flow goes from one fluid node to
-  // the next and W has each of them, so that neither it nor its transpose leaves anything.
+  // What K leaves on U less what U's other columns take of it: G^T (E W W^T K W - K W), K = K^T. A flow goes from one
+  // fluid node to the next and W has each of them, so that neither it nor its transpose leaves anything.
   return residual().leftCols(d) - terms_.stored * conduction().block(d, 0, m - d, d);
 }
 

@@ -6,6 +6,7 @@
 // by the terms that change.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "reduction/basis/basis.h"
@@ -27,7 +28,8 @@ struct BoundTerms {
   Eigen::Index count() const { return std::ssize(first) - 1; }
 };
 
-/// @param u  (size x m), U^T E U = 1   @param dual  columns of W, which hold every fluid node   @param probes  G (size x probes)
+/// @param u  (size x m), U^T E U = 1   @param dual  columns of W, which hold every fluid node   @param probes  G (size
+///   x probes)
 /// @param stored  G^T E U
 BoundTerms bound_terms(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& u, Eigen::Index dual,
                        const RowMajorMatrix& probes, const Eigen::MatrixXd& stored);

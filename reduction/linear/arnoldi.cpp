@@ -2,6 +2,7 @@
 #include "reduction/linear/arnoldi.h"
 
 #include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <numeric>
 #include <vector>
@@ -38,9 +39,10 @@ ArnoldiPairs arnoldi(const std::function<Eigen::VectorXd(const Eigen::VectorXd&)
   const double beyond = size < steps ? 0.0 : h(steps, steps - 1);
   const Eigen::EigenSolver<Eigen::MatrixXd> ritz(h.topLeftCorner(size, size));
   std::vector<Index> good;
-  for (Index k = 0; k < size; ++k)
+  for (Index k = 0; k < size; ++k) {
     if (beyond * std::abs(ritz.eigenvectors()(size - 1, k)) <= accuracy * std::abs(ritz.eigenvalues()(k)))
       good.push_back(k);
+  }
   std::stable_sort(good.begin(), good.end(),
                    [&](Index a, Index b) { return std::abs(ritz.eigenvalues()(a)) > std::abs(ritz.eigenvalues()(b)); });
   ArnoldiPairs pairs{Eigen::VectorXcd(good.size()), Eigen::MatrixXcd(n, good.size())};

@@ -3,6 +3,7 @@
 // Arnoldi's method with full orthogonalisation: the eigenvalues of largest modulus of an operator.
 
 #include <Eigen/Core>
+
 #include <functional>
 
 namespace thermotwin::reduction {

@@ -230,16 +230,18 @@ struct StoreReader::File {
     const std::size_t length = trailer("").size(), size = bytes.size() - std::min(bytes.size(), length);
     const std::string found = bytes.substr(size);
     bytes.resize(size);
-    if (!found.starts_with(trailer_words))
+    if (!found.starts_with(trailer_words)) {
       throw InputError(
           path.string(),
           "no checksum at its end: it was cut off or damaged, or an earlier version of the program wrote it",
           "a whole file of this version (write it anew: thermotwin reduce)");
-    if (found != trailer(bytes))
+    }
+    if (found != trailer(bytes)) {
       throw InputError(
           path.string(),
           "its bytes do not agree with the checksum at its end: it was damaged or changed since it was written",
           "the file as it was written (write it anew: thermotwin reduce)");
+    }
     return bytes;
   }
   static hid_t opened(std::string& bytes) {

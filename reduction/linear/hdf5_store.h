@@ -5,6 +5,7 @@
 // equal files and a damaged one is noticed. The HDF5 library itself stays in hdf5_store.cpp.
 
 #include <Eigen/Core>
+
 #include <cstdint>
 #include <filesystem>
 #include <memory>

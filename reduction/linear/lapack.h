@@ -5,6 +5,7 @@
 // Every function throws SolverError where LAPACK does not converge.
 
 #include <Eigen/Core>
+
 #include <complex>
 #include <optional>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/model/exact_stepper.h"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <array>
 #include <cassert>
 #include <cmath>
@@ -207,9 +207,10 @@ void ExactStepper::advance(Eigen::VectorXd& state, const solver::Coefficients& c
   ladder->last_use = ++work.uses;
   work.set_heat(c.q);
   ladder->advance(state, work.heat, step_s);
-  if (!std::isfinite(state.sum()))
+  if (!std::isfinite(state.sum())) {
     throw core::SolverError(fmt::format(
         "reduced model: the state is no longer finite after a step of {} s; look for NaN in the inputs", step_s));
+  }
 }
 
 void ExactStepper::advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) {

@@ -2,6 +2,7 @@
 #include "reduction/model/model_file.h"
 
 #include <fmt/format.h>
+
 #include <iterator>
 
 #include "core/error.h"
@@ -237,9 +238,10 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
     from = end + 1;
   }
   const Eigen::MatrixXd trained = reader.matrix("/trained/coefficients", StoreReader::any, 2);
-  if (trained.rows() != 0 && trained.rows() != size_of(system.layout.terms))
+  if (trained.rows() != 0 && trained.rows() != size_of(system.layout.terms)) {
     reader.fail(fmt::format("/trained/coefficients with {} rows", trained.rows()),
                 fmt::format("none or one a term: {}", system.layout.terms.size()));
+  }
   model.trained = {trained.col(0), trained.col(1)};
   model.parts = read_parts(reader, model);
   model.patches = read_patches(reader, model);

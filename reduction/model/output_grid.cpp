@@ -2,11 +2,11 @@
 #include "reduction/model/output_grid.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "core/error.h"
@@ -25,9 +25,10 @@ constexpr std::size_t most_angles_more = 31;  ///< in one cell
 /// Positions with so many more between two of them, evenly.
 std::vector<double> with_more(const std::vector<double>& positions, std::size_t more) {
   std::vector<double> fine;
-  for (std::size_t cell = 0; cell + 1 < positions.size(); ++cell)
+  for (std::size_t cell = 0; cell + 1 < positions.size(); ++cell) {
     for (std::size_t i = 0; i <= more; ++i)
       fine.push_back(std::lerp(positions[cell], positions[cell + 1], 1.0 * i / (more + 1)));
+  }
   fine.push_back(positions.back());
   return fine;
 }
@@ -85,9 +86,10 @@ Cubic cubic_weights(const std::vector<double>& positions, double x) {
   cubic.first = std::min(cell == 0 ? 0 : cell - 1, n - 4);
   for (std::size_t i = 0; i < 4; ++i) {
     double product = 1.0;
-    for (std::size_t j = 0; j < 4; ++j)
+    for (std::size_t j = 0; j < 4; ++j) {
       if (j != i)
         product *= (t - positions[cubic.first + j]) / (positions[cubic.first + i] - positions[cubic.first + j]);
+    }
     cubic.weights[i] = product;
   }
   return cubic;
@@ -222,9 +224,10 @@ OutputGrid::OutputGrid(const mesh::Machine& machine) : OutputGrid(machine, Lines
 
 OutputGrid::OutputGrid(const mesh::Machine& machine, std::size_t stored)
     : OutputGrid(machine, stored > mesh::workspace_poses(machine).size() ? Lines::all : Lines::none) {
-  if (stored != tool_count_)
+  if (stored != tool_count_) {
     throw core::SolverError(fmt::format("{} tool poses; the workspace has {}, or {} with its lines", stored,
                                         grid_count_, OutputGrid(machine).tool_count_));
+  }
 }
 
 bool OutputGrid::can_store(const mesh::Machine& machine, std::size_t tool_poses) {
@@ -260,11 +263,12 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
     for (const double position : axis.positions)
       own.push_back(std::find(stored.begin(), stored.end(), position) - stored.begin());
     std::vector<mesh::Pose> next;
-    for (const mesh::Pose& pose : table_poses_)
+    for (const mesh::Pose& pose : table_poses_) {
       for (const double position : stored) {
         next.push_back(pose);
         next.back()(axis.axis) = position;
       }
+    }
     table_poses_ = std::move(next);
     std::vector<std::size_t> places;
     for (const std::size_t place : table_grid_)
@@ -274,7 +278,8 @@ OutputGrid::OutputGrid(const mesh::Machine& machine, Lines lines)
   table_count_ = table_poses_.size();
 }
 
-/// Kronecker product, first axis slowest: smooth along linear axes, by sine and cosine between the angles of rotary ones.
+/// Kronecker product, first axis slowest: smooth along linear axes, by sine and cosine between the angles of rotary
+/// ones.
 void OutputGrid::weights_on(const std::vector<GridAxis>& grid, const mesh::Pose& pose, Eigen::VectorXd& weights) {
   weights[0] = 1.0;
   Eigen::Index count = 1;

@@ -2,14 +2,16 @@
 #pragma once
 // Where output rows are stored and how they are interpolated. The tool side's: at the workspace grid, quadratic in
 // between; and, for each linear axis of three positions, on the lines along it with all other axes at an end of
-// theirs, and on that through the middle where all axes have one, at three poses more in each half. The difference of the
-// piecewise cubic through nine and the quadratic through three positions, between the outer lines straight and towards the
-// middle one as quadratics go, is added to the grid's interpolant: a Boolean sum (W. J. Gordon 1971), exact at all stored
-// poses, for quadratics, and for a cubic of each axis that is linear in the others. The table
+// theirs, and on that through the middle where all axes have one, at three poses more in each half. The difference of
+// the piecewise cubic through nine and the quadratic through three positions, between the outer lines straight and
+// towards the
+// middle one as quadratics go, is added to the grid's interpolant: a Boolean sum (W. J. Gordon 1971), exact at all
+// stored poses, for quadratics, and for a cubic of each axis that is linear in the others. The table
 // side's: on the grid of the axes that carry the table, a tilt axis that is not endless at angles between its own too,
 // six degrees apart at most; by sine and cosine in between.
 
 #include <Eigen/Core>
+
 #include <array>
 #include <vector>
 

@@ -38,7 +38,7 @@ void write_parts(StoreWriter& writer, const Parts& parts, const ReducedModel& mo
   std::vector<MatrixXd> tool, table_axis, table_own;
   std::vector<std::pair<int, int>> named;
   const auto lists = lists_of(parts);
-  for (std::size_t kind = 0; kind < lists.size(); ++kind)
+  for (std::size_t kind = 0; kind < lists.size(); ++kind) {
     for (std::size_t i = 0; i < lists[kind]->size(); ++i) {
       const ReducedOutputs& outputs = (*lists[kind])[i];
       if (outputs.tool.empty()) continue;
@@ -47,6 +47,7 @@ void write_parts(StoreWriter& writer, const Parts& parts, const ReducedModel& mo
       table_axis.push_back(above_each_other(outputs.table_axis));
       table_own.push_back(above_each_other(outputs.table_own));
     }
+  }
   IntRows items(std::ssize(named), 2);
   for (Index i = 0; i < items.rows(); ++i) items.row(i) << named[i].first, named[i].second;
   writer.group("/parts");
@@ -87,9 +88,10 @@ std::optional<Parts> read_parts(const StoreReader& reader, const ReducedModel& m
   const auto lists = lists_of(parts);
   for (Index i = 0; i < items.rows(); ++i) {
     const int kind = items(i, 0), item = items(i, 1);
-    if (kind < 0 || kind >= std::ssize(lists) || item < 0 || item >= std::ssize(*lists[kind]))
+    if (kind < 0 || kind >= std::ssize(lists) || item < 0 || item >= std::ssize(*lists[kind])) {
       reader.fail(fmt::format("/parts/items row {} with kind {} and item {}", i, kind, item),
                   "kinds 0 to 3 and items that its machine.toml has");
+    }
     const std::size_t at = i;
     (*lists[kind])[item] = {
         {}, taken_apart(tool[at], 6), {}, taken_apart(table_axis[at], 6), taken_apart(table_own[at], 7)};
@@ -124,9 +126,10 @@ Patches read_patches(const StoreReader& reader, const ReducedModel& model) {
   const MatrixXd geometry = reader.matrix("/patches/geometry", names.rows(), 10);
   patches.inputs = reader.matrix("/patches/inputs", model.system.order(), names.rows());
   for (Index k = 0; k < names.rows(); ++k) {
-    if (names(k, 0) < 0 || names(k, 0) >= std::ssize(model.machine.bodies) || names(k, 1) < 0)
+    if (names(k, 0) < 0 || names(k, 0) >= std::ssize(model.machine.bodies) || names(k, 1) < 0) {
       reader.fail(fmt::format("/patches/names row {} with body {} and number {}", k, names(k, 0), names(k, 1)),
                   "bodies that its machine.toml has");
+    }
     const Eigen::Matrix<double, 10, 1> g = geometry.row(k).transpose();
     patches.items.push_back(
         {patch_surface(model.machine.bodies[names(k, 0)].id, names(k, 1), g.segment<3>(3), g.segment<3>(6)),

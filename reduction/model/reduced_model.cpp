@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/model/reduced_model.h"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <array>
 #include <cassert>
 #include <cmath>
 
 #include "core/error.h"
-#include "core/options.h"
+#include "core/range.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/integrator.h"
 
@@ -68,9 +68,10 @@ public:
   void add(const std::vector<std::pair<std::size_t, double>>& terms, Eigen::VectorXd& sum) const {
     const auto of = [&](std::size_t k) -> const Eigen::VectorXd& { return packed_[place_[terms[k].first]]; };
     std::size_t k = 0;
-    for (; k + 4 <= terms.size(); k += 4)
+    for (; k + 4 <= terms.size(); k += 4) {
       sum += terms[k].second * of(k) + terms[k + 1].second * of(k + 1) + terms[k + 2].second * of(k + 2) +
              terms[k + 3].second * of(k + 3);
+    }
     for (; k < terms.size(); ++k) sum += terms[k].second * of(k);
   }
 

@@ -6,6 +6,7 @@
 // new reduction. V is orthonormal in the capacity's inner product: E_r = 1.
 
 #include <Eigen/Core>
+
 #include <memory>
 #include <optional>
 #include <string>
@@ -112,8 +113,8 @@ struct StepperOptions {
   void validate() const;            ///< @throws InputError
 };
 
-/// Time scheme as the full model (SDIRK2). The system must outlive the stepper. The dense factor of one step size and coefficient set is
-/// kept; small changes are met by refinement with it, larger ones by a new factor.
+/// Time scheme as the full model (SDIRK2). The system must outlive the stepper. The dense factor of one step size and
+/// coefficient set is kept; small changes are met by refinement with it, larger ones by a new factor.
 class ReducedStepper final : public solver::ThermalStepper {
 public:
   explicit ReducedStepper(const ReducedSystem& system, const StepperOptions& options = {});

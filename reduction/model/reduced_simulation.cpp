@@ -2,10 +2,10 @@
 #include "reduction/model/reduced_simulation.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
 #include "core/error.h"
@@ -91,10 +91,11 @@ void require_same_terms(const ReducedModel& model, const mesh::Machine& machine)
            std::equal(own.inputs.begin(), own.inputs.end(), other.inputs.begin(), other.inputs.end(), same_input) &&
            own.observed.size() == other.observed.size();
   }
-  if (!same)
+  if (!same) {
     throw core::InputError(machine.path.string(),
                            "other films, joints, sources, coolants, volumes, axes or sensors than the reduced model's",
                            "a machine with the model's own items (write the model anew: thermotwin reduce)");
+  }
 }
 
 /// Passes steps on and keeps the range of their coefficients.
@@ -162,9 +163,10 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
     how.seen->include(range.low);
     how.seen->include(range.high);
   }
-  if (const std::string beyond = how.tell ? outside_trained(model, range) : ""; !beyond.empty())
+  if (const std::string beyond = how.tell ? outside_trained(model, range) : ""; !beyond.empty()) {
     core::warn(
         fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
+  }
   return {load.name(),
           std::move(tcp.table),
           std::move(sensors.table),

@@ -3,6 +3,7 @@
 // Load programs on the reduced model; tables as the full model's.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "mesh/machine/kinematics.h"

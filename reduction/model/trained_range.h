@@ -3,6 +3,7 @@
 // The coefficients that a basis has seen.
 
 #include <Eigen/Core>
+
 #include <string>
 
 namespace thermotwin::reduction {

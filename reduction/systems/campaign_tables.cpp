@@ -59,9 +59,10 @@ CampaignTables read_campaign_tables(const std::filesystem::path& folder, const s
   }
   for (auto [name, table] :
        {std::pair{"inputs.csv", &tables.inputs}, {"sensors.csv", &tables.sensors}, {"tcp.csv", &tables.tcp}}) {
-    if (!std::filesystem::exists(of_load / name))
+    if (!std::filesystem::exists(of_load / name)) {
       throw core::InputError((of_load / name).string(), "no such file",
                              "the tables of every load of case.toml, as `thermotwin campaign CASE` leaves them");
+    }
     *table = core::read_csv(of_load / name);
   }
   core::require_time_column(tables.inputs);
@@ -84,9 +85,10 @@ Index campaign_poses(const CampaignTables& tables) {
   while (poses < time.size() && time(poses) == time(0)) ++poses;
   bool whole = poses > 0 && time.size() % poses == 0;
   for (Index i = 0; whole && i < time.size(); ++i) whole = time(i) == time(i / poses * poses);
-  if (!whole)
+  if (!whole) {
     throw core::InputError(tables.tcp.source, "times with another number of rows than the first",
                            "a row for each pose at every time");
+  }
   return poses;
 }
 
@@ -139,18 +141,21 @@ MatrixXd CampaignInputs::of(const CampaignTables& tables) const {
     Index at = machine_.sources.empty() ? 0 : std::ssize(machine_.sources);
     all.row(i).head(at) = operating_.source_powers(row).transpose();
     for (const int ambient : ambients_) all(i, at++) = operating_.ambient_K(ambient, row);
-    for (const Switched& film : switched_)
+    for (const Switched& film : switched_) {
       all(i, at++) = row(film.state) *
                      (operating_.ambient_K(film.ambient, row) - (air_ >= 0 ? operating_.ambient_K(air_, row) : 0.0));
+    }
     for (std::size_t k = 0; k < gradients_.size(); ++k) {
       const double given = row(gradient_channels_[k]);
       all(i, at++) = std::isnan(given) ? machine_.ambients[gradients_[k]].gradient.value : given;
     }
   }
-  for (Index k = 0; k < all.cols(); ++k)
-    if (!all.col(k).allFinite())
+  for (Index k = 0; k < all.cols(); ++k) {
+    if (!all.col(k).allFinite()) {
       throw core::InputError(tables.inputs.source, "a missing value in what makes " + names_[k],
                              "numbers in every row");
+    }
+  }
   return all;
 }
 
@@ -160,9 +165,10 @@ double CampaignInputs::initial_K(const CampaignTables& tables) const {
     const double value = tables.sensors.column(sensor.id + "_C")(0);
     if (std::isfinite(value)) readings.push_back(value - machine_.reference_C - sensor.offset);
   }
-  if (readings.empty())
+  if (readings.empty()) {
     throw core::InputError(tables.sensors.source, "no reading in the first row",
                            "temperatures of sensors, from which the start is known");
+  }
   return core::median(std::move(readings));
 }
 

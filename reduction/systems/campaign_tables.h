@@ -5,6 +5,7 @@
 // surroundings come in, the TCP error at the campaign's poses and the sensors go out.
 
 #include <Eigen/Core>
+
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -2,6 +2,7 @@
 #include "reduction/systems/frequency_sweep.h"
 
 #include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -33,9 +34,10 @@ void add(std::vector<double>& grid, const std::vector<double>& more) {
 /// The highest local maxima of values, by falling height.
 std::vector<std::size_t> highest(const std::vector<double>& values, std::size_t most) {
   std::vector<std::size_t> maxima;
-  for (std::size_t k = 0; k < values.size(); ++k)
+  for (std::size_t k = 0; k < values.size(); ++k) {
     if ((k == 0 || values[k] >= values[k - 1]) && (k + 1 == values.size() || values[k] >= values[k + 1]))
       maxima.push_back(k);
+  }
   std::stable_sort(maxima.begin(), maxima.end(), [&](std::size_t a, std::size_t b) { return values[a] > values[b]; });
   if (maxima.size() > most) maxima.resize(most);
   return maxima;

@@ -7,6 +7,7 @@
 // affordable: a reduced model of high order tells where to look, the system itself is asked there.
 
 #include <Eigen/Core>
+
 #include <map>
 #include <optional>
 #include <vector>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/systems/identify.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,7 +12,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
-#include "core/options.h"
+#include "core/range.h"
 #include "reduction/linear/lapack.h"
 #include "reduction/systems/system_solver.h"
 #include "solver/campaign/load_result.h"
@@ -119,9 +119,10 @@ void Identification::check(const std::vector<Samples>& training) const {
     throw core::InputError("identification", fmt::format("{} inputs", even_.size()), fmt::format("{} inputs", inputs));
   for (const Samples& load : training) {
     if (load.inputs.cols() != inputs || load.outputs.cols() != outputs || load.poses != training.front().poses ||
-        load.inputs.rows() != load.outputs.rows() || load.time.size() != load.inputs.rows())
+        load.inputs.rows() != load.outputs.rows() || load.time.size() != load.inputs.rows()) {
       throw core::InputError("identification, load '" + load.load + "'", fmt::format("{} outputs", load.outputs.cols()),
                              fmt::format("{}, as the first load has: one campaign, the same poses", outputs));
+    }
   }
 }
 
@@ -154,9 +155,10 @@ void Identification::find_active(Index inputs) {
     // its own.
     if (!moves && (even_[k] || scale_(k) == 0.0)) never_moved_.push_back(k);
   }
-  if (!any)
+  if (!any) {
     throw core::InputError("identification", "no input that moves",
                            "loads that heat the machine or change its surroundings");
+  }
 }
 
 void Identification::set_constants(int lags, const Spans& spans) {
@@ -177,11 +179,12 @@ void Identification::set_weights(const Samples& load) {
 /// The load that moves most inputs which the others move too; without one, the last quarter of each.
 Identification::Split Identification::keep_out(const std::vector<Samples>& training) const {
   std::vector<std::vector<bool>> moves(training.size(), std::vector<bool>(active_.size()));
-  for (std::size_t l = 0; l < training.size(); ++l)
+  for (std::size_t l = 0; l < training.size(); ++l) {
     for (std::size_t k = 0; k < active_.size(); ++k) {
       const auto column = training[l].inputs.col(active_[k]);
       moves[l][k] = column.maxCoeff() - column.minCoeff() > 1e-6 * scale_(active_[k]);
     }
+  }
   std::size_t chosen = training.size();
   long most = 0;
   for (std::size_t l = 0; l < training.size(); ++l) {
@@ -233,10 +236,11 @@ void Identification::choose_order(Index wanted, const std::vector<Samples>& trai
     least = std::min(least, order_error_um_.back().second);
   }
   order_ = wanted;
-  if (order_ == 0)
+  if (order_ == 0) {
     order_ = std::find_if(order_error_um_.begin(), order_error_um_.end(), [&](const auto& tried) {
                return tried.second <= enough_better * least;
              })->first;
+  }
 }
 
 /// x of each lag behind each input at the load's times, inputs in units of their largest.
@@ -280,9 +284,10 @@ void Identification::balance(const MatrixXd& c) {
   const auto solver = make_system_solver(base, "identified lags");
   const GramianFactors gramians = solver->gramians();
   const lapack::Svd core = lapack::svd(gramians.core);
-  if (!(core.values(0) > 0.0))
+  if (!(core.values(0) > 0.0)) {
     throw core::InputError("identification", "no input that reaches an output",
                            "tables of a campaign in which something happens");
+  }
   constexpr double rounding = 1e-10;
   usable_ = (core.values.array() > rounding * core.values(0)).count();
   const VectorXd scale = core.values.head(usable_).cwiseSqrt().cwiseInverse();

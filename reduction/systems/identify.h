@@ -11,6 +11,7 @@
 // the least squares' mean and nowhere else, and nothing is known of an input that no load moved.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

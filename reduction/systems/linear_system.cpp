@@ -2,10 +2,10 @@
 #include "reduction/systems/linear_system.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/config.h"
 #include "core/error.h"
@@ -81,7 +81,7 @@ namespace {
 void read_names(const fs::path& file, LinearSystem& system) {
   const core::Config config = core::Config::load(file);
   const core::Node root = config.root();
-  root.integer("schema", 1, 1);
+  root.schema(1);
   system.names_text = config.text();
   std::vector<std::string> known, told;
   for (const ParameterMatrix& film : system.films) known.push_back(film.name);
@@ -93,18 +93,20 @@ void read_names(const fs::path& file, LinearSystem& system) {
   for (const core::Node& table : root.tables("film")) {
     const std::string name = table.text("name");
     const auto film = std::find(known.begin(), known.end(), name);
-    if (film == known.end())
+    if (film == known.end()) {
       throw InputError(table.place("name"), "'" + name + "'",
                        "a NAME of the files A_film_NAME.mtx beside it" +
                            (known.empty() ? std::string() : " (nearest: " + core::nearest(name, known) + ")"));
+    }
     require_new(table, told, name);
     system.films[film - known.begin()].value = table.number("value");
     table.text_or("unit", "");
     table.finish();
   }
-  if (!told.empty() && told.size() != known.size())
+  if (!told.empty() && told.size() != known.size()) {
     throw InputError(file.string(), fmt::format("{} [[film]] tables", told.size()),
                      fmt::format("none, or one for each of the {} films", known.size()));
+  }
   const auto names = [&](const char* key, Index count, std::vector<std::string>& all) {
     for (const core::Node& table : root.tables(key)) {
       require_new(table, all, table.text("name"));
@@ -112,9 +114,10 @@ void read_names(const fs::path& file, LinearSystem& system) {
       if (table.has("value")) table.number("value");
       table.finish();
     }
-    if (!all.empty() && std::ssize(all) != count)
+    if (!all.empty() && std::ssize(all) != count) {
       throw InputError(file.string(), fmt::format("{} [[{}]] tables", all.size(), key),
                        fmt::format("none, or one for each of the {} of the matrices", count));
+    }
   };
   names("input", system.base.inputs(), system.input_names);
   names("output", system.base.outputs(), system.output_names);
@@ -136,14 +139,16 @@ StateSpace LinearSystem::at(const std::vector<double>& values) const {
 
 LinearSystem read_linear_system(const fs::path& folder) {
   std::error_code error;
-  if (!fs::is_directory(folder, error))
+  if (!fs::is_directory(folder, error)) {
     throw InputError(folder.string(), "no such folder",
                      "a folder with A.mtx, B.mtx, C.mtx and, if it is not the identity, E.mtx");
+  }
   const auto file = [&](const char* name) { return folder / (std::string(name) + ".mtx"); };
   const auto read = [&](const char* name) {
-    if (!fs::exists(file(name), error))
+    if (!fs::exists(file(name), error)) {
       throw InputError(file(name).string(), "no such file",
                        "A.mtx, B.mtx and C.mtx; E.mtx, D.mtx and A_film_NAME.mtx where there are any");
+    }
     return core::read_matrix_market(file(name));
   };
   LinearSystem system;
@@ -158,12 +163,14 @@ LinearSystem read_linear_system(const fs::path& folder) {
   require_shape(file("E"), base.E, n, n, "as A.mtx");
 
   const Sparse b = read("B"), c = read("C");
-  if (b.rows() != n)
+  if (b.rows() != n) {
     require_shape(file("B"), b, n, b.cols(),
                   b.cols() == n ? "the transpose of what it is: a column an input" : "a row for each state of A.mtx");
-  if (c.cols() != n)
+  }
+  if (c.cols() != n) {
     require_shape(file("C"), c, c.rows(), n,
                   c.rows() == n ? "the transpose of what it is: a row an output" : "a column for each state of A.mtx");
+  }
   require_entries(file("B"), b, "one or more entries: nothing drives the system");
   require_entries(file("C"), c, "one or more entries: nothing is seen of the system");
   base.B = Eigen::MatrixXd(b);

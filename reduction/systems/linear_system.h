@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/systems/low_rank_adi.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
 
 #include "core/error.h"
-#include "core/options.h"
 #include "core/progress.h"
+#include "core/range.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -194,19 +194,21 @@ AdiFactors low_rank_gramians(const StateSpace& system, const Factorise& factoris
   std::vector<Complex> shifts;
   std::size_t next = 0;
   while (result.residual = std::max(sides[0].residual, sides[1].residual), result.residual > options.residual) {
-    if (result.steps >= options.most_steps || !std::isfinite(result.residual))
+    if (result.steps >= options.most_steps || !std::isfinite(result.residual)) {
       throw core::SolverError(
           fmt::format("the low-rank Gramians reach a residual of {:.2g} after {} steps, {:.0e} was asked for: the "
                       "system is close to "
                       "unstable, or its Gramians have no low rank",
                       result.residual, result.steps, options.residual));
+    }
     core::check_interrupt();
     if (next == shifts.size()) {
       std::vector<Complex> candidates = ritz_values(system, newest_columns(sides, widest_projection, engine));
       if (!candidates.empty() || shifts.empty()) shifts = choose(candidates, shifts_at_once);
-      if (shifts.empty())
+      if (shifts.empty()) {
         throw core::SolverError(
             "low-rank Gramians: no shift in the left half plane was found; the system is far from normal");
+      }
       next = 0;
     }
     const Complex p = shifts[next++];

@@ -7,6 +7,7 @@
 // are Ritz values of the newest columns.
 
 #include <Eigen/Core>
+
 #include <complex>
 #include <functional>
 #include <memory>

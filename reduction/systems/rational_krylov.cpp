@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -4,6 +4,7 @@
 // analysed once, real s are factorised in real arithmetic. The same bits for any number of threads.
 
 #include <Eigen/Core>
+
 #include <complex>
 #include <memory>
 

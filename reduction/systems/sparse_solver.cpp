@@ -151,9 +151,10 @@ public:
     const ArnoldiPairs right = pairs(false), left = definite_ ? right : pairs(true);
     Modes found = matched(right, left);
     VectorXd dominance(found.values.size());
-    for (Index k = 0; k < dominance.size(); ++k)
+    for (Index k = 0; k < dominance.size(); ++k) {
       dominance(k) = (system_.C * found.right.col(k)).norm() * (found.left.col(k).transpose() * system_.B).norm() /
                      std::abs(found.values(k).real());
+    }
     const std::vector<Index> chosen = by_dominance(found.values, dominance, count);
     return {found.values(chosen), found.right(Eigen::all, chosen), found.left(Eigen::all, chosen)};
   }
@@ -230,13 +231,14 @@ private:
     std::vector<std::pair<Index, Index>> pairs;
     std::vector<bool> used(left.values.size(), false);
     constexpr double same = 1e-6;
-    for (Index i = 0; i < right.values.size(); ++i)
+    for (Index i = 0; i < right.values.size(); ++i) {
       for (Index j = 0; j < left.values.size(); ++j) {
         if (used[j] || std::abs(right.values(i) - left.values(j)) > same * std::abs(right.values(i))) continue;
         used[j] = true;
         pairs.emplace_back(i, j);
         break;
       }
+    }
     Modes modes{Eigen::VectorXcd(pairs.size()), MatrixXcd(system_.size(), pairs.size()),
                 MatrixXcd(system_.size(), pairs.size())};
     for (std::size_t k = 0; k < pairs.size(); ++k) {

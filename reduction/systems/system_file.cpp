@@ -2,8 +2,9 @@
 #include "reduction/systems/system_file.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
+
 #include <iterator>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -97,15 +98,17 @@ void remove_leftovers(const fs::path& folder, const std::vector<fs::path>& files
 
 void check_system_folder(const fs::path& folder, const LinearSystem& system) {
   std::error_code error;
-  if (fs::equivalent(folder, system.folder, error))
+  if (fs::equivalent(folder, system.folder, error)) {
     throw core::InputError("--out " + folder.string(), "the folder of the matrices that are to be reduced",
                            "another folder");
+  }
   fs::path there = fs::absolute(folder);
   while (!fs::exists(there, error) && there.has_parent_path() && there != there.parent_path())
     there = there.parent_path();
-  if (!fs::is_directory(there, error))
+  if (!fs::is_directory(there, error)) {
     throw core::InputError("--out " + folder.string(), there.string() + " is no folder",
                            "a folder, or a place for a new one");
+  }
   if (::access(there.c_str(), W_OK | X_OK) != 0)
     throw core::InputError("--out " + folder.string(), "no permission", "a folder that may be written");
 }
@@ -153,9 +156,10 @@ ReducedLinearSystem read_system(const fs::path& path, std::vector<std::string>* 
   if (!reader.has_attribute("format") || !reader.has_attribute("version") ||
       reader.text_attribute("format") != format_name)
     reader.fail("an HDF5 file, but not a reduced system", "a system.rom.h5 that `thermotwin reduce --matrices` wrote");
-  if (reader.integer_attribute("version") != version)
+  if (reader.integer_attribute("version") != version) {
     reader.fail(fmt::format("version {} of the file", reader.integer_attribute("version")),
                 fmt::format("version {} (write it anew: thermotwin reduce --matrices)", version));
+  }
   const std::int64_t order = reader.integer_attribute("order");
   constexpr std::int64_t largest = 100000;
   if (order < 1 || order > largest) reader.fail(fmt::format("order {}", order), fmt::format("1 to {}", largest));

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/systems/system_reduction.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
-#include "core/options.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "core/text.h"
 #include "reduction/linear/lapack.h"
 #include "reduction/systems/rational_krylov.h"
@@ -77,10 +77,11 @@ Bases bases_of(const Point& point, Method method, Index order) {
 ReducedLinearSystem normalised(ReducedLinearSystem model) {
   const Eigen::PartialPivLU<MatrixXd> e(model.E);
   constexpr double singular = 1e-14;
-  if (!(e.rcond() > singular))
+  if (!(e.rcond() > singular)) {
     throw core::SolverError(fmt::format(
         "the bases of order {} lose the states that they should keep; another order or --method balanced helps",
         model.order()));
+  }
   model.A = e.solve(model.A);
   model.B = e.solve(model.B);
   for (MatrixXd& film : model.films) film = e.solve(film);
@@ -167,9 +168,10 @@ Point open_point(const LinearSystem& system, const std::vector<double>& films, c
   result.gramian_residual = point.gramians.residual;
   result.proved_stable = point.solver->proved_stable();
   result.dense = point.solver->dense();
-  if (!(result.hankel(0) > 0.0))
+  if (!(result.hankel(0) > 0.0)) {
     throw core::InputError(system.folder.string(), "no input reaches an output: all Hankel singular values are 0",
                            "B and C that see the same states");
+  }
   return point;
 }
 
@@ -195,7 +197,7 @@ std::vector<Index> orders_to_compare(Index order, Index most) {
 
 std::vector<Comparison> compare(const LinearSystem& system, const Point& point, FrequencySweep& sweep) {
   std::vector<Comparison> table;
-  for (const Method method : {Method::balanced, Method::modal, Method::krylov})
+  for (const Method method : {Method::balanced, Method::modal, Method::krylov}) {
     for (const Index order : orders_to_compare(point.result.order, point.usable())) {
       const Bases bases = bases_of(point, method, order);
       Comparison row{method, bases.right.cols()};
@@ -208,6 +210,7 @@ std::vector<Comparison> compare(const LinearSystem& system, const Point& point, 
       }
       if (table.empty() || table.back().method != method || table.back().order != row.order) table.push_back(row);
     }
+  }
   return table;
 }
 
@@ -250,13 +253,16 @@ void SystemReductionOptions::validate() const {
 
 void SystemReductionOptions::validate_for(const LinearSystem& system) const {
   validate();
-  if (order > system.base.size())
+  if (order > system.base.size()) {
     throw core::InputError("--order", fmt::format("{}", order),
                            fmt::format("1 to {}, the number of states", system.base.size()));
-  for (const auto& values : points)
-    if (values.size() != system.films.size())
+  }
+  for (const auto& values : points) {
+    if (values.size() != system.films.size()) {
       throw core::InputError("values of films", fmt::format("{}", values.size()),
                              fmt::format("{}, one per A_film_NAME.mtx", system.films.size()));
+    }
+  }
 }
 
 SystemReduction reduce_system(const LinearSystem& system, const SystemReductionOptions& options) {
@@ -311,10 +317,11 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
     points[k].result.samples = sweeps[k].samples();
     reduction.points.push_back(std::move(points[k].result));
   }
-  if (!reduction.stable())
+  if (!reduction.stable()) {
     throw core::SolverError(fmt::format(
         "the reduced model of order {} by --method {} is not stable; another --order, or --method balanced, helps",
         reduction.model.order(), word(options.method)));
+  }
   return reduction;
 }
 

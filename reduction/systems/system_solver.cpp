@@ -2,14 +2,14 @@
 #include "reduction/systems/system_solver.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
 #include "core/error.h"
-#include "core/options.h"
+#include "core/range.h"
 #include "reduction/systems/dense_solver.h"
 #include "reduction/systems/sparse_solver.h"
 
@@ -32,9 +32,10 @@ void refuse_unstable(const std::string& place, Complex value, bool within_roundi
 
 void refuse_singular(const std::string& place, const Sparse& e, double rcond) {
   Eigen::VectorXi entries = Eigen::VectorXi::Zero(e.rows());
-  for (Index k = 0; k < e.outerSize(); ++k)
+  for (Index k = 0; k < e.outerSize(); ++k) {
     for (Sparse::InnerIterator it(e, k); it; ++it)
       if (it.value() != 0.0) ++entries(it.row());
+  }
   const auto empty = (entries.array() == 0).count();
   const std::string what = empty > 0 ? fmt::format("{} of its {} rows are empty", empty, e.rows())
                                      : fmt::format("reciprocal condition {:.2g}", rcond);

@@ -7,6 +7,7 @@
 // all of them to rounding; beyond, sparse factorisations at one s each.
 
 #include <Eigen/Core>
+
 #include <complex>
 #include <memory>
 #include <optional>

@@ -2,10 +2,10 @@
 #include "solver/campaign/adaptive_simulation.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "core/error.h"
@@ -246,9 +246,10 @@ private:
   void accept(const Try& tried, const Plan& plan) {
     chiller_->move(tried.middle, tried.readings, plan.size);
     slope_ = tried.readings.slope + 2.0 * plan.size * tried.readings.curve;
-    if (options_.balances)
+    if (options_.balances) {
       options_.balances->front().add(state_, tried.step.end, tried.step.mean, tried.p, tried.step.q_mean, plan.size,
                                      integrator_.local_change());
+    }
     state_ = tried.step.end;
     readings_ = read(state_);
     row_ = tried.middle;
@@ -376,6 +377,8 @@ private:
 RunSummary simulate_adaptive(AdaptiveIntegrator& integrator, const OperatingModel& model, const LoadProgram& program,
                              const SimulationOptions& options,
                              const std::function<void(const OutputState&)>& on_output) {
+  options.validate();
+  program.time().validate();
   return AdaptiveRun(integrator, model, program, options, on_output).run();
 }
 

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/folder_lock.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -65,18 +66,21 @@ std::vector<Block> stopped_blocks(const std::vector<LoadProgram>& loads,
                                   const std::map<std::string, std::string>& hashes, const CampaignOptions& options) {
   std::vector<std::filesystem::path> files;
   std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(options.checkpoints, ignored))
+  for (const auto& entry : std::filesystem::directory_iterator(options.checkpoints, ignored)) {
     if (entry.path().filename().string().starts_with("checkpoint_") && entry.path().extension() == ".bin")
       files.push_back(entry.path());
+  }
   std::sort(files.begin(), files.end());
   std::vector<Block> blocks;
   for (const std::filesystem::path& file : files) {
     const auto owner = Checkpoint::owner(file);
     Block block;
-    if (owner)
-      for (const std::string& member : owner->members)
+    if (owner) {
+      for (const std::string& member : owner->members) {
         for (const LoadProgram& load : loads)
           if (load.name() == member) block.push_back(&load);
+      }
+    }
     // One of loads that are not asked for now is none of our business.
     if (owner && block.empty()) continue;
     if (!owner || block.size() != owner->members.size() || block_hash(owner->members, hashes, options) != owner->hash ||
@@ -96,16 +100,18 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
                                   const std::map<std::string, std::string>& hashes, RadiationCheck& radiation,
                                   const CampaignOptions& options) {
   std::optional<Checkpoint> checkpoint;
-  if (!options.checkpoints.empty())
+  if (!options.checkpoints.empty()) {
     checkpoint.emplace(checkpoint_path(options, block.front()->name()), block_hash(names(block), hashes, options),
                        names(block), options.checkpoint_s, options.resume);
+  }
   std::vector<HeatBalance> balances(block.size(), HeatBalance(model.mesh.machine, model.thermal));
   std::vector<Recorder> recorders;
   recorders.reserve(block.size());
-  for (const LoadProgram* load : block)
+  for (const LoadProgram* load : block) {
     recorders.emplace_back(
         model, *load, poses, operating.channels(), balances.front(), options,
         checkpoint ? options.checkpoints / ("snapshots_" + load->name() + ".bin") : std::filesystem::path());
+  }
   if (checkpoint) {
     checkpoint->save_rest = [&](core::BinaryWriter& out) {
       for (Recorder& recorder : recorders) recorder.save(out);
@@ -153,13 +159,25 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
 
 }  // namespace
 
+void CampaignOptions::validate() const {
+  const std::string of = "campaign options: ";
+  core::require_within(of + "refine", refine, core::positive);
+  core::require_within(of + "checkpoint_s", checkpoint_s, core::non_negative);
+  for (const mesh::Pose& pose : poses)
+    if (!pose.allFinite()) throw core::InputError(of + "poses", "a position that is no number", "finite positions");
+  if (!start.allFinite()) throw core::InputError(of + "start", "a temperature that is no number", "finite values");
+  if (time) time->validate();
+}
+
 // One thermal run a load: the machine moves as its program says, and the temperature that this
 // leaves is the same for all poses, which are where its error is read.
 std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& programs,
                                      const CampaignOptions& options) {
-  if (!options.out.empty() && !model.mesh.machine.has_tcp())
+  options.validate();
+  if (!options.out.empty() && !model.mesh.machine.has_tcp()) {
     throw core::InputError(model.mesh.machine.path.string() + " [tcp]", "missing",
                            "a [tcp]: the tables of a campaign hold its error");
+  }
   std::vector<LoadProgram> loads = programs;
   if (options.time)
     for (LoadProgram& load : loads) load.set_time(*options.time);
@@ -179,30 +197,33 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
   std::vector<LoadProgram> open;
   for (const LoadProgram& load : loads) {
     if (placed.contains(load.name())) continue;
-    if (!options.out.empty() && options.resume)
+    if (!options.out.empty() && options.resume) {
       if (auto result =
               read_result(options.out / load.name(), load.name(), hashes[load.name()], options.keep_snapshots)) {
         core::remove_stale_lock(options.out / load.name());
         finished.emplace(load.name(), std::move(*result));
         continue;
       }
+    }
     open.push_back(load);
   }
   for (Block& block : blocks_of_equal_grid(open, options.refine)) blocks.push_back(std::move(block));
   std::vector<core::FolderLock> locks;  // of all that will be written: refused before anything is computed
-  if (!options.out.empty())
+  if (!options.out.empty()) {
     for (const Block& block : blocks)
       for (const LoadProgram* load : block) locks.emplace_back(options.out / load->name());
+  }
 
   if (!blocks.empty()) {
     const Eigen::MatrixXd rows = stack_rows(model, poses);
     const OperatingModel operating(model.mesh.machine, model.thermal.layout);
     RadiationCheck radiation(model.mesh.machine, model.thermal);
-    for (const Block& block : blocks)
+    for (const Block& block : blocks) {
       for (LoadResult& result : run_block(model, operating, block, poses, rows, hashes, radiation, options)) {
         const std::string name = result.load;
         finished.emplace(name, std::move(result));
       }
+    }
     if (const std::string warning = radiation.warning(); !warning.empty()) core::warn(warning);
   }
   std::vector<LoadResult> results;

@@ -36,6 +36,7 @@ struct CampaignOptions {
   Eigen::VectorXd start;              ///< (size) K above the reference; empty: initial_C of each load
   /// Called at each output after it is recorded; a resumed run may repeat the last ones.
   std::function<void(const LoadProgram&, const OutputState&)> on_output;
+  void validate() const;  ///< @throws InputError
 };
 
 std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& loads,

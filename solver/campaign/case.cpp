@@ -43,16 +43,17 @@ Case read_case(const std::filesystem::path& path) {
   result.folder = std::filesystem::absolute(file).lexically_normal().parent_path();
   const core::Config config = core::Config::load(file);
   const core::Node root = config.root();
-  root.integer("schema", 1, 1);
+  root.schema(1);
   result.machine = mesh::read_machine(result.folder / root.text_or("machine", "machine.toml"));
   result.size = root.text_or("size", result.size);
   result.train = root.texts_or_empty("train");
   result.holdout = root.texts_or_empty("holdout");
   if (root.has("measurement")) {
     result.measurement = result.folder / root.text("measurement");
-    if (!std::filesystem::is_directory(result.measurement))
+    if (!std::filesystem::is_directory(result.measurement)) {
       throw core::InputError(root.place("measurement"), "no folder '" + root.text("measurement") + "'",
                              "a folder with channels.toml and data.csv");
+    }
   }
   if (const auto reduction = root.table_if("reduction")) {
     result.tolerance_um = reduction->number_or("tolerance_um", result.tolerance_um, core::positive);
@@ -81,16 +82,21 @@ Case read_case(const std::filesystem::path& path) {
   mesh::size_factor(result.machine, result.size);
 
   const std::vector<std::string> known = result.load_names();
-  for (const auto& [key, names] : {std::pair{"train", &result.train}, std::pair{"holdout", &result.holdout}})
-    for (const std::string& name : *names)
-      if (std::find(known.begin(), known.end(), name) == known.end())
+  for (const auto& [key, names] : {std::pair{"train", &result.train}, std::pair{"holdout", &result.holdout}}) {
+    for (const std::string& name : *names) {
+      if (std::find(known.begin(), known.end(), name) == known.end()) {
         throw core::InputError(
             root.place(key), "load program '" + name + "'",
             known.empty() ? "files loads/<name>.toml, there are none" : "one of: " + core::join(known));
-  for (const std::string& name : result.holdout)
-    if (std::find(result.train.begin(), result.train.end(), name) != result.train.end())
+      }
+    }
+  }
+  for (const std::string& name : result.holdout) {
+    if (std::find(result.train.begin(), result.train.end(), name) != result.train.end()) {
       throw core::InputError(root.place("holdout"), "load program '" + name + "', which also trains",
                              "programs that the training does not see");
+    }
+  }
   return result;
 }
 

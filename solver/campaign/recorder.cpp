@@ -140,9 +140,10 @@ void Recorder::load(core::BinaryReader& in) {
   if (!snapshots_ || spool_path_.empty()) return;
   const std::uintmax_t needed = filled_ * size_ * sizeof(double);
   std::error_code error;
-  if (const auto there = std::filesystem::file_size(spool_path_, error); error || there < needed)
+  if (const auto there = std::filesystem::file_size(spool_path_, error); error || there < needed) {
     throw core::InputError(spool_path_.string(), "missing or too short for its checkpoint",
                            "both files as the run left them");
+  }
   spool_.open(spool_path_, std::ios::binary | std::ios::in | std::ios::out);
 }
 

@@ -2,14 +2,15 @@
 #include "solver/campaign/simulation.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "core/error.h"
 #include "core/progress.h"
+#include "core/range.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/stepper.h"
 
@@ -106,10 +107,12 @@ std::string label(const std::vector<const LoadProgram*>& programs) {
 void require_equal_grids(const std::vector<const LoadProgram*>& programs, double refine) {
   const LoadProgram& first = *programs.front();
   const std::vector<double> ends = first.step_ends(refine), outputs = first.output_times();
-  for (const LoadProgram* program : programs)
-    if (program->step_ends(refine) != ends || program->output_times() != outputs)
+  for (const LoadProgram* program : programs) {
+    if (program->step_ends(refine) != ends || program->output_times() != outputs) {
       throw core::InputError("load '" + program->name() + "'", "another time grid than '" + first.name() + "'",
                              "programs of equal phases, time_step_s and output_s in one block");
+    }
+  }
 }
 
 /// A block of loads on its way through time, one load a column.
@@ -154,10 +157,11 @@ private:
 
   Eigen::MatrixXd start() const {
     Eigen::MatrixXd state(stepper_.size(), std::ssize(programs_));
-    for (Index l = 0; l < state.cols(); ++l)
+    for (Index l = 0; l < state.cols(); ++l) {
       state.col(l) = options_.start.size() > 0
                          ? options_.start
                          : stepper_.uniform(programs_[l]->initial_C() - model_.machine().reference_C);
+    }
     return state;
   }
 
@@ -212,9 +216,10 @@ private:
   }
 
   void balance(const Eigen::MatrixXd& before, double step) {
-    for (std::size_t l = 0; l < drives_.size(); ++l)
+    for (std::size_t l = 0; l < drives_.size(); ++l) {
       (*options_.balances)[l].add(before.col(l), state_.col(l), stepper_.mean_over_step()->col(l), coefficients_[l].p,
                                   coefficients_[l].q, step, stepper_.local_change(l));
+    }
   }
 
   void report(double time) {
@@ -286,6 +291,12 @@ VectorXd sensor_offsets(const mesh::Machine& machine, const Layout& layout) {
   return offsets;
 }
 
+void SimulationOptions::validate() const {
+  core::require_within("simulation options: refine", refine, core::positive);
+  if (!start.allFinite())
+    throw core::InputError("simulation options: start", "a temperature that is no number", "finite values");
+}
+
 std::string RunSummary::brief() const {
   std::string text = fmt::format("{} steps of {:.4g} to {:.4g} s, {} factorisations, {} iterations", steps,
                                  shortest_step, longest_step, factorisations, iterations);
@@ -302,6 +313,7 @@ std::string RunSummary::brief() const {
 RunSummary simulate(ThermalStepper& stepper, const OperatingModel& model,
                     const std::vector<const LoadProgram*>& programs, const SimulationOptions& options,
                     const std::function<void(const OutputState&)>& on_output) {
+  options.validate();
   if (programs.empty()) return {};
   require_equal_grids(programs, options.refine);
   return BlockRun(stepper, model, programs, options, on_output).run();
@@ -315,12 +327,13 @@ std::vector<std::vector<const LoadProgram*>> blocks_of_equal_grid(const std::vec
     const auto outputs = program.output_times();
     const TimeScheme scheme = program.time().scheme;
     bool placed = false;
-    for (auto& block : blocks)
+    for (auto& block : blocks) {
       if (!placed && scheme != TimeScheme::adaptive && block.front()->time().scheme == scheme &&
           block.front()->step_ends(refine) == ends && block.front()->output_times() == outputs) {
         block.push_back(&program);
         placed = true;
       }
+    }
     if (!placed) blocks.push_back({&program});
   }
   return blocks;

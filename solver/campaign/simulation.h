@@ -28,6 +28,7 @@ struct SimulationOptions {
   Checkpoint* checkpoint = nullptr;              ///< where the run goes on from, and what it leaves
   /// Called after each step, before its output, with what drove each load over it.
   std::function<void(const std::vector<Coefficients>&, double step_s)> on_step;
+  void validate() const;  ///< @throws InputError
 };
 
 /// What is known at an output time of one load.

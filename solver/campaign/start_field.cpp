@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/campaign/start_field.h"
 
-#include <fmt/format.h>
-#include <iterator>
-
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
 #include <cmath>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/progress.h"
@@ -25,12 +25,13 @@ void set_fluids_to_walls(const ThermalSystem& thermal, VectorXd& temperature) {
   for (std::size_t t = 0; t < thermal.terms.size(); ++t) {
     if (thermal.layout.terms[t].kind != TermKind::coolant_wall) continue;
     // A wall's matrix couples its one fluid node with minus the wall's load.
-    for (Index fluid = thermal.nodes; fluid < thermal.size; ++fluid)
+    for (Index fluid = thermal.nodes; fluid < thermal.size; ++fluid) {
       for (SparseMatrix::InnerIterator it(thermal.terms[t], fluid); it; ++it) {
         if (it.row() >= thermal.nodes) continue;
         sum[fluid - thermal.nodes] -= it.value() * temperature[it.row()];
         area[fluid - thermal.nodes] -= it.value();
       }
+    }
   }
   for (Index f = 0; f < sum.size(); ++f)
     if (area[f] > 0.0) temperature[thermal.nodes + f] = sum[f] / area[f];
@@ -67,10 +68,11 @@ VectorXd field_from_sensors(const core::Table& table, double time_s, const Opera
                             const LoadProgram& program, const ThermalSystem& thermal) {
   const mesh::Machine& machine = model.machine();
   const VectorXd times = table.column("time_s");
-  if (times.size() == 0 || !(time_s >= times[0] && time_s <= times[times.size() - 1]))
+  if (times.size() == 0 || !(time_s >= times[0] && time_s <= times[times.size() - 1])) {
     throw core::InputError(table.source, fmt::format("no rows around {} s", time_s),
                            times.size() == 0 ? std::string("a table with rows")
                                              : fmt::format("{} to {} s", times[0], times[times.size() - 1]));
+  }
   std::vector<int> sensors;
   std::vector<double> values;
   VectorXd readings = VectorXd::Constant(std::ssize(machine.sensors), not_given);

@@ -76,9 +76,10 @@ StartField field_from_vtu(const std::filesystem::path& path, const mesh::Machine
   start.temperature = Eigen::VectorXd::Zero(thermal.size);
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const auto at = std::find(names.begin(), names.end(), machine.bodies[b].id);
-    if (at == names.end())
+    if (at == names.end()) {
       throw core::InputError(path.string(), "no body '" + machine.bodies[b].id + "'",
                              "a field of this machine; it has: " + core::join(names));
+    }
     const vtkNew<vtkUnstructuredGrid> part =
         body_grid(grid, body_of_cell, at - names.begin(), mesh::body_transform(machine, b, pose).inverse());
     vtkNew<vtkStaticCellLocator> locator;
@@ -93,9 +94,10 @@ StartField field_from_vtu(const std::filesystem::path& path, const mesh::Machine
       vtkIdType found = locator->FindCell(p.data(), 0.0, cell, parametric, weights.data());
       if (found < 0) {
         locator->FindClosestPoint(p.data(), nearest.data(), cell, found, sub, distance2);
-        if (found < 0)
+        if (found < 0) {
           throw core::InputError(path.string(), "body '" + machine.bodies[b].id + "' has no cells",
                                  "a field of this machine");
+        }
         part->GetCell(found, cell);
         double unused;
         cell->EvaluatePosition(nearest.data(), nullptr, sub, parametric, unused, weights.data());

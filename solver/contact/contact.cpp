@@ -2,6 +2,7 @@
 #include "solver/contact/contact.h"
 
 #include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 
@@ -47,7 +48,7 @@ struct Piece {
 
 /// Where the slave sees several layers of the master, the nearest one counts.
 void keep_nearest(std::vector<Piece>& pieces, double area_of_slave) {
-  for (std::size_t i = 0; i < pieces.size(); ++i)
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
     for (std::size_t j = i + 1; j < pieces.size(); ++j) {
       if (pieces[i].polygon.empty() || pieces[j].polygon.empty()) continue;
       const Polygon both = mesh::common_part(pieces[i].polygon, pieces[j].polygon);
@@ -63,6 +64,7 @@ void keep_nearest(std::vector<Piece>& pieces, double area_of_slave) {
           pieces.push_back({whole.master, std::move(part), area, whole.lines, whole.gap});
       }
     }
+  }
   std::erase_if(pieces, [](const Piece& piece) { return piece.polygon.empty(); });
   std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.master < b.master; });
 }
@@ -182,7 +184,7 @@ std::vector<ContactPoint> ContactSearch::at(const Eigen::Isometry3d& slave_from_
     impl_->find_pieces(corners, frame * master_from_slave.linear().transpose(), flat, area, candidates, pieces);
     if (pieces.empty()) continue;
     const Matrix3d lines = barycentric_lines(flat);
-    for (const Piece& piece : pieces)
+    for (const Piece& piece : pieces) {
       for (std::size_t k = 2; k < piece.polygon.size(); ++k) {
         const Vector2d a = piece.polygon[0], b = piece.polygon[k - 1], c = piece.polygon[k];
         const double part = 0.5 * ((b - a)[0] * (c - a)[1] - (b - a)[1] * (c - a)[0]);
@@ -194,6 +196,7 @@ std::vector<ContactPoint> ContactSearch::at(const Eigen::Isometry3d& slave_from_
                              part * point.share, home * weights, normal});
         }
       }
+    }
   }
   return contact;
 }

@@ -8,6 +8,7 @@
 // master the nearest. The rim of the contact, and of the reach, is cut as exactly.
 
 #include <Eigen/Geometry>
+
 #include <memory>
 #include <vector>
 

@@ -4,6 +4,7 @@
 #include "solver/contact/grid.h"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -32,13 +33,14 @@ const TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface
 double shortest_extent(const TetMesh& body, const std::vector<int>& faces, const Vector3d& direction) {
   const std::vector<int> set = connected_sets(body, faces);
   std::map<int, std::pair<double, double>> extent;
-  for (std::size_t f = 0; f < faces.size(); ++f)
+  for (std::size_t f = 0; f < faces.size(); ++f) {
     for (int i = 0; i < 3; ++i) {
       const double along = direction.dot(body.points.col(body.faces(i, faces[f])));
       const auto at = extent.try_emplace(set[f], along, along).first;
       at->second.first = std::min(at->second.first, along);
       at->second.second = std::max(at->second.second, along);
     }
+  }
   double shortest = std::numeric_limits<double>::infinity();
   for (const auto& [id, range] : extent) shortest = std::min(shortest, range.second - range.first);
   return shortest;
@@ -81,7 +83,7 @@ std::vector<int> connected_sets(const TetMesh& body, const std::vector<int>& fac
     return i;
   };
   std::map<int, int> seen;
-  for (std::size_t f = 0; f < faces.size(); ++f)
+  for (std::size_t f = 0; f < faces.size(); ++f) {
     for (int i = 0; i < 3; ++i) {
       const auto [at, fresh] = seen.try_emplace(body.faces(i, faces[f]), f);
       if (!fresh) {
@@ -89,6 +91,7 @@ std::vector<int> connected_sets(const TetMesh& body, const std::vector<int>& fac
         parent[std::max(a, b)] = std::min(a, b);
       }
     }
+  }
   std::map<int, int> number;
   std::vector<int> set(faces.size());
   for (std::size_t f = 0; f < faces.size(); ++f) set[f] = number.try_emplace(find(f), number.size()).first->second;

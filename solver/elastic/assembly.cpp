@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+
 #include <cmath>
 
 #include "core/error.h"
@@ -91,9 +92,10 @@ ElasticBody assemble_elastic(const mesh::TetMesh& mesh, const mesh::Material& ma
   body.stiffness = elastic_stiffness(mesh, material);
   double diagonal = 0.0;
   for (Eigen::Index i = 0; i < 3 * nodes; ++i) diagonal += body.stiffness.coeff(i, i) / (3 * nodes);
-  for (int column = 0; column < body.stiffness.outerSize(); ++column)
+  for (int column = 0; column < body.stiffness.outerSize(); ++column) {
     for (SparseMatrix::InnerIterator it(body.stiffness, column); it; ++it)
       if (is_fixed[it.row()] || is_fixed[column]) it.valueRef() = it.row() == column ? diagonal : 0.0;
+  }
   body.thermal_load = thermal_load(mesh, material);
   return body;
 }
@@ -113,7 +115,7 @@ SparseMatrix elastic_stiffness(const mesh::TetMesh& mesh, const mesh::Material& 
     for (std::size_t p = 0; p < rule.size(); ++p) {
       const mesh::TetGradients g = slopes[p] * to_space;
       const double lambda = rule[p].share * volume * lame.lambda, mu = rule[p].share * volume * lame.mu;
-      for (Eigen::Index a = 0; a < n; ++a)
+      for (Eigen::Index a = 0; a < n; ++a) {
         for (Eigen::Index b = 0; b < n; ++b) {
           const Eigen::Vector3d ga = g.row(a), gb = g.row(b);
           auto block = element.block<3, 3>(3 * a, 3 * b);
@@ -121,6 +123,7 @@ SparseMatrix elastic_stiffness(const mesh::TetMesh& mesh, const mesh::Material& 
           block.noalias() += mu * gb * ga.transpose();
           block.diagonal().array() += mu * ga.dot(gb);
         }
+      }
     }
     stiffness.add(mesh::tet_nodes(mesh, e), element);
   }
@@ -143,9 +146,10 @@ SparseMatrix thermal_load(const mesh::TetMesh& mesh, const mesh::Material& mater
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
     const Eigen::Matrix<double, 4, 3> to_space = mesh.volume(e) * lame.thermal * mesh::barycentric_gradients(mesh, e);
     element.setZero();
-    for (int k = 0; k < 4; ++k)
+    for (int k = 0; k < 4; ++k) {
       for (Eigen::Index a = 0; a < n; ++a)
         element.middleRows<3>(3 * a) += to_space.row(k).transpose() * integral[k].row(a);
+    }
     load.add(mesh::tet_nodes(mesh, e), element);
   }
   return load.take();
@@ -153,14 +157,6 @@ SparseMatrix thermal_load(const mesh::TetMesh& mesh, const mesh::Material& mater
 
 void clear_fixed(const ElasticBody& body, Eigen::MatrixXd& loads) {
   for (Eigen::Index dof : body.fixed) loads.row(dof).setZero();
-}
-
-Eigen::MatrixXd element_stress(const mesh::TetMesh& mesh, const mesh::Material& material,
-                               const Eigen::VectorXd& displacement, const Eigen::VectorXd& temperature) {
-  Eigen::MatrixXd stress(6, mesh.elements());
-  for (Eigen::Index e = 0; e < mesh.elements(); ++e)
-    stress.col(e) = stress_at(mesh, material, displacement, temperature, e, Eigen::Vector4d::Constant(0.25));
-  return stress;
 }
 
 Vector6 stress_at(const mesh::TetMesh& mesh, const mesh::Material& material, const Eigen::VectorXd& displacement,

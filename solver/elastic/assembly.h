@@ -3,12 +3,13 @@
 // One elastic body in its own frame: tetrahedra of the mesh's order, isotropic Hooke's law, no body
 // forces.
 //   K u = F T - S f,   F from the initial stress E alpha / (1 - 2 nu) T, with T as the thermal
-// elements have it (linear or quadratic), integrated exactly like K. K is singular by the six rigid motions R; six degrees
-// of freedom of three nodes far apart (3-2-1, statically determinate) are fixed, so that K^+ is one
-// Cholesky solve: for a load in equilibrium it gives the displacement up to a rigid motion, and in
-// the machine's system the loads of a body always are. F T is in equilibrium by itself.
+// elements have it (linear or quadratic), integrated exactly like K. K is singular by the six rigid
+// motions R; six degrees of freedom of three nodes far apart (3-2-1, statically determinate) are
+// fixed, so that K^+ is one Cholesky solve: for a load in equilibrium it gives the displacement up to
+// a rigid motion, and in the machine's system the loads of a body always are. F T is in equilibrium by itself.
 
 #include <Eigen/Core>
+
 #include <array>
 
 #include "mesh/body/tet_mesh.h"
@@ -38,12 +39,8 @@ SparseMatrix thermal_load(const mesh::TetMesh& mesh, const mesh::Material& mater
 /// Right-hand sides with the fixed degrees of freedom set to 0, as K^+ wants them.
 void clear_fixed(const ElasticBody& body, Eigen::MatrixXd& loads);
 
-/// Stress at the elements' centres, Pa: (6 x elements) xx yy zz xy yz zx.
-/// @param displacement (3n)  @param temperature (n) K above the reference
-Eigen::MatrixXd element_stress(const mesh::TetMesh& mesh, const mesh::Material& material,
-                               const Eigen::VectorXd& displacement, const Eigen::VectorXd& temperature);
-
-/// ... and at any point of one element, in barycentric coordinates.
+/// Stress in an element, Pa: xx yy zz xy yz zx. @param displacement (3n)  @param temperature (n) K above the
+/// reference  @param at  barycentric coordinates
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 Vector6 stress_at(const mesh::TetMesh& mesh, const mesh::Material& material, const Eigen::VectorXd& displacement,
                   const Eigen::VectorXd& temperature, Eigen::Index element, const Eigen::Vector4d& at);

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+
 #include <algorithm>
 #include <map>
 
@@ -61,9 +62,10 @@ std::array<Functional, 6> rigid_motion(const mesh::TetMesh& mesh, const std::vec
     inertia += a * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
   }
   const Eigen::Vector3d principal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues();
-  if (principal[0] < 1e-9 * principal[2])
+  if (principal[0] < 1e-9 * principal[2]) {
     throw core::MeshError("surface '" + surface + "'", "its nodes lie on a line, so its rotation is unknown",
                           "a surface that extends in two directions");
+  }
   const Eigen::Matrix3d inverse = inertia.inverse();
   const Eigen::Vector3d arm = point - centre;
   std::array<Functional, 6> motion;

@@ -4,6 +4,7 @@
 // works on it. Pads, rigid motions of a surface, radial growth, a point on the skin.
 
 #include <Eigen/Core>
+
 #include <array>
 #include <utility>
 #include <vector>

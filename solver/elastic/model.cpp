@@ -4,12 +4,14 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+
 #include <algorithm>
 #include <chrono>
 #include <iterator>
 #include <optional>
 
 #include "core/error.h"
+#include "core/range.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/elastic/assembly.h"
@@ -163,9 +165,10 @@ void ElasticModel::Impl::solve_units(int body) {
   response.gram.setZero(count, count);
   response.rigid.setZero(6, count);
   thermal[b].resize(nodes(body), count);
-  for (Eigen::Index u = 0; u < count; ++u)
+  for (Eigen::Index u = 0; u < count; ++u) {
     for (const auto& [dof, weight] : functionals[u])
       response.rigid.col(u) += weight * bodies[b].rigid.row(dof).transpose();
+  }
   const Eigen::Index at_once = columns_at_once(nodes(body));
   for (Eigen::Index first = 0; first < count; first += at_once) {
     const Eigen::Index width = std::min(at_once, count - first);
@@ -180,8 +183,11 @@ void ElasticModel::Impl::solve_units(int body) {
   response.gram = (0.5 * (response.gram + response.gram.transpose())).eval();
 }
 
+void ElasticOptions::validate() const { core::require_within("elastic options: tolerance", tolerance, {1e-16, 1.0}); }
+
 ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& thermal, const ElasticOptions& options)
     : impl_(std::make_unique<Impl>(mesh.bodies.size())) {
+  options.validate();
   Impl& impl = *impl_;
   impl.machine = mesh.machine;
   impl.first_node = mesh.first_node;
@@ -343,9 +349,10 @@ std::vector<ElasticModel::ScrewTension> ElasticModel::screw_tensions(const Eigen
   if (impl.machine.screws.empty()) return tensions;
   const SmallSystem system = impl.small_system(pose);
   const SmallSystem::Solution solution = impl.solve(system, temperature);
-  for (std::size_t s = 0; s < system.springs().size(); ++s)
+  for (std::size_t s = 0; s < system.springs().size(); ++s) {
     if (const int screw = system.springs()[s].screw; screw >= 0)
       tensions.push_back({screw, impl.machine.screws[screw].pretension + solution.forces[s]});
+  }
   return tensions;
 }
 

@@ -15,6 +15,7 @@
 // (tests/verification). With linear ones the size factor is to be checked.
 
 #include <Eigen/Core>
+
 #include <memory>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct ElasticOptions {
   SolverChoice choice = SolverChoice::direct;
   MemoryPlan* plan = nullptr;  ///< holds what heat needs; completed and decided here. None: as chosen
   double tolerance = 1e-10;    ///< of iterative solves
+  void validate() const;       ///< @throws InputError
 };
 
 /// Output rows times a basis, by what they owe to each part of the machine: rows are sums over the

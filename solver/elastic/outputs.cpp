@@ -15,9 +15,10 @@ const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::strin
 
 int require_elastic(const mesh::Machine& machine, const std::string& body, const std::string& key) {
   const int index = machine.body_index(body);
-  if (!machine.bodies[index].elastic)
+  if (!machine.bodies[index].elastic) {
     throw core::InputError(machine.path.filename().string() + " tcp." + key, "body '" + body + "' with elastic = false",
                            "an elastic body; or no [tcp], which mesh, simulate and export do without");
+  }
   return index;
 }
 
@@ -33,10 +34,11 @@ std::vector<int> seat_faces(const mesh::MachineMesh& mesh, const TableFrames& fr
     faces.insert(faces.end(), more.begin(), more.end());
     name = joint.master;
   }
-  if (faces.empty())
+  if (faces.empty()) {
     throw core::InputError(machine.path.filename().string() + " axis " + axis,
                            "no bearing between the table and body '" + machine.bodies[frames.carrier].id + "'",
                            "a joint of kind \"bearing\" with this axis");
+  }
   std::sort(faces.begin(), faces.end());
   faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
   return faces;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
+
 #include <set>
 
 #include "mesh/body/triangle_tree.h"

@@ -4,6 +4,7 @@
 // elastic body that carries them, by a least-squares fit to its nodes beside them.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "mesh/machine/kinematics.h"

@@ -2,6 +2,7 @@
 #include "solver/elastic/scales_and_screws.h"
 
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -50,10 +51,12 @@ Functional mean_motion(const std::vector<SkinPoint>& points, const Vector3d& dir
 }
 
 void require_elastic(const mesh::Machine& machine, const std::string& place, std::initializer_list<int> bodies) {
-  for (int body : bodies)
-    if (!machine.bodies[body].elastic)
+  for (int body : bodies) {
+    if (!machine.bodies[body].elastic) {
       throw core::InputError(place, "body '" + machine.bodies[body].id + "' with elastic = false",
                              "elastic bodies on both sides");
+    }
+  }
 }
 
 }  // namespace
@@ -161,10 +164,12 @@ void AxisFeedback::append(const mesh::Machine& machine, const mesh::Pose& pose, 
     spring.expands_screw = screw;
     const double low = std::min(from, to), high = std::max(from, to), sign = to >= from ? factor : -factor;
     const auto add = [&](const Station& station, double weight) {
-      for (const SkinPoint& point : station.points)
-        for (Eigen::Index i = 0; i < point.node.size(); ++i)
+      for (const SkinPoint& point : station.points) {
+        for (Eigen::Index i = 0; i < point.node.size(); ++i) {
           spring.expansion.emplace_back(point.node[i],
                                         sign * expansion * weight * point.weight[i] / std::ssize(station.points));
+        }
+      }
     };
     // Beyond the ends, the end's temperature counts.
     const double first = stations.front().at, last = stations.back().at;

@@ -9,6 +9,7 @@
 // where the linear equation ends (ElasticModel::screw_tensions).
 
 #include <Eigen/Core>
+
 #include <array>
 #include <optional>
 #include <vector>

@@ -5,6 +5,7 @@
 // unit functionals being those whose K^+ is solved for beforehand.
 
 #include <Eigen/Core>
+
 #include <utility>
 #include <vector>
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -69,10 +70,12 @@ std::vector<PadContact> contacts_of_pads(const std::vector<ContactPoint>& points
     PadContact& contact = contacts[pad_of_face.at(point.slave_face)];
     contact.area += point.area;
     contact.slave_point += point.area * point.position;
-    if (master)
-      for (int i = 0; i < 3; ++i)
+    if (master) {
+      for (int i = 0; i < 3; ++i) {
         contact.master_point +=
             point.area * point.master_weights[i] * master->points.col(master->faces(i, point.master_face));
+      }
+    }
     contact.points.push_back(&point);
   }
   return contacts;
@@ -108,9 +111,10 @@ int UnitFunctionals::add(int body, Functional functional) {
 SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>& grids, UnitFunctionals& units) {
   const mesh::Machine& machine = mesh.machine;
   for (std::size_t j = 0; j < machine.joints.size(); ++j) add_joint(mesh, j, grids[j], units);
-  for (std::size_t i = 0; i < machine.scales.size(); ++i)
+  for (std::size_t i = 0; i < machine.scales.size(); ++i) {
     if (machine.axes[machine.axis_index(machine.scales[i].axis)].feedback != "screw")
       feedbacks_.push_back(AxisFeedback::of_scale(mesh, i, units));
+  }
   for (std::size_t i = 0; i < machine.screws.size(); ++i)
     if (auto screw = AxisFeedback::of_screw(mesh, i, units)) feedbacks_.push_back(*std::move(screw));
   require_drives(machine);
@@ -128,11 +132,12 @@ void SpringSet::require_drives(const mesh::Machine& machine) const {
                                : std::any_of(machine.scales.begin(), machine.scales.end(), of_axis);
     const bool has_joint = std::any_of(joints_.begin(), joints_.end(),
                                        [&](const Joint& joint) { return joint.grid.axis == a && !joint.guide; });
-    if (!has_scale && !has_joint)
+    if (!has_scale && !has_joint) {
       throw core::InputError(machine.path.filename().string() + " axis " + axis.id,
                              "nothing holds body '" + moved->id + "' along it",
                              "a [[scale]] of this axis, a [[screw]] with feedback = \"screw\", or a joint with "
                              "stiffness that is no guide");
+    }
   }
 }
 
@@ -220,13 +225,15 @@ void SpringSet::add_grid_node(const mesh::MachineMesh& mesh, const ContactSearch
         place.slave[d] = before->slave[d];
       else
         place.slave[d] = units.add(joint.slave, std::move(motion));
-      if (master && !joint.rotary)
+      if (master && !joint.rotary) {
         place.master[d] = units.add(
             joint.master, mean_motion(*master, contact, false, master_from_slave.linear() * pad.directions.col(d)));
+      }
     }
-    if (master && joint.rotary)
+    if (master && joint.rotary) {
       for (int d = 0; d < 3; ++d)
         place.master[d] = units.add(joint.master, mean_motion(*master, contact, false, Vector3d::Unit(d)));
+    }
   }
 }
 

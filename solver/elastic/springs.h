@@ -14,6 +14,7 @@
 // the position from the motor's encoder are such scales too: scales_and_screws.h.
 
 #include <Eigen/Core>
+
 #include <array>
 #include <unordered_map>
 #include <vector>

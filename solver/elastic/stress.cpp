@@ -32,20 +32,23 @@ Eigen::MatrixXd StressRecovery::nodal(const mesh::Material& material, const Eige
                                       const Eigen::VectorXd& temperature) const {
   Eigen::MatrixXd load = Eigen::MatrixXd::Zero(mass_->size(), 6);
   const std::vector<mesh::TetPoint>& rule = mesh::tet_rule(mesh_.order() + 1);
-  for (Index e = 0; e < mesh_.elements(); ++e)
+  for (Index e = 0; e < mesh_.elements(); ++e) {
     for (const mesh::TetPoint& point : rule) {
       const Vector6 stress = stress_at(mesh_, material, displacement, temperature, e, point.at);
       const double weight = mesh_.volume(e) * point.share;
       for (int i = 0; i < 4; ++i) load.row(corner_[mesh_.tets(i, e)]) += weight * point.at[i] * stress.transpose();
     }
+  }
   const Eigen::MatrixXd at_corners = mass_->solve(load);
   Eigen::MatrixXd stress(6, mesh_.nodes());
   for (Index node = 0; node < mesh_.nodes(); ++node)
     if (const int corner = corner_[node]; corner >= 0) stress.col(node) = at_corners.row(corner).transpose();
-  for (Index e = 0; mesh_.order() == 2 && e < mesh_.elements(); ++e)
-    for (int i = 0; i < 6; ++i)
+  for (Index e = 0; mesh_.order() == 2 && e < mesh_.elements(); ++e) {
+    for (int i = 0; i < 6; ++i) {
       stress.col(mesh_.tet_edges(i, e)) =
           0.5 * (stress.col(mesh_.tets(mesh::tet_edge[i][0], e)) + stress.col(mesh_.tets(mesh::tet_edge[i][1], e)));
+    }
+  }
   return stress;
 }
 

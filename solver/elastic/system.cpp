@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/elastic/system.h"
 
-#include <fmt/format.h>
-#include <iterator>
-
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
 #include <cmath>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/text.h"
@@ -20,10 +20,12 @@ void require_held(const mesh::Machine& machine, const std::vector<int>& elastic,
   std::set<int> held;
   for (const Spring& spring : springs)
     for (const UnitTerm& term : spring.gap) held.insert(term.body);
-  for (int body : elastic)
-    if (!held.contains(body))
+  for (int body : elastic) {
+    if (!held.contains(body)) {
       throw core::MeshError(machine.path.filename().string() + " body '" + machine.bodies[body].id + "'",
                             "no joint with stiffness touches it at home", "joints that hold it, or elastic = false");
+    }
+  }
 }
 
 SmallSystem::SmallSystem(const mesh::Machine& machine, const std::vector<int>& elastic,
@@ -65,18 +67,20 @@ SmallSystem::SmallSystem(const mesh::Machine& machine, const std::vector<int>& e
 std::vector<SmallSystem::Entry> SmallSystem::entries(std::size_t elastic,
                                                      const std::vector<Combination>& columns) const {
   std::vector<Entry> found;
-  for (Eigen::Index c = 0; c < std::ssize(columns); ++c)
+  for (Eigen::Index c = 0; c < std::ssize(columns); ++c) {
     for (const UnitTerm& term : columns[c])
       if (term.body == elastic_[elastic] && term.weight != 0.0) found.push_back({c, term.unit, term.weight});
+  }
   return found;
 }
 
 /// Joints that put springs on the bodies, with the pads that they have.
 std::string SmallSystem::joints_of(const mesh::Machine& machine, const std::set<int>& bodies) const {
   std::set<int> joints;
-  for (const Spring& spring : springs_)
+  for (const Spring& spring : springs_) {
     for (const UnitTerm& term : spring.gap)
       if (spring.joint >= 0 && bodies.contains(term.body)) joints.insert(spring.joint);
+  }
   std::vector<std::string> texts;
   for (const int joint : joints) {
     const mesh::JointSpec& spec = machine.joints[joint];
@@ -99,9 +103,10 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
   for (std::size_t i = 0; i < elastic_.size(); ++i) share.push_back(mode.segment<6>(count + 6 * i).norm());
   double largest = 0.0;
   for (double value : share) largest = std::max(largest, value);
-  if (largest < 1e-3)
+  if (largest < 1e-3) {
     throw core::MeshError(machine.path.filename().string() + " scale", "two constraints hold the same motion",
                           "one scale an axis");
+  }
   std::vector<std::string> names;
   std::set<int> loose_bodies;
   Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();

@@ -5,6 +5,7 @@
 // tells whether something hangs loose.
 
 #include <Eigen/LU>
+
 #include <functional>
 #include <set>
 #include <string>

@@ -2,13 +2,14 @@
 #include "solver/export/calculix_deck.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/range.h"
 #include "solver/export/calculix_loads.h"
 #include "solver/export/calculix_model.h"
 #include "solver/export/calculix_static.h"
@@ -38,9 +39,10 @@ void fill(Program& program, const Model& model) {
   }
   const LoadProgram& load = *options.program;
   if (options.steady_at >= 0.0) {
-    if (!(options.steady_at <= load.duration()))
+    if (!(options.steady_at <= load.duration())) {
       throw core::InputError("steady state at", fmt::format("{} s", options.steady_at),
                              fmt::format("0 to {} s, the length of '{}'", load.duration(), load.name()));
+    }
     program.rows = {load.row_at(options.steady_at, options.steady_at)};
     return;
   }
@@ -152,8 +154,15 @@ std::vector<double> calculix::Program::coefficient(TermKind kind, int item, int*
   return values;
 }
 
+void DeckOptions::validate() const {
+  core::require_within("deck options: refine", refine, core::positive);
+  core::require_within("deck options: steady_at", steady_at, core::any_number);
+  if (!pose.allFinite()) throw core::InputError("deck options: pose", "a position that is no number", "finite values");
+}
+
 DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh::MachineMesh& mesh,
                                 const DeckOptions& options) {
+  options.validate();
   Model model(mesh, options);
   const mesh::Machine& machine = mesh.machine;
   DeckSummary summary;
@@ -168,9 +177,10 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   const auto contact = contacts(model);
   const std::string joints = contact_text(model, program, contact);
   const Loads loads = loads_text(model, program, contact);
-  if (program.steady() && !loads.has_level)
+  if (program.steady() && !loads.has_level) {
     throw core::InputError("steady state", "no film, mount or coolant wall with a coefficient above 0",
                            "a machine that gives heat away, or a load program");
+  }
   const bool with_static = with_elastic && !options.heat_only;
   if (!with_elastic) model.notes.push_back("no body of the deck is elastic: there is no static.inp");
   const Statics elastic = with_static ? statics(model) : Statics{};
@@ -178,9 +188,10 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   model.notes.push_back(std::string("CalculiX integrates capacity and films with ") +
                         (machine.order == 1 ? "one point (C3D4)" : "four and three points (C3D10)") +
                         ", thermotwin exactly: both converge, on one mesh they differ by their error there");
-  if (!program.steady() && options.program->time().scheme != TimeScheme::backward_euler)
+  if (!program.steady() && options.program->time().scheme != TimeScheme::backward_euler) {
     model.notes.push_back(
         "CalculiX steps by implicit Euler, first order; thermotwin's own scheme of this load is of second order");
+  }
 
   if (!machine.volumes.empty())
     model.notes.push_back("volumes (tanks, working areas) and what they exchange are not in the deck");
@@ -218,9 +229,10 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
       summary.files.emplace_back(name);
     };
     write("mesh.inp", header(model, "Nodes and elements") + nodes_text(model) + elements_text(model, true));
-    if (with_heat_only)
+    if (with_heat_only) {
       write("heat_only.inp",
             header(model, "Elements of bodies that take part in heat only") + elements_text(model, false));
+    }
     if (with_static) write("static.inp", bend);
     write("heat.inp", heat);
     return files;

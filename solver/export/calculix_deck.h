@@ -31,6 +31,7 @@ struct DeckOptions {
   double refine = 1.0;                   ///< factor of the program's longest time step
   std::string body;                      ///< only this one, free of the others; empty: the machine
   bool heat_only = false;                ///< no static.inp; nor is there one where no body is elastic
+  void validate() const;                 ///< @throws InputError
 };
 
 struct DeckSummary {

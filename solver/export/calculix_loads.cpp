@@ -93,12 +93,14 @@ private:
     Series values(coefficient.size(), start_C());
     if (input == inputs.end()) return values;
     constexpr double digits = 1e9;  // the quotient's rounding must not look like a change
-    for (std::size_t i = 0; i < values.size(); ++i)
-      if (coefficient[i] != 0.0)
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (coefficient[i] != 0.0) {
         values[i] = std::round((program_.coefficients[i].q[input - inputs.begin()] / coefficient[i] +
                                 model_.machine().reference_C) *
                                digits) /
                     digits;
+      }
+    }
     return values;
   }
   /// Adds the item to every triangle of the surface. @return false where its body is not in the deck
@@ -126,39 +128,43 @@ private:
       add(film.id, film.surfaces, coefficient, sink(term, coefficient));
       if (films_.size() > before) note_film(film);
     }
-    for (std::size_t j = 0; j < machine.joints.size(); ++j)
+    for (std::size_t j = 0; j < machine.joints.size(); ++j) {
       if (machine.joints[j].master.empty()) {
         const Series coefficient = program_.coefficient(TermKind::contact, j, &term);
         add(machine.joints[j].id, {machine.joints[j].slave}, coefficient, sink(term, coefficient));
       }
+    }
     for (const mesh::CoolantSpec& coolant : machine.coolants) {
       const int inlet = operating_.channels().index("coolant." + coolant.id + ".inlet_T_C");
       const Series fluid = series(
           [&](const Eigen::VectorXd& row) { return inlet >= 0 && std::isfinite(row[inlet]) ? row[inlet] : start_C(); });
       const std::size_t before = films_.size();
-      for (const mesh::CoolantSegment& segment : coolant.segments)
+      for (const mesh::CoolantSegment& segment : coolant.segments) {
         add(coolant.id + "." + segment.id, {segment.surface},
             Series(program_.rows.size(), segment.film_coefficient.value), fluid);
-      if (films_.size() > before)
+      }
+      if (films_.size() > before) {
         model_.notes.push_back(fmt::format(
             "coolant {}: its walls are films against {}; that it warms up along its way, stops, or is controlled "
             "by a chiller is not in the deck",
             coolant.id, is_constant(fluid) ? fmt::format("{:.4g} degC", fluid.front()) : "its inlet temperature"));
+      }
     }
   }
 
   void note_film(const mesh::FilmSpec& film) {
     const mesh::Machine& machine = model_.machine();
     const int ambient = machine.ambient_index(film.ambient);
-    if (ambient < 0)
+    if (ambient < 0) {
       model_.notes.push_back(fmt::format("film {} gives to volume {}: here one of {:.4g} degC that does not change",
                                          film.id, film.ambient, start_C()));
-    else if (machine.ambients[ambient].has_gradient)
+    } else if (machine.ambients[ambient].has_gradient)
       model_.notes.push_back("film " + film.id + " takes " + film.ambient + " at its one height, without its gradient");
-    if (film.of_temperature || (film.exact_radiation && film.emissivity > 0.0))
+    if (film.of_temperature || (film.exact_radiation && film.emissivity > 0.0)) {
       model_.notes.push_back(
           "film " + film.id +
           " does not follow the temperature of its surface: coefficients are those at the reference temperature");
+    }
   }
 
   void collect_sources() {
@@ -323,10 +329,12 @@ private:
       shared.push_back("*CFLUX" + (q.amplitude.empty() ? "" : ", AMPLITUDE=" + q.amplitude) +
                        fmt::format("\n{}, 11, {:.10g}\n", node, q.magnitude));
     }
-    for (std::size_t f = 0; f < lines.size(); ++f)
-      if (!lines[f].empty())
+    for (std::size_t f = 0; f < lines.size(); ++f) {
+      if (!lines[f].empty()) {
         loads_.lines += "** heat at joint " + point_fluxes_[f].id + ", W\n*CFLUX" +
                         (values[f].amplitude.empty() ? "" : ", AMPLITUDE=" + values[f].amplitude) + "\n" + lines[f];
+      }
+    }
     for (const std::string& text : shared) loads_.lines += text;
   }
 
@@ -336,10 +344,11 @@ private:
         if (operating_.channels().names()[i].find(".low_") != std::string::npos && std::isfinite(row[i])) return true;
       return !(operating_.pose(row) - model_.pose).isZero(1e-9);
     });
-    if (moves)
+    if (moves) {
       model_.notes.push_back("axes of the program move or stand elsewhere: the deck keeps them at " +
                              mesh::format_pose(model_.machine(), model_.pose) +
                              ", joints and their frictional heat too");
+    }
   }
 
   Model& model_;

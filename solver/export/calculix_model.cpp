@@ -3,9 +3,9 @@
 
 #include "solver/export/calculix_model.h"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
 #include <set>
@@ -25,9 +25,10 @@ std::string Names::of(const std::string& kind, const std::string& id) {
   if (at != known_.end()) return at->second;
   constexpr std::size_t longest = 60;  // ccx: 80 characters with what it adds itself
   std::string name = kind + "_" + id;
-  for (char& c : name)
+  for (char& c : name) {
     c = std::isalnum(static_cast<unsigned char>(c)) ? static_cast<char>(std::toupper(static_cast<unsigned char>(c)))
                                                     : '_';
+  }
   name.resize(std::min(name.size(), longest));
   const auto used = [&](const std::string& wanted) {
     return std::any_of(known_.begin(), known_.end(), [&](const auto& entry) { return entry.second == wanted; });
@@ -162,9 +163,10 @@ std::string materials_text(Model& model, bool elastic) {
 std::string surface_text(const Model& model, const std::string& name, int body, const std::vector<int>& faces) {
   const TetMesh& mesh = model.mesh.bodies[body];
   std::string text = "*SURFACE, NAME=" + name + ", TYPE=ELEMENT\n";
-  for (const int face : faces)
+  for (const int face : faces) {
     fmt::format_to(std::back_inserter(text), "{}, S{}\n", model.element(body, mesh.face_tet[face]),
                    element_face(mesh, face));
+  }
   return text;
 }
 
@@ -207,9 +209,10 @@ struct Side {
     std::set<int> nodes, wider;
     for (const int face : faces)
       for (int i = 0; i < 3; ++i) nodes.insert(mesh.faces(i, face));
-    for (const auto& [face, set] : set_of_face)
+    for (const auto& [face, set] : set_of_face) {
       for (int i = 0; i < 3; ++i)
         if (nodes.contains(mesh.faces(i, face))) wider.insert(face);
+    }
     return wider;
   }
 };
@@ -231,10 +234,11 @@ public:
         joint.id, interaction, conductance);
     // ccx walks over the master from its nearest triangle to the one opposite: it has to get there.
     if (!add_pairs(joint, interaction, slave, master, contact, false) &&
-        !add_pairs(joint, interaction, master, slave, contact, true))
+        !add_pairs(joint, interaction, master, slave, contact, true)) {
       throw core::InputError(model_.machine().path.string() + " joint " + joint.id,
                              "both of its surfaces share triangles with other joints",
                              "for a CalculiX deck: surfaces of its own on one side");
+    }
   }
   std::string take() { return std::move(text_); }
 
@@ -242,12 +246,14 @@ private:
   bool add_pairs(const mesh::JointSpec& joint, const std::string& interaction, const Side& slave, const Side& master,
                  const std::vector<ContactPoint>& contact, bool swapped) {
     std::map<int, std::set<int>> touching;  // slave's triangles by set of the master
-    for (const ContactPoint& point : contact)
+    for (const ContactPoint& point : contact) {
       touching[master.set_of_face.at(swapped ? point.slave_face : point.master_face)].insert(
           swapped ? point.master_face : point.slave_face);
-    for (const auto& [set, faces] : touching)
+    }
+    for (const auto& [set, faces] : touching) {
       for (const int face : master.faces_of(set))
         if (masters_.contains({master.body, face})) return false;
+    }
     for (const auto& [set, faces] : touching) {
       const std::set<int> of_set = master.faces_of(set),
                           of_slave = swapped ? slave.with_neighbours(model_, faces) : faces;
@@ -291,9 +297,10 @@ std::string contact_text(Model& model, const Program& program, const std::vector
     if (std::any_of(conductance.begin(), conductance.end(), [&](double h) { return h != conductance.front(); }))
       model.notes.push_back("joint " + joint.id + " keeps the conductance it begins with; that of the load changes");
   }
-  if (any)
+  if (any) {
     model.notes.push_back(
         "joints conduct as they touch at this pose; contact areas are integrated by CalculiX itself, by its own rule");
+  }
   return pairs.take();
 }
 

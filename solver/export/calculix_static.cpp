@@ -4,9 +4,9 @@
 
 #include "solver/export/calculix_static.h"
 
+#include <Eigen/Dense>
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -96,9 +96,10 @@ std::vector<Entry> gap_entries(const Model& model, const UnitFunctionals& units,
   }
   constexpr double rounding = 1e-14;
   std::vector<Entry> entries;
-  for (const auto& [node, factor] : of_node)
+  for (const auto& [node, factor] : of_node) {
     for (int i = 0; i < 3; ++i)
       if (std::abs(factor[i]) > rounding * largest) entries.push_back({node, i + 1, factor[i]});
+  }
   return entries;
 }
 

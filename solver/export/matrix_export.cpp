@@ -105,9 +105,10 @@ std::string table(const char* name, const std::vector<NamedValue>& all, bool wit
   std::string text;
   for (const NamedValue& one : all) {
     text += fmt::format("\n[[{}]]\nname = \"{}\"\nunit = \"{}\"\n", name, one.name, one.unit);
-    if (with_value)
+    if (with_value) {
       text += fmt::format("value = {}{}\n", one.value,
                           one.value == std::floor(one.value) && std::abs(one.value) < 1e15 ? ".0" : "");
+    }
   }
   return text;
 }
@@ -121,12 +122,14 @@ MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& mach
   const Eigen::VectorXd inlet = Eigen::VectorXd::Zero(std::ssize(machine.coolants));
   const Coefficients standing = operating.coefficients(row, inlet);
   MatrixNames names;
-  for (std::size_t j = 0; j < thermal.layout.terms.size(); ++j)
+  for (std::size_t j = 0; j < thermal.layout.terms.size(); ++j) {
     names.films.push_back(
         {term_name(machine, thermal.layout.terms[j]), term_unit(thermal.layout.terms[j]), standing.p[j]});
-  for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k)
+  }
+  for (std::size_t k = 0; k < thermal.layout.inputs.size(); ++k) {
     names.inputs.push_back({input_name(machine, thermal.layout, thermal.layout.inputs[k]),
                             input_unit(thermal.layout, thermal.layout.inputs[k]), standing.q[k]});
+  }
   for (const mesh::SensorSpec& sensor : machine.sensors) names.outputs.push_back({plain(sensor.id) + "_K", "K"});
   if (machine.has_tcp()) {
     for (const char* name : {"dx_um", "dy_um", "dz_um"}) names.outputs.push_back({name, "um"});
@@ -144,9 +147,10 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   made.names = matrix_names(thermal, machine, pose);
 
   const auto sensors = std::ssize(machine.sensors);
-  if (made.names.outputs.empty())
+  if (made.names.outputs.empty()) {
     throw core::InputError(machine.path.string(), "neither a [[sensor]] nor [tcp]",
                            "one of them: the matrices need an output");
+  }
   Eigen::MatrixXd rows(std::ssize(made.names.outputs), thermal.size);
   rows.topRows(sensors) = Eigen::MatrixXd(thermal.sensors.topRows(sensors));
   if (rows.rows() > sensors) {
@@ -167,9 +171,10 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
     };
     add("E", thermal.capacity, "capacities, J/K");
     add("A", -thermal.conduction, "conduction within the bodies, W/K, with a minus");
-    for (std::size_t j = 0; j < thermal.terms.size(); ++j)
+    for (std::size_t j = 0; j < thermal.terms.size(); ++j) {
       add("A_film_" + made.names.films[j].name, -thermal.terms[j],
           fmt::format("W/K for 1 {}, with a minus", made.names.films[j].unit));
+    }
     add("B", thermal.inputs, "a column an input, see names.toml");
     add("C", outputs, "a row an output, see names.toml");
     std::string names =
@@ -192,13 +197,15 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
         std::find(made.files.begin(), made.files.end(), name) == made.files.end())
       fs::remove(entry.path(), ignored);
   }
-  if (thermal.local)
+  if (thermal.local) {
     made.notes.emplace_back(
         "radiation = \"exact\" is linearised at the reference temperature here: a part of the films' values");
-  if (OperatingModel(machine, thermal.layout).follows_temperature())
+  }
+  if (OperatingModel(machine, thermal.layout).follows_temperature()) {
     made.notes.emplace_back(
         "films, conductances or coolers that follow temperatures: the laws are not in the matrices, their values are "
         "parameters and inputs");
+  }
   if (rows.rows() == sensors) made.notes.emplace_back("no [tcp]: outputs are the sensors alone");
   return made;
 }

@@ -3,6 +3,7 @@
 // Pictures by VTK's own renderer. Needs a display: xvfb-run -a.
 
 #include <Eigen/Core>
+
 #include <filesystem>
 #include <string>
 

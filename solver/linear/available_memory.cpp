@@ -2,12 +2,13 @@
 #include "solver/linear/available_memory.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
+
 #include <algorithm>
 #include <fstream>
 #include <optional>
 #include <sstream>
+#include <sys/resource.h>
+#include <unistd.h>
 
 namespace thermotwin::solver {
 namespace {
@@ -67,9 +68,10 @@ double available_memory() {
   double available = available_memory("/proc/meminfo", text.str(), "/sys/fs/cgroup");
   // ulimit -v
   rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     if (const auto pages = number_in("/proc/self/statm"))
       available = std::min(available, limit.rlim_cur - *pages * sysconf(_SC_PAGESIZE));
+  }
   return std::max(0.0, available);
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/linear/cholmod_factor.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 #include <suitesparse/cholmod.h>
-#include <iterator>
 
 #include <algorithm>
+#include <dlfcn.h>
+#include <iterator>
 #include <mutex>
 #include <numeric>
 #include <type_traits>
@@ -113,13 +113,14 @@ SparseFactor::Matrix node_graph(const SparseFactor::Matrix& matrix, int block) {
   std::vector<int> outer{0}, inner, last(nodes, -1);
   for (int node = 0; node < nodes; ++node) {
     const auto first = std::ssize(inner);
-    for (int k = 0; k < block; ++k)
+    for (int k = 0; k < block; ++k) {
       for (SparseFactor::Matrix::InnerIterator it(matrix, node * block + k); it; ++it) {
         const int row = it.row() / block;
         if (row < node || last[row] == node) continue;
         last[row] = node;
         inner.push_back(row);
       }
+    }
     std::sort(inner.begin() + first, inner.end());
     outer.push_back(inner.size());
   }
@@ -182,17 +183,19 @@ public:
       const BlasTurn turn(flops > many_core_flops);
       Api::factorize(&view_of.a, factor_, &common_.data);
     }
-    if (common_.data.status == CHOLMOD_NOT_POSDEF)
+    if (common_.data.status == CHOLMOD_NOT_POSDEF) {
       throw SolverError(fmt::format(
           "sparse factor: the matrix of {} unknowns is not positive definite (at unknown {}); something is not held or "
           "has no path to a given temperature",
           spd.cols(),
           static_cast<typename Api::Index*>(factor_->Perm)[std::min<std::size_t>(factor_->minor, factor_->n - 1)]));
-    if (common_.data.status < 0)
+    }
+    if (common_.data.status < 0) {
       throw SolverError(
           fmt::format("sparse factor: {} for {} unknowns and {:.3g} entries",
                       common_.data.status == CHOLMOD_OUT_OF_MEMORY ? "out of memory" : "the factorisation failed",
                       spd.cols(), nonzeros));
+    }
     rcond = Api::rcond(factor_, &common_.data);
   }
 

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/linear/multigrid.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
+#include "core/range.h"
 #include "core/thread_pool.h"
 #include "solver/linear/multigrid_levels.h"
 
@@ -210,8 +211,17 @@ struct MultigridSolver::Impl {
   }
 };
 
+void MultigridOptions::validate() const {
+  const std::string of = "multigrid options: ";
+  core::require_within(of + "block", block, {1.0, 64.0});
+  core::require_within(of + "tolerance", tolerance, {1e-16, 1.0});
+  core::require_within(of + "max_iterations", max_iterations, {1.0, 1e9});
+  if (!near_null.allFinite()) throw core::InputError(of + "near_null", "an entry that is no number", "finite values");
+}
+
 MultigridSolver::MultigridSolver(const Matrix& spd, const MultigridOptions& options) : impl_(std::make_unique<Impl>()) {
   Impl& impl = *impl_;
+  options.validate();
   impl.options = options;
   std::vector<MultigridLevel> coarser = multigrid_levels(spd, options.block, options.near_null);
   impl.options.near_null.resize(0, 0);
@@ -238,11 +248,12 @@ MultigridSolver::MultigridSolver(const Matrix& spd, const MultigridOptions& opti
   for (Index i = 0; i < last.rows(); ++i)
     if (impl.levels.back().inverse_diagonal[i] == 0.0) last(i, i) = 1.0;
   impl.coarsest.compute(last);
-  if (impl.coarsest.info() != Eigen::Success)
+  if (impl.coarsest.info() != Eigen::Success) {
     throw core::SolverError(
         fmt::format("multigrid: the matrix of {} unknowns is not positive definite; something is not held or "
                     "has no path to a given temperature",
                     spd.rows()));
+  }
 }
 
 MultigridSolver::~MultigridSolver() = default;
@@ -251,9 +262,10 @@ MultigridSolver& MultigridSolver::operator=(MultigridSolver&&) noexcept = defaul
 
 int MultigridSolver::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sides,
                            Eigen::Ref<Eigen::MatrixXd> solution) const {
-  if (right_hand_sides.rows() != size())
+  if (right_hand_sides.rows() != size()) {
     throw core::SolverError(
         fmt::format("multigrid: a right-hand side of {} rows for {} unknowns", right_hand_sides.rows(), size()));
+  }
   const Index columns = right_hand_sides.cols(), blocks = (columns + columns_at_once - 1) / columns_at_once;
   std::vector<int> iterations(blocks, 0);
   core::parallel_for(0, blocks, [&](std::size_t i) {
@@ -282,9 +294,10 @@ int MultigridSolver::levels() const { return std::ssize(impl_->levels); }
 
 double MultigridSolver::memory_bytes() const {
   double bytes = 8.0 * (impl_->coarsest.matrixLLT().size());
-  for (const Level& level : impl_->levels)
+  for (const Level& level : impl_->levels) {
     bytes += bytes_of(level.matrix) + bytes_of(level.prolongation) + bytes_of(level.restriction) +
              8.0 * level.inverse_diagonal.size();
+  }
   return bytes;
 }
 

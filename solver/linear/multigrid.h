@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+
 #include <memory>
 
 #include "solver/linear/side_by_side.h"
@@ -19,6 +20,7 @@ struct MultigridOptions {
   Eigen::MatrixXd near_null;  ///< (n x k) what the operator hardly feels; none: constants
   double tolerance = 1e-10;   ///< residual relative to the right-hand side, each column
   int max_iterations = 300;
+  void validate() const;  ///< @throws InputError
 };
 
 class MultigridSolver {

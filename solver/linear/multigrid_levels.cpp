@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/linear/multigrid_levels.h"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <dlfcn.h>
 #include <filesystem>
 #include <mutex>
 #include <string>
@@ -22,11 +22,12 @@ using Build = bool (*)(const Eigen::SparseMatrix<double>&, int, const Eigen::Mat
 Build load_module() {
   constexpr const char* name = "libthermotwin_petsc.so";
   // MPI's start waits without end for a thread of OpenBLAS that finds no memory.
-  if (const double available = available_memory(); available < needed_to_load)
+  if (const double available = available_memory(); available < needed_to_load) {
     throw core::SolverError(
         fmt::format("multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; "
                     "--solver direct does without it",
                     name, needed_to_load / 1e6, available / 1e6));
+  }
   std::error_code ignored;
   const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / name;
   void* module = nullptr;
@@ -34,9 +35,10 @@ Build load_module() {
     if (!module && std::filesystem::exists(path, ignored)) module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   const char* error = module ? nullptr : dlerror();
   auto* build = module ? reinterpret_cast<Build>(dlsym(module, "thermotwin_multigrid_levels")) : nullptr;
-  if (!build)
+  if (!build) {
     throw core::SolverError(std::string("multigrid: ") + name + " cannot be loaded (" +
                             (error ? error : "it is not where the program is") + "); --solver direct does without it");
+  }
   return build;
 }
 

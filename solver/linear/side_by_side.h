@@ -4,6 +4,7 @@
 // Loops over rows run on the pool in fixed parts, inner loops over loads have constant width.
 
 #include <Eigen/Core>
+
 #include <algorithm>
 #include <type_traits>
 

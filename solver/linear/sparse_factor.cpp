@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include "core/error.h"
+#include "core/range.h"
 #include "core/thread_pool.h"
 #include "solver/linear/cholmod_factor.h"
 
@@ -116,9 +117,17 @@ struct SparseFactor::Impl {
   }
 };
 
+void SparseFactorOptions::validate() const {
+  const std::string of = "sparse factor options: ";
+  core::require_within(of + "block", block, {1.0, 64.0});
+  core::require_within(of + "columns_at_once", columns_at_once, {1.0, 64.0});
+  core::require_within(of + "many_core_flops", many_core_flops, core::non_negative);
+}
+
 SparseAnalysis analyse(const SparseFactor::Matrix& spd, const SparseFactorOptions& options) {
+  options.validate();
   SparseAnalysis analysis;
-  analysis.order = cholmod::fill_reducing_order(spd, std::max(1, options.block));
+  analysis.order = cholmod::fill_reducing_order(spd, options.block);
   const std::unique_ptr<cholmod::Factor> factor =
       cholmod::analysed(spd, analysis.order, options.force_wide, &analysis.work_bytes);
   analysis.factor_bytes = factor->memory_bytes();
@@ -128,12 +137,21 @@ SparseAnalysis analyse(const SparseFactor::Matrix& spd, const SparseFactorOption
   return analysis;
 }
 
+namespace {
+
+SparseAnalysis order_only(const SparseFactor::Matrix& spd, const SparseFactorOptions& options) {
+  options.validate();
+  return {cholmod::fill_reducing_order(spd, options.block), 0, 0, 0, 0, options.force_wide};
+}
+
+}  // namespace
+
 SparseFactor::SparseFactor(const Matrix& spd, const SparseFactorOptions& options)
-    : SparseFactor(spd, options,
-                   {cholmod::fill_reducing_order(spd, std::max(1, options.block)), 0, 0, 0, 0, options.force_wide}) {}
+    : SparseFactor(spd, options, order_only(spd, options)) {}
 
 SparseFactor::SparseFactor(const Matrix& spd, const SparseFactorOptions& options, const SparseAnalysis& analysis)
     : impl_(std::make_unique<Impl>()) {
+  options.validate();
   impl_->options = options;
   impl_->size = spd.cols();
   impl_->nonzeros = spd.nonZeros();
@@ -170,9 +188,10 @@ void SparseFactor::solve(const Eigen::Ref<const Eigen::MatrixXd>& right_hand_sid
                          Eigen::Ref<Eigen::MatrixXd> solution) const {
   const Eigen::Index columns = right_hand_sides.cols();
   if (columns == 0) return;
-  if (right_hand_sides.rows() != impl_->size)
+  if (right_hand_sides.rows() != impl_->size) {
     throw SolverError(fmt::format("sparse factor: a right-hand side of {} rows for {} unknowns",
                                   right_hand_sides.rows(), impl_->size));
+  }
   const Eigen::Index most = impl_->most_columns(), blocks = (columns + most - 1) / most;
   core::parallel_for(0, blocks, [&](std::size_t i) {
     const Eigen::Index first = columns * i / blocks, last = columns * (i + 1) / blocks;
@@ -198,9 +217,10 @@ Eigen::MatrixXd SparseFactor::half_solve(const Eigen::MatrixXd& b) const {
 
 void SparseFactor::solve_side_by_side(const Eigen::Ref<const SideBySide>& right_hand_sides,
                                       Eigen::Ref<SideBySide> solution) const {
-  if (right_hand_sides.rows() != impl_->size)
+  if (right_hand_sides.rows() != impl_->size) {
     throw SolverError(fmt::format("sparse factor: a right-hand side of {} rows for {} unknowns",
                                   right_hand_sides.rows(), impl_->size));
+  }
   constexpr Eigen::Index width = SupernodalSweeps::few_columns;
   const Eigen::Index columns = right_hand_sides.cols(), blocks = (columns + width - 1) / width;
   core::parallel_for(0, blocks, [&](std::size_t i) {

@@ -4,11 +4,13 @@
 // dissection by METIS, AMD for small or dense matrices). The pattern is analysed once, values may
 // be factorised again and again. The same bits for any number of threads: the ordering is made
 // under a lock (METIS draws from rand()), columns are solved in blocks of fixed width by sweeps of our
-// own that share a factor among threads (supernodal_sweeps.h), and BLAS works with one thread except for factors whose operation count calls for all cores. Factors that
-// overflow 32-bit indices (16 GB) are made with 64-bit ones.
+// own that share a factor among threads (supernodal_sweeps.h), and BLAS works with one thread except
+// for factors whose operation count calls for all cores. Factors that overflow 32-bit indices (16 GB)
+// are made with 64-bit ones.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+
 #include <memory>
 #include <vector>
 
@@ -30,9 +32,11 @@ struct SparseFactorOptions {
   int columns_at_once = 48;       ///< right-hand sides per pass through the factor (at most 64)
   double many_core_flops = 2e11;  ///< operations above which BLAS may use all cores
   bool force_wide = false;        ///< 64-bit indices even where 32 bits do
-  /// Values rounded to single precision once they are made, sums in double: half the memory and a shorter solve, good to
-  /// about 1e-6 of the right-hand side. For iterations that look at what is left; no half_solve().
+  /// Values rounded to single precision once they are made, sums in double: half the memory and a
+  /// shorter solve, good to about 1e-6 of the right-hand side. For iterations that look at what is
+  /// left; no half_solve().
   bool single_precision = false;
+  void validate() const;  ///< @throws InputError
 };
 
 class SparseFactor {

@@ -3,7 +3,15 @@
 
 namespace thermotwin::solver {
 
+void SpdOptions::validate() const {
+  if (kind == LinearSolver::direct)
+    factor.validate();
+  else
+    multigrid.validate();
+}
+
 SpdSolver::SpdSolver(const Matrix& spd, const SpdOptions& options, const SparseAnalysis* analysis) : options_(options) {
+  options.validate();
   if (is_direct() && analysis)
     solver_.emplace<SparseFactor>(spd, options.factor, *analysis);
   else

@@ -16,6 +16,7 @@ struct SpdOptions {
   LinearSolver kind = LinearSolver::direct;
   SparseFactorOptions factor;  ///< direct; its block is also multigrid's
   MultigridOptions multigrid;  ///< iterative
+  void validate() const;       ///< of the kind that is used  @throws InputError
 };
 
 class SpdSolver {

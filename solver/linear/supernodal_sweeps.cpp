@@ -239,9 +239,10 @@ void SupernodalSweeps::plan() {
     const Int end = p.column[at(s + 1)];
     const int* outside = p.row.data() + p.row_begin[at(s)] + columns(s);
     const int* outside_end = p.row.data() + p.row_begin[at(s + 1)];
-    for (Int i = p.row_begin[at(first[at(s)])]; i < p.row_begin[at(s + 1)]; ++i)
+    for (Int i = p.row_begin[at(first[at(s)])]; i < p.row_begin[at(s + 1)]; ++i) {
       if (p.row[at(i)] >= end)
         target_[at(i)] = work_rows_ + (std::lower_bound(outside, outside_end, p.row[at(i)]) - outside);
+    }
     work_rows_ += outside_end - outside;
     next = first[at(s)] - 1;
   }

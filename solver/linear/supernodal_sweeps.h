@@ -2,10 +2,10 @@
 #pragma once
 // L L^T y = b with the values of a supernodal Cholesky factor made elsewhere, for right-hand sides that
 // lie side by side (node-major): the factor passes through memory twice, whatever their number. Up to
-// twelve are worked on in registers, more by the BLAS. Disjoint subtrees of the elimination tree are worked on at the same time,
-// each with places of its own for what it takes from rows above it, which are added in a fixed
-// order; in the large supernodes at the top, blocks of rows (columns on the way back) are. The
-// division does not know the number of threads, so that results are the same bits for any.
+// twelve are worked on in registers, more by the BLAS. Disjoint subtrees of the elimination tree are
+// worked on at the same time, each with places of its own for what it takes from rows above it, which
+// are added in a fixed order; in the large supernodes at the top, blocks of rows (columns on the way
+// back) are. The division does not know the number of threads, so that results are the same bits for any.
 
 #include <cstddef>
 #include <cstdint>
@@ -39,7 +39,8 @@ public:
   /// beyond size() is overwritten   @param width  by width_for
   /// @param backward_only  L^T y = b instead
   void solve(const double* values, double* y, int width, bool backward_only = false) const;
-  /// Values rounded to single precision, half of what passes through memory; sums are double. @param width  at most few_columns
+  /// Values rounded to single precision, half of what passes through memory; sums are double.
+  /// @param width  at most few_columns
   void solve(const float* values, double* y, int width) const;
   double memory_bytes() const;
 

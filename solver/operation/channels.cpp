@@ -6,6 +6,8 @@
 #include <iterator>
 #include <numbers>
 
+#include "core/units.h"
+
 namespace thermotwin::solver {
 
 Channels::Channels(const mesh::Machine& machine) {
@@ -27,9 +29,10 @@ Channels::Channels(const mesh::Machine& machine) {
     add(id + "feed_" + unit + "_min", 0.0);
     add(id + "low_" + unit, not_given);
     add(id + "high_" + unit, not_given);
-    ranges_.push_back({index(id + "position_" + unit), index(id + "feed_" + unit + "_min"), index(id + "low_" + unit),
-                       index(id + "high_" + unit)});
     if (machine.has_clamp(axis.id)) add(id + "clamp.on", 0.0);
+    axes_.push_back({index(id + "position_" + unit), index(id + "feed_" + unit + "_min"), index(id + "low_" + unit),
+                     index(id + "high_" + unit), index(id + "clamp.on"),
+                     axis.kind == mesh::AxisKind::linear ? core::units::mm : core::units::deg});
   }
   // One that follows another has no temperature of its own until it is measured.
   for (const mesh::AmbientSpec& ambient : machine.ambients) {
@@ -61,7 +64,7 @@ int Channels::index(const std::string& name) const {
 void Channels::update(const Eigen::VectorXd& given, Eigen::Ref<Eigen::VectorXd> row) const {
   for (Eigen::Index k = 0; k < given.size(); ++k)
     if (!std::isnan(given[k])) row[k] = given[k];
-  for (const Range& range : ranges_) {
+  for (const AxisChannels& range : axes_) {
     const double slack = 1e-6 * (std::abs(row[range.low]) + std::abs(row[range.high]) + 1.0),
                  position = given[range.position];
     const bool ended =

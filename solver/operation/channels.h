@@ -4,6 +4,7 @@
 // in the unit of its name. cases/README.md lists the names. Rows are means over a time step.
 
 #include <Eigen/Core>
+
 #include <limits>
 #include <string>
 #include <unordered_map>
@@ -16,6 +17,12 @@ namespace thermotwin::solver {
 /// A value that nobody gives: the model then uses its own law or controller.
 inline constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
+/// Channels of an axis; clamped -1: it has no clamp.
+struct AxisChannels {
+  int position, feed, low, high, clamped;
+  double unit;  ///< SI value of one unit of the position
+};
+
 class Channels {
 public:
   explicit Channels(const mesh::Machine& machine);
@@ -24,22 +31,20 @@ public:
   Eigen::Index size() const { return std::ssize(names_); }
   /// @return index of the channel, -1 if the machine has none of this name
   int index(const std::string& name) const;
+  const AxisChannels& of_axis(std::size_t axis) const { return axes_[axis]; }
 
   /// Standing machine that is on: speeds 0, axes at home, ambients at default_C, coolants on,
   /// cutting fluid off; not_given for powers, coolant inlets and ranges (low, high).
   const Eigen::VectorXd& defaults() const { return defaults_; }
 
-  /// Takes what is given over into the row before, whose values hold where nothing is (NaN). A range ends, rather than holds,
-  /// once its axis stands (feed 0) or has a position outside.
+  /// Takes what is given over into the row before, whose values hold where nothing is (NaN). A range
+  /// ends, rather than holds, once its axis stands (feed 0) or has a position outside.
   /// @param given, row  (size)
   void update(const Eigen::VectorXd& given, Eigen::Ref<Eigen::VectorXd> row) const;
 
 private:
-  struct Range {
-    int position, feed, low, high;
-  };
   std::vector<std::string> names_;
-  std::vector<Range> ranges_;  ///< one an axis
+  std::vector<AxisChannels> axes_;
   std::unordered_map<std::string, int> index_;
   Eigen::VectorXd defaults_;
 };

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/operation/chiller.h"
 
-#include "solver/operation/layout.h"
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+
+#include "solver/operation/layout.h"
 
 namespace thermotwin::solver {
 

@@ -14,6 +14,7 @@
 // keeps its temperature.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "core/binary.h"

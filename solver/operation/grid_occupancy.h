@@ -10,7 +10,8 @@ namespace thermotwin::solver {
 /// an axis that spends its time evenly in [low, high].
 Eigen::VectorXd grid_weights(const JointGrid& grid, double low, double high);
 
-/// The same into a vector at hand. @param low, high  range of the axis, m or rad, equal for a standing axis  @param weights (nodes)
+/// The same into a vector at hand.
+/// @param low, high  range of the axis, m or rad, equal for a standing axis   @param weights  (nodes)
 void grid_occupancy(const JointGrid& grid, double low, double high, Eigen::Ref<Eigen::VectorXd> weights);
 
 }  // namespace thermotwin::solver

@@ -65,10 +65,11 @@ Layout make_layout(const mesh::Machine& machine, std::vector<JointGrid> grids) {
     layout.inputs.push_back({.kind = InputKind::volume_given, .term = next_term(), .item = i});
     layout.terms.push_back({TermKind::volume_given, i, 0});
   }
-  for (int i = 0; i < std::ssize(machine.coolants); ++i)
+  for (int i = 0; i < std::ssize(machine.coolants); ++i) {
     if (const mesh::CoolantSpec& coolant = machine.coolants[i];
         coolant.controls_return || coolant.control == mesh::ChillerControl::pi)
       layout.observed.push_back({ObservedKind::coolant_return, i});
+  }
   for (int i = 0; i < std::ssize(machine.volumes); ++i) {
     const std::string& id = machine.volumes[i].id;
     const bool guides = std::any_of(machine.coolants.begin(), machine.coolants.end(),

@@ -2,10 +2,10 @@
 #include "solver/operation/load_program.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/config.h"
 #include "core/error.h"
@@ -46,9 +46,10 @@ std::vector<double> LoadProgram::output_times() const {
 void LoadProgram::choose_outputs(std::vector<double> times, const std::string& place) {
   const double end = duration(), tolerance = 1e-9 * end;
   for (std::size_t i = 0; i < times.size(); ++i) {
-    if (!(times[i] >= 0.0 && times[i] <= end + tolerance))
+    if (!(times[i] >= 0.0 && times[i] <= end + tolerance)) {
       throw core::InputError(place, fmt::format("output at {} s", times[i]),
                              fmt::format("0 to {} s, the length of '{}'", end, name_));
+    }
     if (i > 0 && !(times[i] > times[i - 1] + tolerance))
       throw core::InputError(place, fmt::format("{} s after {} s", times[i], times[i - 1]), "rising times");
     times[i] = std::min(times[i], end);
@@ -64,9 +65,10 @@ std::vector<double> LoadProgram::stops() const {
   std::sort(all.begin(), all.end());
   const double tolerance = 1e-9 * duration(), end = chosen_outputs_.empty() ? duration() : chosen_outputs_.back();
   std::vector<double> kept;
-  for (double stop : all)
+  for (double stop : all) {
     if (stop > tolerance && stop <= end + tolerance && (kept.empty() || stop - kept.back() > tolerance))
       kept.push_back(stop);
+  }
   kept.back() = end;
   return kept;
 }

@@ -7,6 +7,7 @@
 // position_* or where `position` puts it. While machine_on is false nothing turns, moves or flows.
 
 #include <Eigen/Core>
+
 #include <filesystem>
 #include <optional>
 #include <string>

@@ -26,7 +26,7 @@ public:
 
   LoadProgram read(const core::Config& config, const std::filesystem::path& path) {
     const Node root = config.root();
-    root.integer("schema", 1, 1);
+    root.schema(1);
     LoadProgram program;
     program.name_ = path.stem().string();
     program.title_ = root.text_or("title", program.name_);
@@ -81,23 +81,26 @@ private:
     };
     double duration = 0.0;
     int given = 0;
-    for (const Unit& unit : {Unit{"duration_h", 3600.0}, Unit{"duration_min", 60.0}, Unit{"duration_s", 1.0}})
+    for (const Unit& unit : {Unit{"duration_h", 3600.0}, Unit{"duration_min", 60.0}, Unit{"duration_s", 1.0}}) {
       if (phase.has(unit.key)) {
         duration = phase.number(unit.key, {1e-6, 1e9}) * unit.seconds;
         ++given;
       }
-    if (given != 1)
+    }
+    if (given != 1) {
       throw InputError(phase.place(), given == 0 ? "no duration" : "more than one duration",
                        "one of: duration_h, duration_min, duration_s");
+    }
     return duration;
   }
 
   /// A slip of a digit in a duration or step must not fill the memory.
   static void require_affordable(const Node& root, const char* key, double interval, double duration) {
     constexpr double most = 1e7;
-    if (duration / interval > most)
+    if (duration / interval > most) {
       throw InputError(root.place(key), fmt::format("{} s in a program of {} s", interval, duration),
                        fmt::format("at most {:.0f} intervals: {} s or more", most, duration / most));
+    }
   }
 
   /// A number, or [from, to] for a ramp over the phase.
@@ -112,9 +115,10 @@ private:
     }
     if (values.empty() || values.size() > 2)
       throw InputError(phase.place(key), fmt::format("{} numbers", values.size()), allowed);
-    for (double value : values)
+    for (double value : values) {
       if (!(value >= range.low && value <= range.high))
         throw InputError(phase.place(key), fmt::format("{}", value), fmt::format("{} to {}", range.low, range.high));
+    }
     return {values.front(), values.back()};
   }
 
@@ -139,12 +143,14 @@ private:
     double feed = 0.0;
     if (u.axis.kind == mesh::AxisKind::rotary && node.has("speed_rpm")) {
       feed = 360.0 * node.number("speed_rpm", {0.0, u.fastest() / 360.0});
-      if (!u.axis.endless)
+      if (!u.axis.endless) {
         throw InputError(node.place("speed_rpm"), "a speed for axis '" + id + "' with limits",
                          "low_deg, high_deg and feed_deg_min");
-      if (node.has(key("low")) || node.has(key("high")) || node.has(key("feed") + "_min"))
+      }
+      if (node.has(key("low")) || node.has(key("high")) || node.has(key("feed") + "_min")) {
         throw InputError(node.place("speed_rpm"), "speed_rpm beside low_deg, high_deg or feed_deg_min",
                          "one of the two ways");
+      }
       if (feed > 0.0 && duty > 0.0) {
         const double start = channel(prefix + "position_deg");
         at("low_deg") = start;
@@ -152,12 +158,14 @@ private:
       }
     } else if (node.has(key("low")) || node.has(key("high"))) {
       const double low = node.number(key("low"), travel), high = node.number(key("high"), travel);
-      if (!(high > low))
+      if (!(high > low)) {
         throw InputError(node.place(key("high")), fmt::format("{}", high),
                          fmt::format("a number above {} = {}", key("low"), low));
-      if (node.has(key("position")))
+      }
+      if (node.has(key("position"))) {
         throw InputError(node.place(key("position")), "a position beside a range",
                          "either the position or low and high");
+      }
       at(key("low")) = low;
       at(key("high")) = high;
       at(key("position")) = 0.5 * (low + high);
@@ -190,10 +198,11 @@ private:
   void read_doors(const Node& phase) {
     for (const std::string& door : machine_.doors) channel("door." + door + ".open") = 0.0;
     for (const std::string& id : phase.texts("doors_open")) {
-      if (std::find(machine_.doors.begin(), machine_.doors.end(), id) == machine_.doors.end())
+      if (std::find(machine_.doors.begin(), machine_.doors.end(), id) == machine_.doors.end()) {
         throw InputError(phase.place("doors_open"), "unknown door '" + id + "'",
                          machine_.doors.empty() ? "a [[door]] of machine.toml, which has none"
                                                 : "one of: " + core::join(machine_.doors));
+      }
       channel("door." + id + ".open") = 1.0;
     }
   }
@@ -205,9 +214,10 @@ private:
     const bool on = channel("machine.on") != 0.0;
     const double fastest = machine_.spindle_max_rpm > 0 ? machine_.spindle_max_rpm : 1e6;
     channel("spindle.speed_rpm") = phase.number_or("spindle_rpm", channel("spindle.speed_rpm"), {0.0, fastest});
-    if (!on && phase.has("spindle_rpm") && channel("spindle.speed_rpm") > 0.0)
+    if (!on && phase.has("spindle_rpm") && channel("spindle.speed_rpm") > 0.0) {
       throw InputError(phase.place("spindle_rpm"), "a turning spindle while machine_on = false",
                        "0, or machine_on = true");
+    }
     channel("cutting_fluid.on") = phase.boolean_or("cutting_fluid", channel("cutting_fluid.on") != 0.0) ? 1.0 : 0.0;
     for (const mesh::CoolantSpec& coolant : machine_.coolants) {
       double& state = channel("coolant." + coolant.id + ".on");

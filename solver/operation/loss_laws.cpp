@@ -82,13 +82,13 @@ LossInput::LossInput(const mesh::Machine& machine, const Channels& channels, con
   if (axis_ < 0) throw core::InputError("law", "motion '" + loss.motion + "'", "\"spindle\" or the id of an axis");
   const mesh::Axis& axis = machine.axes[axis_];
   const bool linear = axis.kind == mesh::AxisKind::linear;
-  const std::string id = "axis." + axis.id + ".", unit = linear ? "mm" : "deg";
-  position_ = channels.index(id + "position_" + unit);
-  speed_ = channels.index(id + "feed_" + unit + "_min");
-  low_ = channels.index(id + "low_" + unit);
-  high_ = channels.index(id + "high_" + unit);
-  clamped_ = channels.index(id + "clamp.on");
-  to_position_ = linear ? 1e-3 : pi / 180.0;
+  const AxisChannels& of_axis = channels.of_axis(axis_);
+  position_ = of_axis.position;
+  speed_ = of_axis.feed;
+  low_ = of_axis.low;
+  high_ = of_axis.high;
+  clamped_ = of_axis.clamped;
+  to_position_ = of_axis.unit;
   fastest_ = axis.rapid * 60.0 / to_position_;
   const bool by_speed =
       std::holds_alternative<mesh::GuideLoss>(loss.law) || std::holds_alternative<mesh::ScrewLoss>(loss.law);

@@ -16,6 +16,7 @@
 // A mean speed enters as it is: with a duty below 100 % laws that are not linear see the mean.
 
 #include <Eigen/Core>
+
 #include <cmath>
 
 #include "mesh/machine/machine.h"

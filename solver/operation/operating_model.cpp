@@ -21,9 +21,10 @@ namespace units = core::units;
 
 int require_channel(const Channels& channels, const std::string& name, const std::string& place) {
   const int index = channels.index(name);
-  if (index < 0)
+  if (index < 0) {
     throw core::InputError(place, "channel '" + name + "'",
                            "a channel of the machine (nearest: " + core::nearest(name, channels.names()) + ")");
+  }
   return index;
 }
 
@@ -48,9 +49,10 @@ double interpolate(const mesh::PowerLaw& law, double x) {
 /// Of a channel of speeds, in its unit; 0 for any other channel.
 double largest_speed(const mesh::Machine& machine, const std::string& channel) {
   if (channel == "spindle.speed_rpm") return machine.spindle_max_rpm;
-  for (const mesh::Axis& axis : machine.axes)
+  for (const mesh::Axis& axis : machine.axes) {
     if (channel.starts_with("axis." + axis.id + ".feed_"))
       return axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? units::mm : units::deg);
+  }
   return 0.0;
 }
 
@@ -66,23 +68,12 @@ OperatingModel::OperatingModel(const mesh::Machine& machine, const Layout& layou
       layout_(layout),
       channels_(machine),
       machine_on_(channels_.index("machine.on")) {
-  connect_axes();
   connect_ambients();
   connect_films();
   find_first_terms();
   connect_joints();
   connect_fluids();
   connect_sources();
-}
-
-void OperatingModel::connect_axes() {
-  for (const mesh::Axis& axis : machine_.axes) {
-    const bool linear = axis.kind == mesh::AxisKind::linear;
-    const std::string id = "axis." + axis.id + ".", unit = linear ? "mm" : "deg";
-    axis_channels_.push_back({channels_.index(id + "position_" + unit), channels_.index(id + "feed_" + unit + "_min"),
-                              channels_.index(id + "low_" + unit), channels_.index(id + "high_" + unit),
-                              linear ? units::mm : units::deg});
-  }
 }
 
 void OperatingModel::connect_ambients() {
@@ -135,9 +126,10 @@ void OperatingModel::find_first_terms() {
   for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
     if (layout_.inputs[k].kind == InputKind::film_ambient) film_first_input_[layout_.inputs[k].item] = k;
   joint_first_term_.assign(machine_.joints.size(), -1);
-  for (std::size_t t = 0; t < layout_.terms.size(); ++t)
+  for (std::size_t t = 0; t < layout_.terms.size(); ++t) {
     if (const Term& term = layout_.terms[t]; term.kind == TermKind::contact && term.part == 0)
       joint_first_term_[term.item] = t;
+  }
 }
 
 void OperatingModel::connect_joints() {
@@ -173,9 +165,10 @@ void OperatingModel::connect_sources() {
   for (const mesh::SourceSpec& source : machine_.sources) {
     source_drive_.push_back(source.drive.empty() ? -1 : channels_.index(source.drive + ".power_W"));
     std::vector<LawChannel> laws;
-    for (const mesh::PowerLaw& law : source.laws)
+    for (const mesh::PowerLaw& law : source.laws) {
       laws.push_back({require_channel(channels_, law.input, "source " + source.id), !law.input.ends_with(".T_C"),
                       0.5 * largest_speed(machine_, law.input)});
+    }
     law_channels_.push_back(std::move(laws));
     std::vector<LossInput> losses;
     for (const mesh::LossLaw& loss : source.losses) losses.emplace_back(machine_, channels_, loss);
@@ -272,9 +265,10 @@ double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) c
     const double factor = half_speed > 0.0 ? by_speed(std::abs(value) / half_speed, source.speed_exponent) : 1.0;
     power += factor * interpolate(source.laws[k], magnitude ? std::abs(value) : value);
   }
-  for (std::size_t k = 0; k < source.losses.size(); ++k)
+  for (std::size_t k = 0; k < source.losses.size(); ++k) {
     power += by_speed(2.0 * loss_inputs_[i][k].relative_speed(row), source.speed_exponent) *
              loss_inputs_[i][k].power(source.losses[k], row);
+  }
   return source.scale.value * power + standstill;
 }
 
@@ -296,9 +290,9 @@ Eigen::VectorXd OperatingModel::source_powers(const Eigen::VectorXd& row) const 
 }
 
 mesh::Pose OperatingModel::pose(const Eigen::VectorXd& row) const {
-  mesh::Pose pose(std::ssize(axis_channels_));
-  for (std::size_t i = 0; i < axis_channels_.size(); ++i)
-    pose[i] = row[axis_channels_[i].position] * axis_channels_[i].unit;
+  mesh::Pose pose(std::ssize(machine_.axes));
+  for (Eigen::Index i = 0; i < pose.size(); ++i)
+    pose[i] = row[channels_.of_axis(i).position] * channels_.of_axis(i).unit;
   return pose;
 }
 
@@ -313,7 +307,7 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
   for (std::size_t j = 0; j < layout_.grids.size(); ++j) {
     const JointGrid& grid = layout_.grids[j];
     if (grid.axis < 0 || joint_first_term_[j] < 0) continue;
-    const AxisChannels& axis = axis_channels_[grid.axis];
+    const AxisChannels& axis = channels_.of_axis(grid.axis);
     double low = row[axis.low], high = row[axis.high];
     if (!std::isfinite(low) || !std::isfinite(high)) low = high = row[axis.position];
     grid_occupancy(grid, low * axis.unit, high * axis.unit,

@@ -9,6 +9,7 @@
 // Sources: film laws after Gebhardt (2014) Fig. 5.3 and (5.10)-(5.19), see film_laws.h.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 
@@ -81,7 +82,6 @@ private:
   double gradient_K_m(int ambient, const Eigen::VectorXd& row) const;
   double conductance(std::size_t joint, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const;
 
-  void connect_axes();
   void connect_ambients();
   void connect_films();
   void find_first_terms();
@@ -92,11 +92,6 @@ private:
   mesh::Machine machine_;
   Layout layout_;
   Channels channels_;
-  struct AxisChannels {
-    int position, feed, low, high;
-    double unit;
-  };
-  std::vector<AxisChannels> axis_channels_;  // unit: SI value of one unit of the position
   std::vector<int> ambient_channels_, ambient_follows_;
   struct FilmChannels {
     int state, speed, table, ambient, surroundings;  // ambient -1: a volume

@@ -19,6 +19,7 @@ struct TimeOptions {
   double tolerance_K = 0.01;    ///< adaptive: largest estimated error of a step at any node
   double shortest_step = 0.01;  ///< s; a step of this length is kept whatever its error
   double longest_step = 21600;  ///< s
+  void validate() const;        ///< @throws InputError
 };
 
 /// Keys of a [time] table. @throws InputError

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/range.h"
 #include "solver/thermal/iteration.h"
 
 namespace thermotwin::solver {
@@ -128,9 +129,18 @@ struct AdaptiveIntegrator::Work : ThermalIteration {
   }
 };
 
+void AdaptiveOptions::validate() const {
+  const std::string of = "adaptive options: ";
+  core::require_within(of + "tolerance", tolerance, {1e-16, 1.0});
+  core::require_within(of + "max_iterations", max_iterations, {1.0, 1e9});
+  core::require_within(of + "factor_memory", factor_memory, core::non_negative);
+}
+
 AdaptiveIntegrator::AdaptiveIntegrator(const ThermalSystem& system, const AdaptiveOptions& options)
     : system_(system),
-      work_(std::make_unique<Work>(system, options)) {}
+      work_(std::make_unique<Work>(system, options)) {
+  options.validate();
+}
 
 AdaptiveIntegrator::~AdaptiveIntegrator() = default;
 

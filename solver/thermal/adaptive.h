@@ -22,6 +22,7 @@ struct AdaptiveOptions {
   int max_iterations = 60;
   double factor_memory = 1e9;     ///< bytes that factors beyond the first may take
   bool single_precision = false;  ///< of the values of factors (SparseFactorOptions); for tolerances above 1e-6
+  void validate() const;          ///< @throws InputError
 };
 
 class AdaptiveIntegrator {

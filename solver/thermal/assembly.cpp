@@ -29,7 +29,7 @@ SparseMatrix on_diagonal(const std::vector<SparseMatrix>& bodies, const std::vec
   matrix.resizeNonZeros(entries);
   int* outer = matrix.outerIndexPtr();
   int at = 0;
-  for (std::size_t b = 0; b < bodies.size(); ++b)
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
     for (Index column = 0; column < bodies[b].cols(); ++column) {
       *outer++ = at;
       for (SparseMatrix::InnerIterator it(bodies[b], column); it; ++it, ++at) {
@@ -37,6 +37,7 @@ SparseMatrix on_diagonal(const std::vector<SparseMatrix>& bodies, const std::vec
         matrix.valuePtr()[at] = it.value();
       }
     }
+  }
   for (std::size_t f = 0; f < fluids.size(); ++f, ++at) {
     *outer++ = at;
     matrix.innerIndexPtr()[at] = first_node.back() + f;

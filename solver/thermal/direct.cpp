@@ -2,9 +2,9 @@
 #include "solver/thermal/direct.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/thread_pool.h"
@@ -28,10 +28,11 @@ void ThermalDirectSolver::factorise(const Eigen::VectorXd& p, double shift) {
   impl_->blocks.factorise(impl_->op, p, shift);
   // A body that floats leaves a last pivot of rounding errors.
   const double rcond = impl_->blocks.factor().rcond();
-  if (shift == 0.0 && rcond < 1e-13)
+  if (shift == 0.0 && rcond < 1e-13) {
     throw core::SolverError(fmt::format(
         "steady state: the conduction matrix is singular (pivot ratio {:.1e}); a body has no path to any ambient",
         rcond));
+  }
 }
 
 Eigen::MatrixXd ThermalDirectSolver::solve(const Eigen::MatrixXd& right_hand_side, bool transpose) const {

@@ -4,6 +4,7 @@
 // each set of coefficients and shift, many right-hand sides for each factorisation.
 
 #include <Eigen/Core>
+
 #include <memory>
 
 #include "solver/thermal/system.h"

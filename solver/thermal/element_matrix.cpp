@@ -42,9 +42,10 @@ void ElementMatrix::add(const mesh::TetNodes& nodes, const Eigen::MatrixXd& valu
       // Counted, not searched: so few are compared faster than a branch is foretold.
       int place = 0;
       for (Eigen::Index k = 0; k < count; ++k) place += neighbour[k] < nodes[a] ? 1 : 0;
-      for (Eigen::Index j = 0; j < columns; ++j)
+      for (Eigen::Index j = 0; j < columns; ++j) {
         for (Eigen::Index i = 0; i < rows; ++i)
           values_[rows * (columns * before + j * count + place) + i] += values(rows * a + i, columns * b + j);
+      }
     }
   }
 }
@@ -54,12 +55,13 @@ SparseMatrix ElementMatrix::take() {
   std::vector<int> outer{0}, inner;
   outer.reserve(column_block_ * nodes + 1);
   inner.reserve(values_.size());
-  for (std::size_t node = 0; node + 1 < first_.size(); ++node)
+  for (std::size_t node = 0; node + 1 < first_.size(); ++node) {
     for (int j = 0; j < column_block_; ++j) {
       for (int k = first_[node]; k < first_[node + 1]; ++k)
         for (int i = 0; i < row_block_; ++i) inner.push_back(row_block_ * neighbour_[k] + i);
       outer.push_back(inner.size());
     }
+  }
   SparseMatrix matrix = Eigen::Map<const SparseMatrix>(row_block_ * nodes, column_block_ * nodes, std::ssize(inner),
                                                        outer.data(), inner.data(), values_.data());
   values_.clear();

@@ -5,6 +5,7 @@
 // several times the matrix in triplets.
 
 #include <Eigen/SparseCore>
+
 #include <vector>
 
 #include "mesh/body/shape.h"

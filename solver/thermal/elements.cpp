@@ -2,6 +2,7 @@
 #include "solver/thermal/elements.h"
 
 #include <Eigen/Dense>
+
 #include <limits>
 
 #include "mesh/body/triangle_tree.h"
@@ -91,11 +92,12 @@ BodyHeat assemble_heat(const TetMesh& body, const mesh::Material& material, bool
     const Eigen::Matrix4d g = volume * gradients * tensor * gradients.transpose();
     k.setZero();
     for (const Slopes& s : slopes) k += s.share * s.at * g * s.at.transpose();
-    for (Index j = 0; j < n; ++j)
+    for (Index j = 0; j < n; ++j) {
       for (Index i = 0; i < n; ++i) {
         both(sets * i, j) = k(i, j);
         if (!lumped) both(2 * i + 1, j) = per_volume * volume * mass(i, j);
       }
+    }
     sum.add(mesh::tet_nodes(body, e), both);
   }
   const SparseMatrix stacked = sum.take();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/thermal/fluid_assembly.h"
 
-#include "solver/thermal/surfaces.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "solver/thermal/surfaces.h"
 
 namespace thermotwin::solver {
 
@@ -54,10 +54,12 @@ int FluidNodes::node(int coolant, int segment, int cell, int end) const {
 
 std::vector<double> FluidNodes::capacities() const {
   std::vector<double> values;
-  for (const mesh::CoolantSpec& coolant : machine_.coolants)
-    for (const mesh::CoolantSegment& segment : coolant.segments)
+  for (const mesh::CoolantSpec& coolant : machine_.coolants) {
+    for (const mesh::CoolantSegment& segment : coolant.segments) {
       values.insert(values.end(), 2 * segment.cells,
                     0.5 * coolant.density * coolant.specific_heat * segment.volume / segment.cells);
+    }
+  }
   for (const mesh::VolumeSpec& volume : machine_.volumes) values.push_back(volume.capacity.value);
   return values;
 }
@@ -78,9 +80,10 @@ void FluidNodes::add_flow(int coolant, Triplets& triplets) const {
         triplets.emplace_back(in, node(coolant, s, cell - 1, 1), -flow);
         continue;
       }
-      for (const auto& [before, share] : networks_[c].inflow[i])
+      for (const auto& [before, share] : networks_[c].inflow[i]) {
         if (before >= 0)
           triplets.emplace_back(in, node(coolant, before, spec.segments[before].cells - 1, 1), -flow * share);
+      }
     }
   }
 }
@@ -130,18 +133,21 @@ void FluidNodes::add_wall(const mesh::MachineMesh& mesh, int coolant, int segmen
       }
     }
   }
-  for (int a = 0; a < fluids; ++a)
+  for (int a = 0; a < fluids; ++a) {
     for (int b = 0; b < fluids; ++b)
       if (of_fluid(a, b) != 0.0) triplets.emplace_back(fluid + a, fluid + b, of_fluid(a, b));
+  }
 }
 
 SparseColumn FluidNodes::inlet(int coolant) const {
   const std::size_t c = coolant;
   SparseColumn column;
-  for (std::size_t s = 0; s < networks_[c].inflow.size(); ++s)
-    for (const auto& [before, share] : networks_[c].inflow[s])
+  for (std::size_t s = 0; s < networks_[c].inflow.size(); ++s) {
+    for (const auto& [before, share] : networks_[c].inflow[s]) {
       if (before < 0)
         column.emplace_back(node(coolant, s, 0, 0), machine_.coolants[c].specific_heat * networks_[c].share[s] * share);
+    }
+  }
   return column;
 }
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/thermal/heat_balance.h"
 
-#include "solver/operation/layout.h"
-
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+
+#include "solver/operation/layout.h"
 
 namespace thermotwin::solver {
 
@@ -80,9 +80,10 @@ void HeatBalance::add(const VectorXd& start, const VectorXd& end, const VectorXd
   stored_ += capacity_.dot(rise);
   VectorXd heat = VectorXd::Zero(heat_.size());
   const auto flow = [&](int item, double power) { heat[item] += step_s * power; };
-  for (std::size_t j = 0; j < terms_.size(); ++j)
+  for (std::size_t j = 0; j < terms_.size(); ++j) {
     if (const double coefficient = p[j]; coefficient != 0.0 && terms_[j].item >= 0)
       flow(terms_[j].item, -coefficient * terms_[j].of.dot(mean));
+  }
   for (std::size_t s = 0; s < segments_.size(); ++s)
     carried_[s] += step_s * p[segments_[s].term] * segments_[s].walls.dot(mean);
   for (std::size_t k = 0; k < inputs_.size(); ++k)

@@ -6,6 +6,7 @@
 // iterations leave. Heat that passes between bodies cancels and is not listed.
 
 #include <Eigen/SparseCore>
+
 #include <string>
 #include <vector>
 

@@ -2,12 +2,13 @@
 #include "solver/thermal/integrator.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.h"
+#include "core/range.h"
 #include "core/thread_pool.h"
 #include "solver/thermal/iteration.h"
 #include "solver/thermal/system.h"
@@ -135,12 +136,13 @@ struct ThermalIntegrator::Work : ThermalIteration {
       source = system.inputs * powers;
       q = powers;
     }
-    for (std::size_t l = 0; l < c.size(); ++l)
+    for (std::size_t l = 0; l < c.size(); ++l) {
       if (!loads[l].local.empty()) {
         // Another one in the next step: the product above must then be made anew.
         source.col(l) += loads[l].local.source;
         q.resize(0, 0);
       }
+    }
   }
 
   /// (E / (gamma h) + K) d = f - K T, then T + d is the temperature at gamma h.
@@ -201,10 +203,20 @@ struct ThermalIntegrator::Work : ThermalIteration {
   }
 };
 
+void IntegratorOptions::validate() const {
+  const std::string of = "integrator options: ";
+  core::require_within(of + "tolerance", tolerance, {1e-16, 1.0});
+  core::require_within(of + "max_iterations", max_iterations, {1.0, 1e9});
+  core::require_within(of + "refactor_above", refactor_above, {0.0, 1e9});
+  core::require_within(of + "factor_memory", factor_memory, core::non_negative);
+}
+
 ThermalIntegrator::ThermalIntegrator(const ThermalSystem& system, const IntegratorOptions& options)
     : system_(system),
       options_(options),
-      work_(std::make_unique<Work>(system, options)) {}
+      work_(std::make_unique<Work>(system, options)) {
+  options.validate();
+}
 
 ThermalIntegrator::~ThermalIntegrator() = default;
 
@@ -213,9 +225,10 @@ VectorXd ThermalIntegrator::uniform(double temperature_K) const { return VectorX
 MatrixXd ThermalIntegrator::sensors(const MatrixXd& state) const { return system_.sensors * state; }
 
 void ThermalIntegrator::advance(MatrixXd& state, const std::vector<Coefficients>& c, double step_s) {
-  if (std::ssize(c) != state.cols() || state.rows() != size() || !(step_s > 0.0))
+  if (std::ssize(c) != state.cols() || state.rows() != size() || !(step_s > 0.0)) {
     throw core::SolverError(fmt::format("thermal step: {} x {} states, {} sets of coefficients, step {} s",
                                         state.rows(), state.cols(), c.size(), step_s));
+  }
   Work& work = *work_;
   const double gamma = options_.backward_euler ? 1.0 : sdirk_gamma;
   work.take_over(state, c, gamma * step_s);

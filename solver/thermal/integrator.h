@@ -21,6 +21,7 @@ struct IntegratorOptions {
   bool keep_mean = false;       ///< for a HeatBalance
   bool backward_euler = false;  ///< first order instead, for comparison and for virtual machines
   double factor_memory = 1e9;   ///< bytes that factors beyond the first may take
+  void validate() const;        ///< @throws InputError
 };
 
 /// One CHOLMOD factor of the mean operator serves all loads and steps while it is close enough;

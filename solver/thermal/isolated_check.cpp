@@ -24,9 +24,10 @@ public:
     return i;
   }
   void join(const SparseMatrix& matrix) {
-    for (Index j = 0; j < matrix.outerSize(); ++j)
+    for (Index j = 0; j < matrix.outerSize(); ++j) {
       for (SparseMatrix::InnerIterator it(matrix, j); it; ++it)
         if (it.value() != 0.0) at(find(it.row())) = find(j);
+    }
   }
 
 private:
@@ -53,7 +54,7 @@ std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const The
     std::vector<std::string> bodies;
   };
   std::map<Index, Part> parts;
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     for (Index n = 0; n < mesh.bodies[b].nodes(); ++n) {
       const Index root = groups.find(mesh.first_node[b] + n);
       if (leads_away.at(root)) continue;
@@ -63,6 +64,7 @@ std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const The
       if (const std::string& id = mesh.machine.bodies[b].id; part.bodies.empty() || part.bodies.back() != id)
         part.bodies.push_back(id);
     }
+  }
   std::vector<std::string> sentences;
   for (const auto& [root, part] : parts) {
     const Eigen::Vector3d at = 1e3 * part.middle / part.nodes;

@@ -2,9 +2,9 @@
 #include "solver/thermal/iteration.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "core/error.h"
@@ -125,11 +125,12 @@ void ThermalIteration::drop_finished(const VectorXd& norm) {
   Working& w = working_;
   std::vector<Index> kept;
   std::vector<std::size_t> still;
-  for (std::size_t c = 0; c < w.load.size(); ++c)
+  for (std::size_t c = 0; c < w.load.size(); ++c) {
     if (!(norm[c] <= loads[w.load[c]].threshold)) {
       kept.push_back(c);
       still.push_back(w.load[c]);
     }
+  }
   if (kept.size() == w.load.size()) return;
   if (kept.empty()) return give_back();
   const auto keep = [&](SideBySide& block) { block = SideBySide(block(Eigen::all, kept)); };
@@ -189,11 +190,12 @@ VectorXd ThermalIteration::step(int iteration, bool with_capacity) {
     const Eigen::ArrayXd overlap = dots(fresh.az, old.az) * old.weight;
     const double *old_z = old.z.data(), *old_az = old.az.data(), *factor = overlap.data();
     over_rows(rows, [&](Index first, Index last) {
-      for (Index i = first; i < last; ++i)
+      for (Index i = first; i < last; ++i) {
         for (Index k = 0; k < width; ++k) {
           az[i * width + k] -= factor[k] * old_az[i * width + k];
           z[i * width + k] -= factor[k] * old_z[i * width + k];
         }
+      }
     });
   }
   double *r = w.residual.data(), *x = w.increment.data();
@@ -259,10 +261,11 @@ void ThermalIteration::require_done(int limit) const {
   const VectorXd norm = norms(residual);
   for (std::size_t l = 0; l < loads.size(); ++l) {
     const double left = norm[l];
-    if (!(left <= loads[l].threshold))
+    if (!(left <= loads[l].threshold)) {
       throw core::SolverError(fmt::format(
           "thermal step: load {} of {} has a residual of {:.2e} W where {:.2e} W is allowed, after {} iterations",
           l + 1, loads.size(), left, loads[l].threshold, limit));
+    }
   }
 }
 

@@ -79,11 +79,12 @@ JointTerm joint_term(const MachineMesh& mesh, const mesh::JointSpec& joint, cons
         term.area += area;
       }
       of_master.put(triplets, term.master_load);
-      for (Index row = 0; row < mixed.rows(); ++row)
+      for (Index row = 0; row < mixed.rows(); ++row) {
         for (Index column = 0; column < mixed.cols(); ++column) {
           triplets.emplace_back(of_slave.nodes()[row], of_master.nodes()[column], -mixed(row, column));
           triplets.emplace_back(of_master.nodes()[column], of_slave.nodes()[row], -mixed(row, column));
         }
+      }
     }
     of_slave.put(triplets, term.slave_load);
   }
@@ -129,13 +130,15 @@ std::vector<std::vector<JointTerm>> joint_terms(const MachineMesh& mesh, const s
       largest = std::max(largest, term.area);
       if (term.area <= 0.0) ++open;
     }
-    if (largest <= 0.0)
+    if (largest <= 0.0) {
       throw core::InputError(mesh.machine.path.string() + " joint " + joint.id,
                              fmt::format("'{}' and '{}' touch nowhere over the travel", joint.slave, joint.master),
                              fmt::format("surfaces that face each other within reach_mm = {:.4g}", joint.reach * 1e3));
-    if (open > 0)
+    }
+    if (open > 0) {
       core::warn(fmt::format("joint {}: no contact at {} of {} positions of its axis {}", joint.id, open,
                              terms[j].size(), joint.axis));
+    }
   }
   return terms;
 }

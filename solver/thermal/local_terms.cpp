@@ -22,9 +22,10 @@ constexpr double same_K = 1e-4;  // closer than that the secant is the value in 
 
 LocalTerms::Curve LocalTerms::make_curve(const mesh::Curve& table, double nominal, double reference_C) {
   Curve curve{table, {0.0}, nominal, nominal / table(reference_C)};
-  for (std::size_t i = 1; i < table.at.size(); ++i)
+  for (std::size_t i = 1; i < table.at.size(); ++i) {
     curve.integral.push_back(curve.integral.back() +
                              0.5 * (table.value[i] + table.value[i - 1]) * (table.at[i] - table.at[i - 1]));
+  }
   return curve;
 }
 
@@ -73,12 +74,13 @@ LocalTerms::LocalTerms(const mesh::MachineMesh& mesh, Index size)
 
 void LocalTerms::make_pattern(Index size) {
   const auto visit = [&](const auto& put_element, const auto& put_face) {
-    for (const Body& body : bodies_)
+    for (const Body& body : bodies_) {
       for (Index e = 0; e < body.mesh->elements(); ++e) {
         const mesh::TetNodes nodes = mesh::tet_nodes(*body.mesh, e).array() + body.first_node;
         for (Index i = 0; i < nodes.size(); ++i)
           for (Index j = 0; j < nodes.size(); ++j) put_element(nodes[i], nodes[j]);
       }
+    }
     for (const Face& face : faces_) {
       const mesh::FaceNodes nodes = mesh::face_nodes(*face.mesh, face.face).array() + face.first_node;
       for (Index i = 0; i < nodes.size(); ++i)
@@ -146,11 +148,12 @@ const int* LocalTerms::add_body(const Body& body, const VectorXd& start, const V
     m.setZero();
     if (body.has_conductivity) add_conduction(body, e, at, before, after, k);
     if (body.has_heat) add_capacity(body, e, at, before, after, m);
-    for (Index i = 0; i < corners; ++i)
+    for (Index i = 0; i < corners; ++i) {
       for (Index j = 0; j < corners; ++j, ++place) {
         conduction[*place] += k(i, j);
         capacity[*place] += m(i, j);
       }
+    }
   }
   return place;
 }

@@ -11,6 +11,7 @@
 // Second order in time. Quadrature of degree 2 (order 1) or 5; of degree 5 on surfaces.
 
 #include <Eigen/SparseCore>
+
 #include <vector>
 
 #include "mesh/body/shape.h"

@@ -2,13 +2,13 @@
 #include "solver/thermal/memory_plan.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
 #include <optional>
 #include <sstream>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "core/error.h"
 
@@ -41,12 +41,13 @@ void decide(MemoryPlan& plan, SolverChoice choice, double available) {
     plan.elastic_solver = LinearSolver::iterative;
     if (total() > room) plan.heat_solver = LinearSolver::iterative;
   }
-  if (total() > available)
+  if (total() > available) {
     throw core::SolverError(
         fmt::format("memory: {:.2f} GiB are needed ({} solvers), {:.2f} GiB are available; {}", total() / GiB,
                     plan.elastic_solver == LinearSolver::direct ? "direct" : "iterative", available / GiB,
                     choice == SolverChoice::direct ? "--solver iterative or a coarser --size needs less"
                                                    : "a coarser --size needs less"));
+  }
 }
 
 std::string MemoryPlan::brief() const {

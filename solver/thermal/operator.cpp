@@ -59,13 +59,14 @@ ThermalOperator::ThermalOperator(const ThermalSystem& system) : system_(system) 
   term_values_.resize(term_inner_.size());
   std::vector<int> of_term(term_inner_.size());
   const std::vector<int> first = next;
-  for (std::size_t t = 0; t < system.terms.size(); ++t)
+  for (std::size_t t = 0; t < system.terms.size(); ++t) {
     visit_entries(system.terms[t], [&](int r, int c, double v) {
       const std::size_t at = next[r]++;
       term_inner_[at] = c;
       term_values_[at] = v;
       of_term[at] = t;
     });
+  }
   for (std::size_t r = 0; r < size; ++r) {
     segment_outer_.push_back(segments_.size());
     for (int i = first[r]; i < first[r + 1]; ++i)
@@ -129,7 +130,7 @@ void ThermalOperator::multiply_rows(const SideBySide& p, double shift, const Sid
                 if constexpr (conduct) conducted.add(k_[i], value);
               }
             }
-            if constexpr (conduct)
+            if constexpr (conduct) {
               for (Index s = segment_outer_[r]; s < segment_outer_[r + 1]; ++s) {
                 const int term = segments_[s].term;
                 if (!used[term]) continue;
@@ -138,6 +139,7 @@ void ThermalOperator::multiply_rows(const SideBySide& p, double shift, const Sid
                   of_term.add(term_values_[i], from + term_inner_[i] * stride);
                 conducted.add(coefficients + term * stride, of_term);
               }
+            }
             if constexpr (wanted == Wanted::both) conducted.add(shift, stored);
             if constexpr (wanted != Wanted::sum) stored.put(e + row * stride + begin);
             if constexpr (conduct) conducted.put(k + row * stride + begin);
@@ -189,26 +191,29 @@ template <class Visit>
 void ThermalOperator::visit_row(Index row, const VectorXd& p, const Visit& visit) const {
   const std::size_t r = row;
   for (Index i = outer_[r]; i < outer_[r + 1]; ++i) visit(inner_[i], e_[i], k_[i]);
-  for (Index s = segment_outer_[r]; s < segment_outer_[r + 1]; ++s)
+  for (Index s = segment_outer_[r]; s < segment_outer_[r + 1]; ++s) {
     for (Index i = segments_[s].begin; i < segments_[s + 1].begin; ++i)
       visit(term_inner_[i], 0.0, p[segments_[s].term] * term_values_[i]);
+  }
 }
 
 MatrixXd ThermalOperator::fluid_block(const VectorXd& p, double shift) const {
   MatrixXd block = MatrixXd::Zero(fluids(), fluids());
-  for (Index row = nodes(); row < size(); ++row)
+  for (Index row = nodes(); row < size(); ++row) {
     visit_row(row, p, [&](Index column, double e, double k) {
       if (column >= nodes()) block(row - nodes(), column - nodes()) += shift * e + k;
     });
+  }
   return block;
 }
 
 SparseMatrix ThermalOperator::coupling(const VectorXd& p) const {
   std::vector<Eigen::Triplet<double, int>> entries;
-  for (Index row = nodes(); row < size(); ++row)
+  for (Index row = nodes(); row < size(); ++row) {
     visit_row(row, p, [&](Index column, double, double k) {
       if (column < nodes()) entries.emplace_back(column, row - nodes(), k);
     });
+  }
   SparseMatrix block(nodes(), fluids());
   block.setFromTriplets(entries.begin(), entries.end());
   return block;

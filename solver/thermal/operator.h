@@ -6,6 +6,7 @@
 // or multigrid), then the few fluid nodes (not symmetric) by the exact Schur complement.
 
 #include <Eigen/LU>
+
 #include <optional>
 #include <vector>
 

@@ -3,6 +3,7 @@
 // One step of the temperatures.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "core/binary.h"

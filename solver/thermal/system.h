@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Matrices of the affine equation on the full mesh. Unknowns: nodes of all bodies (numbered as
-// MachineMesh::first_node says), then those of coolants and volumes (fluid_assembly.h). Tetrahedra of the
-// mesh's order, consistent or lumped capacity (elements.h). Contacts are integrated on the slave's triangles against the closest point
-// of the master at each grid node of the joint. Coolant flow is upwind, its matrix not symmetric,
-// G + G^T >= 0; all others are symmetric and non-negative.
+// MachineMesh::first_node says), then those of coolants and volumes (fluid_assembly.h). Tetrahedra of
+// the mesh's order, consistent or lumped capacity (elements.h). Contacts are integrated on the slave's
+// triangles against the closest point of the master at each grid node of the joint. Coolant flow is
+// upwind, its matrix not symmetric, G + G^T >= 0; all others are symmetric and non-negative.
 
 #include <Eigen/SparseCore>
+
 #include <memory>
 #include <vector>
 

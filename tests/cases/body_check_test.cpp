@@ -2,12 +2,12 @@
 // Bodies in pieces, bodies in one place, poor elements, and what `mesh` says of joints.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <sstream>
 
@@ -279,9 +279,9 @@ TEST(Import, CracksAreClosed) {
 std::string fields_of(const std::function<void(std::array<double, 3>&)>& move) {
   constexpr int n = 20;
   std::string text = "solid fields\n";
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (const bool upper : {false, true})
-      for (int i = 0; i < n; ++i)
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const bool upper : {false, true}) {
+      for (int i = 0; i < n; ++i) {
         for (int j = 0; j < n; ++j) {
           std::array<std::array<double, 3>, 4> corner{};
           for (std::size_t c = 0; c < 4; ++c) {
@@ -305,6 +305,9 @@ std::string fields_of(const std::function<void(std::array<double, 3>&)>& move) {
             text += facet(corners);
           }
         }
+      }
+    }
+  }
   return text + "endsolid fields\n";
 }
 
@@ -332,9 +335,10 @@ std::string iges_of(const Block& block) {
   int lines = 0;
   for (int side = 0; side < 6; ++side) {
     std::string data = "128,1,1,1,1,0,0,1,0,0,0.,0.,1.,1.,0.,0.,1.,1.,1.,1.,1.,1.,";
-    for (const int corner : sides[side])
+    for (const int corner : sides[side]) {
       for (std::size_t k = 0; k < 3; ++k)
         data += fmt::format("{:.3f},", (corner >> k & 1) != 0 ? block.high[k] : block.low[k]);
+    }
     data += "0.,1.,0.,1.;";
     const int first = lines + 1, entry = 2 * side + 1;
     while (!data.empty()) {

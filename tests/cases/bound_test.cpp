@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The bound of `campaign --reduced --bound` against the full model's own tables, as `reduce` leaves both.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/table.h"
 #include "tests/cases/toy.h"

@@ -2,7 +2,6 @@
 // `run` on the toy machine, and what it leaves: the contract of the files, that they fit together,
 // and that what was found is what was hidden.
 #include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -38,9 +37,10 @@ TEST(WholeChain, LeavesAllFiles) {
         "diagnosis/report.html", "diagnosis/extended/machine.toml", "diagnosis/extended/model.rom.h5",
         "fields/warm_up.pvd", "fields/warm_up.vtu", "fields/poses.vtp"})
     EXPECT_EQ(files.count(name), 1U) << name;
-  for (const std::string load : {"ambient", "warm_up", "mixed"})
+  for (const std::string load : {"ambient", "warm_up", "mixed"}) {
     for (const char* table : {"/tcp.csv", "/sensors.csv"})
       EXPECT_EQ(files.count("campaign/" + load + table), 1U) << load << table;
+  }
   EXPECT_EQ(files.count("machine.png"), std::getenv("DISPLAY") != nullptr ? 1U : 0U);
   for (const auto& [name, bytes] : files) {
     EXPECT_EQ(name.find("part-"), std::string::npos) << name;
@@ -65,9 +65,10 @@ TEST(WholeChain, SummaryTellsWhatWasFound) {
 TEST(WholeChain, TablesHaveTheirColumnsAndRows) {
   const core::Table tcp = core::read_csv(toy_run() / "campaign/mixed/tcp.csv");
   std::vector<std::string> expected{"time_s", "X_mm", "Y_mm", "Z_mm", "B_deg", "C_deg"};
-  for (const char* side : {"", "_tool", "_table"})
+  for (const char* side : {"", "_tool", "_table"}) {
     for (const char* quantity : {"dx", "dy", "dz", "ra", "rb", "rc"})
       expected.push_back(std::string(quantity) + (quantity[0] == 'd' ? "_um" : "_um_per_m") + side);
+  }
   EXPECT_EQ(tcp.columns, expected);
   const core::Table sensors = core::read_csv(toy_run() / "campaign/mixed/sensors.csv");
   EXPECT_EQ(sensors.columns, (std::vector<std::string>{"time_s", "T1_C", "T2_C", "T3_C", "T4_C"}));
@@ -79,11 +80,12 @@ TEST(WholeChain, TablesHaveTheirColumnsAndRows) {
   for (Eigen::Index i = 0; i < 27; ++i) poses.insert({tcp.values(i, 1), tcp.values(i, 2), tcp.values(i, 3)});
   EXPECT_EQ(poses.size(), 27U);
   // error = tool side - table side
-  for (const std::string quantity : {"dx_um", "dz_um", "rb_um_per_m"})
+  for (const std::string quantity : {"dx_um", "dz_um", "rb_um_per_m"}) {
     EXPECT_LT(
         (tcp.column(quantity) - tcp.column(quantity + "_tool") + tcp.column(quantity + "_table")).cwiseAbs().maxCoeff(),
         1e-4)
         << quantity;
+  }
 }
 
 void expect_keys(const json& object, const std::set<std::string>& keys, const std::string& place) {
@@ -95,9 +97,10 @@ void expect_keys(const json& object, const std::set<std::string>& keys, const st
 // The schema that other programs rely on: required keys and the types of their values.
 TEST(WholeChain, DiagnosisHasItsSchema) {
   const json d = parsed(toy_run() / "diagnosis/diagnosis.json");
-  expect_keys(
-      d, {"verdict", "causes", "ranking", "ambiguous_set", "residual", "gain", "next_measurement", "extended_machine"},
-      "top");
+  expect_keys(d,
+              {"schema", "verdict", "causes", "ranking", "ambiguous_set", "residual", "gain", "next_measurement",
+               "extended_machine"},
+              "top");
   const std::set<std::string> verdicts{"explained", "no_discrepancy", "ambiguous", "unexplained"};
   EXPECT_EQ(verdicts.count(d["verdict"]), 1U);
   for (const json& cause : d["causes"]) {

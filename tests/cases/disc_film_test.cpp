@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A table that turns in warm air: the faster, the warmer it gets, also where its film becomes turbulent.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include "core/table.h"
 #include "tests/cases/toy.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `export --matrices`, and back through `reduce --matrices`: the same equation, the same reduced model.
-#include <gtest/gtest.h>
-#include <iterator>
-
 #include <Eigen/LU>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <complex>
-#include <nlohmann/json.hpp>
+#include <iterator>
 
 #include "core/config.h"
 #include "core/file.h"

@@ -2,9 +2,9 @@
 // `export --calculix`: whole decks that CalculiX takes, what they leave out is said, bad input leaves
 // earlier decks alone.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
 #include "tests/cases/toy.h"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `reduce --from-campaign`: a model from tables alone; what `reduce` says beside its model.
-#include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "core/table.h"
@@ -18,11 +17,12 @@ using nlohmann::json;
 TEST(FromCampaign, TablesSufficeAndTheModelSaysWhatItsNumbersAre) {
   const Toy toy;
   // No mesh, no snapshots: CAD files and everything but the tables are gone.
-  for (const std::string load : {"ambient", "warm_up", "mixed"})
+  for (const std::string load : {"ambient", "warm_up", "mixed"}) {
     for (const std::string table : {"inputs.csv", "sensors.csv", "tcp.csv"}) {
       fs::create_directories(toy.file("tables/" + load));
       fs::copy(toy_run() / "campaign" / load / table, toy.file("tables/" + load + "/" + table));
     }
+  }
   const Result result = toy.run({"reduce", toy.path(), "--from-campaign", toy.file("tables"), "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_FALSE(fs::exists(toy.result("cache")));

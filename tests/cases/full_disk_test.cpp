@@ -3,9 +3,9 @@
 // earlier results byte for byte as they were. A limit on the size of files stands for the disk,
 // since that needs no privilege; where a small file system may be mounted, that one fills up too.
 #include <gtest/gtest.h>
-#include <sys/mount.h>
 
 #include <string>
+#include <sys/mount.h>
 #include <vector>
 
 #include "diagnosis/judge/diagnosis.h"

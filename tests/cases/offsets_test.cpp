@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `offsets`: location errors in a table become offsets of the axes of a chain.
 #include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include "core/table.h"

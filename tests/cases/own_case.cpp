@@ -14,7 +14,7 @@ std::string stl_of(const std::vector<Block>& blocks) {
   constexpr int triangles[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
                                     {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
   std::string text = "solid blocks\n";
-  for (const Block& block : blocks)
+  for (const Block& block : blocks) {
     for (const auto& triangle : triangles) {
       text += "facet normal 0 0 0\nouter loop\n";
       for (const int corner : triangle) {
@@ -25,6 +25,7 @@ std::string stl_of(const std::vector<Block>& blocks) {
       }
       text += "endloop\nendfacet\n";
     }
+  }
   return text + "endsolid blocks\n";
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// First steps with a machine of one's own: heat alone, without [tcp] and elastic bodies; a body that one pad cannot hold.
+// First steps with a machine of one's own: heat alone, without [tcp] and elastic bodies; a body that one pad cannot
+// hold.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
 #include "core/table.h"
 #include "tests/cases/own_case.h"

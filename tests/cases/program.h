@@ -2,10 +2,9 @@
 #pragma once
 // The built program as a child process: arguments in, exit status and both outputs out.
 
-#include <sys/types.h>
-
 #include <cstdint>
 #include <string>
+#include <sys/types.h>
 #include <vector>
 
 namespace thermotwin::cases {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `evaluate` and `diagnose` on records without a machine: what they must not claim.
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 #include <regex>
@@ -61,7 +61,8 @@ TEST(EvaluateRecord, RefusesAModelThatDiverges) {
   const Toy toy;
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
-  // Two sensors that agree to 0.1 mK while models are fitted, and part by a kelvin later: a regression on both has gains without measure.
+  // Two sensors that agree to 0.1 mK while models are fitted, and part by a kelvin later: a regression on both has
+  // gains without measure.
   write_record(toy, "twins", 40, [&](double hour) {
     const double warm = 20 + 2 * std::sin(hour / 3);
     return Row{{warm, warm + (hour < 20 ? 1e-4 * normal(random) : 1.0)}, 5 * (warm - 20) + normal(random)};
@@ -94,13 +95,16 @@ TEST(EvaluateRecord, CrossFitsNoStartThatHasRunOff) {
   ASSERT_EQ(result.status, 0) << result.err;
   const json summary = json::parse(result.out);
   int judged = 0;
-  for (const json& model : summary["cross"]["models"])
-    for (const json& from : model["rms_reduction_percent"])
-      for (const json& value : from)
+  for (const json& model : summary["cross"]["models"]) {
+    for (const json& from : model["rms_reduction_percent"]) {
+      for (const json& value : from) {
         if (!value.is_null()) {
           EXPECT_GT(value.get<double>(), -1e4) << model;
           ++judged;
         }
+      }
+    }
+  }
   EXPECT_EQ(judged, 18);
 }
 
@@ -130,9 +134,10 @@ TEST(EvaluateRecord, RanksAFitAtABoundLastAndSaysWhy) {
   ASSERT_EQ(carried.status, 0) << carried.err;
   bool said = false;
   const json elsewhere = json::parse(carried.out);
-  for (const json& standing : elsewhere["leaderboard"])
+  for (const json& standing : elsewhere["leaderboard"]) {
     said = said || (standing["model"] == "first_order_as_is" &&
                     standing["caution"].get<std::string>().find("at the bound") != std::string::npos);
+  }
   EXPECT_TRUE(said) << carried.out;
 }
 
@@ -212,9 +217,10 @@ double heat_of(int program, double hour) {
 /// Least reduction of RMS that a row of this model and part says, %.
 double least_reduction(const json& answer, const std::string& model, const std::string& part) {
   double least = std::numeric_limits<double>::infinity();
-  for (const json& row : answer["rows"])
+  for (const json& row : answer["rows"]) {
     if (row["model"] == model && row["part"] == part)
       least = std::min(least, row["rms_reduction_percent"].get<double>());
+  }
   return least;
 }
 
@@ -428,9 +434,10 @@ TEST(DiagnoseRecord, SpeaksOfTheRecordAlone) {
   EXPECT_SAYS(result.out, "Explained by probe_drift of z");
   const std::string page = read(toy.result("diagnosis/report.html"));
   const std::string body = std::regex_replace(page.substr(page.find("</style>")), std::regex("<svg[^]*?</svg>"), "");
-  for (const std::string& text : {result.out, body})
+  for (const std::string& text : {result.out, body}) {
     for (const char* words : {"TCP", "mesh", "machine.toml", "± 0 ", "stated uncertainty", "nominal"})
       EXPECT_EQ(text.find(words), std::string::npos) << words << "\n" << text;
+  }
   // Both tables say the same of the drift: change of the channel's RMS on held-out time.
   const double explains = std::stod(cell(page, "probe_drift", 5)), change = std::stod(cell(page, "z", 6));
   EXPECT_GT(explains, 50.0);
@@ -438,11 +445,13 @@ TEST(DiagnoseRecord, SpeaksOfTheRecordAlone) {
   // No time that the record does not last.
   const std::regex times("in ([0-9.]+) h|\\(([0-9.]+) h\\)|within ([0-9.]+) h");
   int found = 0;
-  for (auto at = std::sregex_iterator(body.begin(), body.end(), times); at != std::sregex_iterator(); ++at, ++found)
-    for (int group = 1; group <= 3; ++group)
+  for (auto at = std::sregex_iterator(body.begin(), body.end(), times); at != std::sregex_iterator(); ++at, ++found) {
+    for (int group = 1; group <= 3; ++group) {
       if ((*at)[group].matched) {
         EXPECT_LE(std::stod((*at)[group]), hours) << at->str();
       }
+    }
+  }
   EXPECT_GT(found, 2);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `campaign --reduced`: the full campaign's files from the reduced model, with an estimate of the error.
 #include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include "core/table.h"

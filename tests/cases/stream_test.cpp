@@ -142,7 +142,8 @@ TEST(Stream, AHotStartDoesNotJump) {
     for (const double value : row) EXPECT_LE(std::abs(value), 7.0);
 }
 
-// Clean readings of the full model on the load that was held out: no sensor is named, though speeds, axes and coolant change.
+// Clean readings of the full model on the load that was held out: no sensor is named, though speeds, axes and coolant
+// change.
 TEST(Stream, CleanReadingsAreNotNamed) {
   const core::Table in = core::read_csv(inputs()), sensors = core::read_csv(toy_run() / "campaign/mixed/sensors.csv");
   for (const int count : {4, 2}) {
@@ -237,13 +238,14 @@ TEST(Stream, TheDeviationHoldsTheHeatOfADriveThatNobodyTells) {
     const Answers got = answers(thermotwin({"compensate", model()}, without_speed(column)).out);
     ASSERT_EQ(got.time.size(), told.time.size());
     double off = 0.0, worst = 0.0, stated = 0.0;
-    for (std::size_t i = 0; i < got.time.size(); ++i)
+    for (std::size_t i = 0; i < got.time.size(); ++i) {
       for (int k = 0; k < 3; ++k) {
         const double wrong = std::abs(got.offset[i][k] - told.offset[i][k]);
         off = std::max(off, wrong);
         worst = std::max(worst, wrong / got.deviation[i][k]);
         stated = std::max(stated, told.deviation[i][k]);
       }
+    }
     EXPECT_GT(off, 5.0 * stated) << "the input has to matter";
     EXPECT_LT(worst, 3.0) << (column ? "no column" : "blank cells") << ", wrong by up to " << off << " um";
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `validate`: what the measured machines are made by, and truths side by side.
 #include <gtest/gtest.h>
-
 #include <nlohmann/json.hpp>
 
 #include "core/table.h"
@@ -41,9 +40,10 @@ TEST(MeasuredMachine, IsNotSteppedAsTheModelsAre) {
     const Result result =
         toy.run({"campaign", toy.path(), "--reduced", "--model", made("model.rom.h5"), "--load", "mixed", "--json"});
     EXPECT_EQ(result.status, 0) << result.err;
-    for (const char* folder : {"campaign_reduced", "campaign"})
+    for (const char* folder : {"campaign_reduced", "campaign"}) {
       if (std::filesystem::exists(toy.result(std::string(folder) + "/mixed/tcp.csv")))
         return core::read_csv(toy.result(std::string(folder) + "/mixed/tcp.csv"));
+    }
     return core::Table{};
   };
   EXPECT_GT(apart(modelled(fine), modelled(coarse), "dz"), 1e-4);

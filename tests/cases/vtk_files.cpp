@@ -45,9 +45,10 @@ VtkFile read_by(const std::filesystem::path& file) {
   }
   for (int i = 0; i < data->GetPointData()->GetNumberOfArrays(); ++i) {
     vtkDataArray* array = data->GetPointData()->GetArray(i);
-    for (vtkIdType t = 0; array != nullptr && t < array->GetNumberOfTuples(); ++t)
+    for (vtkIdType t = 0; array != nullptr && t < array->GetNumberOfTuples(); ++t) {
       for (int c = 0; c < array->GetNumberOfComponents(); ++c)
         found.finite = found.finite && std::isfinite(array->GetComponent(t, c));
+    }
   }
   return found;
 }

@@ -199,6 +199,13 @@ TEST(Config, LoadsAFileAndKeepsItsText) {
   EXPECT_THROW(Config::load(folder / "none.toml"), InputError);
 }
 
+TEST(Config, ANewerSchemaNamesBothVersions) {
+  EXPECT_EQ(config_of("schema = 1").root().schema(1), 1);
+  expect_holds(message_of<InputError>([] { config_of("schema = 3").root().schema(1); }),
+               {"schema", "schema 3, of a newer thermotwin", "allowed: schema 1"});
+  EXPECT_THROW(config_of("a = 1").root().schema(1), InputError);
+}
+
 TEST(UniqueId, RefusesEmptyDoubleAndOddIds) {
   std::vector<std::string> seen;
   EXPECT_NO_THROW(require_unique_id("bed.skin-2_b", "here", seen));

@@ -2,11 +2,11 @@
 #include "core/file.h"
 
 #include <gtest/gtest.h>
-#include <sys/mount.h>
-#include <unistd.h>
 
 #include <fstream>
 #include <stdexcept>
+#include <sys/mount.h>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "tests/core/temporary_folder.h"
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::size_t file_count(const fs::path& folder) {
-  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+  return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
 }
 
 TEST(File, WritesWhatIsReadAgain) {

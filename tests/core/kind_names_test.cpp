@@ -46,9 +46,10 @@ TEST(KindNames, ComparisonsAreFound) {
 TEST(KindNames, AreComparedNowhere) {
   const std::set<std::string> names = kind_names();
   EXPECT_GE(names.size(), 32U) << "the table of diagnosis/README.md";
-  for (const Source& source : sources_below({"diagnosis", "tools", "tests/diagnosis", "tests/hidden_effects"}))
+  for (const Source& source : sources_below({"diagnosis", "tools", "tests/diagnosis", "tests/hidden_effects"})) {
     for (const std::string& comparison : comparisons(source.text, names))
       ADD_FAILURE() << source.path << ": " << comparison << "; use Kind of diagnosis/causes/kinds.h";
+  }
 }
 
 }  // namespace

@@ -2,11 +2,11 @@
 #include "core/progress.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/thread_pool.h"

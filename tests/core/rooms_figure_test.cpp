@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // docs/rooms.svg, the map of layers and rooms, is drawn from the includes; THERMOTWIN_ROOMS=FILE writes it anew.
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -18,11 +17,13 @@ namespace {
 /// For each layer which rooms (index, the layer's own folder last) include which.
 std::map<int, std::set<std::pair<int, int>>> arrows() {
   std::map<int, std::set<std::pair<int, int>>> found;
-  for (const Source& source : sources_below(layer_names()))
-    for (const std::string& name : includes_of(source.text))
+  for (const Source& source : sources_below(layer_names())) {
+    for (const std::string& name : includes_of(source.text)) {
       if (const int layer = layer_of(source.path);
           layer >= 0 && layer_of(name) == layer && room_of(name) != room_of(source.path))
         found[layer].insert({room_of(source.path), room_of(name)});
+    }
+  }
   return found;
 }
 
@@ -61,12 +62,13 @@ std::string figure() {
       body +=
           fmt::format("<text x=\"{}\" y=\"{}\" class=\"room\">{}</text>\n", centre(b), y + 12 + high / 2 + 4, boxes[b]);
     }
-    if (own != all.end())
+    if (own != all.end()) {
       for (const auto& [from, to] : own->second) {
         const int foot = y + 12 + high, down = 14 * (from - to) + 8, x0 = centre(from) - 12, x1 = centre(to) + 12;
         body += fmt::format("<path d=\"M{} {} C{} {} {} {} {} {}\" marker-end=\"url(#tip)\"/>\n", x0, foot, x0 - 10,
                             foot + down, x1 + 10, foot + down, x1, foot + 2);
       }
+    }
     y += band + 8;
   }
   return fmt::format(

@@ -2,10 +2,9 @@
 #pragma once
 // A folder for one test, empty at its start and gone at its end.
 
-#include <stdlib.h>
-
 #include <filesystem>
 #include <stdexcept>
+#include <stdlib.h>
 #include <string>
 
 namespace thermotwin::core {

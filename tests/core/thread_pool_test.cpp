@@ -88,7 +88,7 @@ TEST_P(ThreadPool, ReduceGivesTheSameBitsAsOneThread) {
         1, 100000, 64, 0.0,
         [](std::size_t first, std::size_t last) {
           double part = 0.0;
-          for (std::size_t i = first; i < last; ++i) part += std::sin(1e3 * static_cast<double>(i)) / 3.0;
+          for (std::size_t i = first; i < last; ++i) part += std::sin(1e3 * i) / 3.0;
           return part;
         },
         [](double left, double right) { return left + right; });
@@ -149,7 +149,7 @@ TEST(ThreadPoolThreads, IdleThreadsDoNotBurnTime) {
   parallel_for(0, 100, [](std::size_t) {});
   const std::clock_t before = std::clock();
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
-  const double used = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  const double used = 1.0 * (std::clock() - before) / CLOCKS_PER_SEC;
   EXPECT_LT(used, 0.1);
   set_thread_count(0);
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "core/file.h"
@@ -22,7 +22,7 @@ using diagnosis::Kind;
 using diagnosis::Diagnosis;
 using lumped::coarse_model, lumped::find, lumped::listed, lumped::run;
 
-TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
+TEST(DiagnoseFiles, JsonHasTheKeysOfTheContract) {
   const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "motor"), 1.6}}, {.seed = 71}));
   const auto json = nlohmann::json::parse(diagnosis::diagnosis_json(d));
   const auto keys = [](const nlohmann::json& object) {
@@ -30,8 +30,8 @@ TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
     for (const auto& item : object.items()) result.insert(item.key());
     return result;
   };
-  EXPECT_EQ(keys(json), (std::set<std::string>{"verdict", "causes", "ranking", "ambiguous_set", "residual", "gain",
-                                               "next_measurement", "extended_machine"}));
+  EXPECT_EQ(keys(json), (std::set<std::string>{"schema", "verdict", "causes", "ranking", "ambiguous_set", "residual",
+                                               "gain", "next_measurement", "extended_machine"}));
   ASSERT_EQ(json["causes"].size(), 1u);
   EXPECT_EQ(keys(json["causes"][0]), (std::set<std::string>{"kind", "where", "probability", "parameters"}));
   EXPECT_EQ(json["causes"][0]["kind"], "source_power");
@@ -48,7 +48,7 @@ TEST(DiagnoseFiles, json_has_the_keys_of_the_contract) {
   EXPECT_EQ(json["extended_machine"], "extended/machine.toml");
 }
 
-TEST(DiagnoseFiles, all_files_are_written_and_agree) {
+TEST(DiagnoseFiles, AllFilesAreWrittenAndAgree) {
   const core::TemporaryFolder out;
   const Diagnosis d = run(lumped::measure({{find(Kind::film_coefficient, "column.film"), 2.4}}, {.seed = 72}));
   ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
@@ -78,7 +78,7 @@ TEST(DiagnoseFiles, all_files_are_written_and_agree) {
   EXPECT_FALSE(std::filesystem::exists(out.path() / "extended"));
 }
 
-TEST(DiagnoseFiles, an_extended_model_is_clean_on_the_next_measurement) {
+TEST(DiagnoseFiles, AnExtendedModelIsCleanOnTheNextMeasurement) {
   const auto truth = find(Kind::source_power, "motor");
   const Diagnosis d = run(lumped::measure({{truth, 1.6}}, {.seed = 74}));
   ASSERT_FALSE(d.extended_machine_text.empty()) << listed(d);

@@ -30,7 +30,7 @@ using diagnosis::Kind;
 using diagnosis::Diagnosis;
 using lumped::coarse_model, lumped::expect_found, lumped::find, lumped::listed, lumped::run;
 
-TEST(Diagnose, a_clean_machine_has_no_discrepancy) {
+TEST(Diagnose, ACleanMachineHasNoDiscrepancy) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const Diagnosis d = run(lumped::measure({}, {.seed = seed}));
     EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << "seed " << seed << "\n" << listed(d);
@@ -39,7 +39,7 @@ TEST(Diagnose, a_clean_machine_has_no_discrepancy) {
   }
 }
 
-TEST(Diagnose, nominal_uncertainty_is_no_discrepancy) {
+TEST(Diagnose, NominalUncertaintyIsNoDiscrepancy) {
   int wrong = 0;
   for (std::uint64_t seed = 101; seed <= 110; ++seed) {
     const Diagnosis d = run(lumped::measure({}, {.seed = seed, .spread = 1.0}));
@@ -63,7 +63,7 @@ void PrintTo(const Fault& fault, std::ostream* out) {
 
 class DiagnoseFault : public ::testing::TestWithParam<Fault> {};
 
-TEST_P(DiagnoseFault, is_found) {
+TEST_P(DiagnoseFault, IsFound) {
   const Fault& fault = GetParam();
   const diagnosis::Parameter truth = find(fault.kind, fault.where);
   for (const std::uint64_t seed : {21, 22}) {
@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-TEST(Diagnose, a_sensor_is_told_from_physics) {
+TEST(Diagnose, ASensorIsToldFromPhysics) {
   const auto truth = find(Kind::sensor_offset, "T5_reading");
   const Diagnosis d = run(lumped::measure({{truth, -1.2}}, {.seed = 31, .spread = 0.7}));
   expect_found(d, truth, -1.2, 0.15);
@@ -104,14 +104,14 @@ TEST(Diagnose, a_sensor_is_told_from_physics) {
   EXPECT_FALSE(d.extended_machine_text.empty());
 }
 
-TEST(Diagnose, a_probe_that_drifts_gets_a_reading_where_its_own_gain_is_certain) {
+TEST(Diagnose, AProbeThatDriftsGetsAReadingWhereItsOwnGainIsCertain) {
   const auto truth = find(Kind::probe_drift, "dz_low");
   const Diagnosis d = run(lumped::measure({{truth, 0.8}}, {.seed = 31, .spread = 0.7}));
   ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   EXPECT_NE(d.extended_machine_text.find("[[reading]]"), std::string::npos);
 }
 
-TEST(Diagnose, two_causes_are_both_named) {
+TEST(Diagnose, TwoCausesAreBothNamed) {
   const auto a = find(Kind::source_power, "motor"), b = find(Kind::sensor_offset, "T2_reading");
   const Diagnosis d = run(lumped::measure({{a, 1.7}, {b, 0.8}}, {.seed = 41, .spread = 0.5}));
   SCOPED_TRACE(listed(d));
@@ -124,7 +124,7 @@ TEST(Diagnose, two_causes_are_both_named) {
   EXPECT_NEAR(extended.sensors[1].offset, 0.8, 0.15);
 }
 
-TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
+TEST(Diagnose, WhatNoParameterDescribesIsNotCalledExplainedWell) {
   // A gauge that wanders by itself and a sensor that drifts.
   compensation::Measurement m = lumped::measure({}, {.seed = 51});
   for (Eigen::Index i = 0; i < m.data.rows(); ++i) {
@@ -138,9 +138,9 @@ TEST(Diagnose, what_no_parameter_describes_is_not_called_explained_well) {
   EXPECT_TRUE(d.extended_machine_text.empty());
 }
 
-TEST(Diagnose, a_loose_sensor_in_steady_air_is_not_something_unknown) {
+TEST(Diagnose, ALooseSensorInSteadyAirIsNotSomethingUnknown) {
   // Where the air stays as it is, its reading is in proportion to the model's response.
-  for (const double share : {0.3, 0.6})
+  for (const double share : {0.3, 0.6}) {
     for (const char* sensor : {"T4_reading", "T5_reading"}) {
       const auto loose = find(Kind::sensor_detached, sensor);
       const Diagnosis d = run(lumped::measure({{loose, share}}, {.seed = 47, .spread = 0.5, .air_swing = 0}));
@@ -152,9 +152,10 @@ TEST(Diagnose, a_loose_sensor_in_steady_air_is_not_something_unknown) {
       EXPECT_NEAR(d.causes[0].value, share, 2.5 * d.causes[0].std);
       EXPECT_LT(d.causes[0].std, 0.06);
     }
+  }
 }
 
-TEST(Diagnose, a_lag_of_two_elements_is_one_lag) {
+TEST(Diagnose, ALagOfTwoElementsIsOneLag) {
   const auto lag = find(Kind::sensor_lag, "T5_reading");
   compensation::Measurement m = lumped::measure({}, {.seed = 45, .spread = 0.5, .noise_K = 0});
   for (int element = 0; element < 2; ++element) lumped::spoil(m, lag, 1500.0);
@@ -174,14 +175,14 @@ TEST(Diagnose, a_lag_of_two_elements_is_one_lag) {
   EXPECT_LT(d.causes[0].std, 300);
 }
 
-TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
+TEST(Diagnose, ALagBesideLateClocksIsFoundFarFromNominal) {
   // Neither shows on the tangent at nominal, and of the two the lag only beside the clocks.
   const auto clocks = find(Kind::clock_shift, "temperature"), lag = find(Kind::sensor_lag, "T5_reading");
   const Diagnosis d = run(lumped::measure({{clocks, -3000.0}, {lag, 3000.0}}, {.seed = 43, .spread = 0.5}));
   SCOPED_TRACE(listed(d));
   ASSERT_EQ(d.verdict, diagnosis::Verdict::explained);
   ASSERT_EQ(d.causes.size(), 2u);
-  for (const auto& cause : d.causes)
+  for (const auto& cause : d.causes) {
     if (cause.parameter.kind == Kind::clock_shift) {
       EXPECT_EQ(cause.parameter.where, "temperature");
       EXPECT_NEAR(cause.value, -3000, 300);
@@ -189,6 +190,7 @@ TEST(Diagnose, a_lag_beside_late_clocks_is_found_far_from_nominal) {
       EXPECT_EQ(cause.parameter.where, "T5_reading");
       EXPECT_NEAR(cause.value, 3000, 400);
     }
+  }
 }
 
 /// Half more heat than stated, and a sensor whose reading swings as no kind describes.
@@ -199,7 +201,7 @@ compensation::Measurement heat_and_a_swinging_sensor(double heat = 1.6) {
   return m;
 }
 
-TEST(Diagnose, a_cause_beside_something_unknown_is_named_with_the_rest_left_open) {
+TEST(Diagnose, ACauseBesideSomethingUnknownIsNamedWithTheRestLeftOpen) {
   const Diagnosis d = run(heat_and_a_swinging_sensor());
   SCOPED_TRACE(listed(d));
   ASSERT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
@@ -227,7 +229,7 @@ compensation::Measurement mixed(compensation::Measurement m, const std::string& 
   return m;
 }
 
-TEST(Diagnose, a_mesh_that_turns_the_motion_a_little_is_no_discrepancy) {
+TEST(Diagnose, AMeshThatTurnsTheMotionALittleIsNoDiscrepancy) {
   // dz moves several times as far as dx: what a mesh is off by is a share of the whole motion, not of dx alone.
   int alarms = 0, seen = 0;
   for (const std::uint64_t seed : {301U, 302U, 303U, 304U}) {
@@ -244,7 +246,7 @@ TEST(Diagnose, a_mesh_that_turns_the_motion_a_little_is_no_discrepancy) {
   EXPECT_GE(seen, 3);
 }
 
-TEST(Diagnose, the_stated_error_of_temperatures_is_what_they_may_be_off_by) {
+TEST(Diagnose, TheStatedErrorOfTemperaturesIsWhatTheyMayBeOffBy) {
   const compensation::Measurement off = mixed(lumped::measure({}, {.seed = 311}), "T5_reading", "T5_reading", 0.25);
   const auto verdict = [&](double percent) {
     diagnosis::DiagnoseOptions how;
@@ -255,15 +257,17 @@ TEST(Diagnose, the_stated_error_of_temperatures_is_what_they_may_be_off_by) {
   EXPECT_NE(verdict(1.0), diagnosis::Verdict::no_discrepancy);
 }
 
-TEST(Diagnose, held_out_time_is_never_fitted) {
+TEST(Diagnose, HeldOutTimeIsNeverFitted) {
   const auto truth = find(Kind::source_power, "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});
   const Diagnosis d = run(m);
   // Nonsense behind the split changes the judgement, not the estimate.
-  for (Eigen::Index i = 0; i < m.data.rows(); ++i)
-    if (m.data.values(i, 0) >= d.heldout_from_s)
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i) {
+    if (m.data.values(i, 0) >= d.heldout_from_s) {
       for (const auto& channel : m.channels)
         if (!channel.quantity.empty()) m.data.values(i, channel.column) = 100.0 * ((i % 3) - 1);
+    }
+  }
   const Diagnosis spoilt = run(m);
   ASSERT_EQ(d.causes.size(), 1u) << listed(d);
   ASSERT_EQ(spoilt.causes.size(), 1u) << listed(spoilt);
@@ -273,7 +277,7 @@ TEST(Diagnose, held_out_time_is_never_fitted) {
   EXPECT_LT(spoilt.ci95_low_percent, 5.0);
 }
 
-TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
+TEST(Diagnose, WhatAPartOfTheRecordLeavesOpenIsDecidedByMoreOfIt) {
   const auto truth = find(Kind::probe_drift, "dz_low");
   compensation::Measurement m = lumped::measure({{truth, 0.2}}, {.seed = 21, .spread = 0.7});
   const Diagnosis d = run(m);
@@ -285,10 +289,12 @@ TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
   EXPECT_EQ(d.causes[0].parameter.kind, Kind::probe_drift);
   EXPECT_NEAR(d.causes[0].value, 0.2, 4 * d.causes[0].std);
   // Nonsense behind the later split changes the judgement, not the estimate.
-  for (Eigen::Index i = 0; i < time.size(); ++i)
-    if (time[i] >= d.heldout_from_s)
+  for (Eigen::Index i = 0; i < time.size(); ++i) {
+    if (time[i] >= d.heldout_from_s) {
       for (const auto& channel : m.channels)
         if (!channel.quantity.empty()) m.data.values(i, channel.column) = 100.0 * ((i % 3) - 1);
+    }
+  }
   const Diagnosis spoilt = run(m);
   ASSERT_EQ(spoilt.ranking.size(), d.ranking.size());
   EXPECT_NEAR(spoilt.ranking.front().value, d.ranking.front().value, 0.05 * d.ranking.front().std);
@@ -296,10 +302,12 @@ TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
 
   // Gauges that stop before: the first look is all there is.
   compensation::Measurement early = lumped::measure({{truth, 0.2}}, {.seed = 21, .spread = 0.7});
-  for (Eigen::Index i = 0; i < time.size(); ++i)
-    if (time[i] >= 0.83 * time[time.size() - 1])
+  for (Eigen::Index i = 0; i < time.size(); ++i) {
+    if (time[i] >= 0.83 * time[time.size() - 1]) {
       for (const auto& channel : early.channels)
         if (!channel.quantity.empty()) early.data.values(i, channel.column) = std::nan("");
+    }
+  }
   const Diagnosis one_look = run(early);
   EXPECT_NEAR(one_look.heldout_from_s, 0.7 * time[time.size() - 1], 600.0);
   EXPECT_GT(one_look.heldout_rms_before_um, 0.0);
@@ -312,14 +320,16 @@ TEST(Diagnose, what_a_part_of_the_record_leaves_open_is_decided_by_more_of_it) {
 /// A record whose held-out displacements are those of another one.
 compensation::Measurement contradicted(compensation::Measurement m, const compensation::Measurement& heldout) {
   const double split = run(m).heldout_from_s;
-  for (Eigen::Index i = 0; i < m.data.rows(); ++i)
-    if (m.data.values(i, 0) >= split)
+  for (Eigen::Index i = 0; i < m.data.rows(); ++i) {
+    if (m.data.values(i, 0) >= split) {
       for (const auto& channel : m.channels)
         if (!channel.quantity.empty()) m.data.values(i, channel.column) = heldout.data.values(i, channel.column);
+    }
+  }
   return m;
 }
 
-TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_what_comes_is_as_foretold) {
+TEST(Diagnose, ACauseWhoseDisplacementsOthersHadCancelledIsNamedWhereWhatComesIsAsForetold) {
   Diagnosis d;
   d.causes.emplace_back();
   d.heldout_rms_before_um = 1.0, d.heldout_rms_after_um = 2.0, d.ci95_low_percent = -120, d.ci95_high_percent = -80;
@@ -351,7 +361,7 @@ TEST(Diagnose, a_cause_whose_displacements_others_had_cancelled_is_named_where_w
   EXPECT_GT(wrong.freedom, 2.5);
 }
 
-TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
+TEST(Diagnose, WhatNobodyRecordedAndWhatIsStuckIsSaidFirst) {
   compensation::Measurement m = lumped::measure({}, {.seed = 5});
   const auto says = [](const Diagnosis& d, const std::string& words) {
     return std::any_of(d.warnings.begin(), d.warnings.end(),
@@ -375,7 +385,7 @@ TEST(Diagnose, what_nobody_recorded_and_what_is_stuck_is_said_first) {
   EXPECT_LT(page.find("stuck: T1"), page.find("<h2>")) << "beside the verdict, before all else";
 }
 
-TEST(Diagnose, a_pose_that_leaves_an_axis_out_is_said) {
+TEST(Diagnose, APoseThatLeavesAnAxisOutIsSaid) {
   mesh::Machine machine = lumped::machine();
   machine.axes.push_back(machine.axes.front());
   machine.axes.back().id = "Y";
@@ -393,7 +403,7 @@ TEST(Diagnose, a_pose_that_leaves_an_axis_out_is_said) {
   EXPECT_FALSE(said());
 }
 
-TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
+TEST(Diagnose, WhatHeldOutTimeContradictsIsNotNamed) {
   const auto truth = find(Kind::source_power, "motor");
   const Diagnosis d =
       run(contradicted(lumped::measure({{truth, 1.6}}, {.seed = 61}), lumped::measure({{truth, 0.4}}, {.seed = 61})));
@@ -405,21 +415,21 @@ TEST(Diagnose, what_held_out_time_contradicts_is_not_named) {
   }));
 }
 
-TEST(Diagnose, nor_is_it_named_beside_something_unknown) {
+TEST(Diagnose, NorIsItNamedBesideSomethingUnknown) {
   const Diagnosis d = run(contradicted(heat_and_a_swinging_sensor(), heat_and_a_swinging_sensor(0.4)));
   EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
   EXPECT_TRUE(d.causes.empty() && d.ambiguous_set.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
 }
 
-TEST(Diagnose, gain_is_computed_from_before_and_after) {
+TEST(Diagnose, GainIsComputedFromBeforeAndAfter) {
   const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "motor"), 1.6}}, {.seed = 62}));
   EXPECT_NEAR(d.reduction_percent, 100 * (1 - d.heldout_rms_after_um / d.heldout_rms_before_um), 1e-9);
   EXPECT_LE(d.ci95_low_percent, d.reduction_percent);
   EXPECT_GE(d.ci95_high_percent, d.reduction_percent);
 }
 
-TEST(Diagnose, probabilities_add_up) {
+TEST(Diagnose, ProbabilitiesAddUp) {
   const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "pump"), 2.0}}, {.seed = 63}));
   std::set<Kind> kinds;
   for (const auto& r : d.ranking) {
@@ -431,7 +441,7 @@ TEST(Diagnose, probabilities_add_up) {
   for (std::size_t i = 1; i < d.ranking.size(); ++i) EXPECT_GE(d.ranking[i - 1].probability, d.ranking[i].probability);
 }
 
-TEST(Diagnose, is_the_same_for_any_threads) {
+TEST(Diagnose, IsTheSameForAnyThreads) {
   const compensation::Measurement m =
       lumped::measure({{find(Kind::source_power, "motor"), 1.5}}, {.hours = 12, .seed = 64});
   core::set_thread_count(1);
@@ -442,7 +452,7 @@ TEST(Diagnose, is_the_same_for_any_threads) {
   EXPECT_EQ(one, four);
 }
 
-TEST(Diagnose, bad_options_are_refused) {
+TEST(Diagnose, BadOptionsAreRefused) {
   const compensation::Measurement m = lumped::measure({}, {.hours = 3});
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.heldout_share = 1.0}), core::InputError);
   EXPECT_THROW(diagnosis::diagnose(coarse_model(), m, {.displacement_error_percent = 0}), core::InputError);
@@ -461,7 +471,7 @@ std::string refusal(const Options& options) {
   return "";
 }
 
-TEST(Options, name_the_field_the_value_and_what_is_allowed) {
+TEST(Options, NameTheFieldTheValueAndWhatIsAllowed) {
   EXPECT_EQ(refusal(diagnosis::DiagnoseOptions{}), "");
   EXPECT_EQ(refusal(diagnosis::DiagnoseOptions{.heldout_share = 0.95}),
             "diagnose heldout_share: 0.95; allowed: 0.05 to 0.9");
@@ -474,13 +484,14 @@ TEST(Options, name_the_field_the_value_and_what_is_allowed) {
   EXPECT_EQ(refusal(diagnosis::SearchOptions{.pair_group = 0}), "search pair_group: 0; allowed: 1 or more");
 }
 
-TEST(Diagnose, a_third_of_the_values_may_be_missing) {
+TEST(Diagnose, AThirdOfTheValuesMayBeMissing) {
   const auto truth = find(Kind::source_power, "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 81});
   std::mt19937_64 random(5);
-  for (Eigen::Index i = 1; i < m.data.rows(); ++i)
+  for (Eigen::Index i = 1; i < m.data.rows(); ++i) {
     for (const auto& channel : m.channels)
       if (random() % 10 < 3) m.data.values(i, channel.column) = std::nan("");
+  }
   const Diagnosis d = run(m);
   expect_found(d, truth, 1.6, 0.2);
 }
@@ -490,7 +501,7 @@ bool says(const Diagnosis& d, const std::string& words) {
                      [&](const std::string& note) { return note.find(words) != std::string::npos; });
 }
 
-TEST(Diagnose, a_channel_without_data_is_named_and_not_missed) {
+TEST(Diagnose, AChannelWithoutDataIsNamedAndNotMissed) {
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .seed = 82});
   m.data.values.col(m.channels[2].column).setConstant(std::nan(""));
   const Diagnosis d = run(m);
@@ -499,7 +510,7 @@ TEST(Diagnose, a_channel_without_data_is_named_and_not_missed) {
   for (const auto& r : d.ranking) EXPECT_NE(r.parameter.where, m.channels[2].id);
 }
 
-TEST(Diagnose, what_nothing_excites_is_named) {
+TEST(Diagnose, WhatNothingExcitesIsNamed) {
   // Nothing runs: what the spindle heats cannot be judged.
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .seed = 83});
   for (const auto& channel : m.channels)
@@ -509,12 +520,12 @@ TEST(Diagnose, what_nothing_excites_is_named) {
   for (const auto& r : d.ranking) EXPECT_FALSE(r.parameter.kind == Kind::source_power && r.parameter.where == "motor");
 }
 
-TEST(Diagnose, a_short_record_says_so) {
+TEST(Diagnose, AShortRecordSaysSo) {
   EXPECT_TRUE(says(run(lumped::measure({}, {.hours = 4, .seed = 84})), "slowest time constant"));
   EXPECT_FALSE(says(run(lumped::measure({}, {.hours = 60, .sample_s = 600, .seed = 84})), "slowest time constant"));
 }
 
-TEST(Diagnose, residuals_say_when_and_what_they_follow) {
+TEST(Diagnose, ResidualsSayWhenAndWhatTheyFollow) {
   const Diagnosis d = run(lumped::measure({{find(Kind::source_power, "motor"), 1.8}}, {.seed = 85}));
   ASSERT_EQ(d.analysis.size(), d.residuals.size());
   const auto own =

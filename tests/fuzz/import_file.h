@@ -2,12 +2,11 @@
 #pragma once
 // Any bytes as a body's file: a mesh of consistent elements, or an InputError that names the file.
 
-#include <unistd.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "mesh/import/import.h"

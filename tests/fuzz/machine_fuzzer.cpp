@@ -50,9 +50,10 @@ void use(const mesh::Machine& machine) {
   const Eigen::VectorXd inlet = Eigen::VectorXd::Zero(std::ssize(machine.coolants));
   Eigen::VectorXd row = model.channels().defaults();
   for (const bool running : {false, true}) {
-    if (running)
+    if (running) {
       for (const std::string name : {"spindle.speed_rpm", "cutting_fluid.on"})
         row[model.channels().index(name)] = name == "cutting_fluid.on" ? 1.0 : 3000.0;
+    }
     const Eigen::Index readings = machine.sensors.size() + layout.observed.size();
     const solver::Coefficients c =
         model.coefficients(row, inlet, running ? Eigen::VectorXd::Constant(readings, 5.0) : Eigen::VectorXd());

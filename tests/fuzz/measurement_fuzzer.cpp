@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Any bytes as a measurement folder: the first line break that follows "---" ends channels.toml and
 // begins data.csv. Either a measurement that every data model can be judged on, or an InputError.
-#include <unistd.h>
-
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <unistd.h>
 
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/result.h"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Any bytes as model.rom.h5: an InputError. Only a file whose last line is the hash of all bytes before it is
 // opened, so that what the fuzzer makes never reaches HDF5.
-#include <unistd.h>
-
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "reduction/model/model_file.h"

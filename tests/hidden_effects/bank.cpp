@@ -76,9 +76,10 @@ Truth drawn_truth(const Specimen& specimen, const std::string& load, const std::
   std::vector<Parameter> places;
   for (const Parameter& p : all)
     if (p.kind == kind) places.push_back(p);
-  if (places.empty())
+  if (places.empty()) {
     throw core::UsageError(
         fmt::format("kind {}: the machine has no place for it under the load {}", name_of(kind), load));
+  }
   Truth truth;
   truth.parameter = places[random.index(places.size())];
   truth.value = drawn_value(truth.parameter, random);
@@ -102,9 +103,10 @@ double heldout_square(const diagnosis::Problem& problem, const VectorXd& predict
 std::vector<Kind> offered_kinds(const Specimen& specimen, const std::string& load,
                                 const reduction::ReducedModel& model) {
   std::vector<Kind> kinds;
-  for (const Parameter& p : candidates(specimen, load, model))
+  for (const Parameter& p : candidates(specimen, load, model)) {
     if (p.kind != Kind::process_heat && std::find(kinds.begin(), kinds.end(), p.kind) == kinds.end())
       kinds.push_back(p.kind);
+  }
   if (!model.patches.items.empty()) kinds.push_back(Kind::source_missing);
   return kinds;
 }
@@ -170,9 +172,10 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     break;
   }
   std::set<std::string> named;
-  for (const auto* list : {&d.causes, &d.ambiguous_set})
+  for (const auto* list : {&d.causes, &d.ambiguous_set}) {
     for (const diagnosis::RankedCause& cause : *list)
       named.insert(words(cause.parameter).first + " " + words(cause.parameter).second);
+  }
   for (const std::string& name : named) line.set += (line.set.empty() ? "" : "; ") + name;
   if (group == Group::outside) {
     static constexpr const char* names[] = {"none", "hysteretic_joint", "humid_film", "slipping_cable",
@@ -239,9 +242,10 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
   line.against_rival = factors.against_rival;
   line.rival = factors.rival;
   mesh::Machine found = machine;
-  for (const diagnosis::RankedCause& cause : d.causes)
+  for (const diagnosis::RankedCause& cause : d.causes) {
     if (d.verdict == diagnosis::Verdict::explained)
       found = diagnosis::with_parameter(found, cause.parameter, cause.value);
+  }
   const mesh::Machine right = diagnosis::with_parameter(machine, on_model(truth.parameter, model), line.value);
   if (d.verdict == diagnosis::Verdict::explained) {
     const double before = heldout_square(seen.problem(), seen.problem().predicted),

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "baselines.h"
-#include "diagnosis/causes/parameter.h"
 
 #include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
+
+#include "diagnosis/causes/parameter.h"
 
 namespace thermotwin::hidden {
 
@@ -29,9 +31,10 @@ Library library(const Seen& seen, const compensation::Measurement& measurement, 
   MatrixXd rows = obs.rows;
   for (double& value : rows.reshaped())
     if (!std::isfinite(value)) value = 0.0;
-  if (moving.empty())
+  if (moving.empty()) {
     for (Index c = 0; c < rows.cols(); ++c)
       if (rows.col(c).maxCoeff() - rows.col(c).minCoeff() > 1e-6) moving.push_back(c);
+  }
   Library result;
   result.time = obs.points;
   result.inputs.resize(obs.points.size(), std::ssize(moving));
@@ -113,9 +116,10 @@ struct Refit {
 Refit refit(const Seen& seen, const mesh::Machine& machine) {
   const diagnosis::Problem& problem = seen.problem();
   Refit fit;
-  for (const Parameter& p : problem.parameters)
+  for (const Parameter& p : problem.parameters) {
     if (std::find(std::begin(refitted_kinds), std::end(refitted_kinds), p.kind) != std::end(refitted_kinds))
       fit.parameters.push_back(p);
+  }
   const auto count = std::ssize(fit.parameters);
   // Means weigh by their noise; zero: the last third of what may be fitted.
   VectorXd early = VectorXd::Zero(problem.measured.size()), late = early;
@@ -176,7 +180,7 @@ VectorXd gaussian_process(const MatrixXd& x, const VectorXd& y, const MatrixXd& 
   const MatrixXd own = distances(x);
   double best = -std::numeric_limits<double>::infinity(), length = 1.0;
   VectorXd weights = VectorXd::Zero(n);
-  for (const double l : {0.5, 1.0, 2.0, 4.0, 8.0, 16.0})
+  for (const double l : {0.5, 1.0, 2.0, 4.0, 8.0, 16.0}) {
     for (const double noise : {0.03, 0.1, 0.3, 1.0}) {
       MatrixXd k = (-0.5 / (l * l) * own.array()).exp();
       k.diagonal().array() += noise * noise;
@@ -186,6 +190,7 @@ VectorXd gaussian_process(const MatrixXd& x, const VectorXd& y, const MatrixXd& 
       const double log = -0.5 * n * std::log(variance) - factor.matrixLLT().diagonal().array().log().sum();
       if (log > best) best = log, length = l, weights = solved;
     }
+  }
   const MatrixXd cross = (-0.5 / (length * length) * distances(other).array()).exp();
   return (cross * weights).array() + mean;
 }
@@ -230,9 +235,10 @@ std::vector<Corrected> baselines(const Seen& seen, const compensation::Measureme
                                  const compensation::Measurement& unseen, const mesh::Machine& machine) {
   const std::size_t poses = [&] {
     std::size_t most = 0;
-    for (const ObservedChannel& c : seen.problem().observations.channels)
+    for (const ObservedChannel& c : seen.problem().observations.channels) {
       if (is_displacement(c))
         most = std::max<std::size_t>(most, std::stoul(c.channel.id.substr(c.channel.id.find('@') + 1)));
+    }
     return most;
   }();
   std::vector<Corrected> all;
@@ -244,9 +250,10 @@ std::vector<Corrected> baselines(const Seen& seen, const compensation::Measureme
   const mesh::Machine refitted = diagnosis::with_parameters(machine, fit.parameters, fit.values);
   Corrected& named = add("refit", seen.response().predict(refitted), program.response().predict(refitted));
   double most = 0.0;
-  for (std::size_t i = 0; i < fit.parameters.size(); ++i)
+  for (std::size_t i = 0; i < fit.parameters.size(); ++i) {
     if (const double change = std::abs(fit.values[i] - 1.0) / fit.parameters[i].nominal_std; change > most)
       most = change, named.kind = name_of(fit.parameters[i].kind), named.where = fit.parameters[i].where;
+  }
 
   std::vector<Index> moving;
   const Library own = library(seen, record, moving), other = library(program, unseen, moving);

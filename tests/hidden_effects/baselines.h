@@ -9,6 +9,7 @@
 //            descent), the penalty by the last third of the fitted part.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

@@ -174,11 +174,13 @@ Factors Seen::factors(const Truth& truth) const {
     const MatrixXd spots = of_spots(signal);
     const double all = std::log(spots.size());
     std::vector<double> elsewhere;
-    for (Index j = 0; j < spots.cols(); ++j)
-      for (Index k = 0; k < spots.rows(); ++k)
+    for (Index j = 0; j < spots.cols(); ++j) {
+      for (Index k = 0; k < spots.rows(); ++k) {
         if (!truth.parameter.missing || inputs_[j].channel != truth.parameter.missing->follows ||
             apart(patches_[k], truth) > same_place_m)
           elsewhere.push_back(spots(k, j));
+      }
+    }
     if (truth.parameter.missing) own = std::max(at_its_place(truth, signal), -50.0);
     if (const double log = log_sum(elsewhere) - all; log > rival)
       rival = log, result.rival = "source_missing elsewhere";

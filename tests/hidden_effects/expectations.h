@@ -57,7 +57,8 @@ private:
 
   /// From a patch's middle to a missing source, m.
   double apart(Eigen::Index patch, const Truth& truth) const;
-  /// Log evidence of heat at a missing source's place (all patches within same_place_m, else the nearest) with its own input.
+  /// Log evidence of heat at a missing source's place (all patches within same_place_m, else the nearest) with its own
+  /// input.
   double at_its_place(const Truth& truth, const Eigen::VectorXd& white) const;
 
   const reduction::ReducedModel& model_;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "faulty_readings.h"
-#include "solver/operation/layout.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "solver/operation/layout.h"
 
 namespace thermotwin::hidden {
 
@@ -79,16 +80,18 @@ void OutsideEffect::act(solver::Coefficients& c, const VectorXd&, double, double
     scale_terms(solver::TermKind::contact, machine_.joint_index(where_), open_ ? 6.0 : 0.3);
   } else if (effect_ == Outside::humid_film) {
     humidity_ += -step / 7200.0 * humidity_ + std::sqrt(2.0 * step / 7200.0) * random_.normal();
-    for (std::size_t f = 0; f < machine_.films.size(); ++f)
+    for (std::size_t f = 0; f < machine_.films.size(); ++f) {
       if (machine_.films[f].id == where_)
         scale_terms(solver::TermKind::film, f, std::exp(std::clamp(1.0 * humidity_, -2.5, 2.0)));
+    }
   } else if (effect_ == Outside::jumping_bearing) {
     if (random_.uniform() < step / 4000.0)
       level_ = random_.uniform() < 0.5 ? random_.uniform(0.1, 0.5) : random_.uniform(2.0, 4.0);
-    for (std::size_t k = 0; k < layout_.inputs.size(); ++k)
+    for (std::size_t k = 0; k < layout_.inputs.size(); ++k) {
       if (layout_.inputs[k].kind == solver::InputKind::source && layout_.inputs[k].item >= 0 &&
           machine_.sources[layout_.inputs[k].item].id == where_)
         c.q[k] *= level_;
+    }
   }
 }
 

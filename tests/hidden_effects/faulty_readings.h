@@ -3,6 +3,7 @@
 // Faulty readings and what no kind of the diagnosis describes, written without a line of its code.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

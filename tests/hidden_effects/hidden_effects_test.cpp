@@ -66,7 +66,8 @@ TEST(HiddenEffects, CleanMachinesRaiseNoAlarm) {
 }
 
 TEST(HiddenEffects, WhatSeveralParametersDoTogetherIsNoCause) {
-  // Coupling, bearings and friction two stated deviations off: about nominal, a heat capacity describes how they act together.
+  // Coupling, bearings and friction two stated deviations off: about nominal, a heat capacity describes how they act
+  // together.
   hidden::SpecimenOptions options = Bench::other_mesh();
   options.size_factor = 0.5;
   options.seed = 937;

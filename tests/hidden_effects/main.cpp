@@ -48,22 +48,24 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
     if (!known.count(name)) throw core::UsageError("unknown option " + std::string(argv[i]));
     options[name] = argv[i + 1];
   }
-  if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out"))
+  if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out")) {
     throw core::UsageError(
         "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
         "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen "
         "LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
+  }
   return options;
 }
 
 std::vector<std::string> parts_of(const std::string& list) {
   std::vector<std::string> parts;
   std::string part;
-  for (const char c : list + ",")
+  for (const char c : list + ",") {
     if (c != ',')
       part += c;
     else if (!part.empty())
       parts.push_back(part), part.clear();
+  }
   return parts;
 }
 
@@ -71,9 +73,10 @@ std::vector<std::string> parts_of(const std::string& list) {
 std::vector<hidden::Line> read_lines(const std::filesystem::path& file) {
   std::vector<hidden::Line> lines;
   std::ifstream in(file);
-  for (std::string text; std::getline(in, text);)
+  for (std::string text; std::getline(in, text);) {
     if (!text.starts_with("id\t"))
       if (hidden::Line line = hidden::Line::parse(text); !line.id.empty()) lines.push_back(std::move(line));
+  }
   return lines;
 }
 
@@ -175,9 +178,10 @@ int run(int argc, char** argv) {
   if (!options.count("kinds")) kinds = hidden::offered_kinds(specimen, loads.front(), model);
   for (const std::string& name : options.count("kinds") ? parts_of(options.at("kinds")) : std::vector<std::string>()) {
     const std::optional<diagnosis::Kind> kind = diagnosis::find_kind(name);
-    if (!kind)
+    if (!kind) {
       throw core::UsageError(
           fmt::format("kind {}: the machine has no place for it under the load {}", name, loads.front()));
+    }
     kinds.push_back(*kind);
   }
   for (int i = 0; i < static_cast<int>(number("draws", 10)); ++i)

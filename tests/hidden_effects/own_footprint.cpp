@@ -29,12 +29,14 @@ MatrixXd spread_heat(const solver::ThermalSystem& thermal, const solver::Coeffic
 
 solver::SparseMatrix with_columns(const solver::SparseMatrix& matrix, const MatrixXd& more) {
   std::vector<Eigen::Triplet<double>> entries;
-  for (Index k = 0; k < matrix.outerSize(); ++k)
+  for (Index k = 0; k < matrix.outerSize(); ++k) {
     for (solver::SparseMatrix::InnerIterator it(matrix, k); it; ++it)
       entries.emplace_back(it.row(), it.col(), it.value());
-  for (Index k = 0; k < more.cols(); ++k)
+  }
+  for (Index k = 0; k < more.cols(); ++k) {
     for (Index i = 0; i < more.rows(); ++i)
       if (more(i, k) != 0.0) entries.emplace_back(i, matrix.cols() + k, more(i, k));
+  }
   solver::SparseMatrix wider(matrix.rows(), matrix.cols() + more.cols());
   wider.setFromTriplets(entries.begin(), entries.end());
   return wider;

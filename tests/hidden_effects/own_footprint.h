@@ -4,6 +4,7 @@
 // five minutes of conduction, films uneven over their surface, sources that no machine.toml has.
 
 #include <Eigen/Core>
+
 #include <vector>
 
 #include "solver/campaign/campaign.h"

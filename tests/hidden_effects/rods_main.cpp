@@ -53,12 +53,13 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
                                          model, beside));
     std::cerr << lines.back().text() << "\n";
   };
-  for (int i = 0; i < draws; ++i)
+  for (int i = 0; i < draws; ++i) {
     for (const auto& [kind, places] : kinds) {
       hidden::Random random(77 * (seed + 1));
       const Parameter& p = places[random.index(places.size())];
       one(hidden::Group::single, {{p, drawn_value(p, random)}}, fmt::format("{}_{}", kind, i));
     }
+  }
   for (int i = 0; i < clean; ++i) one(hidden::Group::clean, {}, fmt::format("clean_{}", i));
   for (int i = 0; i < pairs; ++i) {
     hidden::Random random(77 * (seed + 1) + i);
@@ -74,9 +75,10 @@ int run(int draws, int clean, int pairs, std::uint64_t seed, const std::string& 
 
 int main(int argc, char** argv) {
   try {
-    if (argc >= 5)
+    if (argc >= 5) {
       return run(std::stoi(argv[1]), std::stoi(argv[2]), std::stoi(argv[3]), std::stoull(argv[4]),
                  argc > 5 ? argv[5] : "");
+    }
     std::cerr << "usage: hidden_effects_rods DRAWS CLEAN PAIRS SEED [KIND]\n";
     return 2;
   } catch (const std::exception& error) {

@@ -81,9 +81,10 @@ std::string score(const std::vector<Line>& lines) {
       if (line.visible()) {
         outside.count(line.verdict == diagnosis::Verdict::unexplained || line.verdict == diagnosis::Verdict::ambiguous);
         ++outside_verdicts[diagnosis::name_of(line.verdict)];
-        if (line.unlike_any())
+        if (line.unlike_any()) {
           unlike_any.count(line.verdict == diagnosis::Verdict::unexplained ||
                            line.verdict == diagnosis::Verdict::ambiguous);
+        }
       } else {
         ++unseen;
       }

@@ -9,6 +9,7 @@
 
 #include "compensation/measurement/channel.h"
 #include "compensation/measurement/virtual_measurement.h"
+#include "core/range.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
@@ -78,7 +79,8 @@ std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine)
   return rows;
 }
 
-/// Steps of a record's row with error control: shorter by halves until the estimate, which falls with their cube, is below the tolerance.
+/// Steps of a record's row with error control: shorter by halves until the estimate, which falls with their cube, is
+/// below the tolerance.
 /// Where it was far below and no coefficient or input has changed by 5 % since, only every fourth step takes one.
 class Steps {
 public:
@@ -144,11 +146,11 @@ void SpecimenOptions::validate() const {
                                     {"refine", refine},
                                     {"tolerance_K", tolerance_K},
                                     {"solved_to", solved_to}})
-    diagnosis::require_option(value > 0, std::string("specimen ") + name, value, "a positive number");
+    core::require_option(value > 0, std::string("specimen ") + name, value, "a positive number");
   for (const auto& [name, value] : {std::pair{"noise_K", noise_K}, {"noise_um", noise_um}})
-    diagnosis::require_option(value >= 0, std::string("specimen ") + name, value, "a number, not negative");
-  diagnosis::require_option(missing_share >= 0 && missing_share < 1, "specimen missing_share", missing_share,
-                            "0 to less than 1");
+    core::require_option(value >= 0, std::string("specimen ") + name, value, "a number, not negative");
+  core::require_option(missing_share >= 0 && missing_share < 1, "specimen missing_share", missing_share,
+                       "0 to less than 1");
 }
 
 Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& options)
@@ -164,9 +166,10 @@ Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& opti
   Random random(options.seed * 31 + 7);
   for (int i = 0; i < 2; ++i) {
     mesh::Pose pose = mesh::home_pose(case_.machine);
-    for (std::size_t a = 0; a < case_.machine.axes.size(); ++a)
+    for (std::size_t a = 0; a < case_.machine.axes.size(); ++a) {
       if (const mesh::Axis& axis = case_.machine.axes[a]; !axis.endless)
         pose[a] = axis.low + (axis.high - axis.low) * random.uniform(0.1, 0.9);
+    }
     poses_.push_back(pose);
   }
   for (const mesh::Pose& pose : poses_) rows_.push_back(full_.elastic.output_rows(pose));
@@ -198,7 +201,7 @@ Measurement Specimen::described(const std::string& load, std::size_t poses) cons
     channel.uncertainty = options_.noise_K;
     add(std::move(channel));
   }
-  for (std::size_t p = 0; p < poses; ++p)
+  for (std::size_t p = 0; p < poses; ++p) {
     for (const char* quantity : quantities) {
       MeasuredChannel channel;
       channel.id = quantity + std::string("@") + std::to_string(p + 1);
@@ -210,6 +213,7 @@ Measurement Specimen::described(const std::string& load, std::size_t poses) cons
       channel.zero = compensation::Zero::first;
       add(std::move(channel));
     }
+  }
   m.data.source = "data.csv";
   m.data.columns = {"time_s"};
   for (const MeasuredChannel& channel : m.channels) m.data.columns.push_back(channel.id);
@@ -381,9 +385,10 @@ Record Specimen::record(const Draw& draw, Recording recording) const {
   const Run run = this->run(draw, machine, poses, random, outside);
   Record result;
   for (std::size_t i = 0; i < draw.truths.size();
-       ++i)  // the second one's size is not followed: it wanders about what was drawn
+       ++i) {  // the second one's size is not followed: it wanders about what was drawn
     result.effective.push_back(
         effective_value(draw.truths[i], machine, i == 0 ? run.mean_size : std::optional<double>(1.0)));
+  }
 
   const VectorXd& time = run.time;
   const solver::Channels channels(machine);

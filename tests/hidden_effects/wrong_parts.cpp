@@ -74,10 +74,12 @@ std::pair<std::string, Vector3d> drawn_place(const mesh::MachineMesh& mesh, Rand
   for (const mesh::TetMesh& body : mesh.bodies)
     for (Index f = 0; f < body.face_count(); ++f) total += body.face_area(f);
   double left = total * random.uniform();
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
-    for (Index f = 0; f < mesh.bodies[b].face_count(); ++f)
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+    for (Index f = 0; f < mesh.bodies[b].face_count(); ++f) {
       if ((left -= mesh.bodies[b].face_area(f)) <= 0.0)
         return {mesh.machine.bodies[b].id, mesh.bodies[b].face_centre(f)};
+    }
+  }
   return {mesh.machine.bodies.back().id, mesh.bodies.back().face_centre(0)};
 }
 

@@ -4,6 +4,7 @@
 // not as the machine says, and heat on a spot of the skin that no source has.
 
 #include <Eigen/Core>
+
 #include <string>
 #include <vector>
 

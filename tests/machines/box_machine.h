@@ -116,12 +116,13 @@ inline mesh::Pose box_pose(double x, double z, double c = 0.0) {
 /// A smooth temperature that differs everywhere, K above the reference; (size).
 inline Eigen::VectorXd uneven_temperature(const mesh::MachineMesh& mesh, Eigen::Index size) {
   Eigen::VectorXd temperature = Eigen::VectorXd::Zero(size);
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     for (Eigen::Index i = 0; i < mesh.bodies[b].nodes(); ++i) {
       const Eigen::Vector3d p = mesh.bodies[b].points.col(i);
       temperature[mesh.first_node[b] + i] =
           2.0 + 3.0 * p.x() - 4.0 * p.y() + 6.0 * p.z() * p.x() + std::sin(5.0 * p.z() + b);
     }
+  }
   return temperature;
 }
 

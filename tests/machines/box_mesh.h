@@ -17,19 +17,22 @@ inline mesh::TetMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d&
   mesh::TetMesh box;
   const auto node = [&](int i, int j, int k) { return (k * (cells[1] + 1) + j) * (cells[0] + 1) + i; };
   box.points.resize(3, (cells[0] + 1) * (cells[1] + 1) * (cells[2] + 1));
-  for (int k = 0; k <= cells[2]; ++k)
-    for (int j = 0; j <= cells[1]; ++j)
-      for (int i = 0; i <= cells[0]; ++i)
+  for (int k = 0; k <= cells[2]; ++k) {
+    for (int j = 0; j <= cells[1]; ++j) {
+      for (int i = 0; i <= cells[0]; ++i) {
         box.points.col(node(i, j, k)) =
             low + (high - low)
                       .cwiseProduct(Eigen::Vector3d(double(i) / cells[0], double(j) / cells[1], double(k) / cells[2]));
+      }
+    }
+  }
   // Kuhn's division: each tetrahedron walks from corner 000 to 111 along the axes in one order.
   constexpr std::array<std::array<int, 3>, 6> walks{{{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
   box.tets.resize(4, 6 * cells.prod());
   Eigen::Index t = 0;
-  for (int k = 0; k < cells[2]; ++k)
-    for (int j = 0; j < cells[1]; ++j)
-      for (int i = 0; i < cells[0]; ++i)
+  for (int k = 0; k < cells[2]; ++k) {
+    for (int j = 0; j < cells[1]; ++j) {
+      for (int i = 0; i < cells[0]; ++i) {
         for (const auto& walk : walks) {
           Eigen::Vector3i at(i, j, k);
           box.tets(0, t) = node(at[0], at[1], at[2]);
@@ -40,6 +43,9 @@ inline mesh::TetMesh box_mesh(const Eigen::Vector3d& low, const Eigen::Vector3d&
           if (box.volume(t) < 0) std::swap(box.tets(2, t), box.tets(3, t));
           ++t;
         }
+      }
+    }
+  }
   mesh::build_boundary(box, "box");
   const char* names[3][2] = {{"x0", "x1"}, {"y0", "y1"}, {"z0", "z1"}};
   for (int f = 0; f < box.face_count(); ++f) {

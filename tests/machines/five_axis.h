@@ -272,9 +272,10 @@ inline reduction::ReducedSystem lumped_system(const mesh::Machine& machine, cons
     const double size = machine.bodies[b].id == "spindle" ? 1.2e4 : b < 2 ? 2e5 : 5e4;
     for (int i = 0; i < lumps_a_body; ++i) {
       capacity[lump(b, i)] = variation.capacity * size * (1.0 + variation.unevenness * std::sin(3.0 * b + 5.0 * i));
-      if (i > 0)
+      if (i > 0) {
         connect(conduction, lump(b, i - 1), lump(b, i),
                 variation.conduction * 60.0 * (1.0 + variation.unevenness * std::cos(2.0 * b + i)));
+      }
     }
   }
   capacity[r - 1] = 0.001 * 815 * 1940;

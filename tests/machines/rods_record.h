@@ -135,7 +135,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
   for (const auto& sensor : m.sensors)
     out.channels[add(sensor.id + "_reading", ChannelKind::temperature, "degC", options.noise_K)].sensor = sensor.id;
   std::vector<mesh::Pose> poses;
-  for (const char* pose : {"Z=50", "Z=350"})
+  for (const char* pose : {"Z=50", "Z=350"}) {
     for (const char* quantity : {"dx", "dz"}) {
       auto& c = out.channels[add(std::string(quantity) + "_" + (poses.size() < 2 ? "low" : "high"),
                                  ChannelKind::displacement, "um", options.noise_um)];
@@ -144,6 +144,7 @@ inline compensation::Measurement measure(const std::vector<std::pair<diagnosis::
       c.zero = compensation::Zero::first;
       poses.push_back(mesh::parse_pose(m, pose, "test"));
     }
+  }
   const std::vector<std::string> inputs = {"spindle.speed_rpm", "axis.Z.feed_mm_min", "axis.Z.position_mm", "air.T_C"};
   const char* units[] = {"rpm", "mm_min", "mm", "degC"};
   for (std::size_t i = 0; i < inputs.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "core/file.h"
@@ -83,6 +84,12 @@ TEST(MeshSize, WordsAndNumbers) {
   EXPECT_DOUBLE_EQ(mesh::size_factor(m, "0.7"), 0.7);
   for (const char* bad : {"big", "", "0", "-1", "nan", "1.0x"})
     EXPECT_THROW(mesh::size_factor(m, bad), core::InputError) << bad;
+}
+
+TEST(MeshSize, FactorOutOfRangeIsNamed) {
+  EXPECT_NO_THROW(mesh::MeshOptions{}.validate());
+  for (const double bad : {0.0, -1.0, std::nan("")})
+    EXPECT_THROW(mesh::MeshOptions{bad}.validate(), core::InputError) << bad;
 }
 
 std::string two_blocks() {

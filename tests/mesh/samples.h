@@ -44,15 +44,16 @@ inline thermotwin::mesh::TetMesh box_mesh(const Eigen::Vector3d& size, int n) {
   thermotwin::mesh::TetMesh mesh;
   const auto node = [n](int i, int j, int k) { return (k * (n + 1) + j) * (n + 1) + i; };
   mesh.points.resize(3, Index(n + 1) * (n + 1) * (n + 1));
-  for (int k = 0; k <= n; ++k)
+  for (int k = 0; k <= n; ++k) {
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i <= n; ++i) mesh.points.col(node(i, j, k)) = Eigen::Vector3d(i, j, k).cwiseProduct(size) / n;
+  }
   mesh.tets.resize(4, Index(6) * n * n * n);
   constexpr int walks[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
   Index e = 0;
-  for (int k = 0; k < n; ++k)
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i)
+  for (int k = 0; k < n; ++k) {
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) {
         for (int w = 0; w < 6; ++w) {
           Eigen::Vector3i at(i, j, k);
           Eigen::Vector4i tet;
@@ -64,6 +65,9 @@ inline thermotwin::mesh::TetMesh box_mesh(const Eigen::Vector3d& size, int n) {
           if (w >= 3) std::swap(tet[1], tet[2]);  // odd walks turn the other way
           mesh.tets.col(e++) = tet;
         }
+      }
+    }
+  }
   return mesh;
 }
 

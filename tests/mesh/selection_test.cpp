@@ -17,7 +17,7 @@ namespace {
 mesh::TetMesh block() {
   mesh::TetMesh m = samples::box_mesh({0.4, 0.2, 0.1}, 4);
   mesh::build_boundary(m, "block");
-  for (int f = 0; f < static_cast<int>(m.face_count()); ++f)
+  for (int f = 0; f < m.face_count(); ++f)
     if (m.face_normal(f).x() > 0.99) m.groups["RIGHT"].push_back(f);
   return m;
 }
@@ -42,7 +42,7 @@ TEST(Selection, ConditionsHoldTogether) {
   normal.max_angle = 0.1;
   EXPECT_NEAR(area(m, normal), 0.08, 1e-12);
   normal.max_angle = std::numbers::pi;
-  EXPECT_EQ(static_cast<Eigen::Index>(mesh::select_faces(m, normal).size()), m.face_count());
+  EXPECT_EQ(std::ssize(mesh::select_faces(m, normal)), m.face_count());
   mesh::Rule group;
   group.group = "right";  // as the machine file may write it
   EXPECT_NEAR(area(m, group), 0.02, 1e-12);

@@ -3,6 +3,7 @@
 // Systems as other programs give them, from their published definitions.
 
 #include <Eigen/SparseCore>
+
 #include <cmath>
 #include <random>
 #include <vector>
@@ -56,12 +57,14 @@ inline LinearSystem penzl() {
 inline LinearSystem rod(int n) {
   const double h = 1.0 / n;
   Triplets e, a;
-  for (int k = 0; k < n; ++k)
-    for (int i = 0; i < 2; ++i)
+  for (int k = 0; k < n; ++k) {
+    for (int i = 0; i < 2; ++i) {
       for (int j = 0; j < 2; ++j) {
         e.emplace_back(k + i, k + j, h / 6 * (i == j ? 2 : 1));
         a.emplace_back(k + i, k + j, (i == j ? -1 : 1) / h);
       }
+    }
+  }
   a.emplace_back(n, n, -1.0);
   Eigen::MatrixXd b = Eigen::MatrixXd::Zero(n + 1, 1), c = Eigen::MatrixXd::Zero(2, n + 1);
   b(0) = 1;
@@ -82,9 +85,9 @@ inline LinearSystem plate(int m, int inputs, double speed = 0.0) {
   // Of a line element; the plate's are products.
   const double mass[2][2] = {{h / 3, h / 6}, {h / 6, h / 3}}, stiff[2][2] = {{1 / h, -1 / h}, {-1 / h, 1 / h}},
                along[2][2] = {{-0.5, 0.5}, {-0.5, 0.5}};
-  for (int i = 0; i < m; ++i)
-    for (int j = 0; j < m; ++j)
-      for (int p = 0; p < 4; ++p)
+  for (int i = 0; i < m; ++i) {
+    for (int j = 0; j < m; ++j) {
+      for (int p = 0; p < 4; ++p) {
         for (int q = 0; q < 4; ++q) {
           const int row = node(i + p / 2, j + p % 2), column = node(i + q / 2, j + q % 2);
           const auto product = [&](const double(&x)[2][2], const double(&y)[2][2]) {
@@ -93,8 +96,11 @@ inline LinearSystem plate(int m, int inputs, double speed = 0.0) {
           e.emplace_back(row, column, product(mass, mass));
           a.emplace_back(row, column, -product(stiff, mass) - product(mass, stiff) - speed * product(along, mass));
         }
+      }
+    }
+  }
   Eigen::MatrixXd b = Eigen::MatrixXd::Zero(n, inputs), c = Eigen::MatrixXd::Zero(3, n);
-  for (int k = 0; k < m; ++k)
+  for (int k = 0; k < m; ++k) {
     for (const bool first : {true, false}) {
       for (const auto& [low, high] : {std::pair(node(k, 0), node(k + 1, 0)), std::pair(node(k, m), node(k + 1, m)),
                                       std::pair(node(0, k), node(0, k + 1)), std::pair(node(m, k), node(m, k + 1))}) {
@@ -103,6 +109,7 @@ inline LinearSystem plate(int m, int inputs, double speed = 0.0) {
       }
       b(node(0, first ? k : k + 1), k * inputs / m) += h / 2;
     }
+  }
   c(0, node(m, m / 2)) = c(1, node(m / 2, m / 2)) = c(2, node(m / 4, m / 3)) = 1.0;
   LinearSystem system = make_system(sparse(n, n, a), b, c, speed == 0.0);
   system.base.E = sparse(n, n, e);

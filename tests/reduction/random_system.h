@@ -3,6 +3,7 @@
 // Reduced systems out of random numbers, with the time constants of a machine.
 
 #include <Eigen/Dense>
+
 #include <cmath>
 #include <iterator>
 #include <random>

@@ -3,12 +3,12 @@
 // Runs CalculiX (ccx) on decks of the program and reads what it leaves.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <unistd.h>
 #include <vector>
 
 #include "solver/export/calculix_deck.h"

@@ -3,6 +3,7 @@
 // our own temperatures and displacements at every node.
 
 #include <gtest/gtest.h>
+
 #include <iterator>
 
 #include "mesh/machine/kinematics.h"
@@ -37,10 +38,10 @@ double difference(const Eigen::VectorXd& theirs_C, const Eigen::VectorXd& ours_C
 void expect_temperatures(const std::string& name, const std::string& source, const Eigen::VectorXd& theirs_C,
                          const Eigen::VectorXd& ours_C, const std::string& when, double bound = of_the_range) {
   const double found = difference(theirs_C, ours_C);
-  if (bound > of_the_range)
+  if (bound > of_the_range) {
     expect_value({name, source, "largest difference of T" + when + ", % of its range"}, 0.0, 100.0 * found,
                  100.0 * bound);
-  else
+  } else
     expect_below({name, source, "largest difference of T" + when + ", over its range"}, bound, found);
 }
 
@@ -96,17 +97,18 @@ mesh::TetMesh angle_bracket(int order) {
   }
   bracket.tets.resize(4, std::ssize(kept));
   int nodes = 0;
-  for (std::size_t k = 0; k < kept.size(); ++k)
+  for (std::size_t k = 0; k < kept.size(); ++k) {
     for (int i = 0; i < 4; ++i) {
       int& of = number[box.tets(i, kept[k])];
       if (of < 0) of = nodes++;
       bracket.tets(i, k) = of;
     }
+  }
   bracket.points.resize(3, nodes);
   for (Index i = 0; i < box.nodes(); ++i)
     if (number[i] >= 0) bracket.points.col(number[i]) = box.points.col(i);
   mesh::build_boundary(bracket, "bracket");
-  for (int f = 0; f < static_cast<int>(bracket.face_count()); ++f) {
+  for (int f = 0; f < bracket.face_count(); ++f) {
     const Vector3d normal = bracket.face_normal(f), centre = bracket.face_centre(f);
     if (normal.z() < -0.9)
       bracket.groups["foot"].push_back(f);

@@ -2,9 +2,9 @@
 // A block cut in two, the halves meshed so that nothing matches, joined as firmly as a joint can be:
 // it must come to be the uncut block, in heat and in elasticity, and no heat is lost in the cut.
 #include <gtest/gtest.h>
-#include <iterator>
 
 #include <cmath>
+#include <iterator>
 
 #include "solver/elastic/model.h"
 #include "solver/thermal/assembly.h"
@@ -80,9 +80,10 @@ double value_at(const mesh::MachineMesh& mesh, const Eigen::VectorXd& field, con
 
 std::vector<Vector3d> places() {
   std::vector<Vector3d> all;
-  for (const double x : {0.02, 0.07, 0.11, 0.129, 0.131, 0.16, 0.21, 0.29})
+  for (const double x : {0.02, 0.07, 0.11, 0.129, 0.131, 0.16, 0.21, 0.29}) {
     for (const double y : {0.013, 0.052, 0.091})
       for (const double z : {0.011, 0.067, 0.113}) all.emplace_back(x, y, z);
+  }
   return all;
 }
 
@@ -112,11 +113,12 @@ Eigen::MatrixXd displacements(const mesh::MachineMesh& mesh) {
   const solver::ThermalSystem system = solver::assemble_thermal(mesh);
   const solver::ElasticModel elastic(mesh, system);
   Eigen::VectorXd temperature(mesh.nodes());  // one that bends, K
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     for (Index i = 0; i < mesh.bodies[b].nodes(); ++i) {
       const Vector3d p = mesh.bodies[b].points.col(i).cwiseQuotient(corner);
       temperature[mesh.first_node[b] + i] = 10.0 * p.z() * (1.0 + p.x()) + 5.0 * std::sin(2.0 * p.x()) * p.y();
     }
+  }
   const Eigen::Matrix3Xd u = elastic.displacement(temperature, mesh::home_pose(mesh.machine));
   Eigen::MatrixXd values(3, std::ssize(places()));
   for (Index i = 0; i < values.cols(); ++i)
@@ -133,10 +135,11 @@ void expect_convergence(const std::string& quantity, const Eigen::MatrixXd& exac
     const std::string mesh = std::to_string(4 * finer) + " and " + std::to_string(5 * finer) + " cells along";
     expect_value({"block cut in two, P1", "the uncut block, P2, fine", "error of " + quantity + ", %, " + mesh}, 0.0,
                  100.0 * now, tolerance);
-    if (before > 0.0)
+    if (before > 0.0) {
       expect_value(
           {"block cut in two, P1", "the uncut block, P2, fine", "order of the error of " + quantity + ", " + mesh}, 2.0,
           std::log2(before / now), order_tolerance);
+    }
     before = now;
   }
 }

@@ -54,8 +54,8 @@ inline const std::vector<mesh::TetPoint>& fine_tet_rule() {
   static const std::vector<mesh::TetPoint> rule = [] {
     std::vector<mesh::TetPoint> made;
     double sum = 0.0;
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
         for (int l = 0; l < 4; ++l) {
           const double a = 0.5 * (1 + gauss_x[i]), b = 0.5 * (1 + gauss_x[j]) * (1 - a),
                        c = 0.5 * (1 + gauss_x[l]) * (1 - a - b);
@@ -63,6 +63,8 @@ inline const std::vector<mesh::TetPoint>& fine_tet_rule() {
               {Eigen::Vector4d(a, b, c, 1 - a - b - c), gauss_w[i] * gauss_w[j] * gauss_w[l] * (1 - a) * (1 - a - b)});
           sum += made.back().share;
         }
+      }
+    }
     for (mesh::TetPoint& point : made) point.share /= sum;
     return made;
   }();
@@ -73,12 +75,13 @@ inline const std::vector<mesh::FacePoint>& fine_face_rule() {
   static const std::vector<mesh::FacePoint> rule = [] {
     std::vector<mesh::FacePoint> made;
     double sum = 0.0;
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) {
         const double a = 0.5 * (1 + gauss_x[i]), b = 0.5 * (1 + gauss_x[j]) * (1 - a);
         made.push_back({Vector3d(a, b, 1 - a - b), gauss_w[i] * gauss_w[j] * (1 - a)});
         sum += made.back().share;
       }
+    }
     for (mesh::FacePoint& point : made) point.share /= sum;
     return made;
   }();
@@ -124,7 +127,7 @@ void over_surface(const mesh::TetMesh& body, const std::vector<int>& faces, cons
 
 inline std::vector<int> skin(const mesh::TetMesh& body) {
   std::vector<int> faces;
-  for (int f = 0; f < static_cast<int>(body.face_count()); ++f) faces.push_back(f);
+  for (int f = 0; f < body.face_count(); ++f) faces.push_back(f);
   return faces;
 }
 
@@ -151,9 +154,10 @@ inline mesh::TetMesh shaken_box(const Vector3d& high, const Eigen::Vector3i& cel
   for (const int node : box.faces.reshaped()) outside[node] = 1;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> shift(-0.2, 0.2);
-  for (Index i = 0; i < box.nodes(); ++i)
+  for (Index i = 0; i < box.nodes(); ++i) {
     if (!outside[i])
       for (int k = 0; k < 3; ++k) box.points(k, i) += shift(random) * high[k] / cells[k];
+  }
   mesh::build_boundary(box, "box");
   mesh::set_order(box, order);
   return box;
@@ -183,11 +187,12 @@ inline Eigen::VectorXd solve_held(const solver::SparseMatrix& stiffness, const E
   for (int& n : number)
     if (n == 0) n = open++;
   std::vector<Eigen::Triplet<double>> triplets;
-  for (int column = 0; column < stiffness.outerSize(); ++column)
+  for (int column = 0; column < stiffness.outerSize(); ++column) {
     for (solver::SparseMatrix::InnerIterator it(stiffness, column); it; ++it) {
       const int i = number[it.row()], j = number[column];
       if (i >= 0 && j >= 0) triplets.emplace_back(i, j, it.value());
     }
+  }
   solver::SparseMatrix kept(open, open);
   kept.setFromTriplets(triplets.begin(), triplets.end());
   Eigen::MatrixXd right(open, 1);

@@ -23,11 +23,12 @@ using std::numbers::pi;
 /// Mean temperature over the surface of a film, from its ambient's load.
 double film_mean(const HeatRig& rig, int film, const Eigen::VectorXd& state) {
   const auto& inputs = rig.system().layout.inputs;
-  for (std::size_t k = 0; k < inputs.size(); ++k)
+  for (std::size_t k = 0; k < inputs.size(); ++k) {
     if (inputs[k].kind == solver::InputKind::film_ambient && inputs[k].item == film) {
       const Eigen::VectorXd column = rig.system().inputs.col(k);
       return state.dot(column) / column.sum();
     }
+  }
   throw std::logic_error("no such film");
 }
 
@@ -39,9 +40,10 @@ TEST(Nafems, T3OneDimensionalTransient) {
     solver::ThermalIntegrator integrator(rig.system());
     Eigen::MatrixXd state = Eigen::MatrixXd::Zero(rig.system().size, 1);
     constexpr double h = 0.25, w = pi / 40.0;
-    for (int i = 0; i < 128; ++i)  // each step sees the mean of 100 sin(pi t / 40)
+    for (int i = 0; i < 128; ++i) {  // each step sees the mean of 100 sin(pi t / 40)
       integrator.advance(state,
                          {rig.with_ambient(1, 100.0 * (std::cos(w * i * h) - std::cos(w * (i + 1) * h)) / (w * h))}, h);
+    }
     expect_value({of_order("NAFEMS T3", order), "NAFEMS; series 36.603", "T at x = 0.08 m, t = 32 s, degC"}, 36.60,
                  rig.at(state, {0.08, 0.0025, 0.0025}), order == 1 ? 0.1 : 0.05);
   }
@@ -67,7 +69,7 @@ TEST(Vpcs, Ttll01SlabWithAFaceThatIsHeatedAtOnce) {
     Eigen::MatrixXd state = Eigen::MatrixXd::Zero(rig.system().size, 1);
     double time = 0.0;
     for (int i = 0; i < 4; ++i) {
-      const int steps = static_cast<int>(std::lround((times[i] - time) / 0.005));
+      const int steps = std::lround((times[i] - time) / 0.005);
       for (int k = 0; k < steps; ++k) integrator.advance(state, {rig.coefficients()}, (times[i] - time) / steps);
       time = times[i];
       for (int place = 0; place < 2; ++place) {
@@ -160,13 +162,14 @@ TEST(Vpcs, Tplv07OrthotropicCube) {
                       {{"y0", 60.0}, {"y1", -60.0}, {"z0", 30.0}, {"z1", -30.0}});
     // The film's ambient varies along its surface: 30 - 80 y - 60 z on one side, 15 - ... on the other.
     Eigen::MatrixXd load = rig.system().inputs * rig.coefficients().q;
-    for (const auto& [group, level] : {std::pair{"x0", 30.0}, std::pair{"x1", 15.0}})
+    for (const auto& [group, level] : {std::pair{"x0", 30.0}, std::pair{"x1", 15.0}}) {
       over_surface(rig.body(), rig.body().groups.at(group),
                    [&](const Vector3d& at, double weight, const Vector3d&, const mesh::FaceNodes& nodes,
                        const mesh::FaceValues& n) {
                      for (Index i = 0; i < nodes.size(); ++i)
                        load(nodes[i], 0) += weight * n[i] * 15.0 * (level - 80.0 * at.y() - 60.0 * at.z());
                    });
+    }
     const Eigen::VectorXd t = solver::solve_shifted(rig.system(), rig.coefficients(), 0.0, load);
     double error = 0.0;
     for (Index i = 0; i < rig.body().nodes(); ++i)
@@ -202,7 +205,7 @@ TEST(Thermca, RodUnderAFlux) {
     Eigen::MatrixXd state = Eigen::MatrixXd::Ones(rig.system().size, 1);
     double time = 0.0;
     for (const double end : {1.0, 5.0, 20.0}) {
-      const int steps = static_cast<int>(std::lround((end - time) / 0.05));
+      const int steps = std::lround((end - time) / 0.05);
       for (int i = 0; i < steps; ++i) integrator.advance(state, {rig.coefficients()}, (end - time) / steps);
       time = end;
       expect_value({of_order("rod under a flux", order), "Thermca; cosine series",
@@ -221,9 +224,10 @@ TEST(Thermca, PlateAgainstAnsys) {
   for (int order : {1, 2}) {
     const Eigen::Vector3i cells = order == 1 ? Eigen::Vector3i(12, 50, 3) : Eigen::Vector3i(6, 30, 2);
     mesh::TetMesh plate = box_of_order({0, 0, 0}, {0.5, 1.0, 0.05}, cells, order);
-    for (const char* side : {"x0", "x1", "z0", "z1"})
+    for (const char* side : {"x0", "x1", "z0", "z1"}) {
       plate.groups["rest"].insert(plate.groups["rest"].end(), plate.groups.at(side).begin(),
                                   plate.groups.at(side).end());
+    }
     const HeatRig rig(plate, heat_material(50.0, 8000.0, 500.0),
                       {{"y1", 10.0, 20.0}, {"rest", 10.0, 20.0}, {"y0", 0.0, 20.0}}, {{"y0", 1000.0 / 0.025}});
     solver::ThermalIntegrator integrator(rig.system());

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Observed orders of elasticity against a manufactured solution with a temperature field, body
 // forces and tractions, on bent meshes.
-#include <gtest/gtest.h>
-
 #include <Eigen/Dense>
+#include <gtest/gtest.h>
 
 #include "solver/elastic/assembly.h"
 #include "tests/verification/fields.h"
@@ -64,13 +63,14 @@ Errors errors_on(const mesh::TetMesh& box, const Vector3d& size) {
         const Vector3d force = exact.body_force(at);
         for (Index i = 0; i < nodes.size(); ++i) load.segment<3>(3 * nodes[i]) += weight * n[i] * force;
       });
-  for (const char* side : {"z0", "z1"})
+  for (const char* side : {"z0", "z1"}) {
     over_surface(box, box.groups.at(side),
                  [&](const Vector3d& at, double weight, const Vector3d& normal, const mesh::FaceNodes& nodes,
                      const mesh::FaceValues& n) {
                    const Vector3d traction = exact.stress(at) * normal;
                    for (Index i = 0; i < nodes.size(); ++i) load.segment<3>(3 * nodes[i]) += weight * n[i] * traction;
                  });
+  }
   Eigen::VectorXd given = Eigen::VectorXd::Zero(3 * box.nodes());
   std::vector<Index> held;
   for (const Index node : nodes_where(box, [&](const Vector3d& p) {

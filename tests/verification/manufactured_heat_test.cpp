@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Observed orders of the heat equation, in space against a manufactured solution with a full
 // conductivity tensor on bent meshes, in time against an exact decay.
-#include <gtest/gtest.h>
-
 #include <Eigen/Dense>
+#include <gtest/gtest.h>
 
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"

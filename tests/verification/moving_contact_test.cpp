@@ -78,8 +78,8 @@ Resolved resolved(double period) {
   solver::ThermalIntegrator integrator(rig.system);
   Eigen::MatrixXd state = Eigen::MatrixXd::Zero(rig.system.size, 1);
   Eigen::MatrixXd last(rig.system.size, steps);
-  const int periods = static_cast<int>(std::lround(hour / 2 / period)) + 1;
-  for (int p = 0; p < periods; ++p)
+  const int periods = std::lround(hour / 2 / period) + 1;
+  for (int p = 0; p < periods; ++p) {
     for (int i = 0; i < steps; ++i) {
       const double phase = (i + 0.5) / steps, way = phase < 0.5 ? 2.0 * phase : 2.0 - 2.0 * phase;
       rig.at("axis.X.position_mm") = 1e3 * (low + way * (high - low));
@@ -87,6 +87,7 @@ Resolved resolved(double period) {
       integrator.advance(state, {rig.now()}, period / steps);
       last.col(i) = 0.5 * (before + state.col(0));
     }
+  }
   Resolved result;
   result.mean = last.rowwise().mean();
   result.swing = (last.colwise() - result.mean).cwiseAbs().maxCoeff();

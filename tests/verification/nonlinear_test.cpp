@@ -49,7 +49,7 @@ TEST(Exact, ConductivityOverTemperature) {
         const double theta = 480.0 * bench.mesh.bodies[0].points(0, i) / 0.1;
         square += std::pow(run.states.back()[i] - (-1.0 + std::sqrt(1.0 + 0.008 * theta)) / 0.004, 2);
       }
-      return std::sqrt(square / static_cast<double>(bench.system.nodes));
+      return std::sqrt(square / bench.system.nodes);
     };
     expect_value(
         {of_order("bar, conductivity over temperature", order), "exact (Kirchhoff)", "RMS error of T over 300 K, %"},

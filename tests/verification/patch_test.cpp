@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What must come out exactly, on boxes with nodes moved at random: fields that the elements can
 // represent, rigid motions, even warming, and a bar that bends under a gradient.
-#include <gtest/gtest.h>
-
 #include <Eigen/Dense>
+#include <gtest/gtest.h>
 
 #include "solver/elastic/stress.h"
 #include "solver/thermal/assembly.h"

@@ -92,16 +92,16 @@ TEST(Nafems, T1MembraneWithAHotSpot) {
     mesh::TetMesh side = cold;
     std::vector<Index> old;
     std::vector<int> number(plate.nodes(), -1);
-    for (Index e = 0; e < cold.elements(); ++e)
+    for (Index e = 0; e < cold.elements(); ++e) {
       for (const int node : mesh::tet_nodes(cold, e))
-        if (int& n = number[node]; n < 0) n = static_cast<int>(old.size()), old.push_back(node);
+        if (int& n = number[node]; n < 0) n = std::ssize(old), old.push_back(node);
+    }
     const auto renumber = [&](int node) { return number[node]; };
     side.tets = cold.tets.unaryExpr(renumber);
     if (order == 2) side.tet_edges = cold.tet_edges.unaryExpr(renumber);
     side.points = plate.points(Eigen::all, old);
     Eigen::VectorXd motion(3 * side.nodes());
-    for (std::size_t i = 0; i < old.size(); ++i)
-      motion.segment<3>(3 * static_cast<Index>(i)) = u.segment<3>(3 * old[i]);
+    for (std::size_t i = 0; i < old.size(); ++i) motion.segment<3>(3 * i) = u.segment<3>(3 * old[i]);
     const Eigen::MatrixXd stress = solver::nodal_stress(side, m, motion, Eigen::VectorXd::Zero(side.nodes()));
     expect_value({of_order("NAFEMS T1", order), "NAFEMS, plane stress", "sigma_yy at D, MPa"}, 50.0,
                  stress(1, node_at(side, {1.0, 0.0, 0.025})), 1.5);
@@ -189,9 +189,10 @@ TEST(Vpcs, Hsla303FreeExpansion) {
   for (int order : {1, 2}) {
     const mesh::TetMesh box = shaken_box({0.4, 0.3, 0.2}, {4, 3, 3}, order);
     std::vector<Index> held;
-    for (int k = 0; k < 3; ++k)
+    for (int k = 0; k < 3; ++k) {
       hold(
           box, k, [&](const Vector3d& p) { return p[k] < 1e-12; }, held);
+    }
     const Eigen::VectorXd warm = Eigen::VectorXd::Constant(box.nodes(), 100.0);
     const Eigen::VectorXd u = solve_held(solver::elastic_stiffness(box, m), solver::thermal_load(box, m) * warm, held);
     double error = 0.0;

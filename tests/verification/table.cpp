@@ -77,7 +77,7 @@ void tell(const Row& row, double ours, double closeness) {
     Table::instance()->add(row);
     return;
   }
-  for (const Row& known : rows_of_readme())
+  for (const Row& known : rows_of_readme()) {
     if (std::equal(row.cells.begin(), row.cells.begin() + 3, known.cells.begin())) {
       const std::string& told = known.cells[4];
       if (std::isnan(ours))
@@ -86,6 +86,7 @@ void tell(const Row& row, double ours, double closeness) {
         EXPECT_NEAR(std::atof(told.c_str()), ours, closeness) << "README.md is out of date: " << line(row);
       return;
     }
+  }
   ADD_FAILURE() << "README.md has no row " << line(row);
 }
 

@@ -4,10 +4,10 @@
 // loads, METIS on the graph of the nodes and its order applied to their degrees of freedom.
 // usage: bench_cholmod FILE heat STEPS | FILE elastic       FILE as body_case.cpp writes it
 
-#include <suitesparse/cholmod.h>
-
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
+#include <suitesparse/cholmod.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -85,9 +85,10 @@ public:
     cholmod_sparse view = look_at(a);
     // Pattern of the nodes: every block-th row and column.
     Triplets node_entries;
-    for (Eigen::Index c = 0; c < a.cols(); c += block)
+    for (Eigen::Index c = 0; c < a.cols(); c += block) {
       for (Sparse::InnerIterator it(a, c); it; ++it)
         if (it.row() % block == 0) node_entries.emplace_back(it.row() / block, c / block, 1.0);
+    }
     const Sparse nodes = matrix(a.rows() / block, a.cols() / block, node_entries);
     cholmod_sparse node_view = look_at(nodes);
     std::vector<int> order(nodes.cols()), dofs;
@@ -147,12 +148,13 @@ void heat(const Problem& p, int steps) {
   Eigen::Matrix<double, 3, 4> g;
   for (const auto& tet : p.tets) {
     const double volume = gradients(p, tet, g);
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 4; ++i) {
       for (int k = 0; k < 4; ++k) {
         const int row = tet[i], column = tet[k];
         capacity.emplace_back(row, column, p.density * p.heat_capacity * volume * (i == k ? 0.1 : 0.05));
         conduction.emplace_back(row, column, p.conductivity * volume * g.col(i).dot(g.col(k)));
       }
+    }
   }
   for (const Triangle& t : p.triangles) {
     const Eigen::Vector3d a = p.points[t.node[0]];
@@ -197,7 +199,7 @@ void elastic(const Problem& p) {
   Eigen::Matrix<double, 3, 4> g;
   for (const auto& tet : p.tets) {
     const double volume = gradients(p, tet, g);
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 4; ++i) {
       for (int k = 0; k < 4; ++k) {
         const Eigen::Vector3d gi = g.col(i), gk = g.col(k);
         const Eigen::Matrix3d block = volume * (lambda * gi * gk.transpose() + mu * gk * gi.transpose() +
@@ -214,6 +216,7 @@ void elastic(const Problem& p) {
           }
         }
       }
+    }
   }
   const Sparse k = matrix(3 * n, 3 * n, stiffness), f = matrix(3 * n, n, load);
   print("assembly", time.seconds());
@@ -223,11 +226,12 @@ void elastic(const Problem& p) {
   print("factor_nonzeros", factor.nonzeros());
   time.restart();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(3 * n, 3 * std::ssize(p.loaded));
-  for (std::size_t i = 0; i < p.loaded.size(); ++i)
+  for (std::size_t i = 0; i < p.loaded.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
       const int dof = 3 * p.loaded[i] + c;
       if (held[dof] == 0) forces(dof, 3 * i + c) = 1.0;
     }
+  }
   const Eigen::MatrixXd rows = f.transpose() * factor.solve(forces);
   print("rows", time.seconds());
   print("rows_norm", rows.norm());

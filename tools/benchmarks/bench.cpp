@@ -2,6 +2,7 @@
 // tools/bench: which subjects to measure, and on what.
 
 #include <CLI/CLI.hpp>
+
 #include <iostream>
 #include <thread>
 

@@ -24,10 +24,12 @@ std::string foot_of(const mesh::Machine& machine, const std::string& body) {
 }
 
 std::string heated_of(const mesh::Machine& machine, const std::string& body) {
-  for (const mesh::SourceSpec& source : machine.sources)
-    for (const mesh::SourcePlace& place : source.places)
+  for (const mesh::SourceSpec& source : machine.sources) {
+    for (const mesh::SourcePlace& place : source.places) {
       if (!place.surface.empty() && machine.surfaces[machine.surface_index(place.surface)].body == body)
         return place.surface;
+    }
+  }
   return "bench.skin";
 }
 
@@ -54,13 +56,15 @@ std::string deck_mesh(const BodyCase& one) {
   fmt::memory_buffer text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "*NODE, NSET=NALL\n");
-  for (Eigen::Index i = 0; i < mesh.nodes(); ++i)
+  for (Eigen::Index i = 0; i < mesh.nodes(); ++i) {
     fmt::format_to(out, "{}, {:.12e}, {:.12e}, {:.12e}\n", i + 1, mesh.points(0, i), mesh.points(1, i),
                    mesh.points(2, i));
+  }
   fmt::format_to(out, "*ELEMENT, TYPE=C3D4, ELSET=EALL\n");
-  for (Eigen::Index e = 0; e < mesh.elements(); ++e)
+  for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
     fmt::format_to(out, "{}, {}, {}, {}, {}\n", e + 1, mesh.tets(0, e) + 1, mesh.tets(1, e) + 1, mesh.tets(2, e) + 1,
                    mesh.tets(3, e) + 1);
+  }
   fmt::format_to(out,
                  "*MATERIAL, NAME=M\n*ELASTIC\n{:.9e}, {:.9e}\n*EXPANSION, "
                  "ZERO=0.\n{:.9e}\n*CONDUCTIVITY\n{:.9e}\n*DENSITY\n{:.9e}\n*SPECIFIC HEAT\n{:.9e}\n",
@@ -92,9 +96,10 @@ std::string deck_heat(const BodyCase& one, int steps) {
   };
   for (const int face : surface("bench.skin"))
     fmt::format_to(out, "{}, F{}, {:.6f}, {:.6e}\n", mesh.face_tet[face] + 1, deck_face(mesh, face), air_K, skin_film);
-  for (const int face : surface("bench.foot"))
+  for (const int face : surface("bench.foot")) {
     fmt::format_to(out, "{}, F{}, {:.6f}, {:.6e}\n", mesh.face_tet[face] + 1, deck_face(mesh, face), foundation_K,
                    foot_film);
+  }
   const double flux = heat_W / one.mesh.surface_area(one.mesh.machine.surface_index("bench.heated"));
   fmt::format_to(out, "*DFLUX\n");
   for (const int face : surface("bench.heated"))
@@ -162,9 +167,10 @@ void write_plain(const std::filesystem::path& file, const BodyCase& one) {
   const auto triangles = [&](const char* id, double coefficient, double ambient_K, double power) {
     const int surface = machine.surface_index(id);
     const double flux = power / one.mesh.surface_area(surface);
-    for (const int face : one.mesh.surfaces[surface])
+    for (const int face : one.mesh.surfaces[surface]) {
       fmt::format_to(out, "{} {} {} {} {} {}\n", mesh.faces(0, face), mesh.faces(1, face), mesh.faces(2, face),
                      coefficient, ambient_K, flux);
+    }
     return one.mesh.surfaces[surface].size();
   };
   std::size_t count = 0;

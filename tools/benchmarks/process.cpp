@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/benchmarks/process.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sched.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <fcntl.h>
+#include <sched.h>
 #include <sstream>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "core/error.h"
 
@@ -22,11 +22,12 @@ void keep_to_cores(int cores) {
   cpu_set_t mine, few;
   CPU_ZERO(&few);
   if (sched_getaffinity(0, sizeof mine, &mine) != 0) return;
-  for (int cpu = 0, taken = 0; cpu < CPU_SETSIZE && taken < cores; ++cpu)
+  for (int cpu = 0, taken = 0; cpu < CPU_SETSIZE && taken < cores; ++cpu) {
     if (CPU_ISSET(cpu, &mine)) {
       CPU_SET(cpu, &few);
       ++taken;
     }
+  }
   sched_setaffinity(0, sizeof few, &few);
 }
 
@@ -83,9 +84,10 @@ Outcome run(const Command& command) {
   const auto seconds = [](const timeval& time) { return time.tv_sec + 1e-6 * time.tv_usec; };
   outcome.processor_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   outcome.peak_MiB = usage.ru_maxrss / 1024.0;
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     throw core::SolverError(fmt::format("{} failed (status {}): {}", command.words[0], status,
                                         said.substr(said.size() > 600 ? said.size() - 600 : 0)));
+  }
   std::istringstream lines(said);
   for (std::string line; std::getline(lines, line);) {
     const std::size_t blank = line.find(' ');

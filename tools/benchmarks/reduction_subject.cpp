@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The reduced model: its time step against the full model's on the same load, and what it costs.
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <map>
 
 #include "core/file.h"
 #include "tools/benchmarks/report.h"
 #include "tools/benchmarks/subjects.h"
-
-#include <nlohmann/json.hpp>
-
-#include <map>
 
 namespace thermotwin::bench {
 namespace {
@@ -43,10 +42,11 @@ std::filesystem::path measure_making(const Settings& settings, Report& report) {
   report.figure("  of it: reduction, order " + std::to_string(json.at("order").get<int>()), duration(again.seconds),
                 settings.threads, again.peak_MiB);
   report.figure("  of it: candidates and basis", duration(json.at("basis_s").get<double>()), settings.threads);
-  for (const auto& load : json.at("heldout"))
+  for (const auto& load : json.at("heldout")) {
     report.note(fmt::format("held out {}: reduced against full {:.3f} um at most, peak {:.1f} um",
                             load.at("load").get<std::string>(), load.at("max_um").get<double>(),
                             load.at("peak_um").get<double>()));
+  }
   return folder / "model.rom.h5";
 }
 

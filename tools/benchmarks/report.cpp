@@ -38,10 +38,11 @@ Pairs in_turn(int pairs, const Command& ours, const Command& other) {
 
 std::vector<double> each(const std::vector<Outcome>& outcomes, const std::string& name) {
   std::vector<double> values;
-  for (const Outcome& outcome : outcomes)
+  for (const Outcome& outcome : outcomes) {
     values.push_back(name == "processor" ? outcome.processor_seconds
                      : name == "MiB"     ? outcome.peak_MiB
                                          : outcome[name]);
+  }
   return values;
 }
 

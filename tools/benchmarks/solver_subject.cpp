@@ -42,9 +42,10 @@ Command bare(const Settings& s, std::vector<std::string> arguments) {
 }
 
 void require_equal(const std::string& what, double ours, double other, double tolerance) {
-  if (!(std::abs(ours - other) <= tolerance * std::abs(other)))
+  if (!(std::abs(ours - other) <= tolerance * std::abs(other))) {
     throw core::SolverError(fmt::format(
         "{}: {} here, {} by the alternative: no comparison of times between different answers", what, ours, other));
+  }
 }
 
 std::vector<double> sum(std::vector<double> a, const std::vector<double>& b) {

@@ -2,17 +2,17 @@
 // What is measured of thermotwin itself: one piece of work a process, so that its peak memory is its
 // own. Prints lines "name value"; times in seconds.
 
-#include <fmt/format.h>
 #include <CLI/CLI.hpp>
-#include <iterator>
-
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/progress.h"

@@ -3,6 +3,7 @@
 // Options that several verbs share, and how a verb comes to the command line.
 
 #include <CLI/CLI.hpp>
+
 #include <memory>
 #include <string>
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/command_line/verbs.h"
-
 #include <fmt/format.h>
 
 #include <optional>
 
 #include "diagnosis/record/diagnose_options.h"
 #include "tools/command_line/common.h"
+#include "tools/command_line/verbs.h"
 #include "tools/options.h"
 
 namespace thermotwin::tools {

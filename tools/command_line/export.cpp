@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/command_line/verbs.h"
-
 #include "tools/command_line/common.h"
+#include "tools/command_line/verbs.h"
 #include "tools/options.h"
 
 namespace thermotwin::tools {

@@ -2,9 +2,9 @@
 #include "compensation/evaluation/evaluate.h"
 
 #include <fmt/format.h>
-#include <iterator>
 
 #include <cstdlib>
+#include <iterator>
 
 #include "compensation/evaluation/reduced_models.h"
 #include "compensation/evaluation/result.h"

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Records as they come: probes that start late, channels that stay.
+#include "tests/compensation/records.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,7 +9,6 @@
 
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/result.h"
-#include "tests/compensation/records.h"
 
 namespace thermotwin::compensation {
 namespace {

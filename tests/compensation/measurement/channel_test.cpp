@@ -7,7 +7,7 @@ namespace {
 
 using namespace thermotwin::compensation;
 
-TEST(Channel, is_what_its_name_says) {
+TEST(Channel, IsWhatItsNameSays) {
   const Channel spindle = channel_named("spindle.speed_rpm"), feed = channel_named("axis.X.feed_mm_min"),
                 turn = channel_named("axis.C.position_deg"), low = channel_named("axis.X.2.low_mm"),
                 power = channel_named("axis.X.power_W"), air = channel_named("air.T_C"),

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What every model must do, and what carries one over the workspace.
-#include "compensation/models/catalogue.h"
+#include "compensation/models/fitted_model.h"
 
 #include <gtest/gtest.h>
-#include <iterator>
 
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "compensation/measurement/measures.h"
-#include "compensation/models/fitted_model.h"
+#include "compensation/models/catalogue.h"
 #include "compensation/models/workspace_weights.h"
 #include "core/error.h"
 #include "tests/compensation/records.h"
@@ -171,8 +171,8 @@ TEST(ModelFile, MistakesAreNamed) {
 
 TEST(WorkspaceWeights, CarryPolynomialsExactly) {
   std::vector<std::string> cube, face_centred, corners;
-  for (const int x : {-400, 0, 400})
-    for (const int y : {-300, 0, 300})
+  for (const int x : {-400, 0, 400}) {
+    for (const int y : {-300, 0, 300}) {
       for (const int z : {0, 275, 550}) {
         const std::string pose = "X=" + std::to_string(x) + ",Y=" + std::to_string(y) + ",Z=" + std::to_string(z);
         const int inner = (x == 0) + (y == 0) + (z == 275);
@@ -180,6 +180,8 @@ TEST(WorkspaceWeights, CarryPolynomialsExactly) {
         if (inner == 0) corners.push_back(pose);
         if (inner == 0 || inner == 2) face_centred.push_back(pose);
       }
+    }
+  }
   const std::string at = "X=130,Y=-210,Z=470";
   const auto carried = [&](const std::vector<std::string>& known, auto function) {
     const VectorXd weights = workspace_weights(known, at);

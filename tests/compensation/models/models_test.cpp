@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "compensation/models/catalogue.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 #include <random>
 
+#include "compensation/models/catalogue.h"
 #include "compensation/models/grey_box.h"
 #include "compensation/models/phenomenological.h"
 #include "compensation/models/regression.h"

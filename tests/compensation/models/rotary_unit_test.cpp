@@ -2,9 +2,9 @@
 #include "compensation/models/rotary_unit.h"
 
 #include <gtest/gtest.h>
-#include <iterator>
 
 #include <cmath>
+#include <iterator>
 
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/result.h"

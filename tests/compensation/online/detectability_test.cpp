@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/online/detectability.h"
 
-#include <gtest/gtest.h>
-#include <iterator>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "compensation/online/compensator.h"

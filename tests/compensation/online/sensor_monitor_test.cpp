@@ -236,9 +236,10 @@ TEST_F(FailedSensor, CostsAtMostAFifthOfTheReduction) {
           EXPECT_GT(with_fault, 0.95 * reduction) << model_.machine.sensors[failing].id;
         const std::string expected = model_.machine.sensors[failing].id + "=" + names[f];
         EXPECT_EQ(named, expected) << "seed " << seed;
-        if (failing == 0)
+        if (failing == 0) {
           std::printf("  %s: %.1f %% removed, %.1f %% with all sensors\n", expected.c_str(), 100 * with_fault,
                       100 * reduction);
+        }
       }
     }
   }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/online/stream.h"
+
 #include <fmt/format.h>
-#include <iterator>
 
 #include <chrono>
+#include <iterator>
 #include <random>
 #include <sstream>
 
 #include "compensation/online/compensator.h"
-#include "compensation/online/stream.h"
 #include "core/table.h"
 #include "tests/compensation/scratch.h"
 #include "tests/machines/five_axis.h"

@@ -2,13 +2,13 @@
 #include "diagnosis/causes/hypothesis.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <set>
 #include <sstream>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -120,7 +120,7 @@ std::vector<std::string> lines(const std::string& text) {
   return result;
 }
 
-TEST(Hypothesis, every_kind_is_offered_once_per_item) {
+TEST(Hypothesis, EveryKindIsOfferedOncePerItem) {
   std::multiset<Kind> kinds;
   std::set<std::string> names;
   for (const Parameter& p : all_parameters()) {
@@ -150,7 +150,7 @@ TEST(Hypothesis, every_kind_is_offered_once_per_item) {
   EXPECT_EQ(kinds.count(Kind::clock_shift), 12u);
 }
 
-TEST(Hypothesis, a_full_house_offers_every_kind_that_is_listed) {
+TEST(Hypothesis, AFullHouseOffersEveryKindThatIsListed) {
   std::set<std::string> offered, listed;
   for (const Parameter& p : full_parameters()) offered.insert(name_of(p.kind) + " " + p.name + " " + p.unit);
   offered.insert("source_missing power W");  // by the patches of a model: missing_source.h
@@ -158,13 +158,13 @@ TEST(Hypothesis, a_full_house_offers_every_kind_that_is_listed) {
   EXPECT_EQ(offered, listed);
 }
 
-TEST(Hypothesis, stated_uncertainty_is_the_nominal_prior) {
+TEST(Hypothesis, StatedUncertaintyIsTheNominalPrior) {
   EXPECT_DOUBLE_EQ(lumped::find(Kind::film_coefficient, "base.film").nominal_std, 0.10);
   EXPECT_DOUBLE_EQ(lumped::find(Kind::source_power, "motor").nominal_std, 0.05);
   EXPECT_DOUBLE_EQ(lumped::find(Kind::sensor_offset, "T3_reading").nominal_std, 0.05);
 }
 
-TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
+TEST(Hypothesis, AClockIsAsSureAsTheInputsTimesAre) {
   const auto clock_std = [](const compensation::Measurement& m, double told_row_s) {
     for (const Parameter& p : diagnosis::candidate_parameters(lumped::machine(), m, false, told_row_s))
       if (p.kind == Kind::clock_shift && p.where == "temperature") return p.nominal_std;
@@ -193,7 +193,7 @@ TEST(Hypothesis, a_clock_is_as_sure_as_the_inputs_times_are) {
   EXPECT_NEAR(clock_std(slow, 300), 105, 2) << "values 450 s apart in rows of 300 s";
 }
 
-TEST(Hypothesis, a_measured_inlet_leaves_no_control_sensor_to_doubt) {
+TEST(Hypothesis, AMeasuredInletLeavesNoControlSensorToDoubt) {
   compensation::Measurement m = lumped::measure({}, {.hours = 0.1});
   compensation::MeasuredChannel inlet = m.channels.back();
   inlet.id = inlet.input = "coolant.main.inlet_T_C";
@@ -202,7 +202,7 @@ TEST(Hypothesis, a_measured_inlet_leaves_no_control_sensor_to_doubt) {
     EXPECT_NE(p.kind, Kind::control_sensor_offset);
 }
 
-TEST(Hypothesis, extended_text_parses_to_the_machine_with_the_parameter) {
+TEST(Hypothesis, ExtendedTextParsesToTheMachineWithTheParameter) {
   const mesh::Machine machine = full_house();
   for (const Parameter& p : full_parameters()) {
     SCOPED_TRACE(name_of(p));
@@ -220,7 +220,7 @@ TEST(Hypothesis, extended_text_parses_to_the_machine_with_the_parameter) {
   }
 }
 
-TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
+TEST(Hypothesis, ExtendedTextTouchesOneKeyAndSaysWhy) {
   const mesh::Machine machine = lumped::machine();
   const auto before = lines(machine.text);
   for (const Parameter& p : all_parameters()) {
@@ -245,7 +245,7 @@ TEST(Hypothesis, extended_text_touches_one_key_and_says_why) {
   }
 }
 
-TEST(Hypothesis, extended_text_keeps_form_and_comment_of_the_line) {
+TEST(Hypothesis, ExtendedTextKeepsFormAndCommentOfTheLine) {
   const mesh::Machine machine = lumped::machine();
   const std::string text =
       diagnosis::extended_text(machine, lumped::find(Kind::film_coefficient, "base.film"), 1.5, 0.1, "");
@@ -258,7 +258,7 @@ TEST(Hypothesis, extended_text_keeps_form_and_comment_of_the_line) {
   EXPECT_NE(sensor.find("offset_K = 0.8   # calibrated"), std::string::npos);
 }
 
-TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
+TEST(Hypothesis, AbsentKeysAreAddedToTheirOwnTable) {
   const mesh::Machine machine = lumped::machine();
   const mesh::Machine parsed =
       mesh::parse_machine(diagnosis::extended_text(machine, lumped::find(Kind::source_power, "guide_friction"), 0.4,
@@ -269,7 +269,7 @@ TEST(Hypothesis, absent_keys_are_added_to_their_own_table) {
   EXPECT_EQ(parsed.sources[0].laws.size(), 1u);
 }
 
-TEST(Hypothesis, an_offset_of_a_guiding_sensor_is_the_records_alone) {
+TEST(Hypothesis, AnOffsetOfAGuidingSensorIsTheRecordsAlone) {
   const mesh::Machine machine = lumped::machine();
   const Parameter p = lumped::find(Kind::sensor_offset, "T1_reading");
   ASSERT_EQ(p.item, machine.coolants.front().guide_sensor);
@@ -280,7 +280,7 @@ TEST(Hypothesis, an_offset_of_a_guiding_sensor_is_the_records_alone) {
   EXPECT_DOUBLE_EQ(changed.sensors[changed.sensor_index("T1")].offset, 0.0);
 }
 
-TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
+TEST(Hypothesis, ColumnsHaveNamesThatNoItemMayHave) {
   mesh::Machine machine = lumped::machine();
   Parameter p = diagnosis::make_parameter(Kind::clock_shift, "dx@1+x");
   const mesh::Machine read = mesh::parse_machine(diagnosis::extended_text(machine, p, 120.0, 5.0, ""), machine.path);
@@ -292,7 +292,7 @@ TEST(Hypothesis, columns_have_names_that_no_item_may_have) {
                core::InputError);
 }
 
-TEST(Hypothesis, two_changes_follow_each_other) {
+TEST(Hypothesis, TwoChangesFollowEachOther) {
   const mesh::Machine machine = lumped::machine();
   const Parameter a = lumped::find(Kind::source_power, "pump"), b = lumped::find(Kind::sensor_offset, "T5_reading");
   const mesh::Machine one = mesh::parse_machine(diagnosis::extended_text(machine, a, 2.0, 0.1, ""), machine.path);
@@ -301,7 +301,7 @@ TEST(Hypothesis, two_changes_follow_each_other) {
   EXPECT_DOUBLE_EQ(two.sensors[4].offset, 1.0);
 }
 
-TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
+TEST(Hypothesis, ExtendedTextFindsItsCadFilesFromElsewhere) {
   const auto folder = std::filesystem::temp_directory_path() / ("thermotwin_cad_" + std::to_string(::getpid()));
   core::write_file(folder / "cad/bed \"old\".stl", "solid");
   core::write_file(folder / "cad/ram.gltf", "{}");  // names its buffers by paths beside it
@@ -327,7 +327,7 @@ TEST(Hypothesis, extended_text_finds_its_cad_files_from_elsewhere) {
   EXPECT_EQ(found.files[0].second, "cad/bed \"old\".stl");
 }
 
-TEST(Hypothesis, a_body_of_a_shared_material_gets_its_own) {
+TEST(Hypothesis, ABodyOfASharedMaterialGetsItsOwn) {
   const mesh::Machine machine = lumped::machine();
   Parameter p = diagnosis::make_parameter(Kind::expansion_coefficient, "column");
   const mesh::Machine one = mesh::parse_machine(diagnosis::extended_text(machine, p, 1.2, 0.05, "why"), machine.path);
@@ -343,7 +343,7 @@ TEST(Hypothesis, a_body_of_a_shared_material_gets_its_own) {
   EXPECT_DOUBLE_EQ(two.material("iron.column").expansion.value, 13.2e-6);
 }
 
-TEST(Hypothesis, unusual_texts_are_read_or_refused) {
+TEST(Hypothesis, UnusualTextsAreReadOrRefused) {
   const mesh::Machine machine = lumped::machine();
   const Parameter motor = lumped::find(Kind::source_power, "motor");
   mesh::Machine crlf = machine;
@@ -367,7 +367,7 @@ TEST(Hypothesis, unusual_texts_are_read_or_refused) {
   EXPECT_THROW(diagnosis::extended_text(gone, motor, 1.25, 0.1, ""), core::InputError);
 }
 
-TEST(Hypothesis, unknown_kinds_and_items_are_refused) {
+TEST(Hypothesis, UnknownKindsAndItemsAreRefused) {
   Parameter p = lumped::find(Kind::source_power, "motor");
   p.where = "moter";
   EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
@@ -377,7 +377,7 @@ TEST(Hypothesis, unknown_kinds_and_items_are_refused) {
   EXPECT_THROW(diagnosis::with_parameter(lumped::machine(), p, 1.1), core::InputError);
 }
 
-TEST(Hypothesis, readme_lists_the_kinds_that_the_code_knows) {
+TEST(Hypothesis, ReadmeListsTheKindsThatTheCodeKnows) {
   std::ifstream file(THERMOTWIN_SOURCE_DIR "/diagnosis/README.md");
   ASSERT_TRUE(file) << "diagnosis/README.md";
   std::vector<std::vector<std::string>> table;
@@ -396,9 +396,10 @@ TEST(Hypothesis, readme_lists_the_kinds_that_the_code_knows) {
   }
   const auto& kinds = diagnosis::known_kinds();
   ASSERT_EQ(table.size(), kinds.size());
-  for (std::size_t i = 0; i < kinds.size(); ++i)
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
     EXPECT_EQ(table[i], (std::vector<std::string>{kinds[i].name, kinds[i].where, kinds[i].amount, kinds[i].unit,
                                                   kinds[i].sense == diagnosis::Sense::ratio ? "ratio" : "absolute"}));
+  }
 }
 
 }  // namespace

@@ -2,10 +2,10 @@
 #include "diagnosis/data/grey_box.h"
 
 #include <gtest/gtest.h>
-#include <iterator>
 
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <random>
@@ -68,7 +68,7 @@ std::string listed(const diagnosis::Diagnosis& d) {
   return text;
 }
 
-TEST(GreyBox, finds_what_a_step_of_each_input_does) {
+TEST(GreyBox, FindsWhatAStepOfEachInputDoes) {
   const diagnosis::DataRecord data = diagnosis::data_record(record([](double) { return 0.0; }), 600);
   std::vector<Index> rows;
   for (Index i = 0; i < data.time.size(); ++i) rows.push_back(i);
@@ -79,7 +79,7 @@ TEST(GreyBox, finds_what_a_step_of_each_input_does) {
   }
 }
 
-TEST(GreyBox, a_gap_in_a_temperature_is_a_straight_line) {
+TEST(GreyBox, AGapInATemperatureIsAStraightLine) {
   auto m = record([](double) { return 0.0; });
   for (Index i = 0; i < m.data.rows(); ++i) {
     m.data.values(i, 1) = 20.0 + 0.01 * i;
@@ -90,7 +90,7 @@ TEST(GreyBox, a_gap_in_a_temperature_is_a_straight_line) {
     EXPECT_NEAR(data.inputs(i, 0), 20.0 + 0.01 * data.time[i] / 300.0, 0.02) << i;
 }
 
-TEST(DataDiagnosis, days_that_follow_the_first_are_no_discrepancy) {
+TEST(DataDiagnosis, DaysThatFollowTheFirstAreNoDiscrepancy) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const diagnosis::Diagnosis d = run(record([](double) { return 0.0; }, 3.0, seed));
     EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << seed << "\n" << listed(d);
@@ -98,7 +98,7 @@ TEST(DataDiagnosis, days_that_follow_the_first_are_no_discrepancy) {
   }
 }
 
-TEST(DataDiagnosis, a_drift_that_no_sensor_follows_is_named_and_holds) {
+TEST(DataDiagnosis, ADriftThatNoSensorFollowsIsNamedAndHolds) {
   const diagnosis::Diagnosis d = run(record([](double hour) { return hour < 20 ? 0.0 : 0.4 * (hour - 20); }));
   ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   ASSERT_EQ(d.causes.size(), 1u);
@@ -108,7 +108,7 @@ TEST(DataDiagnosis, a_drift_that_no_sensor_follows_is_named_and_holds) {
   EXPECT_LT(d.heldout_rms_after_um, d.heldout_rms_before_um);
 }
 
-TEST(DataDiagnosis, a_slow_drift_is_never_called_no_discrepancy) {
+TEST(DataDiagnosis, ASlowDriftIsNeverCalledNoDiscrepancy) {
   for (const double rate : {0.1, 0.25, -0.25, 1.0, -3.0}) {
     const diagnosis::Diagnosis d = run(record([&](double hour) { return hour < 24 ? 0.0 : rate * (hour - 24); }));
     ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << rate << "\n" << listed(d);
@@ -119,27 +119,29 @@ TEST(DataDiagnosis, a_slow_drift_is_never_called_no_discrepancy) {
 }
 
 /// Slope and start lie between those of the grid; the stated deviation holds the truth.
-TEST(DataDiagnosis, a_drift_lies_within_its_uncertainty_wherever_it_begins) {
+TEST(DataDiagnosis, ADriftLiesWithinItsUncertaintyWhereverItBegins) {
   double square = 0.0;
   int drifts = 0;
-  for (const double begins : {7.3, 14.9, 22.4, 29.7})
+  for (const double begins : {7.3, 14.9, 22.4, 29.7}) {
     for (const double rate : {0.5, -2.0}) {
       const diagnosis::Diagnosis d = run(record([&](double hour) { return rate * std::max(0.0, hour - begins); }, 3.0,
                                                 static_cast<std::uint64_t>(begins)));
-      for (const auto& row : d.ranking)
+      for (const auto& row : d.ranking) {
         if (row.parameter.kind == Kind::probe_drift) {
           const double off = (row.value - rate) / row.std;
           EXPECT_LT(std::abs(off), 4.0) << begins << " h, " << rate << " um/h: " << row.value << " +- " << row.std;
           square += off * off;
           ++drifts;
         }
+      }
     }
+  }
   ASSERT_EQ(drifts, 8);
   EXPECT_LT(std::sqrt(square / drifts), 2.0);
 }
 
 /// Two displacements, of which one drifts.
-TEST(DataDiagnosis, every_channel_has_probabilities_of_its_own) {
+TEST(DataDiagnosis, EveryChannelHasProbabilitiesOfItsOwn) {
   auto m = record([](double) { return 0.0; });
   m.channels.push_back(m.channels[2]);
   m.channels[3].id = "y";
@@ -164,14 +166,14 @@ TEST(DataDiagnosis, every_channel_has_probabilities_of_its_own) {
 }
 
 /// It drifts for two parts and stands where it began in the last.
-TEST(DataDiagnosis, a_likely_cause_that_the_last_part_refuses_is_said) {
+TEST(DataDiagnosis, ALikelyCauseThatTheLastPartRefusesIsSaid) {
   const diagnosis::Diagnosis d =
       run(record([](double hour) { return hour < 20 || hour > 48 ? 0.0 : 0.4 * (hour - 20); }));
   EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
   EXPECT_NE(d.sentence.find("before the last part and does not hold there"), std::string::npos) << d.sentence;
 }
 
-TEST(DataDiagnosis, two_elements_on_one_input_are_no_discrepancy) {
+TEST(DataDiagnosis, TwoElementsOnOneInputAreNoDiscrepancy) {
   auto m = record([](double) { return 0.0; });
   double slow = 0;
   for (Index i = 0; i < m.data.rows(); ++i) {
@@ -187,7 +189,7 @@ TEST(DataDiagnosis, two_elements_on_one_input_are_no_discrepancy) {
   }
 }
 
-TEST(DataDiagnosis, a_swing_that_nothing_follows_is_unexplained) {
+TEST(DataDiagnosis, ASwingThatNothingFollowsIsUnexplained) {
   const diagnosis::Diagnosis d =
       run(record([](double hour) { return hour < 24 ? 0.0 : 5.0 * std::sin(0.011 * hour * hour); }));
   EXPECT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
@@ -195,21 +197,23 @@ TEST(DataDiagnosis, a_swing_that_nothing_follows_is_unexplained) {
   EXPECT_NEAR(d.reduction_percent, 0.0, 1e-9);
 }
 
-TEST(DataDiagnosis, the_last_day_is_never_fitted) {
+TEST(DataDiagnosis, TheLastDayIsNeverFitted) {
   auto m = record([](double hour) { return 0.3 * hour; });
   const diagnosis::Diagnosis d = run(m);
   for (Index i = 0; i < m.data.rows(); ++i)
     if (m.data.values(i, 0) >= d.heldout_from_s) m.data.values(i, 3) = 50.0 * ((i % 3) - 1);
   const diagnosis::Diagnosis spoilt = run(m);
-  for (const auto& r : d.ranking)
-    for (const auto& s : spoilt.ranking)
+  for (const auto& r : d.ranking) {
+    for (const auto& s : spoilt.ranking) {
       if (r.parameter.kind == s.parameter.kind && r.parameter.kind == Kind::probe_drift) {
         EXPECT_NEAR(r.value, s.value, 1e-9);
       }
+    }
+  }
   EXPECT_NE(spoilt.verdict, diagnosis::Verdict::explained) << listed(spoilt);
 }
 
-TEST(DataDiagnosis, records_that_say_too_little_are_refused) {
+TEST(DataDiagnosis, RecordsThatSayTooLittleAreRefused) {
   auto still = record([](double) { return 0.0; });
   still.data.values.col(1).setConstant(20.0);
   still.data.values.col(2).setConstant(20.0);
@@ -224,19 +228,20 @@ TEST(DataDiagnosis, records_that_say_too_little_are_refused) {
   EXPECT_THROW(run(blind), core::InputError);
 }
 
-TEST(DataDiagnosis, gaps_do_not_matter) {
+TEST(DataDiagnosis, GapsDoNotMatter) {
   auto m = record([](double hour) { return hour < 20 ? 0.0 : 0.4 * (hour - 20); });
   std::mt19937_64 random(3);
-  for (Index i = 1; i < m.data.rows(); ++i)
+  for (Index i = 1; i < m.data.rows(); ++i) {
     for (Index c = 1; c < 4; ++c)
       if (random() % 10 < 3) m.data.values(i, c) = std::nan("");
+  }
   const diagnosis::Diagnosis d = run(m);
   ASSERT_EQ(d.causes.size(), 1u) << listed(d);
   EXPECT_EQ(d.causes[0].parameter.kind, Kind::probe_drift);
 }
 
 /// The drift of a real machine: whatever is said has to hold on its last day.
-TEST(DataDiagnosis, of_a_real_drift_is_honest) {
+TEST(DataDiagnosis, OfARealDriftIsHonest) {
   const char* given = std::getenv("THERMOTWIN_DATA");
   const std::filesystem::path folder =
       std::filesystem::path(given ? given : THERMOTWIN_SOURCE_DIR "/../shared/data") / "measured_drift";

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/inference/evidence.h"
 
+#include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <numbers>
 #include <random>
 
@@ -45,13 +45,14 @@ MatrixXd dense(const std::vector<ChannelCovariance>& channels) {
   Index at = 0;
   for (const auto& c : channels) {
     const Index m = c.time.size();
-    for (Index i = 0; i < m; ++i)
+    for (Index i = 0; i < m; ++i) {
       for (Index j = 0; j < m; ++j) {
         double v = c.shapes.row(i).dot(c.shapes.row(j)) + (i == j ? c.noise_variance[i] : 0.0);
         for (const auto& w : c.wander)
           v += w.std * w.std * std::exp(-std::abs(c.time[i] - c.time[j]) / w.time_constant);
         all(at + i, at + j) = v;
       }
+    }
     at += m;
   }
   return all;
@@ -80,7 +81,7 @@ Sample sample() {
   return s;
 }
 
-TEST(Evidence, equals_the_dense_gaussian) {
+TEST(Evidence, EqualsTheDenseGaussian) {
   const Sample s = sample();
   const diagnosis::Whitener whitener(s.channels);
   const diagnosis::LinearEvidence evidence(whitener.whiten(s.columns), whitener.whiten(s.residual), s.prior);
@@ -89,7 +90,7 @@ TEST(Evidence, equals_the_dense_gaussian) {
   EXPECT_NEAR(evidence.chi_square(), s.residual.dot(cov.inverse() * s.residual), 1e-8);
 }
 
-TEST(Evidence, posterior_equals_the_conditional_gaussian) {
+TEST(Evidence, PosteriorEqualsTheConditionalGaussian) {
   const Sample s = sample();
   const diagnosis::Whitener whitener(s.channels);
   const diagnosis::LinearEvidence evidence(whitener.whiten(s.columns), whitener.whiten(s.residual), s.prior);
@@ -99,7 +100,7 @@ TEST(Evidence, posterior_equals_the_conditional_gaussian) {
   EXPECT_LT((evidence.covariance() - (prior - gain * s.columns * prior)).norm(), 1e-9);
 }
 
-TEST(Evidence, widened_priors_equal_a_new_computation) {
+TEST(Evidence, WidenedPriorsEqualANewComputation) {
   const Sample s = sample();
   const diagnosis::Whitener whitener(s.channels);
   const MatrixXd columns = whitener.whiten(s.columns);
@@ -122,7 +123,7 @@ TEST(Evidence, widened_priors_equal_a_new_computation) {
   }
 }
 
-TEST(Evidence, of_data_drawn_from_the_model_has_the_right_chi_square) {
+TEST(Evidence, OfDataDrawnFromTheModelHasTheRightChiSquare) {
   // Mean of chi-square over draws is the number of values; a slip in the covariance shows at once.
   std::mt19937_64 random(3);
   const auto channels = some_channels(random);
@@ -133,14 +134,15 @@ TEST(Evidence, of_data_drawn_from_the_model_has_the_right_chi_square) {
   const diagnosis::Whitener whitener(channels);
   double sum = 0;
   constexpr int draws = 400;
-  for (int i = 0; i < draws; ++i)
+  for (int i = 0; i < draws; ++i) {
     sum +=
         diagnosis::LinearEvidence(whitener.whiten(columns), whitener.whiten(root * random_matrix(20, 1, random)), prior)
             .chi_square();
+  }
   EXPECT_NEAR(sum / draws, 20.0, 4 * std::sqrt(2 * 20.0 / draws));
 }
 
-TEST(Covariance, refuses_what_is_not_positive_definite) {
+TEST(Covariance, RefusesWhatIsNotPositiveDefinite) {
   ChannelCovariance c;
   c.time = VectorXd::LinSpaced(3, 0, 2);
   c.noise_variance = VectorXd::Constant(3, -1.0);
@@ -148,7 +150,7 @@ TEST(Covariance, refuses_what_is_not_positive_definite) {
   EXPECT_THROW(diagnosis::Whitener({c}), core::SolverError);
 }
 
-TEST(Covariance, whitening_is_bitwise_the_same_for_any_threads) {
+TEST(Covariance, WhiteningIsBitwiseTheSameForAnyThreads) {
   const Sample s = sample();
   core::set_thread_count(1);
   const MatrixXd one = diagnosis::Whitener(s.channels).whiten(s.columns);

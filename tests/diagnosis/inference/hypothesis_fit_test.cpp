@@ -2,6 +2,7 @@
 #include "diagnosis/inference/hypothesis_fit.h"
 
 #include <gtest/gtest.h>
+
 #include <iterator>
 
 #include "diagnosis/causes/parameter.h"
@@ -66,8 +67,8 @@ protected:
   }
 };
 
-TEST_P(BesideAStrongCause, another_one_acts_on_what_that_one_made) { expect_seen(1.0); }
-TEST_P(BesideAStrongCause, also_where_others_are_off_nominal) { expect_seen(1.6); }
+TEST_P(BesideAStrongCause, AnotherOneActsOnWhatThatOneMade) { expect_seen(1.0); }
+TEST_P(BesideAStrongCause, AlsoWhereOthersAreOffNominal) { expect_seen(1.6); }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, BesideAStrongCause, ::testing::Values(Kind::sensor_detached, Kind::coolant_coupling),
                          [](const auto& test) { return name_of(test.param); });

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // An unknown source on a machine that is measured on a finer mesh, with other parameters and noise.
 
-#include <gtest/gtest.h>
-
 #include <fmt/format.h>
-
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "diagnosis/causes/kinds.h"
@@ -34,12 +32,13 @@ void PrintTo(const Hidden& hidden, std::ostream* out) { *out << hidden.body << "
 
 compensation::Measurement measured(const Hidden& hidden, std::uint64_t seed) {
   std::string text = meshed::machine_text();
-  if (hidden.body)
+  if (hidden.body) {
     text += fmt::format(
         "\n[[surface]]\nid = \"unknown.place\"\nbody = \"{}\"\nrule = {{ {} }}\n[[source]]\nid = \"unknown\"\nlaw = [ "
         "{} ]\n"
         "place = [ {{ surface = \"unknown.place\" }} ]\n",
         hidden.body, hidden.box, hidden.law);
+  }
   const mesh::Machine machine = compensation::perturbed(mesh::parse_machine(text, "boxes/machine.toml"), seed, 0.7);
   const std::vector<mesh::Pose> poses{mesh::parse_pose(machine, "X=0,Z=0", "test"),
                                       mesh::parse_pose(machine, "X=150,Z=80", "test"),

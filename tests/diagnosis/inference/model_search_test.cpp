@@ -14,8 +14,9 @@ namespace {
 using namespace thermotwin;
 using diagnosis::Kind;
 
-/// Most second causes show nothing: what a pair gains over the strong cause in it, in the middle of all pairs that were not fitted.
-TEST(ModelSearch, what_a_strong_cause_gains_about_itself_is_no_second_ones) {
+/// Most second causes show nothing: what a pair gains over the strong cause in it, in the middle of all pairs that were
+/// not fitted.
+TEST(ModelSearch, WhatAStrongCauseGainsAboutItselfIsNoSecondOnes) {
   for (const double power : {3.0, 6.0}) {
     const diagnosis::Seen seen =
         diagnosis::see(lumped::coarse_model(),
@@ -26,9 +27,10 @@ TEST(ModelSearch, what_a_strong_cause_gains_about_itself_is_no_second_ones) {
                                       [](const auto& h) { return h.members.size() == 1; });
     ASSERT_NE(leading, found.hypotheses.end());
     std::vector<double> gains;
-    for (const diagnosis::Hypothesis& h : found.hypotheses)
+    for (const diagnosis::Hypothesis& h : found.hypotheses) {
       if (h.members.size() == 2 && !h.refined && h.members[0] == leading->members[0])
         gains.push_back(h.log_evidence - leading->log_evidence);
+    }
     ASSERT_GT(gains.size(), 10U);
     std::nth_element(gains.begin(), gains.begin() + static_cast<long>(gains.size() / 2), gains.end());
     // Room that is not needed costs a little, and not more.

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/inference/switch_times.h"
-#include "diagnosis/diagnose.h"
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "diagnosis/diagnose.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "tests/machines/rods_record.h"
@@ -20,7 +20,8 @@ using diagnosis::Observations;
 using Eigen::Index;
 using Eigen::MatrixXd;
 
-/// A log with rows about so many minutes apart of a record each minute: the changes each three hours are seen by a part of that late.
+/// A log with rows about so many minutes apart of a record each minute: the changes each three hours are seen by a part
+/// of that late.
 compensation::Measurement sparse(const compensation::Measurement& dense, unsigned seed, Index minutes = 5) {
   compensation::Measurement m = dense;
   std::mt19937 random(seed);
@@ -31,7 +32,7 @@ compensation::Measurement sparse(const compensation::Measurement& dense, unsigne
   return m;
 }
 
-TEST(LateChanges, are_moved_to_where_they_came) {
+TEST(LateChanges, AreMovedToWhereTheyCame) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 17);
   const compensation::Measurement m =
@@ -53,7 +54,7 @@ TEST(LateChanges, are_moved_to_where_they_came) {
   for (const Observations::MayHold& may : as_said.observations->may_hold) EXPECT_EQ(may.to, may.shown);
 }
 
-TEST(LateChanges, a_log_that_sees_them_late_raises_no_alarm) {
+TEST(LateChanges, ALogThatSeesThemLateRaisesNoAlarm) {
   const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
   diagnosis::DiagnoseOptions how;
   how.temperature_error_percent = 3;  // 27 nodes
@@ -64,7 +65,7 @@ TEST(LateChanges, a_log_that_sees_them_late_raises_no_alarm) {
   }
 }
 
-TEST(LateChanges, leave_a_cause_to_be_found) {
+TEST(LateChanges, LeaveACauseToBeFound) {
   const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
   diagnosis::DiagnoseOptions how;
   how.temperature_error_percent = 3;
@@ -82,7 +83,7 @@ TEST(LateChanges, leave_a_cause_to_be_found) {
   EXPECT_LT(d.causes[0].std, 0.15);
 }
 
-TEST(LateChanges, in_a_gap_are_moved_either_way) {
+TEST(LateChanges, InAGapAreMovedEitherWay) {
   // Speeds change each three hours; of rows each five minutes three are lost there, behind the change or before it.
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 17);

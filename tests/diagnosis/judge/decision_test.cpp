@@ -64,7 +64,7 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   return d;
 }
 
-TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_strong) {
+TEST(Verdict, ASureCauseWithinItsStatedUncertaintyIsAmbiguousIfItIsStrong) {
   const Diagnosis strong = decided(1.2, 0.98, 30.0);
   EXPECT_EQ(strong.verdict, diagnosis::Verdict::ambiguous);
   ASSERT_EQ(strong.causes.size(), 1U);
@@ -80,7 +80,7 @@ TEST(Verdict, a_sure_cause_within_its_stated_uncertainty_is_ambiguous_if_it_is_s
   EXPECT_EQ(two.causes.size(), 2U);
 }
 
-TEST(Verdict, a_source_that_is_seen_is_there_however_unsure_its_size) {
+TEST(Verdict, ASourceThatIsSeenIsThereHoweverUnsureItsSize) {
   // 0.03 +- 0.02 W, as the place leaves it open: two inputs share it, none is left.
   const Diagnosis d =
       decided(0.03, 0.58, 35.4, {.value = 0.03, .probability = 0.42, .log_evidence = 35.1, .missing = true});
@@ -92,7 +92,7 @@ TEST(Verdict, a_source_that_is_seen_is_there_however_unsure_its_size) {
       diagnosis::Verdict::no_discrepancy);
 }
 
-TEST(Verdict, a_source_of_unsure_size_that_is_sure_itself_is_named) {
+TEST(Verdict, ASourceOfUnsureSizeThatIsSureItselfIsNamed) {
   const Diagnosis alone = decided(0.03, 0.98, 35.4, {.value = 0.0, .log_evidence = 0.0, .missing = true});
   EXPECT_EQ(alone.verdict, diagnosis::Verdict::explained);
   ASSERT_EQ(alone.causes.size(), 1U);
@@ -103,7 +103,7 @@ TEST(Verdict, a_source_of_unsure_size_that_is_sure_itself_is_named) {
   EXPECT_EQ(beside.ambiguous_set.size(), 2U);
 }
 
-TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
+TEST(Verdict, OfTwoThatAreSureTheStrongerOneLeads) {
   // An uncertain value that is seen better beside a large cause does not make that cause no discrepancy.
   const Diagnosis d = decided(1.6, 0.95, 300.0, {.value = 1.2, .probability = 0.99, .log_evidence = 3.0, .pair = 0.99});
   EXPECT_EQ(d.verdict, diagnosis::Verdict::explained);
@@ -112,7 +112,7 @@ TEST(Verdict, of_two_that_are_sure_the_stronger_one_leads) {
   EXPECT_EQ(d.ranking.front().parameter.where, "motor");
 }
 
-TEST(Verdict, a_second_cause_is_named_where_it_is_likely_and_no_other_one_is) {
+TEST(Verdict, ASecondCauseIsNamedWhereItIsLikelyAndNoOtherOneIs) {
   const auto named = [](const Second& second) {
     const Diagnosis d = decided(1.6, 0.99, 300.0, second);
     EXPECT_EQ(d.verdict, diagnosis::Verdict::explained);
@@ -131,7 +131,7 @@ TEST(Verdict, a_second_cause_is_named_where_it_is_likely_and_no_other_one_is) {
       decided(1.2, 0.99, 5.0, {.value = 1.6, .probability = 0.78, .log_evidence = 4.0, .pair = 0.8}).causes.empty());
 }
 
-TEST(Verdict, beside_a_cause_and_something_unknown_a_likely_one_is_in_the_set) {
+TEST(Verdict, BesideACauseAndSomethingUnknownALikelyOneIsInTheSet) {
   const Diagnosis d = decided(1.6, 0.99, 300.0,
                               {.value = 1.6, .probability = 0.8, .log_evidence = 8.0, .unknown = 0.6, .leftover = 0.6});
   EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
@@ -146,7 +146,7 @@ TEST(Verdict, beside_a_cause_and_something_unknown_a_likely_one_is_in_the_set) {
             1U);
 }
 
-TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
+TEST(Verdict, ACauseAndSomethingUnknownShareWhereNeitherIsSure) {
   const Diagnosis d = decided(1.6, 0.39, 95.0, {.unknown = 0.61});
   EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
   EXPECT_TRUE(d.causes.empty());
@@ -168,7 +168,7 @@ TEST(Verdict, a_cause_and_something_unknown_share_where_neither_is_sure) {
   EXPECT_EQ(cause.ambiguous_set[1].parameter.kind, Kind::unknown);
 }
 
-TEST(Verdict, what_strains_an_explanation_leaves_it_open) {
+TEST(Verdict, WhatStrainsAnExplanationLeavesItOpen) {
   diagnosis::Problem problem;
   problem.parameters = {find(Kind::source_power, "motor"), find(Kind::contact_conductance, "foot")};
   const auto left_open = [&](double freedom, double other) {
@@ -190,7 +190,7 @@ TEST(Verdict, what_strains_an_explanation_leaves_it_open) {
   EXPECT_NE(left_open(1.0, 4.2).find("contact_conductance of foot"), std::string::npos);
 }
 
-TEST(Words, a_change_of_nothing_has_no_minus) {
+TEST(Words, AChangeOfNothingHasNoMinus) {
   EXPECT_EQ(diagnosis::percent_text(-0.03), "0");
   EXPECT_EQ(diagnosis::percent_text(-0.04, 1), "0.0");
   EXPECT_EQ(diagnosis::percent_text(-0.06, 1), "-0.1");

@@ -22,26 +22,26 @@ VectorXd noisy(const VectorXd& truth, double std, unsigned seed) {
   return values;
 }
 
-TEST(WithoutNoise, a_steady_air_loses_its_noise) {
+TEST(WithoutNoise, ASteadyAirLosesItsNoise) {
   const VectorXd truth = VectorXd::Constant(400, 21.0), values = noisy(truth, 0.05, 7);
   EXPECT_LT(root_mean_square(without_noise(values) - truth), 0.2 * root_mean_square(values - truth));
 }
 
-TEST(WithoutNoise, a_slow_swing_stays_and_its_noise_goes) {
+TEST(WithoutNoise, ASlowSwingStaysAndItsNoiseGoes) {
   VectorXd truth(400);  // rows of five minutes, a swing of 2 K in eight hours
   for (Eigen::Index i = 0; i < truth.size(); ++i) truth[i] = 21.0 + 2.0 * std::sin(2.0 * M_PI * i / 96.0);
   const VectorXd values = noisy(truth, 0.2, 8);
   EXPECT_LT(root_mean_square(without_noise(values) - truth), 0.75 * root_mean_square(values - truth));
 }
 
-TEST(WithoutNoise, what_swings_within_half_an_hour_is_no_noise) {
+TEST(WithoutNoise, WhatSwingsWithinHalfAnHourIsNoNoise) {
   VectorXd truth(400);
   for (Eigen::Index i = 0; i < truth.size(); ++i) truth[i] = 21.0 + 0.5 * std::sin(2.0 * M_PI * i / 6.0);
   EXPECT_EQ(without_noise(truth), truth);
   EXPECT_LT(root_mean_square(without_noise(noisy(truth, 0.02, 9)) - truth), 0.03);
 }
 
-TEST(WithoutNoise, few_values_and_gaps_stay_as_they_are) {
+TEST(WithoutNoise, FewValuesAndGapsStayAsTheyAre) {
   const VectorXd few = noisy(VectorXd::Constant(10, 21.0), 0.05, 10);
   EXPECT_EQ(without_noise(few), few);
   VectorXd gap = noisy(VectorXd::Constant(100, 21.0), 0.05, 11);

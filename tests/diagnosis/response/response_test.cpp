@@ -37,7 +37,7 @@ Observations observe(const compensation::Measurement& m, double interval = 600) 
   return diagnosis::observe(m, machine, solver::Channels(machine), {.interval_s = interval});
 }
 
-TEST(Response, follows_the_stepper_of_the_reduced_model) {
+TEST(Response, FollowsTheStepperOfTheReducedModel) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
   const compensation::Measurement measurement = lumped::measure({}, {.hours = 12, .noise_K = 0, .noise_um = 0});
@@ -53,9 +53,10 @@ TEST(Response, follows_the_stepper_of_the_reduced_model) {
   for (Index s = 0; s < obs.rows.rows(); ++s) {
     const VectorXd row = obs.rows.row(s).transpose();
     const VectorXd read = model.system.sensors * state + offsets;
-    if (!chiller)
+    if (!chiller) {
       chiller.emplace(machine, operating.layout(), operating.channels(),
                       solver::chiller_set_points(machine, operating.layout(), read, operating.guide_K(row)));
+    }
     const double step = obs.points[s + 1] - obs.points[s];
     stepper.advance(state, operating.coefficients(row, chiller->advance(row, read, operating.guide_K(row), step)),
                     step);
@@ -67,7 +68,7 @@ TEST(Response, follows_the_stepper_of_the_reduced_model) {
   EXPECT_NEAR(predicted(last, 7), 1e6 * model.tcp(state, low).error[2], 1e-5);
 }
 
-TEST(Response, predicts_its_own_kind_of_machine) {
+TEST(Response, PredictsItsOwnKindOfMachine) {
   // Same network, other steps: only the time scheme and the straight lines between steps differ.
   const compensation::Measurement measurement =
       lumped::measure({}, {.cells = 5, .model_step = 20, .hours = 24, .noise_K = 0, .noise_um = 0});
@@ -82,7 +83,7 @@ TEST(Response, predicts_its_own_kind_of_machine) {
   }
 }
 
-TEST(Response, tangents_equal_central_differences) {
+TEST(Response, TangentsEqualCentralDifferences) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
   const compensation::Measurement measurement = lumped::measure({}, {.hours = 10});
@@ -117,12 +118,13 @@ TEST(Response, tangents_equal_central_differences) {
 /// Columns of one rod only.
 reduction::ReducedOutputs only(const reduction::ReducedOutputs& all, Index first, Index count) {
   reduction::ReducedOutputs part = all;
-  for (auto* rows : {&part.tool, &part.table_axis, &part.table_own})
+  for (auto* rows : {&part.tool, &part.table_axis, &part.table_own}) {
     for (Eigen::MatrixXd& matrix : *rows) {
       const Eigen::MatrixXd kept = matrix.middleCols(first, count);
       matrix.setZero();
       matrix.middleCols(first, count) = kept;
     }
+  }
   return part;
 }
 
@@ -139,7 +141,7 @@ reduction::Parts parts_of(const reduction::ReducedModel& model, Index cells) {
   return parts;
 }
 
-TEST(Response, parts_change_as_a_model_of_other_materials) {
+TEST(Response, PartsChangeAsAModelOfOtherMaterials) {
   const mesh::Machine machine = lumped::machine();
   reduction::ReducedModel model = lumped::model(machine, 4);
   model.parts = parts_of(model, 4);
@@ -169,7 +171,7 @@ TEST(Response, parts_change_as_a_model_of_other_materials) {
   }
 }
 
-TEST(Response, heat_that_enters_spread_is_that_of_a_model_with_other_inputs) {
+TEST(Response, HeatThatEntersSpreadIsThatOfAModelWithOtherInputs) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 9);
   const Observations obs = observe(lumped::measure({}, {.hours = 8}));
@@ -201,7 +203,7 @@ TEST(Response, heat_that_enters_spread_is_that_of_a_model_with_other_inputs) {
   EXPECT_EQ(linear.spread.col(1).norm(), 0.0);
 }
 
-TEST(Response, start_tangent_equals_another_start) {
+TEST(Response, StartTangentEqualsAnotherStart) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
   Observations obs = observe(lumped::measure({}, {.hours = 10}));
@@ -222,7 +224,7 @@ TEST(Response, start_tangent_equals_another_start) {
   EXPECT_LT((gram / of_one_kelvin - Eigen::MatrixXd::Identity(modes.cols(), modes.cols())).norm(), 1e-9);
 }
 
-TEST(Response, disturbed_surroundings_equal_changed_inputs) {
+TEST(Response, DisturbedSurroundingsEqualChangedInputs) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
   const Observations obs = observe(lumped::measure({}, {.hours = 10}));
@@ -245,7 +247,7 @@ TEST(Response, disturbed_surroundings_equal_changed_inputs) {
   }
 }
 
-TEST(Problem, a_linear_form_elsewhere_is_exact_there) {
+TEST(Problem, ALinearFormElsewhereIsExactThere) {
   const reduction::ReducedModel model = lumped::model(lumped::machine(), 9);
   const compensation::Measurement measured = lumped::measure({}, {.hours = 8, .seed = 3});
   const Observations obs = observe(measured);
@@ -279,7 +281,7 @@ TEST(Problem, a_linear_form_elsewhere_is_exact_there) {
             1e-9 * exact.norm());
 }
 
-TEST(Response, is_bitwise_the_same_for_any_threads) {
+TEST(Response, IsBitwiseTheSameForAnyThreads) {
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 4);
   const compensation::Measurement measurement = lumped::measure({}, {.hours = 5});
@@ -297,7 +299,7 @@ TEST(Response, is_bitwise_the_same_for_any_threads) {
   EXPECT_EQ(one.predicted, three.predicted);
 }
 
-TEST(Observations, gaps_and_other_sampling_change_no_mean) {
+TEST(Observations, GapsAndOtherSamplingChangeNoMean) {
   compensation::Measurement m = lumped::measure({}, {.hours = 6, .noise_K = 0, .noise_um = 0});
   const Observations full = observe(m);
   // Every second row lost in one channel, an hour lost in another.
@@ -315,7 +317,7 @@ TEST(Observations, gaps_and_other_sampling_change_no_mean) {
 }
 
 /// (8492.005 - 692.005) / 600 rounds to below 13, but 692.005 + 13 * 600 is not above it.
-TEST(Observations, a_start_with_decimals_ends) {
+TEST(Observations, AStartWithDecimalsEnds) {
   compensation::Measurement m = lumped::measure({}, {.hours = 23});
   ASSERT_GE(m.data.rows(), 660);
   for (Index i = 0; i < m.data.rows(); ++i) m.data.values(i, 0) = 692.005 + 60.0 * i;
@@ -326,7 +328,7 @@ TEST(Observations, a_start_with_decimals_ends) {
   EXPECT_EQ(samples, m.data.rows());
 }
 
-TEST(Observations, no_mean_reaches_over_the_split) {
+TEST(Observations, NoMeanReachesOverTheSplit) {
   const compensation::Measurement m = lumped::measure({}, {.hours = 6});
   for (const double share : {0.05, 0.17, 0.3, 0.86}) {
     const mesh::Machine machine = lumped::machine();
@@ -342,14 +344,15 @@ TEST(Observations, no_mean_reaches_over_the_split) {
 
 compensation::Measurement without_rows(compensation::Measurement m, const std::vector<double>& times) {
   std::vector<Index> kept;
-  for (Index i = 0; i < m.data.rows(); ++i)
+  for (Index i = 0; i < m.data.rows(); ++i) {
     if (std::none_of(times.begin(), times.end(), [&](double t) { return std::abs(m.data.values(i, 0) - t) < 1.0; }))
       kept.push_back(i);
+  }
   m.data.values = MatrixXd(m.data.values(kept, Eigen::all));
   return m;
 }
 
-TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
+TEST(Observations, AChangeInAGapIsHalfWayAndUncertain) {
   // Speeds change at 3 h; of rows every minute the one there is lost, and four where nothing changes.
   const compensation::Measurement whole =
                                       lumped::measure({}, {.hours = 8, .sample_s = 60, .noise_K = 0, .noise_um = 0}),
@@ -376,7 +379,8 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   EXPECT_NEAR(paused.may_hold[0].to, 3 * 3600 + 1800, 1e-9);
   EXPECT_NEAR(paused.may_hold[0].from, 3 * 3600 - 1800, 1e-9);
   EXPECT_LT((paused.points.array() - (3 * 3600 + 1800)).abs().minCoeff(), 1e-6);
-  // Of slow rows two may be lost, longer than an interval of means; and each change may have come up to a row before it was seen.
+  // Of slow rows two may be lost, longer than an interval of means; and each change may have come up to a row before it
+  // was seen.
   const compensation::Measurement slow =
       lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0});
   const Observations seen = observe(without_rows(slow, {3 * 3600, 3 * 3600 + 300}));
@@ -392,7 +396,7 @@ TEST(Observations, a_change_in_a_gap_is_half_way_and_uncertain) {
   }
 }
 
-TEST(Observations, a_change_comes_when_it_is_said_to) {
+TEST(Observations, AChangeComesWhenItIsSaidTo) {
   const compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 300, .noise_K = 0, .noise_um = 0});
   const mesh::Machine machine = lumped::machine();
   const double shown = 3 * 3600, came = shown - 210;
@@ -417,16 +421,17 @@ TEST(Observations, a_change_comes_when_it_is_said_to) {
   EXPECT_EQ(observe(m).may_hold.size() + 1, obs.may_hold.size()) << "the other changes are as the log says";
   // Not before the row before, nor after it is seen.
   int seen = 0;
-  for (const Observations::MayHold& may : with(0).may_hold)
+  for (const Observations::MayHold& may : with(0).may_hold) {
     if (may.shown == shown) {
       EXPECT_NEAR(may.earlier ? may.to : may.from, shown - 294, 1e-6);
       ++seen;
     }
+  }
   EXPECT_EQ(seen, 2);
   EXPECT_EQ(with(1e9).may_hold.size(), observe(m).may_hold.size());
 }
 
-TEST(Observations, what_the_last_row_says_holds_for_nothing) {
+TEST(Observations, WhatTheLastRowSaysHoldsForNothing) {
   // Speeds change at 6 h, which is the last row, behind one that is lost: all of the record has its step.
   const compensation::Measurement m =
       without_rows(lumped::measure({}, {.hours = 6, .sample_s = 300}), {6 * 3600 - 300});
@@ -439,7 +444,7 @@ TEST(Observations, what_the_last_row_says_holds_for_nothing) {
   }
 }
 
-TEST(Observations, more_changes_than_have_times_leave_the_clocks_in_doubt) {
+TEST(Observations, MoreChangesThanHaveTimesLeaveTheClocksInDoubt) {
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 300});
   const auto rpm =
       std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
@@ -451,7 +456,7 @@ TEST(Observations, more_changes_than_have_times_leave_the_clocks_in_doubt) {
   EXPECT_EQ(observe(lumped::measure({}, {.hours = 12, .sample_s = 60})).told_row_s, 0) << "rows that say when";
 }
 
-TEST(Observations, what_may_have_changed_elsewhere_ends_a_step) {
+TEST(Observations, WhatMayHaveChangedElsewhereEndsAStep) {
   // Steps of two rows of 150 s, a speed that changes with each: too often to be a switch.
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 150});
   const auto rpm =
@@ -463,7 +468,7 @@ TEST(Observations, what_may_have_changed_elsewhere_ends_a_step) {
     EXPECT_LT((obs.points.array() - may.to).abs().minCoeff(), 1e-6) << may.to;
 }
 
-TEST(Response, inputs_that_hold_earlier_are_what_an_earlier_change_does) {
+TEST(Response, InputsThatHoldEarlierAreWhatAnEarlierChangeDoes) {
   // The change at 3 h, logged a row of 300 s late: what may have been is among the nuisances.
   const mesh::Machine machine = lumped::machine();
   const reduction::ReducedModel model = lumped::model(machine, 9);
@@ -471,9 +476,10 @@ TEST(Response, inputs_that_hold_earlier_are_what_an_earlier_change_does) {
   compensation::Measurement late = m;
   Index row = 0;
   while (m.data.values(row, 0) < 3 * 3600 - 1) ++row;
-  for (const auto& channel : m.channels)
+  for (const auto& channel : m.channels) {
     if (!channel.input.empty() && channel.kind != compensation::ChannelKind::temperature)
       late.data.values(row, channel.column) = m.data.values(row - 1, channel.column);
+  }
   const Observations right = observe(m), wrong = observe(late);
   const auto may = std::find_if(wrong.may_hold.begin(), wrong.may_hold.end(),
                                 [](const auto& h) { return std::abs(h.from - 3 * 3600) < 1; });
@@ -488,7 +494,7 @@ TEST(Response, inputs_that_hold_earlier_are_what_an_earlier_change_does) {
   EXPECT_NEAR(problem.prior_std.tail(held)[may - wrong.may_hold.begin()], 0.577, 1e-3);
 }
 
-TEST(Observations, no_step_reaches_over_a_switch) {
+TEST(Observations, NoStepReachesOverASwitch) {
   // Rows each 50 s, which go into steps of 300 s; the spindle is switched 50 s after the last multiple.
   const compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 50});
   const Observations obs = observe(m);
@@ -497,22 +503,24 @@ TEST(Observations, no_step_reaches_over_a_switch) {
   for (const auto& [step, parts] : obs.mixed)
     for (const auto& part : parts) EXPECT_EQ(part.row[rpm], parts.front().row[rpm]) << step;
   compensation::Measurement jumping = m;  // what is another in every row is averaged all the same
-  for (const auto& channel : m.channels)
+  for (const auto& channel : m.channels) {
     if (channel.input == "spindle.speed_rpm")
       for (Index i = 0; i < m.data.rows(); ++i) jumping.data.values(i, channel.column) = 1000.0 * (1 + i % 7);
+  }
   EXPECT_LT(observe(jumping).rows.rows(), 120);
   // One switch in the middle of a step ends it.
   compensation::Measurement switched = m;
-  for (const auto& channel : m.channels)
-    if (channel.input == "spindle.speed_rpm")
+  for (const auto& channel : m.channels) {
+    if (channel.input == "spindle.speed_rpm") {
       for (Index i = 0; i < m.data.rows(); ++i)
         switched.data.values(i, channel.column) = m.data.values(i, 0) < 7250 - 1 ? 0.0 : 9000.0;
-    else if (channel.input == "axis.Z.position_mm")
+    } else if (channel.input == "axis.Z.position_mm")
       for (Index i = 0; i < m.data.rows(); ++i) switched.data.values(i, channel.column) = 100.0 + 10.0 * (i % 9);
+  }
   EXPECT_LT((observe(switched).points.array() - 7250).abs().minCoeff(), 1e-6);
 }
 
-TEST(Observations, steps_follow_the_operation) {
+TEST(Observations, StepsFollowTheOperation) {
   const Observations obs = observe(lumped::measure({}, {.hours = 12}));
   EXPECT_EQ(obs.rows.rows() + 1, obs.points.size());
   EXPECT_LE((obs.points.tail(obs.rows.rows()) - obs.points.head(obs.rows.rows())).maxCoeff(), 300 + 1e-9);
@@ -525,7 +533,7 @@ TEST(Observations, steps_follow_the_operation) {
   }
 }
 
-TEST(Observations, an_axis_that_is_logged_as_it_moves_makes_no_more_steps) {
+TEST(Observations, AnAxisThatIsLoggedAsItMovesMakesNoMoreSteps) {
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 60});
   const mesh::Machine machine = lumped::machine();
   const solver::Channels channels(machine);
@@ -560,12 +568,13 @@ TEST(Observations, an_axis_that_is_logged_as_it_moves_makes_no_more_steps) {
   EXPECT_GT(farthest(placed), 0.03);
 }
 
-TEST(Observations, too_little_data_is_refused) {
+TEST(Observations, TooLittleDataIsRefused) {
   EXPECT_THROW(observe(lumped::measure({}, {.hours = 1})), core::InputError);
   compensation::Measurement m = lumped::measure({}, {.hours = 6});
-  for (auto& channel : m.channels)
+  for (auto& channel : m.channels) {
     if (!channel.sensor.empty() || !channel.quantity.empty())
       m.data.values.col(channel.column).setConstant(std::nan(""));
+  }
   EXPECT_THROW(observe(m), core::InputError);
 }
 

@@ -18,7 +18,7 @@ VectorXd noise(Index n, std::uint64_t seed) {
   return VectorXd::NullaryExpr(n, [&] { return normal(random); });
 }
 
-TEST(Statistics, chi_square_tail_has_known_values) {
+TEST(Statistics, ChiSquareTailHasKnownValues) {
   // Two degrees of freedom: exp(-x/2). One: erfc(sqrt(x/2)). Ten: the table's 5 % point.
   for (const double x : {0.1, 1.0, 5.0, 30.0}) {
     EXPECT_NEAR(chi_square_tail(x, 2), std::exp(-x / 2), 1e-12);
@@ -28,15 +28,16 @@ TEST(Statistics, chi_square_tail_has_known_values) {
   EXPECT_NEAR(chi_square_tail(124.342, 100), 0.05, 1e-5);
 }
 
-TEST(Statistics, f_tail_has_known_values) {
+TEST(Statistics, FTailHasKnownValues) {
   // Two degrees of freedom above: (1 + 2 F / below)^(-below / 2).
-  for (const double below : {4.0, 10.0, 144.0})
+  for (const double below : {4.0, 10.0, 144.0}) {
     for (const double ratio : {0.5, 3.0, 9.0})
       EXPECT_NEAR(f_tail(ratio, 2, below), std::pow(1 + 2 * ratio / below, -below / 2), 1e-12);
+  }
   EXPECT_EQ(f_tail(0.0, 5, 10), 1.0);
 }
 
-TEST(Statistics, white_noise_is_told_from_a_drift) {
+TEST(Statistics, WhiteNoiseIsToldFromADrift) {
   int low = 0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) low += white_noise_p_value(noise(200, seed)) < 0.05;
   EXPECT_GT(low, 1);
@@ -46,7 +47,7 @@ TEST(Statistics, white_noise_is_told_from_a_drift) {
   EXPECT_LT(white_noise_p_value(drift), 1e-6);
 }
 
-TEST(Statistics, bootstrap_interval_covers_a_real_gain_and_no_gain) {
+TEST(Statistics, BootstrapIntervalCoversARealGainAndNoGain) {
   const VectorXd left = noise(300, 11);
   const VectorXd before = (2.0 * left + noise(300, 12)).cwiseAbs2();
   const Interval gain = reduction_interval(before, noise(300, 12).cwiseAbs2(), 12);
@@ -59,14 +60,14 @@ TEST(Statistics, bootstrap_interval_covers_a_real_gain_and_no_gain) {
   EXPECT_GT(none.high, 0);
 }
 
-TEST(Statistics, a_few_means_are_no_proof_of_a_gain) {
+TEST(Statistics, AFewMeansAreNoProofOfAGain) {
   const Eigen::VectorXd before = Eigen::VectorXd::Constant(4, 4.0), after = Eigen::VectorXd::Constant(4, 1.0);
   EXPECT_GT(reduction_interval(before, after, 2).low, 49.0);
   EXPECT_EQ(reduction_interval(before.head(3), after.head(3), 2).low, 0.0);
   EXPECT_EQ(reduction_interval(after.head(3), before.head(3), 2).high, 0.0);
 }
 
-TEST(Statistics, bootstrap_is_repeatable_and_wider_for_longer_memory) {
+TEST(Statistics, BootstrapIsRepeatableAndWiderForLongerMemory) {
   const VectorXd before = VectorXd::Constant(240, 4.0);
   VectorXd after = noise(240, 3);
   for (Index i = 1; i < after.size(); ++i) after[i] += 0.95 * after[i - 1];
@@ -78,7 +79,7 @@ TEST(Statistics, bootstrap_is_repeatable_and_wider_for_longer_memory) {
   EXPECT_GT(a.high - a.low, short_blocks.high - short_blocks.low);
 }
 
-TEST(Statistics, root_mean_square_leaves_missing_values_out) {
+TEST(Statistics, RootMeanSquareLeavesMissingValuesOut) {
   EXPECT_DOUBLE_EQ(root_mean_square((VectorXd(3) << 3, std::nan(""), 4).finished()), std::sqrt(12.5));
   EXPECT_EQ(root_mean_square(VectorXd()), 0.0);
 }

@@ -35,18 +35,20 @@ void expect_edge_nodes_in_the_middle(const mesh::TetMesh& m) {
   ASSERT_EQ(m.order(), 2);
   ASSERT_EQ(m.tet_edges.cols(), m.elements());
   ASSERT_EQ(m.face_edges.cols(), m.face_count());
-  for (Eigen::Index e = 0; e < m.elements(); ++e)
+  for (Eigen::Index e = 0; e < m.elements(); ++e) {
     for (int i = 0; i < 6; ++i) {
       const Eigen::Vector3d middle =
           0.5 * (m.points.col(m.tets(mesh::tet_edge[i][0], e)) + m.points.col(m.tets(mesh::tet_edge[i][1], e)));
       EXPECT_LT((m.points.col(m.tet_edges(i, e)) - middle).norm(), 1e-15);
     }
-  for (Eigen::Index f = 0; f < m.face_count(); ++f)
+  }
+  for (Eigen::Index f = 0; f < m.face_count(); ++f) {
     for (int i = 0; i < 3; ++i) {
       const Eigen::Vector3d middle =
           0.5 * (m.points.col(m.faces(mesh::face_edge[i][0], f)) + m.points.col(m.faces(mesh::face_edge[i][1], f)));
       EXPECT_LT((m.points.col(m.face_edges(i, f)) - middle).norm(), 1e-15);
     }
+  }
 }
 
 TEST(Quadratic, PromotionPutsOneNodeOnEachEdge) {
@@ -98,7 +100,7 @@ TEST(Shape, RulesAreExactAndPositive) {
   for (int degree : {1, 2, 5}) {
     for (const mesh::TetPoint& p : mesh::tet_rule(degree)) EXPECT_GT(p.share, 0.0);
     for (const mesh::FacePoint& p : mesh::face_rule(degree)) EXPECT_GT(p.share, 0.0);
-    for (int a = 0; a <= degree; ++a)
+    for (int a = 0; a <= degree; ++a) {
       for (int b = 0; a + b <= degree; ++b) {
         double face = 0.0;
         for (const mesh::FacePoint& p : mesh::face_rule(degree))
@@ -112,6 +114,7 @@ TEST(Shape, RulesAreExactAndPositive) {
               << degree << a << b << c;
         }
       }
+    }
   }
 }
 

@@ -2,10 +2,10 @@
 #include "mesh/import/import_process.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include <csignal>
 #include <new>
+#include <sys/resource.h>
 
 #include "core/error.h"
 #include "tests/mesh/samples.h"

@@ -46,6 +46,17 @@ double group_area(const mesh::TetMesh& mesh, const std::string& name) {
   return sum;
 }
 
+TEST(Import, SizesOutOfRangeAreNamed) {
+  EXPECT_NO_THROW(options(0.03).validate());
+  mesh::ImportOptions bad = options(-0.03);
+  EXPECT_NE(message_of([&] { bad.validate(); }).find("'part': element_size_m: -0.03;"), std::string::npos);
+  bad = options(0.03, 0.0);
+  EXPECT_NE(message_of([&] { mesh::read_tet_mesh("any.msh", bad); }).find("unit_m: 0;"), std::string::npos);
+  bad = options(0.03);
+  bad.elements_per_turn = 0;
+  EXPECT_NE(message_of([&] { bad.validate(); }).find("elements_per_turn"), std::string::npos);
+}
+
 TEST(Import, StepInItsOwnUnit) {
   const mesh::TetMesh block = mesh::import_body(data / "block_with_bore.step", options(0.03));
   const double bore = std::numbers::pi * 0.02 * 0.02 * 0.05;
@@ -126,16 +137,18 @@ TEST(Import, SurfaceFormatsAgree) {
 /// Corners and triangles as glTF stores them, and the JSON that describes them.
 std::string gltf_bytes(const mesh::Surface& box) {
   std::string bytes;
-  for (Eigen::Index i = 0; i < 8; ++i)
+  for (Eigen::Index i = 0; i < 8; ++i) {
     for (int k = 0; k < 3; ++k) {
       const float value = static_cast<float>(box.points(k, i));
       bytes.append(reinterpret_cast<const char*>(&value), 4);
     }
-  for (Eigen::Index t = 0; t < 12; ++t)
+  }
+  for (Eigen::Index t = 0; t < 12; ++t) {
     for (int k = 0; k < 3; ++k) {
-      const auto index = static_cast<std::uint16_t>(box.triangles(k, t));
+      const std::uint16_t index = box.triangles(k, t);
       bytes.append(reinterpret_cast<const char*>(&index), 2);
     }
+  }
   return bytes;
 }
 
@@ -151,7 +164,7 @@ std::string gltf_text(const std::string& uri) {
 }
 
 void append_u32(std::string& text, std::size_t value) {
-  const auto number = static_cast<std::uint32_t>(value);
+  const std::uint32_t number = value;
   text.append(reinterpret_cast<const char*>(&number), 4);
 }
 
@@ -174,7 +187,7 @@ TEST(Import, GltfAndGlbApplyTheNodesTransformation) {
     const mesh::TetMesh made = mesh::import_body(path, options(0.5, 1.0));
     expect_good(made, 8.0, 1e-6);
     EXPECT_NEAR(made.points.row(0).minCoeff(), 5.0, 1e-6);
-    EXPECT_EQ(static_cast<Eigen::Index>(made.groups.at("housing").size()), made.face_count());
+    EXPECT_EQ(std::ssize(made.groups.at("housing")), made.face_count());
   }
 }
 

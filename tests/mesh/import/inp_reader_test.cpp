@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/import/inp_reader.h"
+
 #include <gtest/gtest.h>
 
 #include "mesh/import/import.h"
-#include "mesh/import/inp_reader.h"
 #include "mesh/import/raw_mesh.h"
 #include "mesh/surface/surface.h"
 #include "tests/mesh/samples.h"

@@ -22,7 +22,7 @@ mesh::Surface torus(int turns, int sides) {
   s.points.resize(3, turns * sides);
   s.triangles.resize(3, 2 * turns * sides);
   const auto corner = [&](int i, int j) { return (i % turns) * sides + j % sides; };
-  for (int i = 0; i < turns; ++i)
+  for (int i = 0; i < turns; ++i) {
     for (int j = 0; j < sides; ++j) {
       const double u = 2.0 * std::numbers::pi * i / turns, v = 2.0 * std::numbers::pi * j / sides,
                    r = 0.1 + 0.04 * std::cos(v);
@@ -30,6 +30,7 @@ mesh::Surface torus(int turns, int sides) {
       s.triangles.col(2 * corner(i, j)) << corner(i, j), corner(i + 1, j), corner(i + 1, j + 1);
       s.triangles.col(2 * corner(i, j) + 1) << corner(i, j), corner(i + 1, j + 1), corner(i, j + 1);
     }
+  }
   s.part.assign(s.triangles.cols(), 0);
   s.part_names = {""};
   return s;
@@ -45,20 +46,21 @@ TEST(DiscPatches, EachIsADiscWhoseRimPassesNoCornerTwice) {
   for (const auto& [number, own] : triangles) {
     std::set<int> corners;
     std::set<std::pair<int, int>> edges, directed;
-    for (const Eigen::Index t : own)
+    for (const Eigen::Index t : own) {
       for (int i = 0; i < 3; ++i) {
         const int a = s.triangles(i, t), b = s.triangles((i + 1) % 3, t);
         corners.insert(a);
         edges.insert(std::minmax(a, b));
         directed.insert({a, b});
       }
-    EXPECT_EQ(static_cast<long>(corners.size()) - static_cast<long>(edges.size()) + static_cast<long>(own.size()), 1)
-        << number;
+    }
+    EXPECT_EQ(std::ssize(corners) - std::ssize(edges) + std::ssize(own), 1) << number;
     std::map<int, int> leaving;
-    for (const auto& [a, b] : directed)
+    for (const auto& [a, b] : directed) {
       if (!directed.contains({b, a})) {
         EXPECT_EQ(++leaving[a], 1);
       }
+    }
   }
 }
 

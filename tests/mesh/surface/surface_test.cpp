@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/surface/surface.h"
+
 #include <gtest/gtest.h>
 
 #include "mesh/body/triangle_tree.h"
 #include "mesh/import/import.h"
 #include "mesh/surface/check.h"
-#include "mesh/surface/surface.h"
 #include "tests/mesh/samples.h"
 #include "tests/mesh/surfaces.h"
 
@@ -127,11 +128,12 @@ TEST(Surface, WeldJoinsAcrossCells) {
   mesh::Surface loose;
   loose.points.resize(3, 36);
   loose.triangles.resize(3, 12);
-  for (int t = 0; t < 12; ++t)
+  for (int t = 0; t < 12; ++t) {
     for (int i = 0; i < 3; ++i) {
       loose.points.col(3 * t + i) = s.points.col(s.triangles(i, t)) + 4e-8 * Vector3d(t % 2, i % 2, 0);
       loose.triangles(i, t) = 3 * t + i;
     }
+  }
   loose.part = s.part;
   loose.part_names = s.part_names;
   mesh::weld(loose);
@@ -147,12 +149,13 @@ TEST(TriangleTree, NearestAgreesWithTryingAll) {
   for (int n = 0; n < 200; ++n) {
     const Vector3d p(random(), random(), random());
     double best = 1e300;
-    for (Eigen::Index t = 0; t < s.triangles.cols(); ++t)
+    for (Eigen::Index t = 0; t < s.triangles.cols(); ++t) {
       best =
           std::min(best, (mesh::nearest_on_triangle(p, s.points.col(s.triangles(0, t)), s.points.col(s.triangles(1, t)),
                                                     s.points.col(s.triangles(2, t))) -
                           p)
                              .norm());
+    }
     const auto found = tree.nearest(p);
     EXPECT_DOUBLE_EQ(found.distance, best);
     EXPECT_NEAR((found.point - p).norm(), best, 1e-14);

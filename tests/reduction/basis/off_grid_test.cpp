@@ -59,7 +59,7 @@ TEST(OffGrid, PosesAreInTheWorkspaceAndAlwaysTheSame) {
   EXPECT_EQ(poses, again);
   EXPECT_NE(poses, other);
   double low = 1, high = -1;
-  for (const mesh::Pose& pose : poses)
+  for (const mesh::Pose& pose : poses) {
     for (std::size_t i = 0; i < machine.workspace.axes.size(); ++i) {
       const auto& positions = machine.workspace.positions[i];
       const double at = pose(machine.axis_index(machine.workspace.axes[i]));
@@ -68,6 +68,7 @@ TEST(OffGrid, PosesAreInTheWorkspaceAndAlwaysTheSame) {
       ASSERT_LE(share, 1.0);
       low = std::min(low, share), high = std::max(high, share);
     }
+  }
   EXPECT_LT(low, 0.1);
   EXPECT_GT(high, 0.9);
 }

@@ -65,13 +65,15 @@ mesh::Material& material_of(mesh::Machine& machine, const std::string& body) {
 /// Smooth fields that differ in every body.
 MatrixXd fields(const solver::FullModel& full) {
   MatrixXd basis = MatrixXd::Zero(full.thermal.size, 4);
-  for (std::size_t b = 0; b < full.mesh.bodies.size(); ++b)
+  for (std::size_t b = 0; b < full.mesh.bodies.size(); ++b) {
     for (Index i = 0; i < full.mesh.bodies[b].nodes(); ++i) {
       const Eigen::Vector3d p = full.mesh.bodies[b].points.col(i);
-      for (int k = 0; k < 4; ++k)
+      for (int k = 0; k < 4; ++k) {
         basis(full.mesh.first_node[b] + i, k) =
             1.0 + std::sin((3.0 + k) * p.x() + (k - 1.0) * p.y() + 2.0 * p.z() + static_cast<double>(b) * (k + 1));
+      }
     }
+  }
   return basis;
 }
 
@@ -91,11 +93,12 @@ ReducedOutputs outputs_of(const solver::FullModel& full, const MatrixXd& basis) 
 
 MatrixXd stacked(const ReducedOutputs& outputs) {
   MatrixXd all(0, outputs.tool.front().cols());
-  for (const auto* rows : {&outputs.tool, &outputs.table_axis, &outputs.table_own})
+  for (const auto* rows : {&outputs.tool, &outputs.table_axis, &outputs.table_own}) {
     for (const MatrixXd& block : *rows) {
       all.conservativeResize(all.rows() + block.rows(), Eigen::NoChange);
       all.bottomRows(block.rows()) = block;
     }
+  }
   return all;
 }
 
@@ -121,9 +124,10 @@ MatrixXd rows_after(const Change& change) {
 TEST(Parts, RowsOfAllExpansionsAddUp) {
   MatrixXd sum = MatrixXd::Zero(base().rows.rows(), base().rows.cols());
   int taking_part = 0;
-  for (const auto* list : {&base().parts.bodies, &base().parts.scales, &base().parts.screws})
+  for (const auto* list : {&base().parts.bodies, &base().parts.scales, &base().parts.screws}) {
     for (const ReducedOutputs& outputs : *list)
       if (!outputs.tool.empty()) sum += stacked(outputs), ++taking_part;
+  }
   EXPECT_EQ(taking_part, 5 + 1 + 1) << "five elastic bodies, the scale of Z, the screw of X";
   EXPECT_LT((sum - base().rows).norm(), 1e-10 * base().rows.norm());
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/basis/reduce.h"
 
-#include <gtest/gtest.h>
-#include <iterator>
-
 #include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include <iterator>
 #include <optional>
 
 #include "core/error.h"
@@ -362,7 +362,7 @@ TEST(BasisMethods, OfOneOrderCompareOnTheSameLoad) {
     EXPECT_LE(made.model.system.order(), 40) << "snapshots of one load may span less";
     const double worst =
         compare(c.results[1], simulate_reduced(made.model, c.full.mesh.machine, c.loads[1], poses)).max_um;
-    std::printf("%s, order 40: %.4f um\n", basis_methods[method], worst);
+    std::printf("%s, order 40: %.4f um\n", name_of(method), worst);
     return worst;
   };
   const double combined = error(BasisMethod::combined), modal = error(BasisMethod::modal);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/bound/error_bound.h"
 
-#include <gtest/gtest.h>
-#include <iterator>
-
 #include <Eigen/LU>
+#include <gtest/gtest.h>
+
 #include <algorithm>
+#include <iterator>
 #include <numbers>
 #include <random>
 
@@ -170,7 +170,7 @@ void judge(const BoundModel& bound, unsigned seed, Judged& all) {
   const Index values = own.rows() / std::ssize(bound.poses);
   static const std::vector<MatrixXd> rows = {error_rows(b.full, b.poses[0]), error_rows(b.full, b.poses[1])};
   Index row = 0;
-  for (const RunRecord::Output& output : run.outputs)
+  for (const RunRecord::Output& output : run.outputs) {
     for (std::size_t i = 0; i < bound.poses.size(); ++i, ++row) {
       const VectorXd full = 1e6 * (rows[i].transpose() * truth.col(output.steps));
       const VectorXd error = (full - own.middleRows(i * values, 6) * output.state).cwiseAbs();
@@ -183,6 +183,7 @@ void judge(const BoundModel& bound, unsigned seed, Judged& all) {
         all.worst_error_um = std::max(all.worst_error_um, error(k));
       }
     }
+  }
 }
 
 double median(std::vector<double> values) {
@@ -238,9 +239,10 @@ TEST(ErrorBound, RemainderIsTheProductOfBothResidualNorms) {
   double smallest = 1.0;
   for (Index k = 0; k < last; ++k) {
     const RunRecord::Step& step = run.steps[k];
-    for (Index j = 0; j < step.c.p.size(); ++j)
+    for (Index j = 0; j < step.c.p.size(); ++j) {
       if (bound.least(j) > 0.0 && bound.layout.terms[j].kind != solver::TermKind::coolant_flow)
         smallest = std::min(smallest, step.c.p(j) / bound.least(j));
+    }
     const double scale = g * step.length_s;
     sum.set(step.c.p);
     const MatrixXd a = sum.conduction();

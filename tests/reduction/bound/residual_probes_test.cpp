@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/bound/residual_probes.h"
 
-#include <gtest/gtest.h>
-#include <iterator>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include <iterator>
 #include <random>
 
 #include "core/progress.h"

@@ -2,8 +2,8 @@
 #include "reduction/model/model_file.h"
 
 #include <gtest/gtest.h>
-#include <iterator>
 
+#include <iterator>
 #include <random>
 
 #include "core/error.h"

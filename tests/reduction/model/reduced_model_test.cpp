@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/model/reduced_model.h"
 
+#include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -254,11 +254,13 @@ TEST(PoseWeights, OuterLinesAddWhatTheGridDoesNotSee) {
   const mesh::Machine machine = test::small_machine();
   const OutputGrid stored(machine), coarse(machine, 9);
   ASSERT_EQ(stored.tool_count(), 9u + 2u * 3u * 6u);
-  for (const OutputGrid* grid : {&stored, &coarse})
-    for (std::size_t k = 0; k < grid->tool_count(); ++k)
+  for (const OutputGrid* grid : {&stored, &coarse}) {
+    for (std::size_t k = 0; k < grid->tool_count(); ++k) {
       EXPECT_TRUE(pose_weights(machine, grid->tool_poses()[k], grid->tool_count())
                       .isApprox(VectorXd::Unit(grid->tool_count(), k), 1e-13))
           << k;
+    }
+  }
   EXPECT_DOUBLE_EQ(stored.tool_poses()[9](0), -0.15);
   EXPECT_DOUBLE_EQ(stored.tool_poses()[9](1), -0.1);
   EXPECT_DOUBLE_EQ(stored.tool_poses()[12](0), 0.05) << "the middle is the grid's";

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/systems/identify.h"
 
-#include <gtest/gtest.h>
-#include <iterator>
-
 #include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include <iterator>
 #include <random>
 
 #include "core/error.h"
@@ -140,17 +140,20 @@ TEST(Identify, IsStableAtEveryOrder) {
   std::mt19937 engine(11);
   std::normal_distribution<double> normal;
   std::vector<Samples> wild = Chain().training();
-  for (Samples& load : wild)
-    for (Index i = 1; i < load.outputs.rows(); ++i)
+  for (Samples& load : wild) {
+    for (Index i = 1; i < load.outputs.rows(); ++i) {
       for (Index j = 0; j < load.outputs.cols(); ++j)
         load.outputs(i, j) = 30.0 * normal(engine) + std::exp(3e-5 * load.time(i));
+    }
+  }
   const Identification made(wild, even, {});
-  for (const Identification* of : {&identified(), &made})
+  for (const Identification* of : {&identified(), &made}) {
     for (Index order = 1; order <= std::min<Index>(of->largest_order(), 25); ++order) {
       const VectorXd growth = of->model(order).A.eigenvalues().real();
       ASSERT_EQ(growth.size(), order);
       EXPECT_LT(growth.maxCoeff(), 0.0) << order;
     }
+  }
 }
 
 TEST(Identify, AnEvenMachineStaysEven) {
@@ -193,9 +196,10 @@ CampaignTables tables_of(const mesh::Machine& machine) {
   for (const char* name : {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"})
     tables.tcp.columns.push_back(name);
   tables.tcp.values.resize(6, std::ssize(tables.tcp.columns));
-  for (Index i = 0; i < 6; ++i)
+  for (Index i = 0; i < 6; ++i) {
     for (Index j = 0; j < tables.tcp.values.cols(); ++j)
       tables.tcp.values(i, j) = j == 0 ? 60.0 * (i / 2) : 100.0 * i + j;
+  }
   return tables;
 }
 

@@ -2,9 +2,8 @@
 // Systems of other programs, reduced: bounds, true errors, films, files.
 #include "reduction/systems/system_reduction.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/LU>
+#include <gtest/gtest.h>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -57,7 +56,7 @@ TEST_F(SystemReductionTest, BoundIsSharpForStateSpaceSymmetricSystems) {
 }
 
 TEST_F(SystemReductionTest, TrueErrorsKeepTheBound) {
-  for (const LinearSystem& system : {test::chain(30, true), test::plate(10, 3, 5.0)})
+  for (const LinearSystem& system : {test::chain(30, true), test::plate(10, 3, 5.0)}) {
     for (const Index order : {4, 10, 16}) {
       const SystemReduction reduction = reduce_system(system, with_order(order));
       const PointResult& point = reduction.points.front();
@@ -71,6 +70,7 @@ TEST_F(SystemReductionTest, TrueErrorsKeepTheBound) {
                       point.error.value,
                   1.0, 0.8);
     }
+  }
 }
 
 // Three resonances at 100, 200 and 400 rad/s and a diagonal that the rest of the model follows.
@@ -108,9 +108,10 @@ TEST_F(SystemReductionTest, LowRankRouteGivesTheSameModel) {
     // The stand-in finds the peaks that a dense search finds.
     EXPECT_NEAR(a.norm.value, b.norm.value, 1e-6 * a.norm.value);
     EXPECT_NEAR(a.error.value, b.error.value, 1e-2 * a.error.value + 1e-9 * a.norm.value);
-    for (const double w : {0.0, 1.0, 30.0})
+    for (const double w : {0.0, 1.0, 30.0}) {
       EXPECT_LT((response(dense.model, Complex(0, w)) - response(sparse.model, Complex(0, w))).norm(),
                 1e-8 * a.norm.value);
+    }
   }
 }
 

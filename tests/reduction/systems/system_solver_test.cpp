@@ -2,9 +2,8 @@
 // The dense and the sparse route: Gramians, responses, modes; both on the same systems.
 #include "reduction/systems/system_solver.h"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/LU>
+#include <gtest/gtest.h>
 
 #include "core/error.h"
 #include "reduction/linear/lapack.h"
@@ -125,7 +124,7 @@ TEST(SystemSolver, SparseAndDenseRoutesAgree) {
 }
 
 TEST(SystemSolver, ModesAreModes) {
-  for (const LinearSystem& system : systems_of_all_kinds())
+  for (const LinearSystem& system : systems_of_all_kinds()) {
     for (const SolverOptions& options : {SolverOptions{}, sparse_route}) {
       const auto solver = make_system_solver(system.base, "system", options);
       const Modes modes = solver->dominant_modes(6);
@@ -139,6 +138,7 @@ TEST(SystemSolver, ModesAreModes) {
         EXPECT_LT(std::abs((modes.left.col(k).transpose() * ex)(0) - 1.0), 1e-8);
       }
     }
+  }
 }
 
 std::string refusal(const StateSpace& system, const SolverOptions& options) {

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // TR-BDF2 with error control: orders, ladder of steps, cooler switches.
+#include "solver/thermal/adaptive.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +12,6 @@
 #include "solver/campaign/adaptive_simulation.h"
 #include "solver/campaign/simulation.h"
 #include "solver/operation/layout.h"
-#include "solver/thermal/adaptive.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
 #include "tests/machines/slide_machine.h"
@@ -250,7 +251,7 @@ TEST(TwoPointCooler, SwitchTimesConvergeWithSecondOrder) {
     EXPECT_EQ(times.size(), exact.size());
     double sum = 0.0;
     for (std::size_t i = 0; i < std::min(times.size(), exact.size()); ++i) sum += std::pow(times[i] - exact[i], 2);
-    return std::sqrt(sum / static_cast<double>(exact.size()));
+    return std::sqrt(sum / std::ssize(exact));
   };
   const double coarse = error(24.0), fine = error(6.0);
   EXPECT_LT(fine, 0.02);

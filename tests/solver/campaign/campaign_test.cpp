@@ -2,6 +2,7 @@
 #include "solver/campaign/campaign.h"
 
 #include <gtest/gtest.h>
+
 #include <unistd.h>
 
 #include "core/error.h"

@@ -3,10 +3,10 @@
 #include "solver/campaign/checkpoint.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
-#include <iterator>
 
 #include <cstring>
+#include <iterator>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -42,7 +42,7 @@ protected:
 
 bool same_bits(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.rows() == b.rows() && a.cols() == b.cols() &&
-         std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+         std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
 
 struct Rig {
@@ -75,7 +75,7 @@ struct Rig {
     }
     const auto record = [&](const OutputState& out) {
       if (kill_at >= 0 && filled++ == kill_at) throw Killed();
-      states.col(static_cast<Eigen::Index>(out.index) * loads + static_cast<Eigen::Index>(out.load)) = out.state;
+      states.col(out.index * loads + out.load) = out.state;
     };
     RunSummary summary;
     if (block.front()->time().scheme == TimeScheme::adaptive) {
@@ -171,11 +171,13 @@ TEST_F(CheckpointTest, AKilledCampaignGoesOnWithTheSameBits) {
   }
   options.on_output = nullptr;
   const auto expect_same_files = [&] {
-    for (const char* load : {"a", "b", "c"})
-      for (const char* file : {"tcp.csv", "sensors.csv", "inputs.csv", "heat.csv", "snapshots.bin", "done"})
+    for (const char* load : {"a", "b", "c"}) {
+      for (const char* file : {"tcp.csv", "sensors.csv", "inputs.csv", "heat.csv", "snapshots.bin", "done"}) {
         EXPECT_EQ(core::content_hash(core::read_file(folder_ / "out" / load / file)),
                   core::content_hash(core::read_file(folder_ / "whole" / load / file)))
             << load << " " << file;
+      }
+    }
   };
   run_campaign(full, loads, options);
   expect_same_files();

@@ -2,6 +2,7 @@
 #include "solver/campaign/start_field.h"
 
 #include <gtest/gtest.h>
+
 #include <unistd.h>
 
 #include "core/error.h"
@@ -24,10 +25,12 @@ std::filesystem::path scratch(const std::string& name) {
 /// A field that is linear in the place, another one in each body; fluid nodes 0.
 Eigen::VectorXd linear_field(const mesh::MachineMesh& mesh, Eigen::Index size) {
   Eigen::VectorXd field = Eigen::VectorXd::Zero(size);
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
-    for (Eigen::Index i = 0; i < mesh.bodies[b].points.cols(); ++i)
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+    for (Eigen::Index i = 0; i < mesh.bodies[b].points.cols(); ++i) {
       field[mesh.first_node[b] + i] =
           3.0 + Eigen::Vector3d(5, -8, 20).dot(mesh.bodies[b].points.col(i)) * (b == 0 ? 1.0 : -1.0);
+    }
+  }
   return field;
 }
 
@@ -36,7 +39,7 @@ mesh::Machine observed_machine() {
   mesh::Machine machine = test::slide_machine();
   machine.sensors.clear();
   int count = 0;
-  for (const double x : {0.02, 0.2, 0.4, 0.58})
+  for (const double x : {0.02, 0.2, 0.4, 0.58}) {
     for (const double z : {0.01, 0.09}) {
       mesh::SensorSpec sensor;
       sensor.id = "B" + std::to_string(++count);
@@ -44,6 +47,7 @@ mesh::Machine observed_machine() {
       sensor.point = {x, 0.06, z};
       machine.sensors.push_back(sensor);
     }
+  }
   for (const double x : {0.26, 0.34}) {
     mesh::SensorSpec sensor;
     sensor.id = "S" + std::to_string(++count);

@@ -69,7 +69,7 @@ mesh::TetMesh both(const mesh::TetMesh& a, const mesh::TetMesh& b) {
   sum.tets.resize(4, a.elements() + b.elements());
   sum.tets << a.tets, (b.tets.array() + static_cast<int>(a.nodes())).matrix();
   mesh::build_boundary(sum, "both");
-  for (int f = 0; f < static_cast<int>(sum.face_count()); ++f)
+  for (int f = 0; f < sum.face_count(); ++f)
     if (sum.face_normal(f).z() > 0.9) sum.groups["up"].push_back(f);
   return sum;
 }
@@ -146,11 +146,12 @@ TEST(Contact, ShapeFunctionsOfBothSidesAreIntegratedExactly) {
     constexpr int n = 4;  // Gauss points, exact to degree 7
     const double at[n] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563, 0.8611363115940526};
     const double weight[n] = {0.3478548451374538, 0.6521451548625461, 0.6521451548625461, 0.3478548451374538};
-    for (int i = 0; i < n; ++i)
+    for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) {
         const double once = f({0.3 + 0.05 * at[i], 0.06 + 0.05 * at[j], 0.1});
         reference += 0.25 * 0.01 * weight[i] * weight[j] * once * once;
       }
+    }
     EXPECT_NEAR(product, reference, 1e-12 * reference) << order;
   }
 }

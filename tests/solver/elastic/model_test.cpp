@@ -138,18 +138,19 @@ Vector6 top_of_block(bool divided, double stiffness) {
   machine.tcp.table_surface = "feet";
   machine.tcp.table_radius = 0.1;
   std::vector<mesh::TetMesh> boxes;
-  if (divided)
+  if (divided) {
     boxes = {test::box_mesh({0, 0, 0}, {0.2, 0.2, 0.2}, {6, 6, 6}),
              test::box_mesh({0, 0, 0.2}, {0.2, 0.2, 0.4}, {6, 6, 6})};
-  else
+  } else
     boxes = {test::box_mesh({0, 0, 0}, {0.2, 0.2, 0.4}, {6, 6, 12})};
   const Model model(test::machine_mesh(machine, boxes));
   Eigen::VectorXd temperature = Eigen::VectorXd::Zero(model.thermal.size);
-  for (std::size_t b = 0; b < model.mesh.bodies.size(); ++b)
+  for (std::size_t b = 0; b < model.mesh.bodies.size(); ++b) {
     for (Eigen::Index i = 0; i < model.mesh.bodies[b].nodes(); ++i) {
       const Eigen::Vector3d p = model.mesh.bodies[b].points.col(i);
       temperature[model.mesh.first_node[b] + i] = 1.0 + 20.0 * p.x() * p.z() + 5.0 * p.y();
     }
+  }
   return model.elastic.output_rows(mesh::Pose(0)).tool * temperature;
 }
 

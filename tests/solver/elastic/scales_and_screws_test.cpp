@@ -189,13 +189,14 @@ TEST(Screw, StretchedOneMovesTheNutByWhatIsUneven) {
     const auto bed_at = [&](double at) {
       double sum = 0.0, weight = 0.0;
       const Eigen::Matrix3Xd& points = closed.mesh.bodies[0].points;
-      for (Eigen::Index i = 0; i < points.cols(); ++i)
+      for (Eigen::Index i = 0; i < points.cols(); ++i) {
         if (std::abs(points(2, i) + 0.1) < 1e-9 && std::abs(points(0, i) - at) < 0.126 &&
             std::abs(points(1, i)) < 0.01) {
           const double hat = std::max(0.0, 1.0 - std::abs(points(0, i) - at) / 0.125);
           sum += hat * motion(0, i);
           weight += hat;
         }
+      }
       return sum / weight;
     };
     const double ends = (1.0 - share) * bed_at(-0.4) + share * bed_at(0.4);

@@ -2,9 +2,9 @@
 #include "solver/export/vtk_output.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
+#include <unistd.h>
 
 #include "core/error.h"
 #include "core/file.h"

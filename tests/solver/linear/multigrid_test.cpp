@@ -2,12 +2,12 @@
 // Iterative against direct, and the choice between them.
 #include "solver/linear/multigrid.h"
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
+
+#include <cstring>
 #include <malloc.h>
 #include <unistd.h>
-
-#include <Eigen/LU>
-#include <cstring>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -36,9 +36,10 @@ ElasticBody bar() {
 
 Eigen::MatrixXd balanced_loads(const ElasticBody& body, Eigen::Index columns) {
   Eigen::MatrixXd loads(body.stiffness.rows(), columns);
-  for (Eigen::Index j = 0; j < columns; ++j)
+  for (Eigen::Index j = 0; j < columns; ++j) {
     for (Eigen::Index i = 0; i < loads.rows(); ++i)
-      loads(i, j) = std::sin(0.37 * i + static_cast<double>(j)) + ((i + j) % 97 == 0 ? 5.0 : 0.0);
+      loads(i, j) = std::sin(0.37 * i + j) + ((i + j) % 97 == 0 ? 5.0 : 0.0);
+  }
   loads -= body.rigid * (body.rigid.transpose() * body.rigid).inverse() * (body.rigid.transpose() * loads);
   clear_fixed(body, loads);
   return loads;
@@ -53,7 +54,7 @@ MultigridOptions elastic_options(const ElasticBody& body, double tolerance) {
 }
 
 bool same_bits(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-  return std::memcmp(a.data(), b.data(), sizeof(double) * static_cast<std::size_t>(a.size())) == 0;
+  return std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
 }
 
 }  // namespace
@@ -178,9 +179,10 @@ TEST(Multigrid, TemperaturesAgreeWithDirectOnes) {
     };
     run(direct, states[0]);
     run(iterative, states[1]);
-    for (std::size_t i = 1; i < states[0].size(); ++i)
+    for (std::size_t i = 1; i < states[0].size(); ++i) {
       EXPECT_LT((states[0][i] - states[1][i]).cwiseAbs().maxCoeff(), 1e-6 * states[0][i].cwiseAbs().maxCoeff())
           << by_error << i;
+    }
   }
 }
 
@@ -192,7 +194,7 @@ TEST(MemoryPlan, PredictsTheFactor) {
   const SparseAnalysis analysis = analyse(body.stiffness, options);
   const auto in_use = [] {
     const struct mallinfo2 info = mallinfo2();
-    return static_cast<double>(info.uordblks) + info.hblkhd;
+    return 1.0 * info.uordblks + info.hblkhd;
   };
   const double before = in_use();
   const SparseFactor factor(body.stiffness, options, analysis);

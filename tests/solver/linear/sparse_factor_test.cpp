@@ -21,7 +21,7 @@ SparseFactor::Matrix grid_matrix(int n, int b, double shift) {
   std::vector<Eigen::Triplet<double, int>> entries;
   const auto node = [&](int i, int j, int k) { return (k * n + j) * n + i; };
   const auto link = [&](int one, int other) {
-    for (int r = 0; r < b; ++r)
+    for (int r = 0; r < b; ++r) {
       for (int c = 0; c < b; ++c) {
         const double v = r == c ? 1.0 : 0.2;
         entries.emplace_back(one * b + r, one * b + c, v);
@@ -29,14 +29,17 @@ SparseFactor::Matrix grid_matrix(int n, int b, double shift) {
         entries.emplace_back(one * b + r, other * b + c, -v);
         entries.emplace_back(other * b + r, one * b + c, -v);
       }
+    }
   };
-  for (int k = 0; k < n; ++k)
-    for (int j = 0; j < n; ++j)
+  for (int k = 0; k < n; ++k) {
+    for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) {
         if (i + 1 < n) link(node(i, j, k), node(i + 1, j, k));
         if (j + 1 < n) link(node(i, j, k), node(i, j + 1, k));
         if (k + 1 < n) link(node(i, j, k), node(i, j, k + 1));
       }
+    }
+  }
   for (int d = 0; d < n * n * n * b; ++d) entries.emplace_back(d, d, shift);
   SparseFactor::Matrix matrix(n * n * n * b, n * n * n * b);
   matrix.setFromTriplets(entries.begin(), entries.end());
@@ -64,7 +67,7 @@ TEST(SparseFactor, HalfSolveIsARootOfTheInverse) {
 }
 
 TEST(SparseFactor, SolvesScalarAndBlockMatrices) {
-  for (int block : {1, 3})
+  for (int block : {1, 3}) {
     for (int n : {3, 10}) {
       const auto a = grid_matrix(n, block, 0.1);
       SparseFactorOptions options;
@@ -74,6 +77,7 @@ TEST(SparseFactor, SolvesScalarAndBlockMatrices) {
       EXPECT_LT((a * factor.solve(b) - b).norm(), 1e-11 * b.norm()) << block << " " << n;
       EXPECT_GT(factor.memory_bytes(), 8.0 * a.cols());
     }
+  }
 }
 
 TEST(SparseFactor, ReadsTheLowerTriangleOnly) {
@@ -108,14 +112,15 @@ TEST(SparseFactor, SolvesFromManyThreadsWithTheSameBits) {
   core::set_thread_count(2);
   const SparseFactor second(a, options);
   const Eigen::MatrixXd again = second.solve(b);
-  EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * static_cast<std::size_t>(b.size())), 0);
+  EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * b.size()), 0);
   std::atomic<int> wrong{0};
   std::vector<std::thread> threads;
-  for (int t = 0; t < 4; ++t)
+  for (int t = 0; t < 4; ++t) {
     threads.emplace_back([&] {
       for (int i = 0; i < 5; ++i)
         if (factor.solve(b) != expected) ++wrong;
     });
+  }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(wrong, 0);
   core::set_thread_count(0);
@@ -189,8 +194,7 @@ TEST(SparseFactor, SweepsHaveTheSameBitsForAnyNumberOfThreads) {
     for (int threads : {2, 5}) {
       core::set_thread_count(threads);
       factor.solve_side_by_side(b, again);
-      EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * static_cast<std::size_t>(b.size())), 0)
-          << columns << ' ' << threads;
+      EXPECT_EQ(std::memcmp(again.data(), expected.data(), sizeof(double) * b.size()), 0) << columns << ' ' << threads;
     }
     core::set_thread_count(0);
     EXPECT_LT((a * expected - b).norm(), 1e-10 * b.norm());

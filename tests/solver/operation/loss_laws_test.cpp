@@ -98,7 +98,7 @@ TEST(HoldingLoss, RisesWithTheAngleAsMeasured) {
 }
 
 TEST(HoldingLoss, TakesTheMeanOverARange) {
-  for (const double share : {0.0, 0.3, 1.0})
+  for (const double share : {0.0, 0.3, 1.0}) {
     for (const auto& [low, high] : {std::pair{-1.2, 1.3}, {0.2, 0.9}, {-3.0, 5.0}, {1.0, 1.0 + 1e-4}}) {
       const mesh::HoldingLoss loss{0.4, 800.0, share};
       double sum = 0.0;
@@ -110,6 +110,7 @@ TEST(HoldingLoss, TakesTheMeanOverARange) {
       EXPECT_NEAR(loss_power(loss, low, high), sum / points, 2e-4) << share << " " << low;
       EXPECT_DOUBLE_EQ(loss_power(loss, high, low), loss_power(loss, low, high));
     }
+  }
   // from -90 to 90 deg: mean of |sin| is 2 / pi, of its square a half
   EXPECT_NEAR(loss_power(mesh::HoldingLoss{0.0, 3500.0, 1.0}, -pi / 2, pi / 2), 3500.0 * 2 / pi, 1e-9);
   EXPECT_NEAR(loss_power(mesh::HoldingLoss{0.0, 3500.0, 0.0}, -pi / 2, pi / 2), 1750.0, 1e-9);

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/operation/operating_model.h"
-#include "solver/operation/chiller.h"
 
 #include <gtest/gtest.h>
-#include <iterator>
 
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "core/error.h"
+#include "solver/operation/chiller.h"
 #include "solver/operation/film_laws.h"
 #include "solver/operation/grid_occupancy.h"
 #include "solver/operation/layout.h"

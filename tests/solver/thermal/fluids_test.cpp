@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Coolants along their channels and in networks, volumes with a heat balance, ambients with a
 // gradient, what guides and stops a chiller.
-#include <gtest/gtest.h>
-
 #include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
 
 #include <cmath>
 
@@ -117,11 +116,12 @@ TEST(Coolant, BranchesMixByTheirFlows) {
   EXPECT_DOUBLE_EQ(network.inflow[2][0].second, 0.3);
   // Transport takes no heat out of a network: G + G^T >= 0.
   const Bench bench(test::bar_mesh(m));
-  for (std::size_t t = 0; t < bench.system.layout.terms.size(); ++t)
+  for (std::size_t t = 0; t < bench.system.layout.terms.size(); ++t) {
     if (bench.system.layout.terms[t].kind == TermKind::coolant_flow) {
       const Eigen::MatrixXd g = Eigen::MatrixXd(bench.system.terms[t]).bottomRightCorner(6, 6);
       EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(g + g.transpose()).eigenvalues()[0], -1e-9);
     }
+  }
 }
 
 TEST(Coolant, NetworksThatDoNotBalanceAreRefused) {

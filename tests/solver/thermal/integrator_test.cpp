@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/thermal/integrator.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +12,6 @@
 #include "solver/operation/layout.h"
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/direct.h"
-#include "solver/thermal/integrator.h"
 #include "solver/thermal/system.h"
 #include "tests/machines/slide_machine.h"
 
@@ -215,8 +216,8 @@ TEST(ThermalIntegrator, SameBitsForAnyNumberOfThreads) {
     return state;
   };
   const Eigen::MatrixXd one = run(1), two = run(2), five = run(5);
-  EXPECT_EQ(std::memcmp(one.data(), two.data(), sizeof(double) * static_cast<std::size_t>(one.size())), 0);
-  EXPECT_EQ(std::memcmp(one.data(), five.data(), sizeof(double) * static_cast<std::size_t>(one.size())), 0);
+  EXPECT_EQ(std::memcmp(one.data(), two.data(), sizeof(double) * one.size()), 0);
+  EXPECT_EQ(std::memcmp(one.data(), five.data(), sizeof(double) * one.size()), 0);
 }
 
 TEST(ThermalIntegrator, ALoadDoesNotDependOnItsNeighboursBeyondTheTolerance) {

@@ -131,7 +131,7 @@ TEST(Radiation, BalancesThePowerPlaceByPlace) {
     EXPECT_GT(state.maxCoeff() - state.minCoeff(), 200.0);
     const mesh::TetMesh& bar = bench.mesh.bodies[0];
     double out = 0.0;
-    for (int f = 0; f < static_cast<int>(bar.face_count()); ++f) {
+    for (int f = 0; f < bar.face_count(); ++f) {
       const mesh::FaceNodes nodes = mesh::face_nodes(bar, f);
       for (const mesh::FacePoint& point : mesh::face_rule(5)) {
         const mesh::FaceValues n = mesh::face_shape(order, point.at);
@@ -182,7 +182,7 @@ TEST(Material, ConductivityOverTemperatureFollowsKirchhoff) {
 }
 
 TEST(Material, HeatIsConservedWithSpecificHeatOverTemperature) {
-  for (const bool lumped : {false, true})
+  for (const bool lumped : {false, true}) {
     for (int order : {1, 2}) {
       mesh::Machine m = test::bar_machine(quick());
       m.lumped_capacity = lumped;
@@ -199,6 +199,7 @@ TEST(Material, HeatIsConservedWithSpecificHeatOverTemperature) {
         EXPECT_NEAR(run.states.back().head(bench.system.nodes).mean(), 90.0, 2e-3) << scheme;
       }
     }
+  }
 }
 
 }  // namespace

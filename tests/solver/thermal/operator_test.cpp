@@ -2,9 +2,9 @@
 #include "solver/thermal/operator.h"
 
 #include <gtest/gtest.h>
-#include <iterator>
 
 #include <cmath>
+#include <iterator>
 
 #include "solver/thermal/assembly.h"
 #include "tests/machines/slide_machine.h"

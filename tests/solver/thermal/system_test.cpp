@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/thermal/system.h"
 
-#include <gtest/gtest.h>
-#include <iterator>
-
 #include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <iterator>
 #include <random>
 
 #include "core/error.h"
@@ -92,7 +92,7 @@ TEST_P(ThermalSystemOfOrder, SourcesGiveTheirPowerAtEveryPosition) {
       EXPECT_LT((s.terms[input.term] * ones(s) - column).cwiseAbs().maxCoeff(), 1e-14);
     }
   }
-  EXPECT_EQ(at_joint, static_cast<int>(s.layout.grids[0].positions.size()));
+  EXPECT_EQ(at_joint, std::ssize(s.layout.grids[0].positions));
 }
 
 TEST_P(ThermalSystemOfOrder, SensorsInterpolateLinearFields) {
@@ -114,9 +114,10 @@ TEST(ThermalSystem, SensorsInterpolateQuadraticFieldsOnAQuadraticMesh) {
     return 3.0 * p.x() * p.x() - 2.0 * p.x() * p.y() + 5.0 * p.z() * p.z();
   };
   Eigen::VectorXd state = Eigen::VectorXd::Zero(s.size);
-  for (std::size_t b = 0; b < 2; ++b)
+  for (std::size_t b = 0; b < 2; ++b) {
     for (Eigen::Index i = 0; i < mesh.bodies[b].nodes(); ++i)
       state[mesh.first_node[b] + i] = field(mesh.bodies[b].points.col(i));
+  }
   const Eigen::VectorXd readings = s.sensors * state;
   EXPECT_NEAR(readings[0], field({0.31, 0.047, 0.033}), 1e-12);
   EXPECT_NEAR(readings[1], field({0.3, 0.06, 0.16}), 1e-12);  // on the skin
@@ -134,10 +135,11 @@ TEST(ThermalSystem, FilmsAndContactsIntegrateQuadraticFieldsExactly) {
   const auto dissipated = [&](std::size_t t) { return on_slide.dot(s.terms[t] * on_slide); };
   const double y_to_the_fourth = (std::pow(0.11, 5) - std::pow(0.01, 5)) / 5.0;
   EXPECT_NEAR(dissipated(2), 0.059 * y_to_the_fourth, 1e-12 * dissipated(2));  // film of the front
-  for (std::size_t t = 0; t < s.terms.size(); ++t)
+  for (std::size_t t = 0; t < s.terms.size(); ++t) {
     if (s.layout.terms[t].kind == TermKind::contact && s.layout.terms[t].item == 0) {
       EXPECT_NEAR(dissipated(t), 0.1 * y_to_the_fourth, 1e-12 * dissipated(t)) << t;
     }
+  }
 }
 
 TEST(ThermalSystem, RefusesAJointThatNeverTouches) {
