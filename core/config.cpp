@@ -253,6 +253,7 @@ int Node::integer_or(const std::string& key, int otherwise, int low, int high) c
 }
 
 int Node::schema(int newest) const {
+  if (!has("schema")) throw InputError(place("schema"), "missing", fmt::format("schema = {}", newest));
   const int version = integer("schema", 1, std::numeric_limits<int>::max());
   if (version > newest) {
     throw InputError(place("schema"), fmt::format("schema {}, of a newer thermotwin", version),

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
 
 #include "core/svg.h"
 
@@ -26,6 +28,22 @@ struct Extent {
   }
   bool empty() const { return !(low <= high); }
 };
+
+/// Path and dots of the points; a point without a place leaves a gap.
+template <class Points, class Place>
+std::pair<std::string, std::string> polyline(const Points& points, const Place& place) {
+  std::string path, dots;
+  bool pen_up = true;
+  for (const auto& [at, value] : points) {
+    const auto here = place(at, value);
+    if (here) {
+      path += fmt::format("{}{:.1f} {:.1f}", pen_up ? "M" : "L", here->first, here->second);
+      dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", here->first, here->second);
+    }
+    pen_up = !here;
+  }
+  return {path, dots};
+}
 
 }  // namespace
 
@@ -89,17 +107,9 @@ std::string LineChart::svg() const {
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const char* colour = colours[i % std::size(colours)];
-    std::string path, dots;
-    bool pen_up = true;
-    for (const auto& [at, value] : lines[i].points) {
-      if (!std::isfinite(at) || !usable(value)) {
-        pen_up = true;
-        continue;
-      }
-      path += fmt::format("{}{:.1f} {:.1f}", pen_up ? "M" : "L", px(at), py(on_axis(value)));
-      dots += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3.5\"/>", px(at), py(on_axis(value)));
-      pen_up = false;
-    }
+    const auto [path, dots] = polyline(lines[i].points, [&](double at, double value) {
+      return std::isfinite(at) && usable(value) ? std::optional(std::pair(px(at), py(on_axis(value)))) : std::nullopt;
+    });
     svg += fmt::format("<g fill=\"{0}\"><path d=\"{1}\" fill=\"none\" stroke=\"{0}\" stroke-width=\"2\"/>{2}</g>\n",
                        colour, path, dots);
     const double at = top + 10 + 22.0 * i;

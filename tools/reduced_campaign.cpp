@@ -141,7 +141,7 @@ Outcome run_load(const Runs& runs, const solver::LoadProgram& program, const fs:
 std::string table_of(const Runs& runs, const std::vector<solver::LoadProgram>& programs,
                      const std::vector<Outcome>& outcomes) {
   std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um", "estimated error um"}};
-  if (runs.bound) table[0].insert(table[0].end(), {"at the bound's poses um", "bound there um"});
+  if (runs.bound) table[0].insert(table[0].end(), {"estimated at the bound's poses um", "bound there um"});
   table[0].emplace_back("s");
   for (std::size_t i = 0; i < programs.size(); ++i) {
     const Outcome& o = outcomes[i];

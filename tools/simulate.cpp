@@ -95,6 +95,37 @@ std::string sensor_table(const mesh::Machine& machine, const core::Table& sensor
   return no_tcp + core::format_table(table);
 }
 
+/// @param slack  screws that were warned of
+void warn_of_slack(const solver::FullModel& full, const Eigen::VectorXd& state, const mesh::Pose& pose, double time,
+                   std::set<int>& slack) {
+  for (const auto& [screw, tension] : full.elastic.screw_tensions(state, pose)) {
+    if (tension < 0.0 && slack.insert(screw).second) {
+      core::warn(
+          fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N): the TCP error from here on "
+                      "counts it as if it could push",
+                      time, full.mesh.machine.screws[screw].body, tension));
+    }
+  }
+}
+
+nlohmann::json json_of(const solver::LoadResult& result, const mesh::Machine& machine) {
+  nlohmann::json json = {{"steps", result.run.steps},
+                         {"rejected", result.run.rejected},
+                         {"factorisations", result.run.factorisations},
+                         {"iterations", result.run.iterations},
+                         {"resumed_at_s", result.run.resumed_at}};
+  for (const auto& at : result.run.switches) {
+    json["switches"].push_back(
+        {{"time_s", at.time}, {"coolant", machine.coolants[at.coolant].id}, {"running", at.running}});
+  }
+  if (result.heat) {
+    json["heat"] = {
+        {"stored_J", result.heat->stored()}, {"throughput_J", result.heat->throughput()}, {"gap", result.heat->gap()}};
+    for (const auto& item : result.heat->items()) json["heat"]["in_J"][item.id] = item.heat;
+  }
+  return json;
+}
+
 }  // namespace
 
 void simulate(const SimulateOptions& options) {
@@ -127,14 +158,7 @@ void simulate(const SimulateOptions& options) {
     const auto number = at - fields.begin();
     const Eigen::VectorXd state = output.state;
     const Eigen::Matrix3Xd displacement = full.elastic.displacement(state, pose);
-    for (const auto& [screw, tension] : full.elastic.screw_tensions(state, pose)) {
-      if (tension < 0.0 && slack.insert(screw).second) {
-        core::warn(
-            fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N): the TCP error from here on "
-                        "counts it as if it could push",
-                        output.time, machine.screws[screw].body, tension));
-      }
-    }
+    warn_of_slack(full, state, pose, output.time, slack);
     solver::write_fields(folder / files[number].second, full.mesh, pose,
                          (state.head(full.mesh.nodes()).array() + machine.reference_C).matrix(), displacement,
                          output.time, displacement.cols() > 0 ? stress.nodal(displacement, state) : Eigen::MatrixXd());
@@ -149,27 +173,13 @@ void simulate(const SimulateOptions& options) {
   core::write_csv(folder / "sensors.csv", result.sensors);
   core::write_csv(folder / "heat.csv", result.heat_flows);
 
-  nlohmann::json json = {{"load", program.name()},
-                         {"pose", mesh::format_pose(machine, pose)},
-                         {"nodes", full.mesh.nodes()},
-                         {"folder", folder.string()},
-                         {"steps", result.run.steps},
-                         {"rejected", result.run.rejected},
-                         {"factorisations", result.run.factorisations},
-                         {"iterations", result.run.iterations},
-                         {"resumed_at_s", result.run.resumed_at}};
-  for (const auto& at : result.run.switches) {
-    json["switches"].push_back(
-        {{"time_s", at.time}, {"coolant", machine.coolants[at.coolant].id}, {"running", at.running}});
-  }
+  nlohmann::json json = json_of(result, machine);
+  json["load"] = program.name();
+  json["pose"] = mesh::format_pose(machine, pose);
+  json["nodes"] = full.mesh.nodes();
+  json["folder"] = folder.string();
   std::string heat;
-  if (result.heat) {
-    heat = result.heat->brief() + "\n";
-    json["heat"] = {
-        {"stored_J", result.heat->stored()}, {"throughput_J", result.heat->throughput()}, {"gap", result.heat->gap()}};
-    for (const auto& item : result.heat->items()) json["heat"]["in_J"][item.id] = item.heat;
-    heat += cooling_lines(machine, result.heat_flows, json);
-  }
+  if (result.heat) heat = result.heat->brief() + "\n" + cooling_lines(machine, result.heat_flows, json);
   const std::string at_pose = machine.axes.empty() ? "" : ", pose " + mesh::format_pose(machine, pose);
   print_summary(options,
                 fmt::format("{} ({}){}\n{}\n{}{}: {}\n{} nodes, {} fields, {:.0f} s, {:.2f} GiB; open {} in ParaView\n",

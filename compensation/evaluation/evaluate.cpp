@@ -114,7 +114,7 @@ double training_hours(const Judge& judge) {
 /// ISO 230-3 warms a machine up for four hours; a model fitted on less has hardly seen it settle.
 void note_short_training(Evaluation& result) {
   constexpr double least_hours = 4.0;
-  if (result.training_hours < least_hours) {
+  if (!result.models.empty() && result.training_hours < least_hours) {
     result.notes.push_back(fmt::format(
         "fitted on {:.1f} h only: tests of ISO 230-3 last {:.0f} h, and slower parts have not settled by then",
         result.training_hours, least_hours));

@@ -47,6 +47,20 @@ MatrixXd compensator_rows(const Measurement& measurement, const mesh::Machine& m
   return rows;
 }
 
+/// Channels with a default that nobody measured.
+std::vector<Index> unmeasured_inputs(const Measurement& measurement, const solver::Channels& channels) {
+  std::vector<Index> absent;
+  for (Index k = 0; k < channels.size(); ++k) {
+    const std::string& name = channels.names()[k];
+    if (!std::isnan(channels.defaults()[k]) &&
+        std::none_of(measurement.channels.begin(), measurement.channels.end(),
+                     [&](const MeasuredChannel& c) { return c.input == name; })) {
+      absent.push_back(k);
+    }
+  }
+  return absent;
+}
+
 MatrixXd sensor_readings(const Measurement& measurement, const mesh::Machine& machine) {
   MatrixXd readings = MatrixXd::Constant(measurement.data.rows(), std::ssize(machine.sensors), solver::not_given);
   for (const MeasuredChannel& channel : measurement.channels) {
@@ -67,6 +81,7 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
   const MatrixXd readings = sensor_readings(measurement, model.machine);
   const VectorXd time = measurement.time();
   std::vector<std::vector<solver::TcpError>> errors(poses.size());
+  const std::vector<Index> absent = unmeasured_inputs(measurement, channels);
   std::optional<Compensator> compensator;
   std::vector<OffsetGuard> guards;
   const OutputMap map(model);
@@ -75,6 +90,7 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
     if (!compensator || gap) {
       options.start_C = start_temperature(measurement, model.machine, i);
       compensator.emplace(model, options);
+      compensator->never_told(absent);
       GuardOptions limits;
       limits.largest_um = compensator->limits().largest_um;
       limits.rate_um_s = compensator->limits().rate_um_s;

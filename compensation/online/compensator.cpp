@@ -53,6 +53,7 @@ void CompensatorOptions::validate() const {
     core::require_option(value >= 1e-3 && value <= 86400.0, std::string("compensator ") + name, value,
                          "0.001 s to 86400 s");
   }
+  core::require_within("compensator start_C", start_C, {-273.15, 2000.0});
   require_limit("compensator largest_um", largest_um, 1e-3, largest_offset_um);
   require_limit("compensator rate_um_s", rate_um_s, least_rate_um_s, largest_rate_um_s);
 }
@@ -83,6 +84,7 @@ struct Compensator::Work {
   bool started = false;
   std::vector<Index> leaping;
   std::vector<char> never_told;  ///< (channels) 1 or 0
+  std::vector<char> untold;      ///< (drives) of the last row
   VectorXd row, row_before, given, given_at;
   const VectorXd no_readings;
   long probed = 0;
@@ -126,13 +128,15 @@ struct Compensator::Work {
     }
   }
 
-  /// A drive whose speed was never told, or not for a while.
-  void find_untold(double at) {
+  /// Drives whose speed was never told, or not for a while, since the row before.
+  void add_drives(double at) {
     const std::vector<DriveHeat>& drives = observer.errors().drives();
+    untold.assign(drives.size(), 0);
     for (Index d = 0; d < std::ssize(drives); ++d) {
       const Index k = drives[d].channel;
-      observer.set_untold(d, never_told[k] != 0 || (std::isnan(given[k]) && at - given_at[k] > options.correction_s));
+      untold[d] = never_told[k] != 0 || (std::isnan(given[k]) && at - given_at[k] > options.correction_s);
     }
+    observer.add_drives(untold, row, at - clock.time());
   }
 
   /// @return whether an input is missing
@@ -202,9 +206,9 @@ struct Compensator::Work {
   const Offsets& step(double at, const VectorXd& told, const VectorXd& sensors_C) {
     check_row(at, told, sensors_C);
     const bool missing_input = take_inputs(at, told);
-    find_untold(at);
     observer.read(options.use_sensors ? sensors_C : no_readings, row);
     if (started) {
+      add_drives(at);
       advance(at);
     } else {
       observer.start(at, row);
@@ -253,6 +257,8 @@ const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const 
 
 void Compensator::never_told(const std::vector<Eigen::Index>& channels) {
   for (const Eigen::Index channel : channels) work_->never_told[channel] = 1;
+  const int air = work_->operating.channels().index("air.T_C");
+  if (air >= 0 && work_->never_told[air] != 0) work_->observer.air_is_untold();
 }
 
 solver::TcpError Compensator::tcp(const mesh::Pose& pose) const { return work_->tcp(pose); }

@@ -20,13 +20,23 @@ VectorXd source_heat(const reduction::ReducedSystem& system, const solver::Opera
   return heat;
 }
 
+VectorXd heat_at_half_speed(const reduction::ReducedSystem& system, const solver::OperatingModel& operating,
+                            const DriveHeat& drive, VectorXd row) {
+  if (const int on = operating.channels().index("machine.on"); on >= 0 && row[on] == 0.0)
+    return VectorXd::Zero(system.order());
+  row[drive.channel] = 0.0;
+  const VectorXd standing = source_heat(system, operating, row);
+  row[drive.channel] = drive.half_speed;
+  return source_heat(system, operating, row) - standing;
+}
+
 std::vector<DriveHeat> drive_heats(const reduction::ReducedModel& model, const solver::OperatingModel& operating,
                                    const VectorXd& rest) {
   constexpr double half = 0.5;
   const VectorXd resting = source_heat(model.system, operating, rest);
   std::vector<DriveHeat> drives;
   const auto add = [&](const std::string& name, const std::string& channel, double speed) {
-    DriveHeat drive{name, operating.channels().index(channel), VectorXd::Zero(resting.size())};
+    DriveHeat drive{name, operating.channels().index(channel), speed, VectorXd::Zero(resting.size())};
     if (drive.channel >= 0) {
       VectorXd running = rest;
       running[drive.channel] = speed;

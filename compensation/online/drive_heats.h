@@ -14,14 +14,20 @@
 namespace thermotwin::compensation {
 
 struct DriveHeat {
-  std::string name;      ///< "spindle", "axis X"
-  int channel = -1;      ///< of its speed or feed; -1: the machine has none
-  Eigen::VectorXd heat;  ///< (order) W on the basis
+  std::string name;       ///< "spindle", "axis X"
+  int channel = -1;       ///< of its speed or feed; -1: the machine has none
+  double half_speed = 0;  ///< in the channel's unit
+  Eigen::VectorXd heat;   ///< (order) W on the basis
 };
 
 /// Heat of all sources, W on the basis. @param row  (channels)
 Eigen::VectorXd source_heat(const reduction::ReducedSystem& system, const solver::OperatingModel& operating,
                             const Eigen::VectorXd& row);
+
+/// What half speed adds to the drive standing, other inputs as in the row: none while the machine is off or the drive's
+/// power is measured. @param row  (channels)  @return (order) W on the basis
+Eigen::VectorXd heat_at_half_speed(const reduction::ReducedSystem& system, const solver::OperatingModel& operating,
+                                   const DriveHeat& drive, Eigen::VectorXd row);
 
 /// The spindle, then the axes. @param rest  (channels) of the machine standing
 std::vector<DriveHeat> drive_heats(const reduction::ReducedModel& model, const solver::OperatingModel& operating,

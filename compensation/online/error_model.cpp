@@ -19,6 +19,7 @@ using Eigen::VectorXd;
 
 // Even a stated certainty leaves the mesh and the laws' form: shares of the nominal.
 constexpr double least_source = 0.02, least_film = 0.03, least_contact = 0.05, least_wall = 0.05, least_flow = 0.02;
+constexpr double untold_air_K = 2.0;  ///< standard deviation of the air where nobody tells it
 constexpr double air_std_K = 0.2, ambient_std_K = 0.3, inlet_std_K = 0.2;
 constexpr double machine_memory = 200.0 * hour, air_memory = 6.0 * hour, ambient_memory = 24.0 * hour;
 constexpr double correlation_s = 1800.0;      ///< of what the model gets wrong at a sensor
@@ -50,7 +51,7 @@ ErrorModel::ErrorModel(const reduction::ReducedModel& model)
   const solver::OperatingModel operating(model.machine, model.system.layout);
   for (DriveHeat& drive : drive_heats(model, operating, operating.channels().defaults()))
     if (drive.channel >= 0 && drive.heat.squaredNorm() > 0.0) drives_.push_back(std::move(drive));
-  untold_.assign(drives_.size(), 0);
+  untold_.resize(drives_.size());
   const solver::Layout& layout = model.system.layout;
   for (Index k = 0; k < std::ssize(layout.inputs); ++k) {
     if (layout.inputs[k].term >= 0) inputs_of_term_[layout.inputs[k].term].push_back(k);
@@ -222,19 +223,38 @@ MatrixXd ErrorModel::rates(const Interval& interval) const {
       for (const int input : inputs_of_term_[term]) add_input(input, interval.q[input]);
     }
     for (const int input : quantity.inputs) add_input(input, interval.q[input]);
-    if (quantity.drive >= 0 && untold_[quantity.drive] != 0) rate += drives_[quantity.drive].heat;
+    if (quantity.drive >= 0 && untold_[quantity.drive].size() > 0) rate += untold_[quantity.drive];
     for (const int input : quantity.ambient_inputs) add_input(input, interval.p[system.layout.inputs[input].term]);
     result.col(k) = rate;
   }
   return result;
 }
 
-void ErrorModel::set_untold(Index drive, bool untold) {
-  untold_[drive] = untold ? 1 : 0;
-  const auto known = std::find_if(quantities_.begin(), quantities_.end(),
-                                  [&](const Quantity& quantity) { return quantity.drive == drive; });
-  if (untold && known == quantities_.end())
+void ErrorModel::air_is_untold() {
+  const mesh::Machine& machine = model_.machine;
+  for (Quantity& quantity : quantities_)
+    if (quantity.ambient >= 0 && machine.ambients[quantity.ambient].id == "air") quantity.std = untold_air_K;
+}
+
+void ErrorModel::set_untold(Index drive, const VectorXd& heat, double nominal) {
+  if (heat.size() == 0 && untold_[drive].size() == 0) return;
+  // Where nobody tells, it may start or stop at any time: x changes at E^-1 of its heat.
+  if (untold_rate_.size() == 0) untold_rate_ = VectorXd::Zero(model_.system.sensors.rows());
+  const auto variance_of = [&](const VectorXd& of) {
+    return of.size() == 0 ? VectorXd(VectorXd::Zero(untold_rate_.size()))
+                          : VectorXd((model_.system.sensors * model_.system.capacity.llt().solve(of)).cwiseAbs2());
+  };
+  if (heat.size() != untold_[drive].size() || heat != untold_[drive])
+    untold_rate_ = (untold_rate_ - variance_of(untold_[drive]) + variance_of(heat)).cwiseMax(0.0);
+  untold_[drive] = heat;
+  const auto own = [&](const Quantity& quantity) { return quantity.drive == drive; };
+  if (std::none_of(quantities_.begin(), quantities_.end(), own))
     add_quantity({"untold heat of " + drives_[drive].name, "1", 1.0, untold_memory, {}, {}, {}, -1, drive});
+  const Index k = std::find_if(quantities_.begin(), quantities_.end(), own) - quantities_.begin();
+  quantities_[k].least = -nominal;
+  // What has come from it stays known while the drive is told again.
+  quantities_[k].memory = heat.size() > 0 ? untold_memory : machine_memory;
+  if (theta_.size() > 0) memory_[k] = quantities_[k].memory;
 }
 
 namespace {
@@ -304,7 +324,8 @@ void ErrorModel::advance(const Interval& interval) {
 
 VectorXd ErrorModel::sensor_rate_std() const {
   const MatrixXd spread = sensor_rate_ * covariance();
-  return spread.cwiseProduct(sensor_rate_).rowwise().sum().cwiseMax(0.0).cwiseSqrt();
+  const VectorXd variance = spread.cwiseProduct(sensor_rate_).rowwise().sum().cwiseMax(0.0);
+  return untold_rate_.size() == 0 ? VectorXd(variance.cwiseSqrt()) : VectorXd((variance + untold_rate_).cwiseSqrt());
 }
 
 void ErrorModel::fade(double duration) {
@@ -328,8 +349,14 @@ void ErrorModel::observe(const VectorXd& row, double residual, double variance) 
   const double far = residual * residual / (outlier * outlier * variance);
   if (far > 1.0) variance *= far;
   gain_ /= std::sqrt(variance);
-  theta_ += gain_ * (residual / std::sqrt(variance));
+  // A heat that may change at any time follows the readings, but keeps its deviation: its past says little of it.
+  std::vector<Index> untold;
+  for (Index k = 0; k < std::ssize(quantities_); ++k) {
+    if (quantities_[k].drive >= 0 && untold_[quantities_[k].drive].size() > 0) untold.push_back(k);
+  }
   sigma_.noalias() -= gain_ * gain_.transpose();
+  if (!untold.empty()) sigma_(untold, untold) += gain_(untold) * gain_(untold).transpose();
+  theta_ += gain_ * (residual / std::sqrt(variance));
 }
 
 void ErrorModel::update(const std::vector<Innovation>& innovations, double independent_s) {
@@ -351,7 +378,7 @@ void ErrorModel::settle() {
   sigma_ = (0.5 * (sigma_ + sigma_.transpose())).eval();
   // Beyond three standard deviations the first-order picture ends; a share of -1 would be no machine.
   for (Index k = 0; k < std::ssize(quantities_); ++k) {
-    theta_[k] = std::clamp(theta_[k], mean_[k] - 3.0 * prior_[k], mean_[k] + 3.0 * prior_[k]);
+    theta_[k] = std::clamp(theta_[k], mean_[k] + quantities_[k].least * prior_[k], mean_[k] + 3.0 * prior_[k]);
   }
   for (Index k = first_output(); learns_ && k < theta_.size(); ++k)
     theta_[k] = std::clamp(theta_[k], -5.0 * prior_[k], 5.0 * prior_[k]);

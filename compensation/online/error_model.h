@@ -57,11 +57,15 @@ public:
   const WorkBefore& before() const { return work_before_; }
   /// How what the start left changes from now on, until the next advance(). @param interval  its duration and operator
   void foresee(const Interval& interval);
+  /// Before start(): nobody tells the temperature of the air.
+  void air_is_untold();
   /// Drives with a heat of their own, see set_untold().
   const std::vector<DriveHeat>& drives() const { return drives_; }
-  /// Whether nobody tells how fast a drive runs from now on. Its heat is a quantity from the first time on: theta is
-  /// the heat beyond that of the nominal run, in units of that at half speed, with a deviation of 1.
-  void set_untold(Eigen::Index drive, bool untold);
+  /// Heat of a drive that nobody tells of, over the interval of the next advance(). It is a quantity from the first
+  /// time on: theta is the heat beyond that of the nominal run, in units of that at half speed, with a deviation of 1,
+  /// and not less than the nominal run has. @param heat  (order) mean of heat_at_half_speed; empty: told
+  /// @param nominal  speed of the nominal run over half speed
+  void set_untold(Eigen::Index drive, const Eigen::VectorXd& heat, double nominal);
 
   void advance(const Interval& interval);
 
@@ -140,6 +144,7 @@ private:
     std::vector<int> ambient_inputs;  ///< inputs that get p of their term times theta
     int ambient = -1;                 ///< index of the ambient, for those
     Eigen::Index drive = -1;          ///< index of the drive whose heat it is
+    double least = -3.0;              ///< of theta, in deviations from its mean
   };
   static std::vector<Quantity> make_quantities(const reduction::ReducedModel& model);
   static void add_sources(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
@@ -158,7 +163,8 @@ private:
   std::vector<std::vector<int>> inputs_of_term_;
   WorkBefore work_before_;
   std::vector<DriveHeat> drives_;
-  std::vector<char> untold_;  ///< (drives) 1 or 0
+  std::vector<Eigen::VectorXd> untold_;  ///< (drives) empty: told
+  Eigen::VectorXd untold_rate_;          ///< (sensors) K/s, variance of how fast readings rise when one of these starts
   Eigen::Index start_modes_ = 0;
   Eigen::MatrixXd directions_, sensor_directions_, last_sensor_directions_;
   Eigen::MatrixXd start_rate_, sensor_start_rate_;  ///< of the start's directions, 1/s

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "compensation/online/compensator.h"
+#include "compensation/online/drive_heats.h"
 #include "core/error.h"
 #include "core/statistics.h"
 #include "solver/campaign/simulation.h"
@@ -31,6 +32,7 @@ Observer::Observer(const reduction::ReducedModel& model, const solver::Operating
     : model_(model),
       options_(options),
       clock_(clock),
+      operating_(operating),
       defaults_(operating.channels().defaults()),
       air_(operating.channels().index("air.T_C")),
       sensor_offset_(solver::sensor_offsets(model.machine, model.system.layout)),
@@ -45,6 +47,7 @@ Observer::Observer(const reduction::ReducedModel& model, const solver::Operating
   innovation_sum_ = moment_sum_ = VectorXd::Zero(sensors);
   innovation_count_ = reading_counts_ = Eigen::VectorXi::Zero(sensors);
   innovations_.reserve(sensors);
+  untold_.resize(errors_.drives().size());
   whole_ = clock.no_interval();
 }
 
@@ -198,8 +201,31 @@ double Observer::correction_after() const {
   return std::min(options_.correction_s, std::max(options_.step_s, 0.25 * (clock_.step_end() - clock_.started_at())));
 }
 
+void Observer::add_drives(const std::vector<char>& untold, const VectorXd& row, double duration) {
+  if (drives_taken_) {
+    for (Untold& drive : untold_) drive = {};
+    drives_s_ = 0.0;
+    drives_taken_ = false;
+  }
+  drives_s_ += duration;
+  for (Index d = 0; d < std::ssize(untold_); ++d) {
+    if (untold[d] == 0) continue;
+    const DriveHeat& known = errors_.drives()[d];
+    if (untold_[d].energy.size() == 0) untold_[d] = {VectorXd::Zero(model_.system.order()), 0.0};
+    untold_[d].energy += duration * heat_at_half_speed(model_.system, operating_, known, row);
+    untold_[d].way += duration * std::abs(row[known.channel]);
+  }
+}
+
 void Observer::advance_errors() {
   const ErrorModel::Interval& interval = clock_.take_interval();
+  for (Index d = 0; d < std::ssize(untold_); ++d) {
+    const Untold& untold = untold_[d];
+    const bool told = untold.energy.size() == 0;
+    errors_.set_untold(d, told ? VectorXd() : VectorXd(untold.energy / drives_s_),
+                       told ? 0.0 : untold.way / drives_s_ / errors_.drives()[d].half_speed);
+  }
+  drives_taken_ = true;
   errors_.advance(interval);
   const double duration = interval.duration;
   whole_.duration += duration;

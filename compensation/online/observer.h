@@ -59,8 +59,9 @@ public:
   /// Of the end of the last step.
   const Eigen::VectorXd& corrected() const { return corrected_; }
   void set_corrected();
-  /// Drives by the index of ErrorModel::drives().
-  void set_untold(Eigen::Index drive, bool untold) { errors_.set_untold(drive, untold); }
+  void air_is_untold() { errors_.air_is_untold(); }
+  /// Drives over the time since the row before. @param untold  (drives) 1: nobody tells of it, else 0
+  void add_drives(const std::vector<char>& untold, const Eigen::VectorXd& row, double duration);
   const Eigen::VectorXd& correction_rate() const { return correction_rate_; }  ///< of the state, K/s
 
   /// Readings predicted before the last correction, degC.
@@ -84,6 +85,7 @@ private:
   const reduction::ReducedModel& model_;
   const CompensatorOptions& options_;
   StateClock& clock_;
+  const solver::OperatingModel& operating_;
   const Eigen::VectorXd& defaults_;  ///< of the channels
   int air_;                          ///< channel of the air; -1: none
   std::vector<int> ambients_;        ///< their channels
@@ -100,6 +102,14 @@ private:
   Eigen::VectorXd innovation_sum_, moment_sum_;  ///< since the last correction
   Eigen::VectorXi innovation_count_;
   std::vector<ErrorModel::Innovation> innovations_;
+
+  struct Untold {
+    Eigen::VectorXd energy;  ///< (order) J at half speed while nobody told of it; empty: told
+    double way = 0;          ///< integral of the nominal run's speed meanwhile, in the channel's unit times s
+  };
+  double drives_s_ = 0;         ///< time that untold_ is of: rows since the last one that began after a correction
+  bool drives_taken_ = false;   ///< a correction has had them; they hold until the next row
+  std::vector<Untold> untold_;  ///< (drives)
 
   ErrorModel::Interval whole_;  ///< over the whole run, for what its sensors can tell
   Eigen::VectorXi reading_counts_;

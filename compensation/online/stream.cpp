@@ -272,9 +272,8 @@ private:
     }
     if (!list.empty()) {
       options_.log(
-          fmt::format("{}:1: no column for inputs of the model, which stay as they are by default: {}; std_um has the "
-                      "heat that a drive "
-                      "among them may have",
+          fmt::format("{}:1: no column for inputs of the model, which stay as they are by default: {}; std_um contains "
+                      "what drives and the air among them may do",
                       name_, list));
     }
   }

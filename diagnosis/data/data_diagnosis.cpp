@@ -128,10 +128,12 @@ public:
     const bool all_shared =
         all([&](const ChannelFinding& f) { return !off(f) || (!f.holding.empty() && f.judged.unknown < 0.5); });
     const std::vector<RankedCause> rivals = rivals_of();
+    const std::string untold = channels([](const ChannelFinding& f) { return f.open() && f.untold; });
+    if (!untold.empty()) d.next = needed(record_, parts_, widest_untold());
     if (all([](const ChannelFinding& f) { return f.clean(); })) {
       d.verdict = Verdict::no_discrepancy;
       d.sentence = fmt::format("No discrepancy: the record follows the grey box of its first {:.0f} h {}.",
-                               fitted_hours(), how_well());
+                               fitted_hours(), how_well([](const ChannelFinding&) { return true; }));
     } else if (unexplained && !all_shared) {
       d.verdict = Verdict::unexplained;
       d.sentence = unexplained_sentence(d);
@@ -140,11 +142,9 @@ public:
       d.sentence = fmt::format(
           "Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
           fitted_hours(), words(rivals), beside(d));
-    } else if (const std::string untold = channels([](const ChannelFinding& f) { return f.open() && f.untold; });
-               !untold.empty()) {
+    } else if (!untold.empty()) {
       d.verdict = Verdict::ambiguous;
       const ChannelFinding& widest = widest_untold();
-      d.next = needed(record_, parts_, widest);
       d.sentence = fmt::format(
           "This record cannot tell whether {} changed after its first {:.0f} h: {} is expected within +- {:.3g} {} and "
           "varies by {:.3g} {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
@@ -153,9 +153,10 @@ public:
     } else if (const std::string doubted = channels([](const ChannelFinding& f) { return f.open(); });
                !doubted.empty()) {
       d.verdict = Verdict::ambiguous;
-      d.sentence = fmt::format(
-          "Ambiguous: {} follows the grey box of the first {:.0f} h {}, but {} may have changed it.{}", doubted,
-          fitted_hours(), how_well(), rivals.empty() ? "something that the notes describe" : words(rivals), beside(d));
+      d.sentence =
+          fmt::format("Ambiguous: {} follows the grey box of the first {:.0f} h {}, but {} may have changed it.{}",
+                      doubted, fitted_hours(), how_well([](const ChannelFinding& f) { return f.open(); }),
+                      rivals.empty() ? "something else" : words(rivals), beside(d));
     } else {
       d.verdict = Verdict::explained;
       d.sentence =
@@ -184,14 +185,16 @@ private:
     return d.causes.empty() ? "" : fmt::format(" {} explains the rest.", words(d.causes));
   }
 
-  /// Of the channels that are not off: within their uncertainty, or by how much a residual exceeds it by chance.
-  std::string how_well() const {
+  /// Of the channels that the sentence is about: within their uncertainty, or how far a residual exceeds it by chance.
+  template <class About>
+  std::string how_well(const About& about) const {
     const ChannelFinding* worst = nullptr;
     for (const ChannelFinding& finding : findings_)
-      if (!finding.discrepancy && (worst == nullptr || finding.strays() > worst->strays())) worst = &finding;
+      if (about(finding) && (worst == nullptr || finding.strays() > worst->strays())) worst = &finding;
     if (worst == nullptr || worst->strays() <= worth_saying) return "within its uncertainty";
-    return fmt::format("with a residual of {} of {:.2g} times the expected one, which is by chance with p = {:.2g}",
-                       worst->channel, worst->strays(), worst->judged.p_value);
+    return fmt::format(
+        "with a residual of {} that is {:.2g} times the expected one (as large by chance with p = {:.2g})",
+        worst->channel, worst->strays(), worst->judged.p_value);
   }
 
   /// Causes that hold in the last part without being sure.
@@ -214,7 +217,8 @@ private:
 
   std::string unexplained_sentence(const Diagnosis& d) const {
     std::string sentence = fmt::format(
-        "Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; the notes say how they differ.",
+        "Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; \"How it was judged\" in "
+        "report.html describes the residual.",
         fitted_hours(),
         d.causes.empty() ? "nothing proposed holds in the last part"
                          : "only " + words(d.causes) + " holds in the last part");
@@ -285,6 +289,7 @@ private:
 }  // namespace
 
 Diagnosis diagnose_data(const compensation::Measurement& measurement, const DiagnoseOptions& options) {
+  options.validate();
   const DataRecord data = data_record(measurement, options.interval_s);
   const RecordParts parts = divide(data);
   refuse_empty_parts(data, parts, measurement.folder.string());

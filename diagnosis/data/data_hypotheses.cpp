@@ -90,8 +90,12 @@ private:
 std::vector<Variant> drifts(const DataRecord& record, const RecordParts& parts, double size) {
   std::vector<Variant> all;
   const double start = record.time[0] - 0.5 * record.interval, fitted = parts.last_start - start;
-  for (int i = 0; i < drift_starts; ++i) {
-    const double begins = fitted * i / drift_starts;
+  // A drift that begins in the last intervals has no rows to show in.
+  constexpr double rows_to_show = 3.0;
+  const double latest = fitted - rows_to_show * record.interval;
+  const int starts = std::clamp(static_cast<int>(latest / record.interval), 1, drift_starts);
+  for (int i = 0; i < starts; ++i) {
+    const double begins = latest * i / starts;
     all.push_back({((record.time.array() - start - begins).cwiseMax(0.0) / hour).matrix(),
                    VectorXd::Constant(1, size / 24.0), begins});
   }
@@ -227,6 +231,8 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   judged.expected_std = ((columns * box.covariance).cwiseProduct(columns).rowwise().sum().array() +
                          box.wander_std * box.wander_std + box.noise_std.array().square())
                             .sqrt();
+  // A box that fits its own part worse than stated foretells worse, too.
+  judged.expected_std *= std::sqrt(std::max(1.0, box.chi_square / box.fitted));
   judged.expected = root_mean_square(judged.expected_std(later));
   judged.seen = root_mean_square(judged.before(later));
   judged.p_value = discrepancy_p_value(record, judged, columns, later);

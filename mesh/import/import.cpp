@@ -129,11 +129,11 @@ TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions
 
 void ImportOptions::validate() const {
   const std::string of = "body '" + body + "': ";
-  core::require_within(of + "unit_m", unit_m, core::positive);
-  core::require_within(of + "element_size_m", element_size_m, core::positive);
-  core::require_within(of + "min_element_size_m", min_element_size_m, core::non_negative);
-  core::require_within(of + "elements_per_turn", elements_per_turn, {1.0, 1e6});
-  core::require_within(of + "max_elements", max_elements, core::positive);
+  core::require_within(of + "unit (unit_m)", unit_m, core::positive);
+  core::require_within(of + "element size (element_size_m)", element_size_m, core::positive);
+  core::require_within(of + "smallest element size (min_element_size_m)", min_element_size_m, core::non_negative);
+  core::require_within(of + "elements on a full circle (elements_per_turn)", elements_per_turn, {1.0, 1e6});
+  core::require_within(of + "largest mesh (max_elements)", max_elements, core::positive);
 }
 
 Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) {

@@ -217,7 +217,6 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   root.schema(1);
   machine.name = root.text("name");
   machine.kinematic_chain = root.text_or("kinematic_chain", "");
-  if (!machine.kinematic_chain.empty()) KinematicChain::parse(machine.kinematic_chain, root.place("kinematic_chain"));
   machine.reference_C = root.number_or("reference_C", 20.0, {-50.0, 100.0});
   if (root.has("plausible_C")) {
     const std::vector<double> range = root.numbers("plausible_C");
@@ -232,6 +231,7 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
     machine.plausible_low_C = range[0];
     machine.plausible_high_C = range[1];
   }
+  machine.require_plausible(machine.reference_C, root.place("reference_C"));
   machine.spindle_max_rpm = root.number_or("spindle_max_rpm", 0.0, {0.0, 1e6});
   if (const auto sizes = root.table_if("mesh")) {
     const Range allowed{0.01, 100.0};
@@ -247,6 +247,15 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   reader::read_workspace(root, draft);
   root.finish();
   reader::check_references(draft);
+  if (!machine.kinematic_chain.empty()) {
+    const std::vector<std::string> ids =
+        KinematicChain::parse(machine.kinematic_chain, root.place("kinematic_chain")).ids();
+    for (const Axis& axis : machine.axes) {
+      if (std::find(ids.begin(), ids.end(), axis.id) == ids.end())
+        throw InputError(root.place("kinematic_chain"), "a chain without axis '" + axis.id + "'",
+                         "a chain of all axes");
+    }
+  }
   reader::check_machine(draft);
   return std::move(draft.machine);
 }

@@ -33,6 +33,7 @@ AmbientSpec read_ambient(const Node& node, Draft& draft) {
     // NaN until the chain of what it follows is known: resolve_defaults.
     ambient.default_C = node.uncertain_or("default_C", {std::nan(""), 0.0}, {-100.0, 500.0});
   }
+  if (node.has("default_C")) draft.machine.require_plausible(ambient.default_C.value, node.place("default_C"));
   ambient.offset = node.number_or("offset_K", 0.0, {-200.0, 200.0});
   ambient.has_gradient = node.has("gradient_K_m");
   if (ambient.has_gradient) {

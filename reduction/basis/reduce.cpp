@@ -367,7 +367,8 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
                                           states, points.front().c.p, options, notes);
   notes.orders_seconds = orders_watch.seconds();
   notes.order = chosen.system.order();
-  const Eigen::MatrixXd own = basis.vectors.leftCols(notes.order);
+  Eigen::MatrixXd own;
+  if (options.parts || summary) own = basis.vectors.leftCols(notes.order);
   if (options.parts) {
     const Watch parts_watch;
     add_parts(full, own, options.patches, chosen);
@@ -376,7 +377,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   if (reference) *reference = truncated(model, std::min(reference_order(notes.order), model.system.order()));
   if (columns) *columns = basis.vectors;
   if (summary) {
-    notes.basis = own;
+    notes.basis = std::move(own);
     *summary = std::move(notes);
   }
   return chosen;

@@ -95,6 +95,9 @@ VectorXd field_from_sensors(const core::Table& table, double time_s, const Opera
     if (before < 0 || after < 0) continue;
     const double share = after > before ? (time_s - times[before]) / (times[after] - times[before]) : 0.0;
     const std::size_t sensor = at - known.begin();
+    for (const Index row : {before, after})
+      machine.require_plausible(series[row],
+                                fmt::format("{}:{} {}", table.source, core::Table::line_of_row(row), column));
     readings[sensor] = series[before] + share * (series[after] - series[before]) - machine.reference_C;
     sensors.push_back(sensor);
     values.push_back(readings[sensor] - machine.sensors[sensor].offset);

@@ -189,7 +189,7 @@ TEST(Bound, AMachineWithoutAxesHasOneTooAndNoEmptyNames) {
   const Result run = toy.run({"campaign", toy.path(), "--reduced", "--bound", "--load", "mixed"});
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_SAYS(run.out, "bounds at the only pose");
-  EXPECT_SAYS(run.out, "at the bound's poses um");
+  EXPECT_SAYS(run.out, "estimated at the bound's poses um");
   EXPECT_EQ(reduced.out.find("between the stored ones"), std::string::npos) << reduced.out;
   expect_bounded(toy, 1);
 }

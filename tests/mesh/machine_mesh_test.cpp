@@ -88,8 +88,11 @@ TEST(MeshSize, WordsAndNumbers) {
 
 TEST(MeshSize, FactorOutOfRangeIsNamed) {
   EXPECT_NO_THROW(mesh::MeshOptions{}.validate());
-  for (const double bad : {0.0, -1.0, std::nan("")})
-    EXPECT_THROW(mesh::MeshOptions{bad}.validate(), core::InputError) << bad;
+  for (const double bad : {0.0, -1.0, std::nan("")}) {
+    mesh::MeshOptions options;
+    options.size_factor = bad;
+    EXPECT_THROW(options.validate(), core::InputError) << bad;
+  }
 }
 
 std::string two_blocks() {

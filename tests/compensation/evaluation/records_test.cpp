@@ -29,9 +29,17 @@ Measurement record(Index rows) {
     frame += 0.05 * (hall - frame);
     m.data.values.row(i) << time, hall, frame, 5.0 * (frame - 20.0) - 2.0 * (hall - 20.0), 0.0;
   }
-  for (const char* id : {"hall", "frame"}) m.channels.push_back({id, "degC", ChannelKind::temperature, 0.05, id});
-  for (const char* id : {"z", "y"}) m.channels.push_back({id, "um", ChannelKind::displacement, 0.1});
-  for (std::size_t i = 0; i < m.channels.size(); ++i) m.channels[i].column = static_cast<Index>(i) + 1;
+  for (const char* id : {"hall", "frame", "z", "y"}) {
+    const bool displacement = m.channels.size() > 1;
+    MeasuredChannel channel;
+    channel.id = id;
+    channel.unit = displacement ? "um" : "degC";
+    channel.kind = displacement ? ChannelKind::displacement : ChannelKind::temperature;
+    channel.uncertainty = displacement ? 0.1 : 0.05;
+    if (!displacement) channel.sensor = id;
+    channel.column = std::ssize(m.channels) + 1;
+    m.channels.push_back(channel);
+  }
   return m;
 }
 

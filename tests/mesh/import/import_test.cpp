@@ -49,9 +49,10 @@ double group_area(const mesh::TetMesh& mesh, const std::string& name) {
 TEST(Import, SizesOutOfRangeAreNamed) {
   EXPECT_NO_THROW(options(0.03).validate());
   mesh::ImportOptions bad = options(-0.03);
-  EXPECT_NE(message_of([&] { bad.validate(); }).find("'part': element_size_m: -0.03;"), std::string::npos);
+  EXPECT_NE(message_of([&] { bad.validate(); }).find("'part': element size (element_size_m): -0.03;"),
+            std::string::npos);
   bad = options(0.03, 0.0);
-  EXPECT_NE(message_of([&] { mesh::read_tet_mesh("any.msh", bad); }).find("unit_m: 0;"), std::string::npos);
+  EXPECT_NE(message_of([&] { mesh::read_tet_mesh("any.msh", bad); }).find("(unit_m): 0;"), std::string::npos);
   bad = options(0.03);
   bad.elements_per_turn = 0;
   EXPECT_NE(message_of([&] { bad.validate(); }).find("elements_per_turn"), std::string::npos);
