@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-/// What most sources include, compiled once a target (THERMOTWIN_PRECOMPILED): about a third less time a
-/// file. Each source still includes what it uses: the sanitizer presets build without this file.
+/// What most sources include, compiled once a target (THERMOTWIN_PRECOMPILED).
+/// Each source still includes what it uses: the sanitizer presets build without this file.
 #include <Eigen/Dense>
 #include <Eigen/SparseCore>
 #include <fmt/format.h>

@@ -256,7 +256,10 @@ const Offsets& Compensator::step(double time, const Eigen::VectorXd& row, const 
 }
 
 void Compensator::never_told(const std::vector<Eigen::Index>& channels) {
-  for (const Eigen::Index channel : channels) work_->never_told[channel] = 1;
+  for (const Eigen::Index channel : channels) {
+    core::require_within("compensator never_told", channel, {0.0, work_->never_told.size() - 1.0});
+    work_->never_told[channel] = 1;
+  }
   const int air = work_->operating.channels().index("air.T_C");
   if (air >= 0 && work_->never_told[air] != 0) work_->observer.air_is_untold();
 }

@@ -72,6 +72,7 @@ public:
 
   /// Channels that no row will tell: they stay at their defaults, and std_um has the heat that drives may have had
   /// meanwhile. Before the first row. @param channels  indices
+  /// @throws InputError for an index that no channel has
   void never_told(const std::vector<Eigen::Index>& channels);
 
   /// @param time       s, strictly rising

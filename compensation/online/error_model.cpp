@@ -223,7 +223,7 @@ MatrixXd ErrorModel::rates(const Interval& interval) const {
       for (const int input : inputs_of_term_[term]) add_input(input, interval.q[input]);
     }
     for (const int input : quantity.inputs) add_input(input, interval.q[input]);
-    if (quantity.drive >= 0 && untold_[quantity.drive].size() > 0) rate += untold_[quantity.drive];
+    if (quantity.drive >= 0 && untold_[quantity.drive].heat.size() > 0) rate += untold_[quantity.drive].heat;
     for (const int input : quantity.ambient_inputs) add_input(input, interval.p[system.layout.inputs[input].term]);
     result.col(k) = rate;
   }
@@ -237,24 +237,20 @@ void ErrorModel::air_is_untold() {
 }
 
 void ErrorModel::set_untold(Index drive, const VectorXd& heat, double nominal) {
-  if (heat.size() == 0 && untold_[drive].size() == 0) return;
+  Untold& own = untold_[drive];
+  if (heat.size() == 0 && own.heat.size() == 0) return;
+  own.heat = heat;
   // Where nobody tells, it may start or stop at any time: x changes at E^-1 of its heat.
-  if (untold_rate_.size() == 0) untold_rate_ = VectorXd::Zero(model_.system.sensors.rows());
-  const auto variance_of = [&](const VectorXd& of) {
-    return of.size() == 0 ? VectorXd(VectorXd::Zero(untold_rate_.size()))
-                          : VectorXd((model_.system.sensors * model_.system.capacity.llt().solve(of)).cwiseAbs2());
-  };
-  if (heat.size() != untold_[drive].size() || heat != untold_[drive])
-    untold_rate_ = (untold_rate_ - variance_of(untold_[drive]) + variance_of(heat)).cwiseMax(0.0);
-  untold_[drive] = heat;
-  const auto own = [&](const Quantity& quantity) { return quantity.drive == drive; };
-  if (std::none_of(quantities_.begin(), quantities_.end(), own))
+  own.rate = heat.size() == 0 ? VectorXd() : VectorXd(model_.system.sensors * model_.system.capacity.llt().solve(heat));
+  if (own.quantity < 0) {
+    own.quantity = machine_quantities();
     add_quantity({"untold heat of " + drives_[drive].name, "1", 1.0, untold_memory, {}, {}, {}, -1, drive});
-  const Index k = std::find_if(quantities_.begin(), quantities_.end(), own) - quantities_.begin();
-  quantities_[k].least = -nominal;
+  }
+  Quantity& quantity = quantities_[own.quantity];
+  quantity.least = -nominal;
   // What has come from it stays known while the drive is told again.
-  quantities_[k].memory = heat.size() > 0 ? untold_memory : machine_memory;
-  if (theta_.size() > 0) memory_[k] = quantities_[k].memory;
+  quantity.memory = heat.size() > 0 ? untold_memory : machine_memory;
+  if (theta_.size() > 0) memory_[own.quantity] = quantity.memory;
 }
 
 namespace {
@@ -324,8 +320,11 @@ void ErrorModel::advance(const Interval& interval) {
 
 VectorXd ErrorModel::sensor_rate_std() const {
   const MatrixXd spread = sensor_rate_ * covariance();
-  const VectorXd variance = spread.cwiseProduct(sensor_rate_).rowwise().sum().cwiseMax(0.0);
-  return untold_rate_.size() == 0 ? VectorXd(variance.cwiseSqrt()) : VectorXd((variance + untold_rate_).cwiseSqrt());
+  VectorXd variance = spread.cwiseProduct(sensor_rate_).rowwise().sum().cwiseMax(0.0);
+  for (const Untold& drive : untold_) {
+    if (drive.rate.size() > 0) variance += drive.rate.cwiseAbs2();
+  }
+  return variance.cwiseSqrt();
 }
 
 void ErrorModel::fade(double duration) {
@@ -351,8 +350,8 @@ void ErrorModel::observe(const VectorXd& row, double residual, double variance) 
   gain_ /= std::sqrt(variance);
   // A heat that may change at any time follows the readings, but keeps its deviation: its past says little of it.
   std::vector<Index> untold;
-  for (Index k = 0; k < std::ssize(quantities_); ++k) {
-    if (quantities_[k].drive >= 0 && untold_[quantities_[k].drive].size() > 0) untold.push_back(k);
+  for (const Untold& drive : untold_) {
+    if (drive.heat.size() > 0) untold.push_back(drive.quantity);
   }
   sigma_.noalias() -= gain_ * gain_.transpose();
   if (!untold.empty()) sigma_(untold, untold) += gain_(untold) * gain_(untold).transpose();

@@ -163,8 +163,12 @@ private:
   std::vector<std::vector<int>> inputs_of_term_;
   WorkBefore work_before_;
   std::vector<DriveHeat> drives_;
-  std::vector<Eigen::VectorXd> untold_;  ///< (drives) empty: told
-  Eigen::VectorXd untold_rate_;          ///< (sensors) K/s, variance of how fast readings rise when one of these starts
+  struct Untold {
+    Eigen::VectorXd heat;        ///< (order) empty: told
+    Eigen::VectorXd rate;        ///< (sensors) K/s at which readings rise when it starts
+    Eigen::Index quantity = -1;  ///< of the quantities; -1: was always told
+  };
+  std::vector<Untold> untold_;  ///< (drives)
   Eigen::Index start_modes_ = 0;
   Eigen::MatrixXd directions_, sensor_directions_, last_sensor_directions_;
   Eigen::MatrixXd start_rate_, sensor_start_rate_;  ///< of the start's directions, 1/s

@@ -9,6 +9,7 @@
 #include <algorithm>
 
 #include "core/file.h"
+#include "core/progress.h"
 #include "core/text.h"
 #include "mesh/machine/check.h"
 #include "mesh/machine/joint_file.h"
@@ -248,13 +249,10 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   root.finish();
   reader::check_references(draft);
   if (!machine.kinematic_chain.empty()) {
-    const std::vector<std::string> ids =
-        KinematicChain::parse(machine.kinematic_chain, root.place("kinematic_chain")).ids();
-    for (const Axis& axis : machine.axes) {
-      if (std::find(ids.begin(), ids.end(), axis.id) == ids.end())
-        throw InputError(root.place("kinematic_chain"), "a chain without axis '" + axis.id + "'",
-                         "a chain of all axes");
-    }
+    const std::string place = root.place("kinematic_chain");
+    const KinematicChain chain = KinematicChain::parse(machine.kinematic_chain, place);
+    for (const Axis& axis : machine.axes)
+      if (chain.find(axis.id) == nullptr) core::warn(place + ": the chain has no axis '" + axis.id + "'");
   }
   reader::check_machine(draft);
   return std::move(draft.machine);
