@@ -28,6 +28,7 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <stdexcept>
 
 #include "core/error.h"
 #include "core/file.h"
@@ -39,6 +40,7 @@ struct Config::Data {
   std::string text;
   std::string source;
   toml::table root;
+  const KeyTable* keys = nullptr;
   /// Keys that were asked for, by table: two nodes of one table share what they know.
   std::map<const toml::table*, std::set<std::string>> asked;
 };
@@ -46,7 +48,8 @@ struct Config::Data {
 struct Node::Data {
   Config::Data* config = nullptr;
   const toml::table* table = nullptr;
-  std::string path;  ///< "film[3]", empty for the root
+  const KeyTable* keys = nullptr;  ///< null: any key may be asked for
+  std::string path;                ///< "film[3]", empty for the root
 
   /// The value of a key, which counts as known from now on; null if it is not in the file.
   const toml::node* ask(const std::string& key) const {
@@ -66,6 +69,16 @@ struct Node::Data {
   }
 
   std::string path_of(const std::string& key) const { return path.empty() ? key : path + "." + key; }
+
+  /// The row of a key that is read as one of these kinds; null in a file without a KeyTable.
+  const Key* row(const std::string& key, std::initializer_list<KeyKind> as) const {
+    if (keys == nullptr) return nullptr;
+    const Key* found = keys->find(key);
+    if (found == nullptr) throw std::logic_error("no row for key '" + key + "' in the table of " + keys->name);
+    if (std::find(as.begin(), as.end(), found->kind) == as.end())
+      throw std::logic_error("key '" + key + "' of " + keys->name + " is no " + phrase(*as.begin()));
+    return found;
+  }
 
   std::string place_of(const std::string& key) const;
   std::string likely_misnamed(const std::string& key) const;
@@ -123,12 +136,12 @@ const toml::array& array_from(const toml::node& node, const std::string& place, 
 
 std::string element_place(const std::string& place, std::size_t i) { return fmt::format("{}[{}]", place, i + 1); }
 
-std::vector<double> numbers_from(const toml::node& node, const std::string& place, const std::string& allowed) {
+std::vector<double> numbers_from(const toml::node& node, const std::string& place, const std::string& allowed,
+                                 const Range& range = any_number) {
   const toml::array& array = array_from(node, place, allowed);
   std::vector<double> values;
-  for (std::size_t i = 0; i < array.size(); ++i) {
-    values.push_back(number_from(array[i], element_place(place, i), any_number));
-  }
+  for (std::size_t i = 0; i < array.size(); ++i)
+    values.push_back(number_from(array[i], element_place(place, i), range));
   return values;
 }
 
@@ -158,9 +171,11 @@ Config::Config(Config&&) noexcept = default;
 Config& Config::operator=(Config&&) noexcept = default;
 Config::~Config() = default;
 
-Config Config::load(const std::filesystem::path& path) { return parse(read_file(path), path.string()); }
+Config Config::load(const std::filesystem::path& path, const KeyTable* keys) {
+  return parse(read_file(path), path.string(), keys);
+}
 
-Config Config::parse(const std::string& text, const std::string& source) {
+Config Config::parse(const std::string& text, const std::string& source, const KeyTable* keys) {
   // The parser is not safe on broken UTF-8, so it never sees any.
   if (const auto offset = find_invalid_utf8(text)) {
     throw InputError(source + ":" + line_and_column(text, *offset),
@@ -176,6 +191,7 @@ Config Config::parse(const std::string& text, const std::string& source) {
   Config config;
   config.data_->text = text;
   config.data_->source = source;
+  config.data_->keys = keys;
   try {
     config.data_->root = toml::parse(std::string_view(text));
   } catch (const toml::parse_error& error) {
@@ -189,6 +205,7 @@ Node Config::root() const {
   auto data = std::make_shared<Node::Data>();
   data->config = data_.get();
   data->table = &data_->root;
+  data->keys = data_->keys;
   return Node(std::move(data));
 }
 
@@ -197,7 +214,11 @@ const std::string& Config::source() const { return data_->source; }
 
 Node::Node(std::shared_ptr<Data> data) : data_(std::move(data)) {}
 
-bool Node::has(const std::string& key) const { return data_->ask(key) != nullptr; }
+bool Node::has(const std::string& key) const {
+  if (data_->keys != nullptr && data_->keys->find(key) == nullptr)
+    throw std::logic_error("no row for key '" + key + "' in the table of " + data_->keys->name);
+  return data_->ask(key) != nullptr;
+}
 
 std::vector<std::string> Node::keys() const { return keys_as_written(*data_->table); }
 
@@ -217,28 +238,60 @@ const toml::node& Node::Data::require(const std::string& key, const std::string&
   throw InputError(place_of(key), "missing" + (misnamed.empty() ? "" : " (found: " + misnamed + ")"), allowed);
 }
 
-double Node::number(const std::string& key, Range range) const {
+namespace {
+
+/// The value of an absent key, if its row has one of this type.
+template <class T>
+const T* value_of(const Key* row) {
+  return row == nullptr ? nullptr : std::get_if<T>(&row->otherwise);
+}
+
+Range range_of(const Key* row, const std::optional<Range>& given) {
+  return given ? *given : row != nullptr ? row->range : any_number;
+}
+
+}  // namespace
+
+double Node::number(const std::string& key, std::optional<Range> given) const {
+  const Key* row = data_->row(key, {KeyKind::number, KeyKind::uncertain});
+  const Range range = range_of(row, given);
+  if (const double* otherwise = value_of<double>(row); otherwise != nullptr && !has(key)) return *otherwise;
   return number_from(data_->require(key, phrase(range)), place(key), range);
 }
 
-double Node::number_or(const std::string& key, double otherwise, Range range) const {
+double Node::number_or(const std::string& key, double otherwise, std::optional<Range> range) const {
   return has(key) ? number(key, range) : otherwise;
 }
 
-Uncertain Node::uncertain(const std::string& key, Range range) const {
+Uncertain Node::uncertain(const std::string& key, std::optional<Range> given) const {
+  const Key* row = data_->row(key, {KeyKind::uncertain});
   const toml::node* value = data_->ask(key);
-  if (value == nullptr || !value->is_table()) return {number(key, range), 0.0};
-  const Node inner = table(key);
+  if (value == nullptr || !value->is_table()) return {number(key, given), 0.0};
+  const Range range = range_of(row, given);
+  auto data = std::make_shared<Data>(*data_);
+  data->table = value->as_table();
+  data->keys = nullptr;
+  data->path = data_->path_of(key);
+  const Node inner(std::move(data));
   const Uncertain result{inner.number("value", range), inner.number("std_percent", non_negative)};
   inner.finish();
   return result;
 }
 
-Uncertain Node::uncertain_or(const std::string& key, Uncertain otherwise, Range range) const {
+Uncertain Node::uncertain_or(const std::string& key, Uncertain otherwise, std::optional<Range> range) const {
   return has(key) ? uncertain(key, range) : otherwise;
 }
 
+int Node::integer(const std::string& key) const {
+  const Key* row = data_->row(key, {KeyKind::whole});
+  if (row == nullptr) return integer(key, std::numeric_limits<int>::min(), std::numeric_limits<int>::max());
+  if (const double* otherwise = value_of<double>(row); otherwise != nullptr && !has(key))
+    return static_cast<int>(*otherwise);
+  return integer(key, static_cast<int>(row->range.low), static_cast<int>(row->range.high));
+}
+
 int Node::integer(const std::string& key, int low, int high) const {
+  data_->row(key, {KeyKind::whole});
   const std::string allowed = fmt::format("an integer from {} to {}", low, high);
   const toml::node& value = data_->require(key, allowed);
   const auto* integer = value.as_integer();
@@ -262,7 +315,15 @@ int Node::schema(int newest) const {
   return version;
 }
 
+bool Node::boolean(const std::string& key) const {
+  const Key* row = data_->row(key, {KeyKind::flag});
+  if (const bool* otherwise = value_of<bool>(row)) return boolean_or(key, *otherwise);
+  data_->require(key, "true or false");
+  return boolean_or(key, false);
+}
+
 bool Node::boolean_or(const std::string& key, bool otherwise) const {
+  data_->row(key, {KeyKind::flag});
   const toml::node* value = data_->ask(key);
   if (value == nullptr) return otherwise;
   const auto* boolean = value->as_boolean();
@@ -271,6 +332,8 @@ bool Node::boolean_or(const std::string& key, bool otherwise) const {
 }
 
 std::string Node::text(const std::string& key) const {
+  const Key* row = data_->row(key, {KeyKind::text, KeyKind::reference, KeyKind::word, KeyKind::texts});
+  if (const std::string* otherwise = value_of<std::string>(row); otherwise != nullptr && !has(key)) return *otherwise;
   return text_from(data_->require(key, "a text in quotes"), place(key));
 }
 
@@ -278,7 +341,10 @@ std::string Node::text_or(const std::string& key, const std::string& otherwise) 
   return has(key) ? text(key) : otherwise;
 }
 
-std::string Node::choice(const std::string& key, const std::vector<std::string>& allowed) const {
+std::string Node::choice(const std::string& key, const std::vector<std::string>& given) const {
+  const Key* row = data_->row(key, {KeyKind::word});
+  if (const std::string* otherwise = value_of<std::string>(row); otherwise != nullptr && !has(key)) return *otherwise;
+  const std::vector<std::string>& allowed = given.empty() && row != nullptr ? row->words : given;
   const std::string words = "one of: " + join(allowed);
   const toml::node& found = data_->require(key, words);
   if (!found.is_string()) throw InputError(place(key), shown(found), words);
@@ -291,6 +357,7 @@ std::string Node::choice_or(const std::string& key, const std::string& otherwise
 }
 
 Eigen::Vector3d Node::vector3(const std::string& key) const {
+  data_->row(key, {KeyKind::point});
   const std::string allowed = "three numbers: [x, y, z]";
   const toml::node& found = data_->require(key, allowed);
   const std::vector<double> values = numbers_from(found, place(key), allowed);
@@ -298,12 +365,21 @@ Eigen::Vector3d Node::vector3(const std::string& key) const {
   return {values[0], values[1], values[2]};
 }
 
+bool Node::is_list(const std::string& key) const {
+  const toml::node* value = data_->ask(key);
+  return value != nullptr && value->is_array();
+}
+
 std::vector<double> Node::numbers(const std::string& key) const {
+  const Key* row = data_->row(key, {KeyKind::numbers, KeyKind::number, KeyKind::uncertain});
+  if (row != nullptr && row->kind != KeyKind::numbers && !row->list)
+    throw std::logic_error("key '" + key + "' is one number");
   const std::string allowed = "an array of numbers";
-  return numbers_from(data_->require(key, allowed), place(key), allowed);
+  return numbers_from(data_->require(key, allowed), place(key), allowed, range_of(row, {}));
 }
 
 std::vector<std::string> Node::texts(const std::string& key) const {
+  data_->row(key, {KeyKind::texts});
   const std::string allowed = "a text in quotes or an array of such texts";
   const toml::node& found = data_->require(key, allowed);
   if (found.is_string()) return {text(key)};
@@ -320,6 +396,7 @@ std::vector<std::string> Node::texts_or_empty(const std::string& key) const {
 }
 
 Eigen::MatrixX3d Node::points3(const std::string& key) const {
+  data_->row(key, {KeyKind::points});
   const std::string allowed = "an array of points: [[x, y, z], ...]", of_one = "three numbers: [x, y, z]";
   const toml::array& array = array_from(data_->require(key, allowed), place(key), allowed);
   Eigen::MatrixX3d points(std::ssize(array), 3);
@@ -333,11 +410,13 @@ Eigen::MatrixX3d Node::points3(const std::string& key) const {
 }
 
 Node Node::table(const std::string& key) const {
+  const Key* row = data_->row(key, {KeyKind::table});
   const std::string allowed = fmt::format("one table: [{0}] or {0} = {{...}}", key);
   const toml::node& found = data_->require(key, allowed);
   if (!found.is_table()) throw InputError(place(key), shown(found), allowed);
   auto data = std::make_shared<Data>(*data_);
   data->table = found.as_table();
+  data->keys = row == nullptr ? nullptr : row->keys;
   data->path = data_->path_of(key);
   return Node(std::move(data));
 }
@@ -347,6 +426,7 @@ std::optional<Node> Node::table_if(const std::string& key) const {
 }
 
 std::vector<Node> Node::tables(const std::string& key) const {
+  const Key* row = data_->row(key, {KeyKind::tables});
   const toml::node* value = data_->ask(key);
   std::vector<Node> nodes;
   if (value == nullptr) return nodes;
@@ -356,6 +436,7 @@ std::vector<Node> Node::tables(const std::string& key) const {
     if (!array[i].is_table()) throw InputError(element_place(place(key), i), shown(array[i]), allowed);
     auto data = std::make_shared<Data>(*data_);
     data->table = array[i].as_table();
+    data->keys = row == nullptr ? nullptr : row->keys;
     data->path = element_place(data_->path_of(key), i);
     nodes.push_back(Node(std::move(data)));
   }
@@ -380,7 +461,12 @@ std::string Node::Data::place_of(const std::string& key) const {
 void Node::finish() const {
   for (const std::string& key : keys()) {
     if (data_->was_asked(key)) continue;
-    const std::set<std::string>& known = data_->config->asked[data_->table];
+    if (data_->keys != nullptr && data_->keys->find_exactly(key) != nullptr)
+      throw InputError(place(key), "key '" + key + "' has no meaning here", "leave it out");
+    std::set<std::string> known = data_->config->asked[data_->table];
+    if (data_->keys != nullptr)
+      for (const Key& row : data_->keys->keys)
+        if (!row.is_pattern()) known.insert(row.name);
     const std::vector<std::string> names(known.begin(), known.end());
     if (names.empty()) throw InputError(place(key), "unknown key", "no key here");
     throw InputError(place(key), "unknown key", "nearest is " + nearest(key, names));

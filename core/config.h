@@ -3,6 +3,7 @@
 // Case files (TOML) with messages that help: each value knows its file and line, a missing key, a
 // wrong type, a value out of range and an unknown key are InputErrors; an unknown key names the
 // nearest known one. A node is a light handle; the Config that made it must outlive it.
+// A Config with a KeyTable takes what is allowed and what an absent key means from there.
 
 #include <Eigen/Core>
 
@@ -12,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "core/key_table.h"
 #include "core/range.h"
 #include "core/uncertain.h"
 
@@ -21,9 +23,10 @@ class Node;
 
 class Config {
 public:
+  /// @param keys  the file's; null: any key may be asked for. It must outlive the Config
   /// @throws InputError (unreadable, not UTF-8, not TOML; with line and column)
-  static Config load(const std::filesystem::path& path);
-  static Config parse(const std::string& text, const std::string& source);
+  static Config load(const std::filesystem::path& path, const KeyTable* keys = nullptr);
+  static Config parse(const std::string& text, const std::string& source, const KeyTable* keys = nullptr);
   Config(Config&&) noexcept;
   Config& operator=(Config&&) noexcept;
   ~Config();
@@ -40,27 +43,33 @@ private:
 };
 
 /// A table of the file. Every key that is read counts as known; finish() refuses the others.
+/// In a file with a KeyTable, a key is one of its rows: an absent one has the row's value; a range or words that are
+/// given here apply instead of the row's, where they follow from other values of the file.
+/// @throws std::logic_error for a key without a row, or read as another kind than the row says
 class Node {
 public:
   bool has(const std::string& key) const;
   std::vector<std::string> keys() const;  ///< as written; counts none as known
 
-  double number(const std::string& key, Range range = any_number) const;
-  double number_or(const std::string& key, double otherwise, Range range = any_number) const;
-  Uncertain uncertain(const std::string& key, Range range = any_number) const;
-  Uncertain uncertain_or(const std::string& key, Uncertain otherwise, Range range = any_number) const;
+  double number(const std::string& key, std::optional<Range> range = {}) const;
+  double number_or(const std::string& key, double otherwise, std::optional<Range> range = {}) const;
+  Uncertain uncertain(const std::string& key, std::optional<Range> range = {}) const;
+  Uncertain uncertain_or(const std::string& key, Uncertain otherwise, std::optional<Range> range = {}) const;
+  int integer(const std::string& key) const;
   int integer(const std::string& key, int low, int high) const;
   int integer_or(const std::string& key, int otherwise, int low, int high) const;
   /// The version of the file's keys, from 1. @throws InputError naming both for a newer one than is read; absent
   int schema(int newest) const;
+  bool boolean(const std::string& key) const;
   bool boolean_or(const std::string& key, bool otherwise) const;
   std::string text(const std::string& key) const;
   std::string text_or(const std::string& key, const std::string& otherwise) const;
-  /// @throws InputError unless the text is one of the allowed words
-  std::string choice(const std::string& key, const std::vector<std::string>& allowed) const;
+  /// @param allowed  none: those of the key's row. @throws InputError unless the text is one of the allowed words
+  std::string choice(const std::string& key, const std::vector<std::string>& allowed = {}) const;
   std::string choice_or(const std::string& key, const std::string& otherwise,
-                        const std::vector<std::string>& allowed) const;
+                        const std::vector<std::string>& allowed = {}) const;
   Eigen::Vector3d vector3(const std::string& key) const;
+  bool is_list(const std::string& key) const;  ///< an array stands there
   std::vector<double> numbers(const std::string& key) const;
   std::vector<std::string> texts(const std::string& key) const;  ///< a text or an array of texts
   std::vector<std::string> texts_or_empty(const std::string& key) const;
@@ -75,7 +84,8 @@ public:
   std::string place() const;
   std::string place(const std::string& key) const;
 
-  /// @throws InputError for the first key that nothing has asked for, with the nearest asked-for one
+  /// @throws InputError for the first key that nothing has asked for: an unknown one, with the nearest known one,
+  ///   or one that has no meaning beside the others
   void finish() const;
 
 private:

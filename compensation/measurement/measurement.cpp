@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/measurement/channel_keys.h"
 #include "core/config.h"
 #include "core/error.h"
 #include "core/file.h"
@@ -47,19 +48,6 @@ const Kind& kind_named(const std::string& word) {
   return *std::find_if(kinds().begin(), kinds().end(), [&](const Kind& k) { return k.word == word; });
 }
 
-std::vector<std::string> kind_words() {
-  std::vector<std::string> words;
-  for (const Kind& kind : kinds()) words.emplace_back(kind.word);
-  return words;
-}
-
-const std::vector<std::string>& quantities() {
-  static const std::vector<std::string> all = {"dx",  "dy",  "dz",  "ra",  "rb",  "rc",  "X0C", "Y0C",
-                                               "Z0C", "Z0T", "R0T", "A0C", "B0C", "X0B", "Y0B", "Z0B",
-                                               "A0B", "C0B", "X0A", "Y0A", "Z0A", "B0A", "C0A"};
-  return all;
-}
-
 /// `pose = {X_mm = 1, B_deg = 45}` as "X=1,B=45", the form of the command line.
 std::string read_pose(const core::Node& node) {
   const auto pose = node.table_if("pose");
@@ -89,22 +77,21 @@ MeasuredChannel read_channel(const core::Node& node, std::vector<std::string>& s
     throw InputError(node.place("id"), "'" + channel.id + "' a second time", "each id once");
   }
   seen.push_back(channel.id);
-  const Kind& kind = kind_named(node.choice("kind", kind_words()));
+  const Kind& kind = kind_named(node.choice("kind"));
   channel.kind = kind.kind;
   channel.unit = node.choice("unit", kind.units);
   const bool observed =
       channel.kind == ChannelKind::displacement || (channel.kind == ChannelKind::temperature && !node.has("input"));
   // What a model is compared with must say how good it is; what drives it may go without.
-  channel.uncertainty =
-      observed ? node.number("uncertainty", core::positive) : node.number_or("uncertainty", 0.0, core::non_negative);
-  channel.sensor = node.text_or("sensor", "");
-  channel.input = node.text_or("input", "");
-  channel.direction = node.text_or("direction", "");
+  channel.uncertainty = observed ? node.number("uncertainty", core::positive) : node.number_or("uncertainty", 0.0);
+  channel.sensor = node.text("sensor");
+  channel.input = node.text("input");
+  channel.direction = node.text("direction");
   if (channel.kind == ChannelKind::displacement) {
-    if (node.has("quantity")) channel.quantity = node.choice("quantity", quantities());
+    if (node.has("quantity")) channel.quantity = node.choice("quantity");
     channel.pose_text = read_pose(node);
-    channel.frame = node.choice_or("frame", "machine", {"machine", "table"});
-    channel.zero = node.choice_or("zero", "absolute", {"first", "absolute"}) == "first" ? Zero::first : Zero::absolute;
+    channel.frame = node.choice("frame");
+    channel.zero = node.choice("zero") == "first" ? Zero::first : Zero::absolute;
     if (!channel.quantity.empty()) {
       const bool turns = channel.quantity[0] == 'r' || channel.quantity[0] == 'A' || channel.quantity[0] == 'B' ||
                          channel.quantity[0] == 'C';
@@ -191,7 +178,7 @@ Measurement read_measurement(const std::filesystem::path& folder) {
                        "a measurement folder with channels.toml and data.csv");
     }
   }
-  const core::Config config = core::Config::load(channels_path);
+  const core::Config config = core::Config::load(channels_path, &channel_keys());
   const core::Node root = config.root();
   if (root.has("schema")) root.schema(1);
   Measurement measurement;

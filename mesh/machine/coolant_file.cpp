@@ -26,17 +26,16 @@ VolumeSpec read_volume(const Node& node, Draft& draft) {
   volume.id = draft.define(node, "volume");
   if (node.has("content_l")) {
     refuse(node, "heat_capacity_J_K", "either heat_capacity_J_K or content_l");
-    volume.capacity = scaled(node.uncertain("content_l", {1e-3, 1e7}),
-                             1e-3 * node.number_or("density_kg_m3", 1000.0, {0.01, 30000.0}) *
-                                 node.number_or("specific_heat_J_kgK", 4180.0, {10.0, 20000.0}));
+    volume.capacity =
+        scaled(node.uncertain("content_l"), 1e-3 * node.number("density_kg_m3") * node.number("specific_heat_J_kgK"));
   } else {
     for (const char* key : {"density_kg_m3", "specific_heat_J_kgK"}) refuse(node, key, "together with content_l");
-    volume.capacity = node.uncertain("heat_capacity_J_K", {1e-3, 1e12});
+    volume.capacity = node.uncertain("heat_capacity_J_K");
   }
   for (const Node& part : node.tables("exchange")) {
     VolumeExchange exchange;
     exchange.with = draft.refer(part, "with", "ambient or volume");
-    exchange.conductance = part.uncertain("conductance_W_K", {0.0, 1e9});
+    exchange.conductance = part.uncertain("conductance_W_K");
     exchange.state = part.text_or("state", "");
     if (!exchange.state.empty()) draft.references.push_back({"state channel", exchange.state, part.place("state")});
     if (exchange.with == volume.id)
@@ -49,28 +48,28 @@ VolumeSpec read_volume(const Node& node, Draft& draft) {
 }
 
 void read_control(const Node& node, CoolantSpec& coolant) {
-  coolant.controls_return = node.choice_or("controls", "outlet", {"outlet", "return"}) == "return";
-  const std::string control = node.choice_or("control", "lag", {"lag", "two_point", "pi"});
+  coolant.controls_return = node.choice("controls") == "return";
+  const std::string control = node.choice("control");
   coolant.control = control == "pi"          ? ChillerControl::pi
                     : control == "two_point" ? ChillerControl::two_point
                                              : ChillerControl::lag;
   if (coolant.control == ChillerControl::lag && coolant.controls_return)
     throw InputError(node.place("controls"), "\"return\" with control = \"lag\"", "control = \"two_point\" or \"pi\"");
   if (coolant.control == ChillerControl::two_point) {
-    coolant.band = node.number_or("band_K", coolant.band, core::positive);
+    coolant.band = node.number("band_K");
     // An outlet that heads for a place inside the band would never switch.
     const core::Range beyond{coolant.controls_return ? 1e-3 : 0.5001 * coolant.band, 1e3};
     coolant.pull_down = node.number_or("pull_down_K", std::max(coolant.pull_down, coolant.band), beyond);
     coolant.drift_up = coolant.controls_return
-                           ? node.number_or("drift_up_K", 0.0, {0.0, 1e3})
+                           ? node.number_or("drift_up_K", 0.0)
                            : node.number_or("drift_up_K", std::max(coolant.drift_up, coolant.band), beyond);
   } else {
     for (const char* key : {"band_K", "pull_down_K", "drift_up_K"}) refuse(node, key, "control = \"two_point\"");
   }
   if (coolant.control == ChillerControl::pi) {
-    coolant.gain = node.number_or("gain", coolant.gain, {1e-6, 1e4});
-    coolant.integral_time = node.number_or("integral_time_s", coolant.integral_time, {1e-3, 1e9});
-    coolant.power = node.number_or("cooling_power_W", coolant.power, {1e-3, 1e9});
+    coolant.gain = node.number("gain");
+    coolant.integral_time = node.number("integral_time_s");
+    coolant.power = node.number("cooling_power_W");
   } else {
     for (const char* key : {"gain", "integral_time_s", "cooling_power_W"}) refuse(node, key, "control = \"pi\"");
   }
@@ -82,10 +81,10 @@ CoolantSegment read_segment(const Node& part, const CoolantSpec& coolant, std::v
   segment.id = part.text("id");
   core::require_unique_id(segment.id, part.place("id"), seen);
   segment.surface = draft.refer(part, "surface", "surface");
-  segment.film_coefficient = part.uncertain("film_coefficient_W_m2K", {0.0, 1e6});
-  segment.volume = part.number_or("volume_l", 0.5, {1e-6, 1e6}) * 1e-3;
-  segment.cells = part.integer_or("cells", 1, 1, 100);
-  segment.share = part.has("share") ? part.number("share", {1e-6, 1.0}) : std::nan("");
+  segment.film_coefficient = part.uncertain("film_coefficient_W_m2K");
+  segment.volume = part.number("volume_l") * 1e-3;
+  segment.cells = part.integer("cells");
+  segment.share = part.has("share") ? part.number("share") : std::nan("");
   if (part.has("after")) {
     segment.after = part.texts("after");
     if (segment.after == std::vector<std::string>{"chiller"}) segment.after.clear();
@@ -107,27 +106,27 @@ CoolantSegment read_segment(const Node& part, const CoolantSpec& coolant, std::v
 CoolantSpec read_coolant(const Node& node, Draft& draft) {
   CoolantSpec coolant;
   coolant.id = draft.define(node, "coolant");
-  coolant.flow = node.uncertain("flow_kg_s", {1e-9, 1e4});
-  coolant.specific_heat = node.number_or("specific_heat_J_kgK", coolant.specific_heat, {10.0, 20000.0});
-  coolant.density = node.number_or("density_kg_m3", coolant.density, {0.01, 30000.0});
+  coolant.flow = node.uncertain("flow_kg_s");
+  coolant.specific_heat = node.number("specific_heat_J_kgK");
+  coolant.density = node.number("density_kg_m3");
   coolant.guide_sensor = draft.refer_or_empty(node, "guide_sensor", "sensor");
   if (coolant.guide_sensor.empty()) {
-    coolant.guide_ambient = node.text_or("guide_ambient", coolant.guide_ambient);
+    coolant.guide_ambient = node.text("guide_ambient");
     draft.references.push_back(
         {"ambient", coolant.guide_ambient, node.has("guide_ambient") ? node.place("guide_ambient") : node.place()});
   } else {
     refuse(node, "guide_ambient", "either guide_sensor or guide_ambient");
   }
-  coolant.guide_offset = node.number_or("guide_offset_K", 0.0, {-100.0, 100.0});
-  coolant.inlet_offset = node.number_or("inlet_offset_K", 0.0, {-100.0, 100.0});
+  coolant.guide_offset = node.number("guide_offset_K");
+  coolant.inlet_offset = node.number("inlet_offset_K");
   coolant.guide_warmed_by = draft.refer_or_empty(node, "guide_warmed_by", "volume");
   if (coolant.guide_warmed_by.empty())
     refuse(node, "guide_warmed_share", "together with guide_warmed_by");
   else
-    coolant.guide_warmed_share = node.number("guide_warmed_share", {0.0, 1.0});
-  coolant.time_constant = node.number_or("time_constant_s", coolant.time_constant, {1e-3, 1e9});
-  coolant.after_run = node.number_or("after_run_s", 0.0, {0.0, 1e7});
-  coolant.standstill_stop = node.number_or("standstill_stop_s", 0.0, {0.0, 1e7});
+    coolant.guide_warmed_share = node.number("guide_warmed_share");
+  coolant.time_constant = node.number("time_constant_s");
+  coolant.after_run = node.number("after_run_s");
+  coolant.standstill_stop = node.number("standstill_stop_s");
   read_control(node, coolant);
   std::vector<std::string> seen{"chiller"};
   for (const Node& part : node.tables("segment")) coolant.segments.push_back(read_segment(part, coolant, seen, draft));

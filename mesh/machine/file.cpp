@@ -14,6 +14,7 @@
 #include "mesh/machine/check.h"
 #include "mesh/machine/joint_file.h"
 #include "mesh/machine/kinematic_chain.h"
+#include "mesh/machine/machine_keys.h"
 #include "mesh/machine/material_file.h"
 #include "mesh/machine/physics_file.h"
 #include "mesh/machine/reader.h"
@@ -50,15 +51,15 @@ BodySpec read_body(const Node& node, Draft& draft, bool files_must_exist) {
   body.id = draft.define(node, "body");
   body.material = draft.refer(node, "material", "material");
   body.cad = read_cad_path(node, draft, files_must_exist);
-  const std::string unit = node.choice_or("unit", "mm", {"mm", "m", "in"});
+  const std::string unit = node.choice("unit");
   body.unit_m = unit == "mm" ? 1e-3 : unit == "m" ? 1.0 : 0.0254;
-  body.element_size = node.number("element_size_mm", {0.01, 10000.0}) * millimetre;
-  body.elements_per_turn = node.integer_or("elements_per_turn", 8, 3, 360);
+  body.element_size = node.number("element_size_mm") * millimetre;
+  body.elements_per_turn = node.integer("elements_per_turn");
   body.parent = draft.refer_or_empty(node, "parent", "body");
   body.axis = draft.refer_or_empty(node, "axis", "axis");
-  body.elastic = node.boolean_or("elastic", true);
-  body.pieces = node.integer_or("pieces", 1, 1, 1000);
-  body.max_elements = node.number_or("max_elements", body.max_elements, {1000.0, 1e9});
+  body.elastic = node.boolean("elastic");
+  body.pieces = node.integer("pieces");
+  body.max_elements = node.number("max_elements");
   node.finish();
   return body;
 }
@@ -66,7 +67,7 @@ BodySpec read_body(const Node& node, Draft& draft, bool files_must_exist) {
 Axis read_axis(const Node& node, Draft& draft) {
   Axis axis;
   axis.id = draft.define(node, "axis");
-  const bool linear = node.choice("kind", {"linear", "rotary"}) == "linear";
+  const bool linear = node.choice("kind") == "linear";
   axis.kind = linear ? AxisKind::linear : AxisKind::rotary;
   axis.direction = unit_vector(node, "direction");
   const std::string travel_key = linear ? "travel_mm" : "travel_deg";
@@ -76,7 +77,7 @@ Axis read_axis(const Node& node, Draft& draft) {
   if (linear)
     refuse(node, "endless", "a linear axis has travel_mm = [low, high]");
   else
-    axis.endless = node.boolean_or("endless", false);
+    axis.endless = node.boolean("endless");
   if (axis.endless) {
     refuse(node, travel_key, "an endless axis has no travel: either of the two");
     axis.high = 2.0 * std::numbers::pi;
@@ -91,9 +92,9 @@ Axis read_axis(const Node& node, Draft& draft) {
     axis.low = travel[0] * unit;
     axis.high = travel[1] * unit;
   }
-  axis.rapid = node.number_or(rapid_key, 0.0, core::non_negative) * unit / 60.0;
+  axis.rapid = node.number(rapid_key) * unit / 60.0;
   if (linear)
-    axis.feedback = node.choice_or("feedback", "", {"scale", "screw"});
+    axis.feedback = node.choice_or("feedback", "");
   else
     refuse(node, "feedback", "a linear axis: rotary ones are measured at their table");
   node.finish();
@@ -114,11 +115,11 @@ SensorSpec read_sensor(const Node& node, Draft& draft) {
       refuse(node, key, "a sensor is at a point of a body, in a volume, or in a coolant's return");
     if (!sensor.volume.empty()) refuse(node, "return_of", "either volume or return_of");
   }
-  sensor.offset = node.number_or("offset_K", 0.0, {-100.0, 100.0});
-  sensor.drift = node.number_or("drift_K_h", 0.0, {-100.0, 100.0}) / 3600.0;
-  sensor.lag = node.number_or("time_constant_s", 0.0, {0.0, 1e6});
-  sensor.air_share = node.number_or("air_share", 0.0, {0.0, 1.0});
-  sensor.uncertainty = node.number_or("uncertainty_K", 0.05, core::positive);
+  sensor.offset = node.number("offset_K");
+  sensor.drift = node.number("drift_K_h") / 3600.0;
+  sensor.lag = node.number("time_constant_s");
+  sensor.air_share = node.number("air_share");
+  sensor.uncertainty = node.number("uncertainty_K");
   node.finish();
   return sensor;
 }
@@ -133,8 +134,8 @@ TcpSpec read_tcp(const Node& node, Draft& draft) {
   tcp.table_body = draft.refer(node, "table_body", "body");
   tcp.table_surface = draft.refer(node, "table_surface", "surface");
   tcp.table_point = point_mm(node, "table_point_mm");
-  tcp.table_radius = node.number_or("table_radius_mm", 0.0, core::non_negative) * millimetre;
-  tcp.functional_height = node.number_or("functional_height_mm", 0.0) * millimetre;
+  tcp.table_radius = node.number("table_radius_mm") * millimetre;
+  tcp.functional_height = node.number("functional_height_mm") * millimetre;
   node.finish();
   return tcp;
 }
@@ -150,9 +151,9 @@ ReadingSpec read_reading(const Node& node, Draft& draft) {
   if (std::find(seen.begin(), seen.end(), reading.id) != seen.end())
     throw InputError(node.place("id"), "'" + reading.id + "' a second time", "each id once");
   seen.push_back(reading.id);
-  reading.drift = node.number_or("drift_1_h", 0.0, {-1e4, 1e4}) / 3600.0;
-  reading.shift = node.number_or("shift_s", 0.0, {-1e6, 1e6});
-  reading.offset = node.number_or("offset", 0.0, {-1e4, 1e4});
+  reading.drift = node.number("drift_1_h") / 3600.0;
+  reading.shift = node.number("shift_s");
+  reading.offset = node.number("offset");
   node.finish();
   return reading;
 }
@@ -208,7 +209,7 @@ void read_workspace(const Node& root, Draft& draft) {
 namespace {
 
 Machine read(const std::string& text, const std::filesystem::path& path, bool files_must_exist) {
-  const core::Config config = core::Config::parse(text, path.string());
+  const core::Config config = core::Config::parse(text, path.string(), &machine_keys());
   const Node root = config.root();
   reader::Draft draft;
   Machine& machine = draft.machine;
@@ -217,8 +218,8 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
   machine.hash = core::content_hash(text);
   root.schema(1);
   machine.name = root.text("name");
-  machine.kinematic_chain = root.text_or("kinematic_chain", "");
-  machine.reference_C = root.number_or("reference_C", 20.0, {-50.0, 100.0});
+  machine.kinematic_chain = root.text("kinematic_chain");
+  machine.reference_C = root.number("reference_C");
   if (root.has("plausible_C")) {
     const std::vector<double> range = root.numbers("plausible_C");
     if (range.size() != 2 || !(range[0] >= -273.15 && range[0] < machine.reference_C &&
@@ -233,14 +234,13 @@ Machine read(const std::string& text, const std::filesystem::path& path, bool fi
     machine.plausible_high_C = range[1];
   }
   machine.require_plausible(machine.reference_C, root.place("reference_C"));
-  machine.spindle_max_rpm = root.number_or("spindle_max_rpm", 0.0, {0.0, 1e6});
+  machine.spindle_max_rpm = root.number("spindle_max_rpm");
   if (const auto sizes = root.table_if("mesh")) {
-    const Range allowed{0.01, 100.0};
-    machine.coarse = sizes->number_or("coarse", machine.coarse, allowed);
-    machine.standard = sizes->number_or("standard", machine.standard, allowed);
-    machine.fine = sizes->number_or("fine", machine.fine, allowed);
-    machine.order = sizes->integer_or("order", machine.order, 1, 2);
-    machine.lumped_capacity = sizes->choice_or("capacity", "consistent", {"consistent", "lumped"}) == "lumped";
+    machine.coarse = sizes->number("coarse");
+    machine.standard = sizes->number("standard");
+    machine.fine = sizes->number("fine");
+    machine.order = sizes->integer("order");
+    machine.lumped_capacity = sizes->choice("capacity") == "lumped";
     sizes->finish();
   }
   reader::read_structure(root, draft, files_must_exist);

@@ -42,7 +42,7 @@ Rule read_rule(const Node& node) {
   if (node.has("cylinder_axis")) {
     rule.cylinder_point = point_mm(node, "cylinder_point_mm");
     rule.cylinder_axis = unit_vector(node, "cylinder_axis");
-    rule.cylinder_radius = node.number("cylinder_radius_mm", core::positive) * millimetre;
+    rule.cylinder_radius = node.number("cylinder_radius_mm") * millimetre;
   }
   if (node.has("box_min_mm")) {
     rule.box_min = point_mm(node, "box_min_mm");
@@ -52,11 +52,11 @@ Rule read_rule(const Node& node) {
   }
   if (node.has("normal")) {
     rule.normal = unit_vector(node, "normal");
-    if (node.has("max_angle_deg")) rule.max_angle = node.number("max_angle_deg", {0.0, 180.0}) * degree;
+    if (node.has("max_angle_deg")) rule.max_angle = node.number("max_angle_deg") * degree;
   } else {
     refuse(node, "max_angle_deg", "together with normal = [x, y, z]");
   }
-  if (node.has("tolerance_mm")) rule.tolerance = node.number("tolerance_mm", core::non_negative) * millimetre;
+  if (node.has("tolerance_mm")) rule.tolerance = node.number("tolerance_mm") * millimetre;
   node.finish();
   if (rule.group.empty() && !rule.plane_point && !rule.cylinder_axis && !rule.box_min && !rule.normal) {
     throw InputError(rule.place, "a rule without a condition",
@@ -94,7 +94,7 @@ SurfaceSpec read_surface_spec(const Node& node, Draft& draft) {
 JointSpec read_joint(const Node& node, Draft& draft) {
   JointSpec joint;
   joint.id = draft.define(node, "joint");
-  joint.kind = node.choice("kind", {"guide", "screw_nut", "bearing", "bolted", "mount"});
+  joint.kind = node.choice("kind");
   joint.slave = draft.refer(node, "slave", "surface");
   if (joint.kind == "mount") {
     refuse(node, "master", "a mount stands on the ground: ambient = \"foundation\" instead");
@@ -105,15 +105,13 @@ JointSpec read_joint(const Node& node, Draft& draft) {
     joint.master = draft.refer(node, "master", "surface");
     joint.axis = draft.refer_or_empty(node, "axis", "axis");
   }
-  joint.conductance = node.uncertain("conductance_W_m2K", {0.0, 1e9});
+  joint.conductance = node.uncertain("conductance_W_m2K");
   joint.law = read_contact_law(node, joint.axis);
-  joint.stiffness_normal =
-      scaled(node.uncertain_or("stiffness_normal_N_mm3", {}, core::non_negative), core::units::N_mm3);
-  joint.stiffness_tangential =
-      scaled(node.uncertain_or("stiffness_tangential_N_mm3", {}, core::non_negative), core::units::N_mm3);
-  joint.reach = node.number_or("reach_mm", 5.0, core::positive) * millimetre;
+  joint.stiffness_normal = scaled(node.uncertain("stiffness_normal_N_mm3"), core::units::N_mm3);
+  joint.stiffness_tangential = scaled(node.uncertain("stiffness_tangential_N_mm3"), core::units::N_mm3);
+  joint.reach = node.number("reach_mm") * millimetre;
   if (node.has("divide")) joint.divide = read_divide(node);
-  joint.sectors = node.integer_or("sectors", 0, 0, 1000);
+  joint.sectors = node.integer("sectors");
   if (joint.sectors > 0) {
     refuse(node, "divide", "either divide or sectors");
     joint.sector_point = point_mm(node, "sector_point_mm");
@@ -133,7 +131,7 @@ ScaleSpec read_scale(const Node& node, Draft& draft) {
   scale.end = point_mm(node, "end_mm");
   scale.fixed_at = point_mm(node, "fixed_at_mm");
   scale.head = point_mm(node, "head_mm");
-  scale.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
+  scale.expansion = node.uncertain("expansion_1_K");
   node.finish();
   if ((scale.end - scale.start).norm() < 1e-6)
     throw InputError(node.place("end_mm"), "the same point as start_mm", "the two ends of the tape");

@@ -12,7 +12,6 @@ namespace thermotwin::mesh::reader {
 
 using core::InputError;
 using core::Node;
-using core::Range;
 
 namespace {
 
@@ -33,7 +32,7 @@ Eigen::Matrix3d read_tensor(const Node& node, const std::string& key) {
 }
 
 /// { T_C = [rising], <unit> = [...] }
-Curve read_temperature_table(const Node& node, const std::string& unit, Range range) {
+Curve read_temperature_table(const Node& node, const std::string& unit) {
   Curve table{node.numbers("T_C"), node.numbers(unit)};
   node.finish();
   if (table.at.empty() || table.at.size() != table.value.size()) {
@@ -46,10 +45,6 @@ Curve read_temperature_table(const Node& node, const std::string& unit, Range ra
       throw InputError(node.place("T_C"), fmt::format("{} after {}", table.at[i], table.at[i - 1]),
                        "rising temperatures");
     }
-    if (!(table.value[i] >= range.low && table.value[i] <= range.high)) {
-      throw InputError(node.place(unit), fmt::format("{}", table.value[i]),
-                       fmt::format("{} to {}", range.low, range.high));
-    }
   }
   return table;
 }
@@ -57,33 +52,31 @@ Curve read_temperature_table(const Node& node, const std::string& unit, Range ra
 }  // namespace
 
 Material read_material(const Node& node, Draft& draft) {
-  // Generous bounds that still catch a wrong unit.
-  constexpr Range heats{10.0, 20000.0}, conductivities{1e-3, 5000.0};
   Material material;
   material.id = draft.define(node, "material");
-  material.density = node.number("density_kg_m3", {1.0, 30000.0});
+  material.density = node.number("density_kg_m3");
   if (const auto table = node.table_if("specific_heat_table")) {
     refuse(node, "specific_heat_J_kgK", "either specific_heat_J_kgK or specific_heat_table");
-    material.specific_heat_table = read_temperature_table(*table, "J_kgK", heats);
+    material.specific_heat_table = read_temperature_table(*table, "J_kgK");
     material.specific_heat.value = material.specific_heat_table(draft.machine.reference_C);
   } else {
-    material.specific_heat = node.uncertain("specific_heat_J_kgK", heats);
+    material.specific_heat = node.uncertain("specific_heat_J_kgK");
   }
   if (const auto table = node.table_if("conductivity_table")) {
     refuse(node, "conductivity_W_mK", "either conductivity_W_mK or conductivity_table");
     refuse(node, "conductivity_tensor_W_mK", "either conductivity_tensor_W_mK or conductivity_table");
-    material.conductivity_table = read_temperature_table(*table, "W_mK", conductivities);
+    material.conductivity_table = read_temperature_table(*table, "W_mK");
     material.conductivity = material.conductivity_table(draft.machine.reference_C);
   } else if (node.has("conductivity_tensor_W_mK")) {
     refuse(node, "conductivity_W_mK", "either conductivity_W_mK or conductivity_tensor_W_mK");
     material.conductivity_tensor = read_tensor(node, "conductivity_tensor_W_mK");
     material.conductivity = material.conductivity_tensor->trace() / 3.0;
   } else {
-    material.conductivity = node.number("conductivity_W_mK", conductivities);
+    material.conductivity = node.number("conductivity_W_mK");
   }
-  material.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
-  material.young = node.number("young_GPa", {1e-3, 2000.0}) * 1e9;
-  material.poisson = node.number("poisson", {-0.99, 0.499});
+  material.expansion = node.uncertain("expansion_1_K");
+  material.young = node.number("young_GPa") * 1e9;
+  material.poisson = node.number("poisson");
   node.finish();
   return material;
 }

@@ -25,12 +25,12 @@ ScrewSpec read_screw(const Node& node, Draft& draft) {
     screw.carrier = draft.machine.bodies[body].parent;
   screw.bearing = point_mm(node, "fixed_bearing_mm");
   screw.nut = point_mm(node, "nut_mm");
-  screw.expansion = node.uncertain("expansion_1_K", {-1e-4, 1e-3});
-  const std::string ends = node.choice_or("bearings", "fixed_free", {"fixed_free", "fixed_supported", "fixed_fixed"});
+  screw.expansion = node.uncertain("expansion_1_K");
+  const std::string ends = node.choice("bearings");
   if (ends == "fixed_fixed") {
     screw.far_bearing = point_mm(node, "far_bearing_mm");
-    screw.pretension = node.number("pretension_N", {0.0, 1e7});
-    screw.bearing_stiffness = node.number_or("bearing_stiffness_N_um", 0.0, {0.0, 1e6}) * 1e6;
+    screw.pretension = node.number("pretension_N");
+    screw.bearing_stiffness = node.number("bearing_stiffness_N_um") * 1e6;
   } else {
     for (const char* key : {"far_bearing_mm", "pretension_N", "bearing_stiffness_N_um"})
       refuse(node, key, "bearings = \"fixed_fixed\": else the screw's other end is free along it");

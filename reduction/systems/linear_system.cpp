@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/matrix_market.h"
 #include "core/text.h"
+#include "reduction/systems/names_keys.h"
 
 namespace thermotwin::reduction {
 namespace {
@@ -79,7 +80,7 @@ namespace {
 
 /// Names and values of names.toml.
 void read_names(const fs::path& file, LinearSystem& system) {
-  const core::Config config = core::Config::load(file);
+  const core::Config config = core::Config::load(file, &names_keys());
   const core::Node root = config.root();
   root.schema(1);
   system.names_text = config.text();
@@ -100,7 +101,7 @@ void read_names(const fs::path& file, LinearSystem& system) {
     }
     require_new(table, told, name);
     system.films[film - known.begin()].value = table.number("value");
-    table.text_or("unit", "");
+    table.text("unit");
     table.finish();
   }
   if (!told.empty() && told.size() != known.size()) {
@@ -110,7 +111,7 @@ void read_names(const fs::path& file, LinearSystem& system) {
   const auto names = [&](const char* key, Index count, std::vector<std::string>& all) {
     for (const core::Node& table : root.tables(key)) {
       require_new(table, all, table.text("name"));
-      table.text_or("unit", "");
+      table.text("unit");
       if (table.has("value")) table.number("value");
       table.finish();
     }

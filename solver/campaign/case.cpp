@@ -11,6 +11,7 @@
 #include "core/units.h"
 #include "mesh/machine/file.h"
 #include "solver/campaign/campaign.h"
+#include "solver/campaign/case_keys.h"
 
 namespace thermotwin::solver {
 
@@ -41,11 +42,11 @@ Case read_case(const std::filesystem::path& path) {
   Case result;
   const std::filesystem::path file = std::filesystem::is_directory(path) ? path / "case.toml" : path;
   result.folder = std::filesystem::absolute(file).lexically_normal().parent_path();
-  const core::Config config = core::Config::load(file);
+  const core::Config config = core::Config::load(file, &case_keys());
   const core::Node root = config.root();
   root.schema(1);
-  result.machine = mesh::read_machine(result.folder / root.text_or("machine", "machine.toml"));
-  result.size = root.text_or("size", result.size);
+  result.machine = mesh::read_machine(result.folder / root.text("machine"));
+  result.size = root.text("size");
   result.train = root.texts_or_empty("train");
   result.holdout = root.texts_or_empty("holdout");
   if (root.has("measurement")) {
@@ -56,7 +57,7 @@ Case read_case(const std::filesystem::path& path) {
     }
   }
   if (const auto reduction = root.table_if("reduction")) {
-    result.tolerance_um = reduction->number_or("tolerance_um", result.tolerance_um, core::positive);
+    result.tolerance_um = reduction->number("tolerance_um");
     reduction->finish();
   }
   if (const auto scheme = root.table_if("time")) result.time = read_time(*scheme);
@@ -69,12 +70,12 @@ Case read_case(const std::filesystem::path& path) {
   if (const auto wrong = root.table_if("measured_machine")) {
     MeasuredMachine measured;
     measured.load = wrong->text("load");
-    measured.kind = wrong->choice("kind", {"source_power", "film_coefficient", "contact_conductance"});
+    measured.kind = wrong->choice("kind");
     measured.where = wrong->text("where");
-    measured.factor = wrong->number("factor", core::positive);
-    measured.seed = wrong->integer_or("seed", 7, 0, 1'000'000'000);
-    measured.size_factor = wrong->number_or("size_factor", measured.size_factor, core::positive);
-    measured.refine = wrong->number_or("refine", measured.refine, core::positive);
+    measured.factor = wrong->number("factor");
+    measured.seed = wrong->integer("seed");
+    measured.size_factor = wrong->number("size_factor");
+    measured.refine = wrong->number("refine");
     wrong->finish();
     result.measured_machine = measured;
   }

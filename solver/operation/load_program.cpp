@@ -9,6 +9,7 @@
 
 #include "core/config.h"
 #include "core/error.h"
+#include "solver/operation/load_keys.h"
 #include "solver/operation/load_reader.h"
 
 namespace thermotwin::solver {
@@ -153,12 +154,12 @@ void LoadProgram::schedule_coolants(const mesh::Machine& machine, const Channels
 }
 
 LoadProgram LoadProgram::read(const std::filesystem::path& path, const mesh::Machine& machine) {
-  return LoadReader::read(core::Config::load(path), path, machine);
+  return LoadReader::read(core::Config::load(path, &load_keys()), path, machine);
 }
 
 LoadProgram LoadProgram::parse(const std::string& text, const std::filesystem::path& path,
                                const mesh::Machine& machine) {
-  return LoadReader::read(core::Config::parse(text, path.string()), path, machine);
+  return LoadReader::read(core::Config::parse(text, path.string(), &load_keys()), path, machine);
 }
 
 }  // namespace thermotwin::solver

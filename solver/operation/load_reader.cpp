@@ -32,8 +32,8 @@ public:
     program.title_ = root.text_or("title", program.name_);
     program.initial_C_ = root.number_or("initial_C", machine_.reference_C);
     machine_.require_plausible(program.initial_C_, root.place("initial_C"));
-    program.time_step_ = root.number_or("time_step_s", 60.0, {1e-3, 1e6});
-    program.output_ = root.number_or("output_s", 300.0, {1e-3, 1e7});
+    program.time_step_ = root.number("time_step_s");
+    program.output_ = root.number("output_s");
     if (const auto time = root.table_if("time")) program.time_ = read_time(*time);
     if (const auto position = root.table_if("position")) read_positions(*position);
     program.corners_.push_back(0.0);
@@ -83,7 +83,7 @@ private:
     int given = 0;
     for (const Unit& unit : {Unit{"duration_h", 3600.0}, Unit{"duration_min", 60.0}, Unit{"duration_s", 1.0}}) {
       if (phase.has(unit.key)) {
-        duration = phase.number(unit.key, {1e-6, 1e9}) * unit.seconds;
+        duration = phase.number(unit.key) * unit.seconds;
         ++given;
       }
     }
@@ -104,20 +104,11 @@ private:
   }
 
   /// A number, or [from, to] for a ramp over the phase.
-  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key, const Range& range) {
-    const std::string allowed = "a number, or [from, to] for a ramp";
-    std::vector<double> values;
-    try {
-      values = phase.numbers(key);
-    } catch (const InputError&) {
-      // No array: then it has to be one number.
-      values = {phase.number(key, range)};
-    }
-    if (values.empty() || values.size() > 2)
-      throw InputError(phase.place(key), fmt::format("{} numbers", values.size()), allowed);
-    for (double value : values) {
-      if (!(value >= range.low && value <= range.high))
-        throw InputError(phase.place(key), fmt::format("{}", value), fmt::format("{} to {}", range.low, range.high));
+  static std::pair<double, double> read_ramp(const Node& phase, const std::string& key) {
+    const std::vector<double> values = phase.is_list(key) ? phase.numbers(key) : std::vector<double>{phase.number(key)};
+    if (values.empty() || values.size() > 2) {
+      throw InputError(phase.place(key), fmt::format("{} numbers", values.size()),
+                       "a number, or [from, to] for a ramp");
     }
     return {values.front(), values.back()};
   }
@@ -138,11 +129,11 @@ private:
     const std::string prefix = "axis." + id + ".";
     const auto at = [&](const std::string& name) -> double& { return motion[channels_.index(prefix + name)]; };
     const Range travel = u.travel();
-    const double duty = node.number_or("duty_percent", 100.0, {0.0, 100.0}) / 100.0;
+    const double duty = node.number("duty_percent") / 100.0;
 
     double feed = 0.0;
     if (u.axis.kind == mesh::AxisKind::rotary && node.has("speed_rpm")) {
-      feed = 360.0 * node.number("speed_rpm", {0.0, u.fastest() / 360.0});
+      feed = 360.0 * node.number("speed_rpm", Range{0.0, u.fastest() / 360.0});
       if (!u.axis.endless) {
         throw InputError(node.place("speed_rpm"), "a speed for axis '" + id + "' with limits",
                          "low_deg, high_deg and feed_deg_min");
@@ -169,7 +160,7 @@ private:
       at(key("low")) = low;
       at(key("high")) = high;
       at(key("position")) = 0.5 * (low + high);
-      feed = node.number(key("feed") + "_min", {0.0, u.fastest()});
+      feed = node.number(key("feed") + "_min", Range{0.0, u.fastest()});
       // An axis that moves for no part of the phase stands in the middle of its range.
       if (feed == 0.0 || duty == 0.0) at(key("low")) = at(key("high")) = not_given;
     } else if (node.has(key("position"))) {
@@ -180,7 +171,7 @@ private:
                            ", in " + u.unit);
     }
     if (const int clamped = channels_.index(prefix + "clamp.on"); clamped >= 0) {
-      const bool held = node.boolean_or("clamped", false);
+      const bool held = node.boolean("clamped");
       motion[clamped] = held ? 1.0 : 0.0;
       if (held && feed * duty > 0.0)
         throw InputError(node.place("clamped"), "a moving axis that is clamped", "clamped = false, or a position");
@@ -213,7 +204,7 @@ private:
     channel("machine.on") = phase.boolean_or("machine_on", channel("machine.on") != 0.0) ? 1.0 : 0.0;
     const bool on = channel("machine.on") != 0.0;
     const double fastest = machine_.spindle_max_rpm > 0 ? machine_.spindle_max_rpm : 1e6;
-    channel("spindle.speed_rpm") = phase.number_or("spindle_rpm", channel("spindle.speed_rpm"), {0.0, fastest});
+    channel("spindle.speed_rpm") = phase.number_or("spindle_rpm", channel("spindle.speed_rpm"), Range{0.0, fastest});
     if (!on && phase.has("spindle_rpm") && channel("spindle.speed_rpm") > 0.0) {
       throw InputError(phase.place("spindle_rpm"), "a turning spindle while machine_on = false",
                        "0, or machine_on = true");
@@ -225,7 +216,7 @@ private:
     }
     if (machine_.coolants.empty()) phase.boolean_or("coolant", false);
     const int process = channels_.index("process.power_W");
-    const double power = phase.number_or("process_W", process >= 0 ? row_[process] : 0.0, core::non_negative);
+    const double power = phase.number_or("process_W", process >= 0 ? row_[process] : 0.0);
     if (process >= 0) {
       // Nothing was given so far: the source's own laws stand unless a phase sets the power.
       if (phase.has("process_W")) row_[process] = power;
@@ -237,21 +228,21 @@ private:
     if (phase.has("doors_open")) read_doors(phase);
 
     Eigen::VectorXd start = row_, end = row_;
-    const auto ramp = [&](const std::string& key, const std::string& name, const Range& range) {
+    const auto ramp = [&](const std::string& key, const std::string& name) {
       if (!phase.has(key)) return;
       const int index = channels_.index(name);
-      std::tie(start[index], end[index]) = read_ramp(phase, key, range);
+      std::tie(start[index], end[index]) = read_ramp(phase, key);
       row_[index] = end[index];
     };
     const auto temperature_ramp = [&](const std::string& id) {
-      ramp(id + "_C", id + ".T_C", core::any_number);
+      ramp(id + "_C", id + ".T_C");
       if (!phase.has(id + "_C")) return;
       const int index = channels_.index(id + ".T_C");
       for (const double value : {start[index], end[index]}) machine_.require_plausible(value, phase.place(id + "_C"));
     };
     for (const mesh::AmbientSpec& ambient : machine_.ambients) {
       temperature_ramp(ambient.id);
-      if (ambient.has_gradient) ramp(ambient.id + "_gradient_K_m", ambient.id + ".gradient_K_m", {-50.0, 50.0});
+      if (ambient.has_gradient) ramp(ambient.id + "_gradient_K_m", ambient.id + ".gradient_K_m");
     }
     for (const mesh::VolumeSpec& volume : machine_.volumes) temperature_ramp(volume.id);
     Eigen::VectorXd motion = row_;

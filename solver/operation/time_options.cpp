@@ -28,11 +28,11 @@ void TimeOptions::validate() const {
 
 TimeOptions read_time(const Node& node) {
   TimeOptions time;
-  const std::string scheme = node.choice_or("scheme", "adaptive", {"fixed", "backward_euler", "adaptive"});
+  const std::string scheme = node.choice("scheme");
   if (scheme == "adaptive") {
     time.scheme = TimeScheme::adaptive;
-    time.tolerance_K = node.number_or("tolerance_K", time.tolerance_K, tolerances_K);
-    time.shortest_step = node.number_or("shortest_step_s", time.shortest_step, shortest_steps);
+    time.tolerance_K = node.number("tolerance_K");
+    time.shortest_step = node.number("shortest_step_s");
     time.longest_step =
         node.number_or("longest_step_s", std::max(time.longest_step, time.shortest_step), longest_steps(time));
   } else {

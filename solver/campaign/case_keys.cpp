@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/campaign/case_keys.h"
+
+#include "solver/operation/load_keys.h"
+
+namespace thermotwin::solver {
+
+using core::Absent;
+using core::KeyTable;
+using core::positive;
+using core::required;
+namespace key = core::key;
+
+namespace {
+
+const KeyTable reduction{
+    "reduction",
+    "The reduced model.",
+    {key::number("tolerance_um", "um", positive, 0.1, "Error at the TCP that its order is chosen for.")}};
+
+const KeyTable check_points{
+    "check_points",
+    "Poses off the grid at which models are checked; `validate` and `run` ask for them.",
+    {key::texts("poses", Absent{}, "Poses as on the command line: \"X=-250,Y=100,Z=200,B=0\".")}};
+
+const KeyTable measured_machine{
+    "measured_machine",
+    "Where there is no measurement, `run` makes one: on a finer mesh, with another time scheme, perturbed parameters "
+    "and noise, and with one hidden effect.",
+    {
+        key::text("load", required, "The load program that it runs."),
+        key::word("kind", {"source_power", "film_coefficient", "contact_conductance"}, required, "What is wrong ..."),
+        key::text("where", required, "... the id of the source, film or joint ..."),
+        key::number("factor", "1", positive, required, "... and its ratio to nominal."),
+        key::whole("seed", 0, 1'000'000'000, 7.0, "Seed of the perturbed parameters and the noise."),
+        key::number("size_factor", "1", positive, 0.8, "Its element sizes relative to the case's mesh."),
+        key::number("refine", "1", positive, 0.8, "Its time steps relative to the load's."),
+    }};
+
+KeyTable table_of_case() {
+  return {"case.toml",
+          "A case: a machine with its load programs.",
+          {
+              key::schema(),
+              key::text("machine", "machine.toml", "The machine's file, relative to case.toml."),
+              key::text("size", "coarse", "Default mesh: coarse, standard, fine or a number."),
+              key::texts("train", Absent{}, "Load programs that models are trained on, by file name."),
+              key::texts("holdout", Absent{}, "Load programs that training does not see."),
+              key::text("measurement", Absent{}, "A measurement folder that `run` diagnoses."),
+              key::table("reduction", reduction, Absent{}, "The reduced model."),
+              key::table("time", time_keys(), Absent{}, "For load programs without a [time] of their own."),
+              key::table("check_points", check_points, Absent{}, "Poses off the grid."),
+              key::table("measured_machine", measured_machine, Absent{}, "A measurement to make."),
+          }};
+}
+
+}  // namespace
+
+const KeyTable& case_keys() {
+  static const KeyTable table = table_of_case();
+  return table;
+}
+
+}  // namespace thermotwin::solver

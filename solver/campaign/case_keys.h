@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The keys of case.toml.
+
+#include "core/key_table.h"
+
+namespace thermotwin::solver {
+
+const core::KeyTable& case_keys();
+
+}  // namespace thermotwin::solver
