@@ -115,7 +115,7 @@ private:
 
 struct StreamOptions {
   bool unbuffered = false;          ///< flush each row
-  bool strict = false;              ///< a cell or row that cannot be read is an error; else it counts as missing
+  bool strict = false;              ///< a cell or row that cannot be read, or be, is an error; else it is missing
   double probe_std_um = 0.5;        ///< of a probed value
   bool probed_compensated = false;  ///< probed while the offsets of the row before were applied
   /// Told of what the rows do not say, and of what cannot be read; the first ten lines of that.

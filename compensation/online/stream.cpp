@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "compensation/online/compensator.h"
+#include "compensation/online/input_limits.h"
 #include "core/error.h"
 #include "core/progress.h"
 #include "core/text.h"
@@ -53,6 +54,15 @@ struct Column {
   Eigen::Index index;
   std::string name;
   bool state = false;  ///< off, on or a share of the time between
+  InputLimits limits = {};
+
+  /// NaN, a missing value, can.
+  bool can_be(double value) const {
+    // A film or a flow times a negative state would make the model unstable.
+    if (state && (value < 0.0 || value > 1.0)) return false;
+    if (target == Target::probe && std::abs(value) > largest_probe_um) return false;
+    return !limits.passed_by(value);
+  }
 };
 
 class RowReader {
@@ -122,7 +132,8 @@ public:
 
   /// Whether the row has a time and as many cells as the header.
   bool readable() const { return readable_; }
-  /// Cells that could not be read, "air.T_C=unreadable T3_C=unreadable"; their values are missing.
+  /// Cells that could not be read or that the machine cannot have, "air.T_C=unreadable
+  /// spindle.speed_rpm=beyond_12000"; their values are missing.
   const std::string& unreadable() const { return unreadable_; }
   /// Whether one of these is not a sensor's.
   bool input_unreadable() const { return input_unreadable_; }
@@ -167,7 +178,10 @@ private:
       const double value = number({at, cell_end}, columns_[c]);
       switch (columns_[c].target) {
         case Column::Target::time: time_ = value; break;
-        case Column::Target::channel: row_[columns_[c].index] = value; break;
+        case Column::Target::channel:
+          // A mean over a step of both directions is one of sizes.
+          row_[columns_[c].index] = columns_[c].limits.both_ways ? std::abs(value) : value;
+          break;
         case Column::Target::sensor: sensors_[columns_[c].index] = value; break;
         case Column::Target::probe: probed_[columns_[c].index] = value; break;
       }
@@ -229,6 +243,7 @@ private:
     for (const mesh::SensorSpec& sensor : machine.sensors) known.push_back(sensor.id + "_C");
     static constexpr const char* probe_columns[] = {"probe_dx_um", "probe_dy_um", "probe_dz_um"};
     known.insert(known.end(), std::begin(probe_columns), std::end(probe_columns));
+    const std::vector<InputLimits> limits = input_limits(machine, channels);
     bool has_time = false;
     for (bool ended = false; !ended;) {
       const std::size_t comma = header.find(',');
@@ -244,7 +259,7 @@ private:
         columns_.push_back({Column::Target::time, 0, column});
         has_time = true;
       } else if (const int index = channels.index(column); index >= 0) {
-        columns_.push_back({Column::Target::channel, index, column, column.ends_with(".on")});
+        columns_.push_back({Column::Target::channel, index, column, column.ends_with(".on"), limits[index]});
       } else if (column.size() > 2 && column.ends_with("_C") &&
                  machine.sensor_index(column.substr(0, column.size() - 2)) >= 0) {
         columns_.push_back({Column::Target::sensor, machine.sensor_index(column.substr(0, column.size() - 2)), column});
@@ -293,24 +308,32 @@ private:
     if (tiny) value = 0.0;
     if (tiny || (end == last && error == std::errc() && !(std::abs(value) > largest))) {
       if (std::isnan(value) && column.target == Column::Target::time) time_blank_ = true;
-      // A film or a flow times a negative state would make the model unstable.
-      const bool wild_state = column.state && (value < 0.0 || value > 1.0);
-      const bool wild_probe = column.target == Column::Target::probe && std::abs(value) > largest_probe_um;
-      if (!wild_state && !wild_probe) return value;
-      if (wild_probe) {
-        note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value),
-             fmt::format("at most {:.0e} um", largest_probe_um));
-      } else {
-        note(fmt::format("{}:{}", name_, number_), fmt::format("{} = {}", column.name, value),
-             "a state: 0 (off) to 1 (on)");
-      }
+      if (column.can_be(value)) return value;
+      leave_out(column, refuse(value, column));
     } else {
       note(fmt::format("{}:{} {}", name_, number_, column.name), shown(cell),
            fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));
+      leave_out(column, "unreadable");
     }
-    unreadable_ += fmt::format("{}{}=unreadable", unreadable_.empty() ? "" : " ", column.name);
-    input_unreadable_ = input_unreadable_ || column.target != Column::Target::sensor;
     return missing;
+  }
+
+  /// Says that the number cannot be. @return the word for it in the status
+  std::string refuse(double value, const Column& column) {
+    const std::string place = fmt::format("{}:{}", name_, number_), found = fmt::format("{} = {}", column.name, value);
+    const InputLimits& limits = column.limits;
+    if (column.target == Column::Target::probe)
+      note(place, found, fmt::format("at most {:.0e} um", largest_probe_um));
+    else if (column.state)
+      note(place, found, "a state: 0 (off) to 1 (on)");
+    else
+      note(place, found, fmt::format("{:.6g} to {:.6g} ({} of machine.toml)", limits.low, limits.high, limits.stated));
+    return limits.passed_by(value) ? fmt::format("beyond_{:.6g}", limits.passed(value)) : "unreadable";
+  }
+
+  void leave_out(const Column& column, const std::string& why) {
+    unreadable_ += fmt::format("{}{}={}", unreadable_.empty() ? "" : " ", column.name, why);
+    input_unreadable_ = input_unreadable_ || column.target != Column::Target::sensor;
   }
 
   static constexpr long most_noted = 10;

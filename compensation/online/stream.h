@@ -17,7 +17,7 @@ inline constexpr std::size_t longest_line = 1U << 18U;
 
 struct StreamSummary {
   long rows = 0;        ///< written
-  long unreadable = 0;  ///< rows with a cell that could not be read, or as a whole
+  long unreadable = 0;  ///< rows with a cell that could not be read or cannot be, or as a whole
   /// Rows with each status but ok, as it is written: "sensor_failed T1=kelvin". Beyond most_statuses: "others".
   std::map<std::string, long, std::less<>> not_ok;
   static constexpr std::size_t most_statuses = 20;
@@ -28,8 +28,9 @@ struct StreamSummary {
 /// <sensor>_C, and probe_dx_um, probe_dy_um, probe_dz_um: the TCP error as probed at the row's pose, blank
 /// in most rows, in effect from the next row on. An unknown column is an InputError with the nearest
 /// known name. A line "# machine NAME HASH" before the header is compared with the model's machine. A cell
-/// that cannot be read counts as missing, is named in the row's status and on stderr; a row without a readable time or
-/// of another number of cells gets the answer of the row before once more.
+/// that cannot be read, or that the machine cannot have (input_limits.h), counts as missing, is named in the
+/// row's status and on stderr; a row without a readable time or of another number of cells gets the answer of
+/// the row before once more.
 /// @throws InputError for columns, times that do not rise, another machine's rows, lines beyond longest_line
 StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
                                 const std::string& in_name, std::ostream& out, const StreamOptions& options = {});

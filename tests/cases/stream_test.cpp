@@ -318,6 +318,21 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
   EXPECT_EQ(read(toy.file("offsets.csv")), result.out);
 }
 
+TEST(Stream, ASpeedBeyondTheSpindleIsMissing) {
+  const std::string rows = header + "0,6000,10,20\n60,15000,10,20\n120,-6000,10,20\n180,6000,500,20\n";
+  const Toy toy;
+  const Result result = thermotwin({"compensate", model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
+  EXPECT_EQ(result.status, 0);
+  EXPECT_SAYS(result.err, "standard input:3: spindle.speed_rpm = 15000");
+  for (const char* words : {"\"unreadable\":2", "\"input_missing spindle.speed_rpm=beyond_12000\":1",
+                            "\"input_missing axis.X.position_mm=beyond_120\":1"})
+    EXPECT_SAYS(result.out, words);
+  const Answers all = answers(read(toy.file("offsets.csv")));
+  ASSERT_EQ(all.status.size(), 4U);
+  EXPECT_EQ(all.status[2], "no_sensors");
+  EXPECT_EQ(thermotwin({"compensate", model(), "--strict"}, rows).status, 3);
+}
+
 TEST(Stream, ALineWithoutEndIsRefused) {
   const Result result = thermotwin({"compensate", model()}, "time_s\n0\n" + std::string(3000000, '7'));
   EXPECT_EQ(result.status, 3);

@@ -28,7 +28,8 @@ void add_compensate(CLI::App& app) {
       ->check(CLI::PositiveNumber);
 
   verb->add_flag("--strict", compensate.strict,
-                 "a cell that cannot be read ends the run (absent: it counts as missing, and the status says so)");
+                 "a cell that cannot be read, or a value that the machine cannot have, ends the run (absent: it counts "
+                 "as missing, and the status says so)");
 
   verb->add_option("--probe-std", compensate.probe_std_um,
                    "um, standard deviation of the values in columns probe_dx_um, probe_dy_um, probe_dz_um")

@@ -165,6 +165,57 @@ TEST(CompensateStream, WhatCannotBeReadIsMissingUnlessAskedToBeStrict) {
   expect_input_error([] { streamed("time_s\n5\n4\n"); }, {"backwards"});
 }
 
+TEST(CompensateStream, WhatTheMachineCannotHaveIsMissing) {
+  std::vector<std::string> said;
+  StreamOptions options = quiet();
+  options.warn = [&](const std::string& text) { said.push_back(text); };
+  const std::string header = "time_s,spindle.speed_rpm,axis.X.position_mm,axis.X.feed_mm_min,axis.C.position_deg\n";
+  const std::pair<const char*, const char*> cells[] = {
+      {"6000,100,60000,0", "no_sensors"},
+      {"15000,100,60000,0", "input_missing spindle.speed_rpm=beyond_12000"},
+      {"12100,100,60500,0", "no_sensors"},  // an overshoot of less than 1 %
+      {"-12000,100,-60000,4000", "no_sensors"},
+      {"-12500,100,0,0", "input_missing spindle.speed_rpm=beyond_-12000"},
+      {"6000,409,0,0", "input_missing axis.X.position_mm=beyond_400"},
+      {"6000,100,70000,0", "input_missing axis.X.feed_mm_min=beyond_60000"},
+      {"nan,100,0,0", "no_sensors"},
+  };
+  std::string rows = header;
+  double time = 0;
+  for (const auto& [cell, status] : cells) rows += fmt::format("{},{}\n", time += 60, cell);
+  std::istringstream lines(streamed(rows, options));
+  std::string line;
+  std::getline(lines, line);
+  for (const auto& [cell, status] : cells) {
+    std::getline(lines, line);
+    EXPECT_EQ(line.substr(line.rfind(',') + 1), status) << cell;
+  }
+  ASSERT_EQ(said.size(), 4U);
+  for (const char* words :
+       {"rows.csv:3: spindle.speed_rpm = 15000", "-12000 to 12000 (spindle_max_rpm of machine.toml)"})
+    EXPECT_NE(said[0].find(words), std::string::npos) << said[0];
+  EXPECT_NE(said[2].find("-400 to 400 (travel_mm of axis X of machine.toml)"), std::string::npos) << said[2];
+  // It is what a blank cell is.
+  const auto offsets = [&](const std::string& speed) {
+    const std::string out = streamed("time_s,spindle.speed_rpm\n0,6000\n60," + speed + "\n");
+    return out.substr(0, out.rfind(','));
+  };
+  EXPECT_EQ(offsets("15000"), offsets(""));
+  expect_input_error([&] { streamed("time_s,spindle.speed_rpm\n0,15000\n", quiet(true)); },
+                     {"rows.csv:2", "spindle.speed_rpm = 15000", "-12000 to 12000"});
+}
+
+TEST(CompensateStream, TheSignOfASpeedIsADirection) {
+  // Tapping: both directions within a step heat as one does.
+  std::string both = "time_s,spindle.speed_rpm,axis.X.feed_mm_min\n", one = both;
+  for (int i = 0; i < 200; ++i) {
+    const bool back = i % 2 == 1;
+    both += fmt::format("{},{},{}\n", 10 * i, back ? -6000 : 6000, back ? 20000 : -20000);
+    one += fmt::format("{},6000,20000\n", 10 * i);
+  }
+  EXPECT_EQ(streamed(both), streamed(one));
+}
+
 TEST(CompensateStream, ALineWithoutEndHasALimit) {
   class Endless : public std::streambuf {
   public:
