@@ -11,6 +11,7 @@
 
 #include "compensation/evaluation/plots.h"
 #include "compensation/evaluation/result.h"
+#include "compensation/measurement/measurement_check.h"
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
 #include "core/file.h"
@@ -155,6 +156,11 @@ void evaluate(const EvaluateOptions& options) {
   std::optional<reduction::ReducedModel> extended;
   if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));
   for (const std::string& name : options.models) compensation::model_spec(name);
+  if (!options.fitted.empty() || (options.model.empty() && options.case_path.empty())) {
+    compensation::require_plausible(measurement, {});
+    for (const auto* folders : {&others, &training_data})
+      for (const compensation::Measurement& folder : *folders) compensation::require_plausible(folder, {});
+  }
 
   compensation::Evaluation evaluation;
   if (!options.fitted.empty()) {

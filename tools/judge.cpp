@@ -6,6 +6,7 @@
 
 #include <optional>
 
+#include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
 #include "diagnosis/data/data_diagnosis.h"
 #include "diagnosis/diagnose.h"
@@ -44,6 +45,7 @@ void diagnose(const DiagnoseOptions& options) {
   if (without_machine) {
     if (options.displacement_error_percent || options.temperature_error_percent)
       throw core::UsageError("--displacement-error and --temperature-error are of a mesh: a case or --model is needed");
+    compensation::require_plausible(measurement, {});
     result = diagnosis::diagnose_data(measurement, {});
     diagnosis::write_diagnosis(folder, result);
   } else {

@@ -68,17 +68,6 @@ void check_displacement(const Measurement& measurement, const MeasuredChannel& c
   mesh::parse_pose(machine, channel.pose_text, place + " pose");
 }
 
-/// Every reading of a temperature within plausible_C.
-void check_readings(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {
-  const auto values = measurement.data.values.col(channel.column);
-  for (Eigen::Index i = 0; i < values.size(); ++i) {
-    if (!std::isnan(values[i]) && !machine.plausible(values[i])) {
-      machine.require_plausible(values[i], fmt::format("{}:{} column {} '{}'", measurement.data.source,
-                                                       core::Table::line_of_row(i), channel.column + 1, channel.id));
-    }
-  }
-}
-
 }  // namespace
 
 void require_fits(const Measurement& measurement, const mesh::Machine& machine) {
@@ -94,7 +83,19 @@ void require_fits(const Measurement& measurement, const mesh::Machine& machine) 
       throw InputError(place_of(measurement, channel), "neither sensor nor input nor quantity",
                        "what the channel is on the machine");
     }
-    if (channel.unit == "degC") check_readings(measurement, channel, machine);
+  }
+  require_plausible(measurement, machine.plausible_range());
+}
+
+void require_plausible(const Measurement& measurement, const mesh::PlausibleRange& range) {
+  for (const MeasuredChannel& channel : measurement.channels) {
+    if (channel.unit != "degC") continue;
+    const auto values = measurement.data.values.col(channel.column);
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      if (std::isnan(values[i]) || range.holds(values[i])) continue;
+      range.require(values[i], fmt::format("{}:{} column {} '{}'", measurement.data.source, core::Table::line_of_row(i),
+                                           channel.column + 1, channel.id));
+    }
   }
 }
 

@@ -6,12 +6,17 @@
 
 #include "compensation/measurement/measurement.h"
 #include "mesh/machine/machine.h"
+#include "mesh/machine/plausible_range.h"
 #include "solver/operation/channels.h"
 
 namespace thermotwin::compensation {
 
 /// Checks against a machine: sensors, inputs, quantities and poses exist, units fit, temperatures are plausible.
 void require_fits(const Measurement& measurement, const mesh::Machine& machine);
+
+/// Every reading in degC is a temperature that can be.
+/// @throws InputError (file, line, column) for the first one outside the range, with its value if it were in kelvin
+void require_plausible(const Measurement& measurement, const mesh::PlausibleRange& range);
 
 /// Rows of channels for the measurement's intervals: row i holds from time i to i+1 (last: repeats);
 /// missing values repeat the last one known (a range ends where its axis stands, Channels::update); inputs that are not

@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/machine/machine.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "core/error.h"
-#include "core/units.h"
 
 namespace thermotwin::mesh {
 
@@ -36,14 +33,11 @@ int Machine::sensor_index(const std::string& id) const { return index_of(sensors
 int Machine::ambient_index(const std::string& id) const { return index_of(ambients, id); }
 int Machine::coolant_index(const std::string& id) const { return index_of(coolants, id); }
 int Machine::volume_index(const std::string& id) const { return index_of(volumes, id); }
+PlausibleRange Machine::plausible_range() const {
+  return {plausible_low_C, plausible_high_C, "plausible_C of machine.toml"};
+}
 void Machine::require_plausible(double value_C, const std::string& place) const {
-  if (plausible(value_C)) return;
-  const double from_kelvin = value_C - core::units::zero_C_in_K;
-  throw core::InputError(
-      place,
-      plausible(from_kelvin) ? fmt::format("{:.9g} degC ({:.9g} degC if in kelvin)", value_C, from_kelvin)
-                             : fmt::format("{:.9g} degC", value_C),
-      fmt::format("{:.9g} to {:.9g} degC (plausible_C of machine.toml)", plausible_low_C, plausible_high_C));
+  plausible_range().require(value_C, place);
 }
 bool Machine::has_clamp(const std::string& axis) const {
   return std::any_of(joints.begin(), joints.end(),

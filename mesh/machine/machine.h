@@ -14,6 +14,7 @@
 
 #include "core/uncertain.h"
 #include "mesh/machine/laws.h"
+#include "mesh/machine/plausible_range.h"
 
 namespace thermotwin::mesh {
 
@@ -298,8 +299,7 @@ struct Machine {
   int ambient_index(const std::string& id) const;
   int volume_index(const std::string& id) const;
   int coolant_index(const std::string& id) const;
-  /// Whether a temperature lies within plausible_C.
-  bool plausible(double value_C) const { return value_C >= plausible_low_C && value_C <= plausible_high_C; }
+  PlausibleRange plausible_range() const;  ///< plausible_C
   /// @throws InputError (place) for a temperature outside plausible_C; says its value in degC where it may be in kelvin
   void require_plausible(double value_C, const std::string& place) const;
   /// Without [tcp] the machine has temperatures and displacements, but no TCP error.

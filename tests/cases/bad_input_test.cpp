@@ -343,6 +343,23 @@ TEST(Measurement, TemperaturesInKelvinAreNamed) {
   }
 }
 
+TEST(Measurement, TemperaturesInKelvinAreNamedWithoutAMachine) {
+  const Toy toy;
+  toy.take_measurement();
+  core::Table data = core::read_csv(toy.file("measurement/data.csv"));
+  const Eigen::Index column = data.find("T1").value();
+  data.values.col(column).array() += 273.15;
+  core::write_csv(toy.file("measurement/data.csv"), data);
+  for (const char* verb : {"diagnose", "evaluate"}) {
+    const Result result = toy.run({verb, "--data", toy.file("measurement")});
+    EXPECT_EQ(result.status, 3) << verb;
+    EXPECT_SAYS(result.err, "data.csv:2 column " + std::to_string(column + 1) + " 'T1'");
+    EXPECT_SAYS(result.err, "degC if in kelvin)");
+    EXPECT_SAYS(result.err, "allowed: -40 to 150 degC");
+    EXPECT_EQ(result.err.find("machine.toml"), std::string::npos) << result.err;
+  }
+}
+
 // A place that cannot hold results is refused before the long work, not after it.
 TEST(Output, FolderThatCannotBe) {
   const Toy toy;
