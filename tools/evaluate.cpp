@@ -11,10 +11,10 @@
 
 #include "compensation/evaluation/plots.h"
 #include "compensation/evaluation/result.h"
-#include "compensation/measurement/measurement_check.h"
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "mesh/machine/plausible_range.h"
 #include "reduction/model/model_file.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
@@ -146,7 +146,7 @@ nlohmann::json json_of(const compensation::CrossExperiment& cross) {
 }  // namespace
 
 void evaluate(const EvaluateOptions& options) {
-  const compensation::Measurement measurement = compensation::read_measurement(options.data);
+  compensation::Measurement measurement = compensation::read_measurement(options.data);
   std::vector<compensation::Measurement> others, training_data;
   for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
   for (const auto& folder : options.train_data) training_data.push_back(compensation::read_measurement(folder));
@@ -156,19 +156,21 @@ void evaluate(const EvaluateOptions& options) {
   std::optional<reduction::ReducedModel> extended;
   if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));
   for (const std::string& name : options.models) compensation::model_spec(name);
-  if (!options.fitted.empty() || (options.model.empty() && options.case_path.empty())) {
-    compensation::require_plausible(measurement, {});
-    for (const auto* folders : {&others, &training_data})
-      for (const compensation::Measurement& folder : *folders) compensation::require_plausible(folder, {});
-  }
-
+  const auto keep_all_plausible = [&](const mesh::PlausibleRange& range) {
+    keep_plausible(measurement, range);
+    for (auto* folders : {&others, &training_data})
+      for (compensation::Measurement& folder : *folders) keep_plausible(folder, range);
+  };
   compensation::Evaluation evaluation;
   if (!options.fitted.empty()) {
+    keep_all_plausible({});
     evaluation = compensation::transfer(measurement, compensation::FittedModel::read(options.fitted), settings);
   } else if (!options.model.empty() || !options.case_path.empty()) {
     const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
+    keep_all_plausible(model.machine.plausible_range());
     evaluation = compensation::evaluate(measurement, &model, settings, others, training_data);
   } else {
+    keep_all_plausible({});
     evaluation = compensation::evaluate(measurement, nullptr, settings, others, training_data);
   }
 

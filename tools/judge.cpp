@@ -6,7 +6,6 @@
 
 #include <optional>
 
-#include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
 #include "diagnosis/data/data_diagnosis.h"
 #include "diagnosis/diagnose.h"
@@ -29,7 +28,7 @@ constexpr std::size_t shown_causes = 5;
 }  // namespace
 
 void diagnose(const DiagnoseOptions& options) {
-  const compensation::Measurement measurement = compensation::read_measurement(options.data);
+  compensation::Measurement measurement = compensation::read_measurement(options.data);
   const auto folder = options.out / "diagnosis";
   for (const auto& read : {options.model, options.case_path}) {
     std::error_code ignored;
@@ -45,7 +44,7 @@ void diagnose(const DiagnoseOptions& options) {
   if (without_machine) {
     if (options.displacement_error_percent || options.temperature_error_percent)
       throw core::UsageError("--displacement-error and --temperature-error are of a mesh: a case or --model is needed");
-    compensation::require_plausible(measurement, {});
+    keep_plausible(measurement, {});
     result = diagnosis::diagnose_data(measurement, {});
     diagnosis::write_diagnosis(folder, result);
   } else {

@@ -6,6 +6,7 @@
 
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
+#include "core/progress.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "solver/campaign/case.h"
 #include "tools/chain.h"
@@ -20,11 +21,12 @@ std::string evaluate_instead(const std::filesystem::path& data) {
 }
 
 /// @throws InputError unless the measurement is one of the machine
-void require_measured_on(const mesh::Machine& machine, const compensation::Measurement& measurement) {
+void require_measured_on(const mesh::Machine& machine, compensation::Measurement& measurement) {
   const bool names_machine =
       std::any_of(measurement.channels.begin(), measurement.channels.end(),
                   [](const auto& channel) { return !channel.quantity.empty() || !channel.input.empty(); });
   try {
+    keep_plausible(measurement, machine.plausible_range());
     compensation::require_fits(measurement, machine);
   } catch (const core::InputError& error) {
     if (names_machine) throw;
@@ -34,7 +36,11 @@ void require_measured_on(const mesh::Machine& machine, const compensation::Measu
 
 }  // namespace
 
-reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
+void keep_plausible(compensation::Measurement& measurement, const mesh::PlausibleRange& range) {
+  for (const std::string& blanked : compensation::blank_implausible(measurement, range)) core::warn(blanked);
+}
+
+reduction::ReducedModel model_of(compensation::Measurement& measurement, const std::filesystem::path& case_path,
                                  const std::filesystem::path& model, const std::filesystem::path& out) {
   if (model.empty()) require_measured_on(open_case(case_path, "", 0).machine, measurement);
   reduction::ReducedModel made = model_for(case_path, model, out);

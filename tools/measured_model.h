@@ -9,15 +9,19 @@
 #include "compensation/measurement/measurement.h"
 #include "diagnosis/diagnose.h"
 #include "diagnosis/judge/diagnosis.h"
+#include "mesh/machine/plausible_range.h"
 #include "reduction/model/reduced_model.h"
 #include "solver/campaign/campaign.h"
 #include "solver/campaign/case.h"
 
 namespace thermotwin::tools {
 
+/// Blanks a few temperatures that cannot be and warns of them, see compensation::blank_implausible.
+void keep_plausible(compensation::Measurement& measurement, const mesh::PlausibleRange& range);
+
 /// The reduced model of the verb; a measurement that does not fit is refused before any long work.
-/// @param model  empty: made from the case
-reduction::ReducedModel model_of(const compensation::Measurement& measurement, const std::filesystem::path& case_path,
+/// @param measurement  see keep_plausible  @param model  empty: made from the case
+reduction::ReducedModel model_of(compensation::Measurement& measurement, const std::filesystem::path& case_path,
                                  const std::filesystem::path& model, const std::filesystem::path& out);
 
 /// The load programs of a case (training and held-out ones), for a machine of its kind.

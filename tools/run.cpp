@@ -66,7 +66,9 @@ void require_whole_chain(const solver::Case& machine_case) {
   load_programs(machine_case, machine_case.train);
   load_programs(machine_case, machine_case.holdout);
   if (!machine_case.measurement.empty()) {
-    compensation::require_fits(compensation::read_measurement(machine_case.measurement), machine_case.machine);
+    compensation::Measurement measurement = compensation::read_measurement(machine_case.measurement);
+    keep_plausible(measurement, machine_case.machine.plausible_range());
+    compensation::require_fits(measurement, machine_case.machine);
   } else {
     measured_machine(machine_case);
     machine_case.load(machine_case.measured_machine->load);
@@ -255,7 +257,8 @@ void compensate_unseen(const solver::Case& machine_case, const reduction::Reduce
 void diagnose_measurement(const solver::Case& machine_case, const solver::FullModel& full,
                           const reduction::ReducedModel& model, const RunOptions& options, Findings& found) {
   const mesh::Machine& machine = machine_case.machine;
-  const compensation::Measurement measurement = measurement_of(machine_case, options.resume, options.out);
+  compensation::Measurement measurement = measurement_of(machine_case, options.resume, options.out);
+  compensation::blank_implausible(measurement, machine.plausible_range());  // warned of before the long work
   compensation::require_fits(measurement, machine);
   const diagnosis::Diagnosis diagnosed =
       diagnosis::diagnose(model, measurement, {.programs = programs_of(machine_case, machine)});

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "compensation/measurement/channel.h"
 #include "compensation/measurement/measurement.h"
@@ -68,6 +69,23 @@ void check_displacement(const Measurement& measurement, const MeasuredChannel& c
   mesh::parse_pose(machine, channel.pose_text, place + " pose");
 }
 
+constexpr Eigen::Index few = 3, hundred = 100;  ///< fault codes that are blanked: so many, or one of so many
+
+std::string column_text(const MeasuredChannel& channel) {
+  return fmt::format("column {} '{}'", channel.column + 1, channel.id);
+}
+
+/// Of a channel in degC, rows with a temperature that cannot be.
+std::vector<Eigen::Index> implausible_rows(const Measurement& measurement, const MeasuredChannel& channel,
+                                           const mesh::PlausibleRange& range) {
+  std::vector<Eigen::Index> rows;
+  if (channel.unit != "degC") return rows;
+  const auto values = measurement.data.values.col(channel.column);
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    if (!std::isnan(values[i]) && !range.holds(values[i])) rows.push_back(i);
+  return rows;
+}
+
 }  // namespace
 
 void require_fits(const Measurement& measurement, const mesh::Machine& machine) {
@@ -89,14 +107,29 @@ void require_fits(const Measurement& measurement, const mesh::Machine& machine) 
 
 void require_plausible(const Measurement& measurement, const mesh::PlausibleRange& range) {
   for (const MeasuredChannel& channel : measurement.channels) {
-    if (channel.unit != "degC") continue;
-    const auto values = measurement.data.values.col(channel.column);
-    for (Eigen::Index i = 0; i < values.size(); ++i) {
-      if (std::isnan(values[i]) || range.holds(values[i])) continue;
-      range.require(values[i], fmt::format("{}:{} column {} '{}'", measurement.data.source, core::Table::line_of_row(i),
-                                           channel.column + 1, channel.id));
-    }
+    const std::vector<Eigen::Index> rows = implausible_rows(measurement, channel, range);
+    if (rows.empty()) continue;
+    range.require(
+        measurement.data.values(rows.front(), channel.column),
+        fmt::format("{}:{} {}", measurement.data.source, core::Table::line_of_row(rows.front()), column_text(channel)));
   }
+}
+
+std::vector<std::string> blank_implausible(Measurement& measurement, const mesh::PlausibleRange& range) {
+  std::vector<std::string> blanked;
+  for (const MeasuredChannel& channel : measurement.channels) {
+    const std::vector<Eigen::Index> rows = implausible_rows(measurement, channel, range);
+    auto values = measurement.data.values.col(channel.column);
+    const Eigen::Index all = (!values.array().isNaN()).count(), wrong = std::ssize(rows);
+    if (wrong == 0 || wrong > std::max(few, all / hundred) || 2 * wrong >= all) continue;
+    blanked.push_back(
+        fmt::format("{}: {}: {} of {} values outside {}, the first {:.9g} degC at {:.9g} s (line {}); taken as missing",
+                    measurement.data.source, column_text(channel), wrong, all, range.phrase(), values[rows.front()],
+                    measurement.data.values(rows.front(), 0), core::Table::line_of_row(rows.front())));
+    for (const Eigen::Index row : rows) values[row] = std::numeric_limits<double>::quiet_NaN();
+  }
+  require_plausible(measurement, range);
+  return blanked;
 }
 
 Eigen::MatrixXd channel_rows(const Measurement& measurement, const solver::Channels& channels) {

@@ -3,6 +3,7 @@
 // allowed, and earlier results byte for byte as they were.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -341,6 +342,35 @@ TEST(Measurement, TemperaturesInKelvinAreNamed) {
     EXPECT_SAYS(result.err, "degC if in kelvin)");
     EXPECT_SAYS(result.err, "-40 to 150 degC (plausible_C of machine.toml)");
   }
+}
+
+// What a logger writes where a sensor's cable is open: that reading is missing, the record stays.
+TEST(Measurement, AFaultCodeIsAMissingReading) {
+  const Toy toy;
+  toy.take_measurement();
+  const std::string file = toy.file("measurement/data.csv");
+  core::Table data = core::read_csv(file);
+  const Eigen::Index column = data.find("T1").value();
+  const auto judged = [&](const char* verb, double reading) {
+    data.values(5, column) = reading;
+    core::write_csv(file, data);
+    return toy.run({verb, toy.path(), "--data", toy.file("measurement"), "--model",
+                    (toy_run() / "model.rom.h5").string(), "--json"});
+  };
+  for (const char* verb : {"diagnose", "evaluate"}) {
+    const Result coded = judged(verb, 850.0), blank = judged(verb, std::nan(""));
+    ASSERT_EQ(coded.status, 0) << verb << coded.err;
+    EXPECT_EQ(coded.out, blank.out) << verb;
+    const std::string found = "data.csv: column " + std::to_string(column + 1) + " 'T1': 1 of ";
+    EXPECT_SAYS(coded.err, found);
+    EXPECT_EQ(coded.err.find(found), coded.err.rfind(found)) << "said once: " << coded.err;
+    EXPECT_SAYS(coded.err, "-40 to 150 degC (plausible_C of machine.toml), the first 850 degC at 1200 s (line 7)");
+    EXPECT_EQ(blank.err.find("'T1'"), std::string::npos) << blank.err;
+  }
+  data.values.col(column).segment(5, data.rows() / 10).setConstant(850.0);
+  const Result many = judged("diagnose", 850.0);
+  EXPECT_EQ(many.status, 3);
+  EXPECT_SAYS(many.err, "data.csv:7 column " + std::to_string(column + 1) + " 'T1': 850 degC; allowed: ");
 }
 
 TEST(Measurement, TemperaturesInKelvinAreNamedWithoutAMachine) {

@@ -366,6 +366,49 @@ TEST(EvaluateRecord, PausesAndManyFoldersDoNotBlurAFit) {
     EXPECT_GT(least_reduction(json::parse(result.out), model, "day 0"), 98.5) << model;
 }
 
+/// Readings of T1 from the 100th row on, each ten rows, are fault codes.
+void write_coded_record(const Toy& toy, const std::string& name, int codes, double code) {
+  std::mt19937_64 random(11);
+  Motor motor;
+  int row = 0;
+  write_record(toy, name, 48, [&](double hour) {
+    Row now = motor.step(random, 2.0 + std::sin(hour));
+    now.temperatures.push_back(20.0 + std::cos(hour));
+    if (row >= 100 && row < 100 + 10 * codes && row % 10 == 0) now.temperatures[0] = code;
+    ++row;
+    return now;
+  });
+}
+
+TEST(EvaluateRecord, AFewFaultCodesAreMissingReadings) {
+  const Toy toy;
+  write_coded_record(toy, "record", 5, std::nan(""));
+  const auto evaluated = [&] {
+    return toy.run({"evaluate", "--data", toy.file("record"), "--models", "first_order", "--json"});
+  };
+  const Result blank = evaluated();
+  ASSERT_EQ(blank.status, 0) << blank.err;
+  EXPECT_EQ(blank.err.find("'T1'"), std::string::npos) << blank.err;
+  write_coded_record(toy, "record", 5, -127.0);  // of 576
+  const Result coded = evaluated();
+  ASSERT_EQ(coded.status, 0) << coded.err;
+  EXPECT_EQ(json::parse(coded.out)["rows"], json::parse(blank.out)["rows"]);
+  const Result diagnosed = toy.run({"diagnose", "--data", toy.file("record")});
+  EXPECT_EQ(diagnosed.status, 0) << diagnosed.err;
+  for (const std::string& said : {coded.err, diagnosed.err}) {
+    EXPECT_SAYS(
+        said,
+        "record/data.csv: column 3 'T1': 5 of 576 values outside -40 to 150 degC, the first -127 degC at 30000 s "
+        "(line 102)");
+  }
+  write_coded_record(toy, "record", 6, -127.0);
+  for (const char* verb : {"evaluate", "diagnose"}) {
+    const Result refused = toy.run({verb, "--data", toy.file("record")});
+    EXPECT_EQ(refused.status, 3) << verb;
+    EXPECT_SAYS(refused.err, "record/data.csv:102 column 3 'T1': -127 degC; allowed: -40 to 150 degC");
+  }
+}
+
 TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {
   const Toy toy;
   std::mt19937_64 random(2);
