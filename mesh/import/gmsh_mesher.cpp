@@ -507,7 +507,7 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
         gmsh::model::getBoundingBox(-1, -1, box[0], box[1], box[2], box[3], box[4], box[5]);
         Eigen::Matrix3Xd ends(3, 2);
         ends << box[0], box[3], box[1], box[4], box[2], box[5];
-        check_extent(unit * ends, options.body);  // before a mesh of a billion elements
+        check_extent(unit * ends, options.body, path.string());  // before a mesh of a billion elements
         gmsh::model::getEntities(solids, 3);
         volume = volume_of(solids) * unit * unit * unit;
         require_affordable(volume, options, place);

@@ -102,7 +102,7 @@ Surface read_checked(const std::filesystem::path& path, const ImportOptions& opt
     core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
   if (const Healing healed = heal(surface); healed.any() && warn)
     core::warn(fmt::format("body '{}': the surface was repaired: {}", options.body, healed.brief()));
-  check_surface(surface, options.body);
+  check_surface(surface, options.body, path.string());
   return surface;
 }
 

@@ -160,7 +160,7 @@ TetMesh finish(const RawMesh& raw, const ImportOptions& options) {
   const Renumbering number(raw, quadratic);
   warn_of_left_out(raw, options.body, quadratic, raw.points.size() - number.nodes);
   fill(mesh, raw, points, number, quadratic, options.unit_m);
-  check_extent(mesh.points, options.body);
+  check_extent(mesh.points, options.body, raw.source);
   build_boundary(mesh, options.body);
   for (const auto& [name, faces] : face_groups(mesh, raw, number)) mesh.groups[name].assign(faces.begin(), faces.end());
   return mesh;

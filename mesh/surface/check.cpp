@@ -328,18 +328,18 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body) {
   return result;
 }
 
-void check_extent(const Eigen::Matrix3Xd& points, const std::string& body) {
-  if (points.cols() == 0) fail(body, "no points", "a body");
+void check_extent(const Eigen::Matrix3Xd& points, const std::string& body, const std::string& file) {
+  const std::string place = "body '" + body + "': " + file;
+  if (points.cols() == 0) throw core::MeshError(place, "no points", "a body");
   const double extent = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).maxCoeff();
-  if (!(extent >= 0.001 && extent <= 50.0)) {
-    fail(body, fmt::format("a largest extent of {:.4g} m: is the unit right?", extent),
-         "0.001 m .. 50 m (key unit = \"mm\", \"m\" or \"in\")");
-  }
+  if (extent >= 0.001 && extent <= 50.0) return;
+  throw core::MeshError(place, fmt::format("a largest extent of {:.4g} m: is the unit right?", extent),
+                        "0.001 m .. 50 m (key unit = \"mm\", \"m\" or \"in\" of the body in machine.toml)");
 }
 
-void check_surface(const Surface& surface, const std::string& body) {
+void check_surface(const Surface& surface, const std::string& body, const std::string& file) {
   check_triangles(surface, body);
-  check_extent(surface.points, body);
+  check_extent(surface.points, body, file);
   check_edges(surface, body);
   check_self_intersection(surface, body);
   (void)pieces(surface, body);  // inside and outside have a meaning only now

@@ -23,8 +23,9 @@ std::vector<Surface> pieces(const Surface& surface, const std::string& body);
 /// m^3, from the divergence theorem; cavities count as such.
 double enclosed_volume(const Surface& surface);
 
-/// @throws MeshError unless the largest extent is within 1 mm .. 50 m
-void check_extent(const Eigen::Matrix3Xd& points, const std::string& body);
+/// @param file  that the body is read from
+/// @throws MeshError, naming body and file, unless the largest extent is within 1 mm .. 50 m
+void check_extent(const Eigen::Matrix3Xd& points, const std::string& body, const std::string& file);
 
 /// Turns of the surface around the point: +-1 inside, 0 outside (sum of solid angles / 4 pi).
 double winding(const Surface& surface, const Eigen::Vector3d& point);
@@ -32,7 +33,8 @@ double winding(const Surface& surface, const Eigen::Vector3d& point);
 /// The triangles with take != 0 and their points.
 Surface select(const Surface& surface, const std::vector<char>& take);
 
-/// The checks of read_surface on a surface at hand. @throws MeshError, naming body and triangle
-void check_surface(const Surface& surface, const std::string& body);
+/// The checks of read_surface on a surface at hand. @param file  that it is read from
+/// @throws MeshError, naming body and triangle
+void check_surface(const Surface& surface, const std::string& body, const std::string& file);
 
 }  // namespace thermotwin::mesh

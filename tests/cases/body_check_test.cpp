@@ -143,6 +143,22 @@ TEST(Import, DamagedFilesAreErrors) {
   EXPECT_SAYS(result.err, "plate");
 }
 
+TEST(Import, AnExtentThatCannotBeNamesItsFile) {
+  const OwnCase surface(body_text("block", 60, "unit = \"m\""));
+  surface.blocks("block", {low});
+  std::string machine = body_text("plate", 60, "unit = \"m\"");
+  machine.replace(machine.find(".stl"), 4, ".inp");
+  const OwnCase mesh(machine);
+  mesh.write("cad/plate.inp",
+             "*NODE\n1, 0, 0, 0\n2, 100, 0, 0\n3, 0, 100, 0\n4, 0, 0, 100\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n");
+  for (const auto& [own, file] : {std::pair{&surface, "cad/block.stl: "}, {&mesh, "cad/plate.inp: "}}) {
+    const Result result = own->run({"mesh", own->path()});
+    EXPECT_EQ(result.status, 3) << result.err;
+    EXPECT_SAYS(result.err, std::string(file) + "a largest extent of 100 m: is the unit right?");
+    EXPECT_SAYS(result.err, "0.001 m .. 50 m (key unit");
+  }
+}
+
 TEST(Import, AMeshThatWouldBeTooLargeIsRefusedBefore) {
   const OwnCase own(body_text("block", 0.1));
   own.blocks("block", {low});

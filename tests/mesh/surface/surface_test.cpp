@@ -19,7 +19,7 @@ namespace {
 const Vector3d origin = Vector3d::Zero();
 
 std::string fault(const mesh::Surface& surface) {
-  return message_of([&] { mesh::check_surface(surface, "cover"); });
+  return message_of([&] { mesh::check_surface(surface, "cover", "cover.stl"); });
 }
 
 void expect_words(const std::string& message, const std::vector<const char*>& words) {
@@ -78,7 +78,7 @@ TEST(Surface, NonManifold) {
 }
 
 TEST(Surface, WrongUnit) {
-  expect_words(fault(box_surface(origin, {100, 100, 100})), {"unit", "100 m"});
+  expect_words(fault(box_surface(origin, {100, 100, 100})), {"cover.stl", "unit", "100 m"});
   expect_words(fault(box_surface(origin, {1e-4, 1e-4, 1e-4})), {"unit"});
 }
 
