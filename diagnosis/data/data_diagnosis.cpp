@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "core/text.h"
 #include "diagnosis/data/channel_finding.h"
+#include "diagnosis/data/sentences.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/report/words.h"
@@ -128,12 +129,13 @@ public:
     const bool all_shared =
         all([&](const ChannelFinding& f) { return !off(f) || (!f.holding.empty() && f.judged.unknown < 0.5); });
     const std::vector<RankedCause> rivals = rivals_of();
-    const std::string untold = channels([](const ChannelFinding& f) { return f.open() && f.untold; });
+    const std::vector<std::string> untold = channels([](const ChannelFinding&f) { return f.open() && f.untold; }),
+                                   open = channels([](const ChannelFinding&f) { return f.open(); });
     if (!untold.empty()) d.next = needed(record_, parts_, widest_untold());
     if (all([](const ChannelFinding& f) { return f.clean(); })) {
       d.verdict = Verdict::no_discrepancy;
       d.sentence = fmt::format("No discrepancy: the record follows the grey box of its first {:.0f} h {}.",
-                               fitted_hours(), how_well([](const ChannelFinding&) { return true; }));
+                               fitted_hours(), how_well([](const ChannelFinding&) { return true; }, 1));
     } else if (unexplained && !all_shared) {
       d.verdict = Verdict::unexplained;
       d.sentence = unexplained_sentence(d);
@@ -141,27 +143,24 @@ public:
       d.verdict = Verdict::ambiguous;
       d.sentence = fmt::format(
           "Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
-          fitted_hours(), words(rivals), beside(d));
+          fitted_hours(), core::join(names_of(rivals)), beside(d));
     } else if (!untold.empty()) {
       d.verdict = Verdict::ambiguous;
       const ChannelFinding& widest = widest_untold();
       d.sentence = fmt::format(
           "This record cannot tell whether {} changed after its first {:.0f} h: {} is expected within +- {:.3g} {} and "
           "varies by {:.3g} {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
-          untold, fitted_hours(), widest.channel, widest.judged.expected, widest.unit, widest.signal, widest.unit,
-          beside(d), d.next.channel, d.next.load, d.next.why);
-    } else if (const std::string doubted = channels([](const ChannelFinding& f) { return f.open(); });
-               !doubted.empty()) {
+          core::join(untold), fitted_hours(), widest.channel, widest.judged.expected, widest.unit, widest.signal,
+          widest.unit, beside(d), d.next.channel, d.next.load, d.next.why);
+    } else if (!open.empty()) {
       d.verdict = Verdict::ambiguous;
-      d.sentence =
-          fmt::format("Ambiguous: {} follows the grey box of the first {:.0f} h {}, but {} may have changed it.{}",
-                      doubted, fitted_hours(), how_well([](const ChannelFinding& f) { return f.open(); }),
-                      rivals.empty() ? "something else" : words(rivals), beside(d));
+      const std::string well = how_well([](const ChannelFinding& f) { return f.open(); }, open.size());
+      d.sentence = "Ambiguous: " + doubt(open, fitted_hours(), well, names_of(rivals)) + beside(d);
     } else {
       d.verdict = Verdict::explained;
       d.sentence =
           fmt::format("Explained by {}: in the last part the displacements' RMS goes from {:.2f} to {:.2f} um.",
-                      words(d.causes), d.heldout_rms_before_um, d.heldout_rms_after_um);
+                      core::join(names_of(d.causes)), d.heldout_rms_before_um, d.heldout_rms_after_um);
     }
     if (d.verdict == Verdict::ambiguous) add_ambiguous_set(rivals, unexplained, d);
   }
@@ -169,29 +168,28 @@ public:
 private:
   double fitted_hours() const { return (parts_.first_end - record_.time[0]) / hour; }
 
-  static std::string words(const std::vector<RankedCause>& causes) {
+  static std::vector<std::string> names_of(const std::vector<RankedCause>& causes) {
     std::vector<std::string> named;
     for (const RankedCause& cause : causes) named.push_back(name_of(cause.parameter));
-    return core::join(named);
+    return named;
   }
   template <class Holds>
-  std::string channels(const Holds& holds) const {
+  std::vector<std::string> channels(const Holds& holds) const {
     std::vector<std::string> names;
     for (const ChannelFinding& finding : findings_)
       if (holds(finding)) names.push_back(finding.channel);
-    return names.empty() ? "" : core::join(names);
+    return names;
   }
-  static std::string beside(const Diagnosis& d) {
-    return d.causes.empty() ? "" : fmt::format(" {} explains the rest.", words(d.causes));
-  }
+  static std::string beside(const Diagnosis& d) { return explain_the_rest(names_of(d.causes)); }
 
   /// Of the channels that the sentence is about: within their uncertainty, or how far a residual exceeds it by chance.
+  /// @param subjects  of the sentence
   template <class About>
-  std::string how_well(const About& about) const {
+  std::string how_well(const About& about, std::size_t subjects) const {
     const ChannelFinding* worst = nullptr;
     for (const ChannelFinding& finding : findings_)
       if (about(finding) && (worst == nullptr || finding.strays() > worst->strays())) worst = &finding;
-    if (worst == nullptr || worst->strays() <= worth_saying) return "within its uncertainty";
+    if (worst == nullptr || worst->strays() <= worth_saying) return within_uncertainty(subjects);
     return fmt::format(
         "with a residual of {} that is {:.2g} times the expected one (as large by chance with p = {:.2g})",
         worst->channel, worst->strays(), worst->judged.p_value);
@@ -219,9 +217,7 @@ private:
     std::string sentence = fmt::format(
         "Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; \"How it was judged\" in "
         "report.html describes the residual.",
-        fitted_hours(),
-        d.causes.empty() ? "nothing proposed holds in the last part"
-                         : "only " + words(d.causes) + " holds in the last part");
+        fitted_hours(), hold_in_the_last_part(names_of(d.causes)));
     for (const ChannelFinding& finding : findings_) {
       if (finding.refused()) {
         sentence += fmt::format(

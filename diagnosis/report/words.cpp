@@ -87,19 +87,23 @@ std::string sentence_of(const Diagnosis& d) {
         list_in_words(d.causes, 1), beside.empty() ? "" : ", perhaps with " + list_in_words(beside, 2), d.strained);
   }
   if (only_unknown_shares(d)) {
-    return fmt::format("Ambiguous: {}, and something beside it that no kind describes, probability {:.2f}.",
-                       list_in_words(d.causes, 2), d.ambiguous_set.front().probability);
+    return fmt::format("Ambiguous: {}, and something beside {} that no kind describes, probability {:.2f}.",
+                       list_in_words(d.causes, 2), d.causes.size() == 1 ? "it" : "them",
+                       d.ambiguous_set.front().probability);
   }
   if (d.verdict == Verdict::ambiguous) {
     return (d.causes.empty() ? "Ambiguous: several causes explain the difference: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
            list_in_words(d.ambiguous_set, 4) + ".";
   }
+  const bool one = d.causes.size() == 1;
   return "Explained by " + list_in_words(d.causes, 3) + "." + gain +
          (!d.extended_machine_text.empty() ? ""
           : d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0
-              ? " Alone it makes them worse: what else is off, within its uncertainty, had cancelled it. No extension "
-                "is recommended."
+              ? fmt::format(
+                    " Alone {} the displacements worse: what else is off, within its uncertainty, had cancelled {}. No "
+                    "extension is recommended.",
+                    one ? "it makes" : "they make", one ? "it" : "them")
               : " The gain is not certain, so no extension is recommended.");
 }
 

@@ -177,6 +177,30 @@ TEST(DataDiagnosis, ALikelyCauseThatTheLastPartRefusesIsSaid) {
   EXPECT_NE(d.sentence.find("before the last part and does not hold there"), std::string::npos) << d.sentence;
 }
 
+/// Two displacements drift, a third swings as nothing does.
+TEST(DataDiagnosis, SeveralCausesHoldInThePlural) {
+  auto m = record([](double) { return 0.0; });
+  const Index n = m.data.rows();
+  m.data.values.conservativeResize(Eigen::NoChange, 6);
+  for (const auto& [id, column] : {std::pair{"y", 4}, {"x", 5}}) {
+    m.channels.push_back(m.channels[2]);
+    m.channels.back().id = id;
+    m.channels.back().column = column;
+    m.data.columns.emplace_back(id);
+    m.data.values.col(column) = m.data.values.col(3);
+  }
+  for (Index i = 0; i < n; ++i) {
+    const double hour = i / 12.0;
+    if (hour >= 20) m.data.values.row(i).segment(4, 2).array() += 0.4 * (hour - 20);
+    if (hour >= 24) m.data.values(i, 3) += 5.0 * std::sin(0.011 * hour * hour);
+  }
+  const diagnosis::Diagnosis d = run(m);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::unexplained) << listed(d);
+  ASSERT_EQ(d.causes.size(), 2U) << listed(d);
+  EXPECT_NE(d.sentence.find("only probe_drift of y, probe_drift of x hold in the last part"), std::string::npos)
+      << d.sentence;
+}
+
 TEST(DataDiagnosis, TwoElementsOnOneInputAreNoDiscrepancy) {
   auto m = record([](double) { return 0.0; });
   double slow = 0;

@@ -78,6 +78,7 @@ TEST(Verdict, ASureCauseWithinItsStatedUncertaintyIsAmbiguousIfItIsStrong) {
   const Diagnosis two = decided(1.2, 0.99, 30.0, {.value = 1.6, .probability = 0.95});
   EXPECT_EQ(two.verdict, diagnosis::Verdict::ambiguous);
   EXPECT_EQ(two.causes.size(), 2U);
+  EXPECT_NE(two.sentence.find("and something beside them that no kind describes"), std::string::npos) << two.sentence;
 }
 
 TEST(Verdict, ASourceThatIsSeenIsThereHoweverUnsureItsSize) {
@@ -129,6 +130,17 @@ TEST(Verdict, ASecondCauseIsNamedWhereItIsLikelyAndNoOtherOneIs) {
             diagnosis::Verdict::ambiguous);
   EXPECT_TRUE(
       decided(1.2, 0.99, 5.0, {.value = 1.6, .probability = 0.78, .log_evidence = 4.0, .pair = 0.8}).causes.empty());
+}
+
+TEST(Verdict, CausesThatMakeItWorseAreSpokenOfInTheirNumber) {
+  Diagnosis d = decided(1.6, 0.99, 300.0, {.value = 1.6, .probability = 0.99, .log_evidence = 3.0, .pair = 0.99});
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained);
+  ASSERT_EQ(d.causes.size(), 2U);
+  d.heldout_rms_before_um = 1.0;
+  d.ci95_high_percent = -5.0;
+  EXPECT_NE(diagnosis::sentence_of(d).find("Alone they make the displacements worse"), std::string::npos);
+  d.causes.pop_back();
+  EXPECT_NE(diagnosis::sentence_of(d).find("Alone it makes the displacements worse"), std::string::npos);
 }
 
 TEST(Verdict, BesideACauseAndSomethingUnknownALikelyOneIsInTheSet) {
