@@ -41,6 +41,7 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   Json json;
   json["schema"] = 1;
   json["verdict"] = name_of(diagnosis.verdict);
+  json["sentence"] = diagnosis.sentence;
   json["causes"] = Json::array();
   for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) json["causes"].push_back(named(diagnosis.causes[i], i + 1));
   json["ranking"] = Json::array();
@@ -79,6 +80,8 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   json["next_measurement"] = {
       {"load", diagnosis.next.load}, {"channel", diagnosis.next.channel}, {"why", diagnosis.next.why}};
   json["extended_machine"] = diagnosis.extended_machine_text.empty() ? Json(nullptr) : Json("extended/machine.toml");
+  json["warnings"] = diagnosis.warnings;
+  json["notes"] = diagnosis.notes;
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

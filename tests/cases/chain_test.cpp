@@ -98,9 +98,14 @@ void expect_keys(const json& object, const std::set<std::string>& keys, const st
 TEST(WholeChain, DiagnosisHasItsSchema) {
   const json d = parsed(toy_run() / "diagnosis/diagnosis.json");
   expect_keys(d,
-              {"schema", "verdict", "causes", "ranking", "ambiguous_set", "residual", "gain", "next_measurement",
-               "extended_machine"},
+              {"schema", "verdict", "sentence", "causes", "ranking", "ambiguous_set", "residual", "gain",
+               "next_measurement", "extended_machine", "warnings", "notes"},
               "top");
+  EXPECT_FALSE(d["sentence"].get<std::string>().empty());
+  for (const char* key : {"warnings", "notes"}) {
+    ASSERT_TRUE(d[key].is_array());
+    for (const json& text : d[key]) EXPECT_TRUE(text.is_string());
+  }
   const std::set<std::string> verdicts{"explained", "no_discrepancy", "ambiguous", "unexplained"};
   EXPECT_EQ(verdicts.count(d["verdict"]), 1U);
   for (const json& cause : d["causes"]) {

@@ -11,6 +11,7 @@
 #include <set>
 #include <tuple>
 
+#include "core/svg.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {
@@ -476,6 +477,11 @@ TEST(DiagnoseRecord, SpeaksOfTheRecordAlone) {
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_SAYS(result.out, "Explained by probe_drift of z");
   const std::string page = read(toy.result("diagnosis/report.html"));
+  // diagnosis.json says what the terminal and the page say.
+  const json d = json::parse(read(toy.result("diagnosis/diagnosis.json")));
+  EXPECT_SAYS(result.out, d["sentence"].get<std::string>());
+  ASSERT_FALSE(d["notes"].empty());
+  for (const json& note : d["notes"]) EXPECT_SAYS(page, core::xml_text(note.get<std::string>()));
   const std::string body = std::regex_replace(page.substr(page.find("</style>")), std::regex("<svg[^]*?</svg>"), "");
   for (const std::string& text : {result.out, body}) {
     for (const char* words : {"TCP", "mesh", "machine.toml", "± 0 ", "stated uncertainty", "nominal"})

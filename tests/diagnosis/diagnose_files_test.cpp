@@ -30,8 +30,13 @@ TEST(DiagnoseFiles, JsonHasTheKeysOfTheContract) {
     for (const auto& item : object.items()) result.insert(item.key());
     return result;
   };
-  EXPECT_EQ(keys(json), (std::set<std::string>{"schema", "verdict", "causes", "ranking", "ambiguous_set", "residual",
-                                               "gain", "next_measurement", "extended_machine"}));
+  EXPECT_EQ(keys(json),
+            (std::set<std::string>{"schema", "verdict", "sentence", "causes", "ranking", "ambiguous_set", "residual",
+                                   "gain", "next_measurement", "extended_machine", "warnings", "notes"}));
+  EXPECT_EQ(json["sentence"], d.sentence);
+  EXPECT_EQ(json["warnings"], nlohmann::json(d.warnings));
+  EXPECT_EQ(json["notes"], nlohmann::json(d.notes));
+  EXPECT_FALSE(d.sentence.empty() || d.notes.empty());
   ASSERT_EQ(json["causes"].size(), 1u);
   EXPECT_EQ(keys(json["causes"][0]), (std::set<std::string>{"kind", "where", "probability", "parameters"}));
   EXPECT_EQ(json["causes"][0]["kind"], "source_power");
