@@ -182,13 +182,14 @@ RankedCause cause_of(const ChannelFinding& finding, std::size_t index) {
   return cause;
 }
 
-RankedCause no_cause(Kind kind, const std::string& channel, double probability) {
+RankedCause no_cause(Kind kind, const std::string& channel, double probability, double log_evidence) {
   RankedCause row;
   row.parameter.name.clear();
   row.parameter.unit.clear();
   row.parameter.kind = kind;
   row.parameter.where = channel;
   row.probability = probability;
+  row.log_evidence = log_evidence;
   return row;
 }
 
@@ -196,7 +197,7 @@ std::vector<RankedCause> ranking_of(const ChannelFinding& finding) {
   std::vector<RankedCause> rows;
   for (std::size_t i = 0; i < finding.judged.extensions.size(); ++i) rows.push_back(cause_of(finding, i));
   rows.push_back(no_cause(Kind::none, finding.channel, finding.none()));
-  rows.push_back(no_cause(Kind::unknown, finding.channel, finding.unknown()));
+  rows.push_back(no_cause(Kind::unknown, finding.channel, finding.unknown(), finding.judged.unknown_log_evidence));
   std::stable_sort(rows.begin(), rows.end(),
                    [](const auto& a, const auto& b) { return a.probability > b.probability; });
   return rows;

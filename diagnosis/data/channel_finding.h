@@ -50,8 +50,8 @@ ChannelFinding find_in_channel(const DataRecord& record, const RecordParts& part
 
 /// The extension as a cause of the channel.
 RankedCause cause_of(const ChannelFinding& finding, std::size_t extension);
-/// none or unknown.
-RankedCause no_cause(Kind kind, const std::string& channel, double probability);
+/// none or unknown. @param log_evidence  against none
+RankedCause no_cause(Kind kind, const std::string& channel, double probability, double log_evidence = 0.0);
 /// All extensions, none and unknown, most probable first. Their probabilities sum to 1.
 std::vector<RankedCause> ranking_of(const ChannelFinding& finding);
 

@@ -252,7 +252,9 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   std::vector<double> unknown;
   for (const double share : unknown_sizes)
     for (const double time : unknown_times) unknown.push_back(fitted.log_evidence_of({share * size, time}));
-  std::vector<double> logs = {std::log(prior_none) + log_none, std::log(prior_unknown) + log_mean_exp(unknown)};
+  const double log_unknown = log_mean_exp(unknown);
+  judged.unknown_log_evidence = log_unknown - log_none;
+  std::vector<double> logs = {std::log(prior_none) + log_none, std::log(prior_unknown) + log_unknown};
   for (Extension& extension : judged.extensions) {
     logs.push_back(std::log(prior_cause / static_cast<double>(judged.extensions.size())) + extension.log_evidence);
     extension.log_evidence -= log_none;

@@ -38,6 +38,7 @@ struct JudgedChannel {
   double expected = 0, seen = 0;         ///< RMS after the first part: of expected_std, of the residual
   double p_value = 1;                    ///< of the residual after the first part, see judge_channel
   double none = 1, unknown = 0;          ///< probabilities
+  double unknown_log_evidence = 0;       ///< against none
   std::vector<Extension> extensions;
 };
 

@@ -31,7 +31,7 @@ struct ResidualAnalysis {
 
 struct RankedCause {
   Parameter parameter;
-  double probability = 0, log_evidence = 0;  ///< against no cause, natural logarithm
+  double probability = 0, log_evidence = 0;  ///< against none, natural logarithm; of none 0
   double value = 0, std = 0;                 ///< estimate
   double heldout_explained_percent =
       0;               ///< of the residual's mean square, held-out time; without a machine of its channel's RMS

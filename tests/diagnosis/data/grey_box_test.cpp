@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 
 #include "core/error.h"
 #include "diagnosis/data/data_diagnosis.h"
+#include "diagnosis/data/data_hypotheses.h"
 #include "diagnosis/judge/diagnosis.h"
 
 namespace {
@@ -167,6 +169,23 @@ TEST(DataDiagnosis, EveryChannelHasProbabilitiesOfItsOwn) {
   EXPECT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
   ASSERT_EQ(d.causes.size(), 1u);
   EXPECT_EQ(d.causes[0].parameter.where, "y");
+}
+
+/// Of a record without a discrepancy: probabilities are prior times evidence.
+TEST(DataDiagnosis, LogEvidenceIsAgainstNone) {
+  const diagnosis::Diagnosis d = run(record([](double) { return 0.0; }));
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << listed(d);
+  const auto row = [&](Kind kind) {
+    return *std::find_if(d.ranking.begin(), d.ranking.end(), [&](const auto& r) { return r.parameter.kind == kind; });
+  };
+  const auto none = row(Kind::none), unknown = row(Kind::unknown), drift = row(Kind::probe_drift);
+  EXPECT_EQ(none.log_evidence, 0.0);
+  EXPECT_NE(unknown.log_evidence, 0.0);
+  const double causes = static_cast<double>(d.ranking.size()) - 2.0;
+  EXPECT_NEAR(std::log(unknown.probability / none.probability),
+              std::log(diagnosis::prior_unknown / diagnosis::prior_none) + unknown.log_evidence, 1e-6);
+  EXPECT_NEAR(std::log(drift.probability / none.probability),
+              std::log(diagnosis::prior_cause / causes / diagnosis::prior_none) + drift.log_evidence, 1e-6);
 }
 
 /// It drifts for two parts and stands where it began in the last.
