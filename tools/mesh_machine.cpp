@@ -15,6 +15,7 @@
 #include "mesh/machine/file.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/contact/contact.h"
+#include "solver/elastic/drives.h"
 #include "tools/chain.h"
 
 namespace thermotwin::tools {
@@ -128,6 +129,14 @@ void add_joints(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& j
   }
 }
 
+/// Displacements will be refused; temperatures alone need nothing that holds an axis.
+void warn_of_unheld_axes(const mesh::Machine& machine) {
+  for (const auto& [axis, body] : solver::unheld_axes(machine)) {
+    core::warn(fmt::format("{} axis '{}': nothing holds body '{}' along it; displacements need {}",
+                           machine.path.string(), axis, body, solver::what_holds_an_axis));
+  }
+}
+
 }  // namespace
 
 void mesh_machine(const MeshOptions& options) {
@@ -136,6 +145,7 @@ void mesh_machine(const MeshOptions& options) {
   mesh::Machine machine = mesh::read_machine(file);
   if (options.mesh_order > 0) machine.order = options.mesh_order;
   require_writable(options.out);
+  warn_of_unheld_axes(machine);
   const mesh::MachineMesh meshed =
       mesh::build_machine_mesh(machine, {mesh::size_factor(machine, options.size), options.out / "cache"});
   core::write_files_by(options.out / "mesh", [&](const std::filesystem::path& staged) {

@@ -12,6 +12,7 @@
 #include "mesh/machine/kinematics.h"
 #include "solver/contact/contact.h"
 #include "solver/contact/grid.h"
+#include "solver/elastic/drives.h"
 #include "solver/operation/grid_occupancy.h"
 #include "solver/operation/layout.h"
 
@@ -117,27 +118,9 @@ SpringSet::SpringSet(const mesh::MachineMesh& mesh, const std::vector<JointGrid>
   }
   for (std::size_t i = 0; i < machine.screws.size(); ++i)
     if (auto screw = AxisFeedback::of_screw(mesh, i, units)) feedbacks_.push_back(*std::move(screw));
-  require_drives(machine);
-}
-
-void SpringSet::require_drives(const mesh::Machine& machine) const {
-  for (int a = 0; a < std::ssize(machine.axes); ++a) {
-    const mesh::Axis& axis = machine.axes[a];
-    const auto moved = std::find_if(machine.bodies.begin(), machine.bodies.end(),
-                                    [&](const mesh::BodySpec& body) { return body.elastic && body.axis == axis.id; });
-    if (axis.kind != mesh::AxisKind::linear || moved == machine.bodies.end()) continue;
-    const auto of_axis = [&](const auto& item) { return item.axis == axis.id; };
-    const bool has_scale = axis.feedback == "screw"
-                               ? std::any_of(machine.screws.begin(), machine.screws.end(), of_axis)
-                               : std::any_of(machine.scales.begin(), machine.scales.end(), of_axis);
-    const bool has_joint = std::any_of(joints_.begin(), joints_.end(),
-                                       [&](const Joint& joint) { return joint.grid.axis == a && !joint.guide; });
-    if (!has_scale && !has_joint) {
-      throw core::InputError(machine.path.filename().string() + " axis " + axis.id,
-                             "nothing holds body '" + moved->id + "' along it",
-                             "a [[scale]] of this axis, a [[screw]] with feedback = \"screw\", or a joint with "
-                             "stiffness that is no guide");
-    }
+  for (const auto& [axis, body] : unheld_axes(machine)) {
+    throw core::InputError(machine.path.filename().string() + " axis " + axis,
+                           "nothing holds body '" + body + "' along it", what_holds_an_axis);
   }
 }
 

@@ -68,7 +68,6 @@ private:
   static void add_grid_node(const mesh::MachineMesh& mesh, const ContactSearch& search,
                             const std::unordered_map<int, int>& pad_of_face, std::size_t node, Joint& joint,
                             UnitFunctionals& units);
-  void require_drives(const mesh::Machine& machine) const;
   void append(const Joint& joint, const Pad& pad, const Eigen::VectorXd& hat,
               const Eigen::Isometry3d& master_from_slave, std::vector<Spring>& springs) const;
 

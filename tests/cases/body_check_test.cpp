@@ -112,6 +112,34 @@ TEST(BodyCheck, JointsAreListedWithAreaAndGap) {
   EXPECT_SAYS(apart.err, "reach_mm = 5");
 }
 
+TEST(BodyCheck, AnAxisThatNothingHoldsIsWarnedOf) {
+  std::string machine = body_text("bed", 60) + body_text("ram", 60, "parent = \"bed\"\naxis = \"X\"") +
+                        "[[axis]]\nid = \"X\"\nkind = \"linear\"\ndirection = [1, 0, 0]\ntravel_mm = [-10, 10]\n" +
+                        stacked.substr(stacked.find("[[surface]]"));
+  const std::string bolted = "kind = \"bolted\"\n";
+  machine.replace(machine.find(bolted), bolted.size(),
+                  "kind = \"guide\"\naxis = \"X\"\nstiffness_normal_N_mm3 = 100\n");
+  const auto meshed = [](const OwnCase& own) {
+    own.blocks("bed", {low});
+    own.blocks("ram", {high});
+    return own.run({"mesh", own.path()});
+  };
+  const OwnCase free(machine);
+  const Result unheld = meshed(free);
+  EXPECT_EQ(unheld.status, 0) << unheld.err;
+  EXPECT_SAYS(unheld.err, "machine.toml axis 'X': nothing holds body 'ram' along it; displacements need a [[scale]]");
+  const Result refused = free.run({"simulate", free.path(), "--load", "hour"});
+  EXPECT_EQ(refused.status, 3);
+  EXPECT_SAYS(refused.err, "axis X: nothing holds body 'ram' along it");
+  const OwnCase held(
+      machine +
+      "[[scale]]\naxis = \"X\"\ncarrier = \"bed\"\nhead_body = \"ram\"\nstart_mm = [0, 0, 50]\n"
+      "end_mm = [100, 0, 50]\nfixed_at_mm = [0, 0, 50]\nhead_mm = [50, 0, 50.2]\nexpansion_1_K = 1e-5\n");
+  const Result quiet = meshed(held);
+  EXPECT_EQ(quiet.status, 0) << quiet.err;
+  EXPECT_EQ(quiet.err.find("nothing holds"), std::string::npos) << quiet.err;
+}
+
 TEST(BodyCheck, PoorElementsAreWarnedOf) {
   std::string machine = body_text("plate", 60);
   machine.replace(machine.find(".stl"), 4, ".inp");
