@@ -153,6 +153,27 @@ MachineValue segment_value(Machine& machine, const std::string& id, const KindRo
   throw InputError("diagnosis", row.name + " of '" + id + "'", "<coolant>.<segment> of the machine");
 }
 
+MachineValue exchange_value(Machine& machine, const std::string& id, const KindRow& row) {
+  for (mesh::VolumeSpec& volume : machine.volumes) {
+    for (mesh::VolumeExchange& exchange : volume.exchanges) {
+      if (volume.id + "." + exchange.with != id) continue;
+      MachineValue value{"volume", volume.id, exchange.with, row.key, &exchange.conductance.value};
+      value.part_table = "exchange";
+      value.part_key = "with";
+      return value;
+    }
+  }
+  throw InputError("diagnosis", row.name + " of '" + id + "'", "<volume>.<with> of the machine");
+}
+
+/// A volume states its content or its capacity; the machine knows the capacity, which is in proportion.
+MachineValue volume_value(Machine& machine, const std::string& id, const KindRow& row) {
+  mesh::VolumeSpec& volume = *find_item(machine.volumes, id, row.name);
+  if (volume.capacity_per_litre > 0.0)
+    return {"volume", id, "", row.key, &volume.capacity.value, volume.capacity_per_litre};
+  return {"volume", id, "", "heat_capacity_J_K", &volume.capacity.value};
+}
+
 MachineValue material_value(Machine& machine, const std::string& id, const KindRow& row) {
   mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, row.name));
   return value_of(material, "material", material.id, row);
@@ -197,6 +218,8 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
     case Target::joint: return joint_values(machine, id, row);
     case Target::coolant: return {value_in(machine.coolants, "coolant", id, row)};
     case Target::segment: return {segment_value(machine, id, row)};
+    case Target::volume: return {volume_value(machine, id, row)};
+    case Target::exchange: return {exchange_value(machine, id, row)};
     case Target::body: return {material_value(machine, id, row)};
     case Target::scale: return {axis_value(machine.scales, "scale", id, row)};
     case Target::screw: return {axis_value(machine.screws, "screw", id, row)};

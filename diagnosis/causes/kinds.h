@@ -27,6 +27,8 @@ enum class Kind {
   coolant_coupling,
   coolant_inlet,
   control_sensor_offset,
+  volume_exchange,
+  volume_capacity,
   expansion_coefficient,
   heat_capacity,
   scale_expansion,
@@ -44,7 +46,22 @@ enum class Kind {
 };
 
 /// What carries the value: a table of machine.toml, a material of the body's own, a reading of a channel.
-enum class Target { nothing, source, film, ambient, joint, coolant, segment, body, scale, screw, sensor, reading };
+enum class Target {
+  nothing,
+  source,
+  film,
+  ambient,
+  joint,
+  coolant,
+  segment,
+  volume,
+  exchange,
+  body,
+  scale,
+  screw,
+  sensor,
+  reading
+};
 
 enum class Sense { ratio, absolute };  ///< the nominal value is multiplied; it is added to
 

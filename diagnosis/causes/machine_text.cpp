@@ -179,12 +179,13 @@ std::string changed_text(const std::string& text, const std::string& source, con
     return text + (text.ends_with('\n') ? "" : "\n") + "\n[[" + place.table + "]]\n" + place.id_key + " = " +
            quoted(place.id) + "\n# " + line + "\n" + place.key + " = " + written(number) + "\n";
   }
-  if (!place.segment.empty()) {
+  if (!place.part.empty()) {
     std::size_t to = section.last;
     while (to < all.size() && !(all[to].header && !all[to].name.starts_with(place.table + "."))) ++to;
-    if (!find_table(text, all, place.table + ".segment", place.segment, section.last, to, section)) {
-      throw core::InputError(source, "no [[" + place.table + ".segment]] '" + place.segment + "' below " + what,
-                             "a table with this header and id, so that its key can be changed");
+    const std::string table = place.table + "." + place.part_table;
+    if (!find_table(text, all, table, place.part, section.last, to, section, place.part_key)) {
+      throw core::InputError(source, "no [[" + table + "]] '" + place.part + "' below " + what,
+                             "a table with this header and " + place.part_key + ", so that its key can be changed");
     }
   }
   std::string changed = text;
@@ -199,7 +200,7 @@ std::string changed_text(const std::string& text, const std::string& source, con
     changed.insert(key->line, indent + "# " + line + "\n");
     return changed;
   }
-  const Statement* id = find_key(all, section, place.id_key);
+  const Statement* id = find_key(all, section, place.part.empty() ? place.id_key : place.part_key);
   std::size_t at = line_end(text, id->end);
   const std::string indent = text.substr(id->line, text.find_first_not_of(" \t", id->line) - id->line);
   std::string added = indent + "# " + line + "\n" + indent + place.key + " = " + written(number);

@@ -11,14 +11,15 @@
 namespace thermotwin::diagnosis {
 
 struct MachineValue {
-  std::string table;    ///< "source": the [[source]] ...
-  std::string id;       ///< ... with this id
-  std::string segment;  ///< the [[<table>.segment]] below it with this id; empty: the table itself
+  std::string table;  ///< "source": the [[source]] ...
+  std::string id;     ///< ... with this id
+  std::string part;   ///< the table below it that this names; empty: the table itself
   std::string key;
-  double* value = nullptr;    ///< into the machine it was asked of
-  double per_unit = 1;        ///< the machine's value of one unit of the key
-  std::string id_key = "id";  ///< key that holds the id
-  bool may_lack = false;      ///< the table itself is added at the end of the file where it is not there
+  double* value = nullptr;                              ///< into the machine it was asked of
+  double per_unit = 1;                                  ///< the machine's value of one unit of the key
+  std::string id_key = "id";                            ///< key that holds the id
+  std::string part_table = "segment", part_key = "id";  ///< [[<table>.<part_table>]] whose part_key is `part`
+  bool may_lack = false;  ///< the table itself is added at the end of the file where it is not there
 };
 
 /// All that the parameter changes (both stiffnesses of a joint; else one). What the machine lacks is

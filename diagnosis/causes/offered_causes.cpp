@@ -153,8 +153,25 @@ void add_coolants(const Machine& machine, const Measurement& measurement, std::v
   }
 }
 
+/// A volume whose temperature is measured has no heat balance.
+bool balances(const mesh::VolumeSpec& volume, const Measurement& measurement) {
+  return !measures(measurement, volume.id + ".T_C");
+}
+
+void add_volumes(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
+  for (const mesh::VolumeSpec& volume : machine.volumes) {
+    if (!balances(volume, measurement)) continue;
+    for (const mesh::VolumeExchange& exchange : volume.exchanges) {
+      if (exchange.conductance.value > 0.0) {
+        found.push_back(
+            ratio(Kind::volume_exchange, volume.id + "." + exchange.with, exchange.conductance, least_film_std, 0.8));
+      }
+    }
+  }
+}
+
 /// Expansions, capacities and stiffnesses.
-void add_parts(const Machine& machine, std::vector<Parameter>& found) {
+void add_parts(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
   for (const mesh::BodySpec& body : machine.bodies) {
     const mesh::Material& material = machine.material(body.material);
     if (body.elastic)
@@ -162,13 +179,20 @@ void add_parts(const Machine& machine, std::vector<Parameter>& found) {
     if (material.specific_heat_table.at.empty())
       found.push_back(ratio(Kind::heat_capacity, body.id, material.specific_heat, least_material_std, 0.3));
   }
+  for (const mesh::VolumeSpec& volume : machine.volumes) {
+    if (balances(volume, measurement))
+      found.push_back(ratio(Kind::volume_capacity, volume.id, volume.capacity, least_material_std, 0.5));
+  }
   for (const mesh::ScaleSpec& scale : machine.scales)
     found.push_back(ratio(Kind::scale_expansion, scale.axis, scale.expansion, least_material_std, 0.4));
   for (const mesh::ScrewSpec& screw : machine.screws)
     found.push_back(ratio(Kind::screw_expansion, screw.axis, screw.expansion, least_material_std, 0.4));
   for (const mesh::JointSpec& joint : machine.joints) {
-    if (joint.stiffness_normal.value > 0.0)
-      found.push_back(ratio(Kind::contact_stiffness, joint.id, joint.stiffness_normal, least_stiffness_std, 0.8));
+    if (!(joint.stiffness_normal.value > 0.0)) continue;
+    // One factor for both: it is as uncertain as the less certain of them.
+    core::Uncertain stated = joint.stiffness_normal;
+    stated.std_percent = std::max(stated.std_percent, joint.stiffness_tangential.std_percent);
+    found.push_back(ratio(Kind::contact_stiffness, joint.id, stated, least_stiffness_std, 0.8));
   }
 }
 
@@ -238,7 +262,8 @@ std::vector<Parameter> candidate_parameters(const Machine& machine, const Measur
   }
   add_ambients(machine, measurement, found);
   add_coolants(machine, measurement, found);
-  if (with_parts) add_parts(machine, found);
+  add_volumes(machine, measurement, found);
+  if (with_parts) add_parts(machine, measurement, found);
   add_readings(machine, measurement, told_row_s, found);
   return found;
 }

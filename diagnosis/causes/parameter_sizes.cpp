@@ -26,7 +26,7 @@ bool PartChanges::differs_in_rows(const PartChanges& other) const {
 PartChanges part_changes(const mesh::Machine& base, const mesh::Machine& machine) {
   PartChanges changes;
   const auto size = [](const auto& items) { return std::ssize(items); };
-  changes.capacity.setZero(size(base.bodies));
+  changes.capacity.setZero(size(base.bodies) + size(base.volumes));
   changes.bodies.setZero(size(base.bodies));
   for (std::size_t b = 0; b < base.bodies.size(); ++b) {
     const mesh::Material &before = base.material(base.bodies[b].material),
@@ -34,6 +34,10 @@ PartChanges part_changes(const mesh::Machine& base, const mesh::Machine& machine
     changes.capacity[b] =
         relative_change(now.density * now.specific_heat.value, before.density * before.specific_heat.value);
     changes.bodies[b] = relative_change(now.expansion.value, before.expansion.value);
+  }
+  for (std::size_t v = 0; v < base.volumes.size(); ++v) {
+    changes.capacity[size(base.bodies) + v] =
+        relative_change(machine.volumes[v].capacity.value, base.volumes[v].capacity.value);
   }
   changes.scales.setZero(size(base.scales));
   for (std::size_t i = 0; i < base.scales.size(); ++i)
@@ -87,10 +91,10 @@ reduction::ReducedModel model_of_changed(const reduction::ReducedModel& model, c
   }
   if (!model.parts) return changed;
   const PartChanges changes = part_changes(model.machine, machine);
-  for (Index b = 0; b < changes.capacity.size(); ++b) {
-    Eigen::MatrixXd& part = changed.parts->capacity[b];
-    changed.system.capacity += changes.capacity[b] * part;
-    part *= 1.0 + changes.capacity[b];
+  for (Index i = 0; i < std::ssize(changed.parts->capacity); ++i) {
+    Eigen::MatrixXd& part = changed.parts->capacity[i];
+    changed.system.capacity += changes.capacity[i] * part;
+    part *= 1.0 + changes.capacity[i];
   }
   const auto add = [&](std::vector<reduction::ReducedOutputs>& parts, const VectorXd& amounts, const VectorXd& growth) {
     for (Index i = 0; i < amounts.size(); ++i) {

@@ -11,7 +11,7 @@
 
 namespace thermotwin::diagnosis {
 
-/// One an item of the machine: factors less 1, logarithms of stiffness ratios.
+/// One an item of the machine (capacity: bodies, then volumes): factors less 1, logarithms of stiffness ratios.
 struct PartChanges {
   Eigen::VectorXd capacity, bodies, scales, screws, stiffness;
   bool differs_in_rows(const PartChanges& other) const;

@@ -135,8 +135,8 @@ MatrixXd Response::capacity_of(const mesh::Machine& machine) const {
   MatrixXd capacity = model_.system.capacity;
   if (!model_.parts) return capacity;
   const VectorXd changes = part_changes(model_.machine, machine).capacity;
-  for (std::size_t b = 0; b < model_.parts->capacity.size(); ++b)
-    if (const double change = changes[b]; change != 0.0) capacity += change * model_.parts->capacity[b];
+  for (Index i = 0; i < std::ssize(model_.parts->capacity); ++i)
+    if (changes[i] != 0.0) capacity += changes[i] * model_.parts->capacity[i];
   return capacity;
 }
 

@@ -26,8 +26,8 @@ VolumeSpec read_volume(const Node& node, Draft& draft) {
   volume.id = draft.define(node, "volume");
   if (node.has("content_l")) {
     refuse(node, "heat_capacity_J_K", "either heat_capacity_J_K or content_l");
-    volume.capacity =
-        scaled(node.uncertain("content_l"), 1e-3 * node.number("density_kg_m3") * node.number("specific_heat_J_kgK"));
+    volume.capacity_per_litre = 1e-3 * node.number("density_kg_m3") * node.number("specific_heat_J_kgK");
+    volume.capacity = scaled(node.uncertain("content_l"), volume.capacity_per_litre);
   } else {
     for (const char* key : {"density_kg_m3", "specific_heat_J_kgK"}) refuse(node, key, "together with content_l");
     volume.capacity = node.uncertain("heat_capacity_J_K");

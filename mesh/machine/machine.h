@@ -168,7 +168,8 @@ struct VolumeExchange {
 };
 struct VolumeSpec {
   std::string id;
-  Uncertain capacity;  ///< J/K
+  Uncertain capacity;             ///< J/K
+  double capacity_per_litre = 0;  ///< J/(K l) where the file states a content, else 0
   std::vector<VolumeExchange> exchanges;
 };
 

@@ -31,7 +31,7 @@ Eigen::MatrixXd table_remainder(const mesh::Machine& machine, const mesh::Pose& 
   return rest;
 }
 
-/// V_b^T E_bb V_b; a body's block of the capacity is its own.
+/// V_b^T E_bb V_b of bodies and volumes; a body's block of the capacity is its own, a volume is one state, the last ones.
 std::vector<Eigen::MatrixXd> capacities(const solver::FullModel& full, const Eigen::MatrixXd& basis) {
   const mesh::MachineMesh& mesh = full.mesh;
   std::vector<Eigen::MatrixXd> all(mesh.bodies.size());
@@ -41,6 +41,11 @@ std::vector<Eigen::MatrixXd> capacities(const solver::FullModel& full, const Eig
     const Eigen::MatrixXd own = project(block, RowMajorMatrix(basis.middleRows(first, nodes)));
     all[b] = 0.5 * (own + own.transpose());
   });
+  const std::vector<mesh::VolumeSpec>& volumes = mesh.machine.volumes;
+  for (std::size_t v = 0; v < volumes.size(); ++v) {
+    const Eigen::RowVectorXd row = basis.row(basis.rows() - std::ssize(volumes) + static_cast<Eigen::Index>(v));
+    all.push_back(volumes[v].capacity.value * row.transpose() * row);
+  }
   return all;
 }
 

@@ -51,8 +51,13 @@ void write_parts(StoreWriter& writer, const Parts& parts, const ReducedModel& mo
   IntRows items(std::ssize(named), 2);
   for (Index i = 0; i < items.rows(); ++i) items.row(i) << named[i].first, named[i].second;
   writer.group("/parts");
-  writer.stack("/parts/capacity", parts.capacity, r, r);
+  const auto split = parts.capacity.begin() + std::ssize(parts.bodies);
+  writer.stack("/parts/capacity", {parts.capacity.begin(), split}, r, r);
   writer.describe("/parts/capacity", "(body, state, state)", "J/K");
+  if (split != parts.capacity.end()) {
+    writer.stack("/parts/volume_capacity", {split, parts.capacity.end()}, r, r);
+    writer.describe("/parts/volume_capacity", "(volume, state, state)", "J/K");
+  }
   writer.vector("/parts/stiffness_exponent", parts.stiffness_exponent);
   writer.describe("/parts/stiffness_exponent", "joint", "1");
   writer.integers("/parts/items", items);
@@ -76,6 +81,10 @@ std::optional<Parts> read_parts(const StoreReader& reader, const ReducedModel& m
               tables = std::ssize(model.outputs.table_axis);
   Parts parts;
   parts.capacity = reader.stack("/parts/capacity", std::ssize(machine.bodies), r, r);
+  if (reader.has("/parts/volume_capacity")) {
+    for (MatrixXd& capacity : reader.stack("/parts/volume_capacity", std::ssize(machine.volumes), r, r))
+      parts.capacity.push_back(std::move(capacity));
+  }
   parts.bodies.resize(machine.bodies.size());
   parts.scales.resize(machine.scales.size());
   parts.screws.resize(machine.screws.size());

@@ -45,7 +45,7 @@ struct ReducedOutputs {
   std::vector<Eigen::MatrixXd> table_axis, table_own;  ///< (6 x r), (7 x r) each
 };
 
-/// What heat content and outputs owe to each part of the machine. The capacity is a sum over bodies, the
+/// What heat content and outputs owe to each part of the machine. The capacity is a sum over bodies and volumes, the
 /// output rows are sums over the expansions of bodies, tapes and screws, so both are affine in
 /// material data of single bodies:
 ///   E = E_0 + sum_b (c_b / c_b0 - 1) E_b,   C = C_0 + sum_b (a_b / a_b0 - 1) C_b.
@@ -53,7 +53,8 @@ struct ReducedOutputs {
 /// derivative by ln k, and n one number a joint that makes the second derivative right where the joint
 /// acts most: -1 where rows follow the compliance, 0 where they follow ln k.
 struct Parts {
-  std::vector<Eigen::MatrixXd> capacity;  ///< (bodies) (r x r) each
+  /// (bodies, then volumes) (r x r) each. Models of earlier versions have those of bodies only.
+  std::vector<Eigen::MatrixXd> capacity;
   /// One an item of the machine, rows at the poses of the model's own outputs (which are not repeated
   /// here); without rows where the item takes no share.
   std::vector<ReducedOutputs> bodies, scales, screws;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <map>
 #include <set>
 #include <sstream>
 #include <unistd.h>
@@ -18,6 +19,7 @@
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "mesh/machine/file.h"
+#include "mesh/machine/machine_keys.h"
 #include "tests/machines/rods_record.h"
 
 namespace {
@@ -97,6 +99,21 @@ nut_body = "head"
 fixed_bearing_mm = [0, 0, 0]
 nut_mm = [0, 0, 200]
 expansion_1_K = 11.5e-6
+[[volume]]
+id = "tank"
+content_l = 20
+[[volume.exchange]]
+with = "air"
+conductance_W_K = 3
+[[volume]]
+id = "cabinet"
+heat_capacity_J_K = 5e4
+[[volume.exchange]]
+with = "tank"
+conductance_W_K = 1
+[[volume.exchange]]
+with = "air"
+conductance_W_K = { value = 4, std_percent = 30 }
 )";
   return mesh::parse_machine(text, "rods/machine.toml");
 }
@@ -162,6 +179,125 @@ TEST(Hypothesis, StatedUncertaintyIsTheNominalPrior) {
   EXPECT_DOUBLE_EQ(lumped::find(Kind::film_coefficient, "base.film").nominal_std, 0.10);
   EXPECT_DOUBLE_EQ(lumped::find(Kind::source_power, "motor").nominal_std, 0.05);
   EXPECT_DOUBLE_EQ(lumped::find(Kind::sensor_offset, "T3_reading").nominal_std, 0.05);
+}
+
+/// What a key of machine.toml that takes an uncertainty is in a diagnosis.
+struct UncertainKey {
+  Kind kind;
+  std::function<void(mesh::Machine&, double)> state;  ///< std_percent at every item
+};
+
+template <class Items, class Value>
+std::function<void(mesh::Machine&, double)> each(Items mesh::Machine::*items, Value value) {
+  return [=](mesh::Machine& machine, double percent) {
+    for (auto& item : machine.*items) value(item).std_percent = percent;
+  };
+}
+
+std::map<std::string, UncertainKey> uncertain_keys() {
+  using mesh::Machine;
+  const auto films = each(
+      &Machine::films, [](auto& film) -> auto& { return film.coefficient; });
+  const auto capacities = each(
+      &Machine::volumes, [](auto& volume) -> auto& { return volume.capacity; });
+  return {
+      {"material.specific_heat_J_kgK",
+       {Kind::heat_capacity, each(
+                                 &Machine::materials, [](auto& m) -> auto& { return m.specific_heat; })}},
+      {"material.expansion_1_K",
+       {Kind::expansion_coefficient, each(
+                                         &Machine::materials, [](auto& m) -> auto& { return m.expansion; })}},
+      {"joint.conductance_W_m2K",
+       {Kind::contact_conductance, each(
+                                       &Machine::joints, [](auto& j) -> auto& { return j.conductance; })}},
+      {"joint.stiffness_normal_N_mm3",
+       {Kind::contact_stiffness, each(
+                                     &Machine::joints, [](auto& j) -> auto& { return j.stiffness_normal; })}},
+      {"joint.stiffness_tangential_N_mm3",
+       {Kind::contact_stiffness, each(
+                                     &Machine::joints, [](auto& j) -> auto& { return j.stiffness_tangential; })}},
+      {"scale.expansion_1_K",
+       {Kind::scale_expansion, each(
+                                   &Machine::scales, [](auto& s) -> auto& { return s.expansion; })}},
+      {"screw.expansion_1_K",
+       {Kind::screw_expansion, each(
+                                   &Machine::screws, [](auto& s) -> auto& { return s.expansion; })}},
+      {"ambient.default_C",
+       {Kind::foundation_temperature, each(
+                                          &Machine::ambients, [](auto& a) -> auto& { return a.default_C; })}},
+      {"ambient.gradient_K_m",
+       {Kind::ambient_gradient, each(
+                                    &Machine::ambients, [](auto& a) -> auto& { return a.gradient; })}},
+      {"volume.content_l", {Kind::volume_capacity, capacities}},
+      {"volume.heat_capacity_J_K", {Kind::volume_capacity, capacities}},
+      {"volume.exchange.conductance_W_K",
+       {Kind::volume_exchange,
+        [](Machine& machine, double percent) {
+          for (mesh::VolumeSpec& volume : machine.volumes)
+            for (mesh::VolumeExchange& exchange : volume.exchanges) exchange.conductance.std_percent = percent;
+        }}},
+      {"film.film_coefficient_W_m2K", {Kind::film_coefficient, films}},
+      {"film.factor", {Kind::film_coefficient, films}},
+      {"coolant.flow_kg_s",
+       {Kind::coolant_flow, each(
+                                &Machine::coolants, [](auto& c) -> auto& { return c.flow; })}},
+      {"coolant.segment.film_coefficient_W_m2K",
+       {Kind::coolant_coupling,
+        [](Machine& machine, double percent) {
+          for (mesh::CoolantSpec& coolant : machine.coolants)
+            for (mesh::CoolantSegment& segment : coolant.segments) segment.film_coefficient.std_percent = percent;
+        }}},
+      {"source.scale",
+       {Kind::source_power, each(
+                                &Machine::sources, [](auto& s) -> auto& { return s.scale; })}},
+  };
+}
+
+void collect_uncertain(const core::KeyTable& table, std::set<std::string>& names) {
+  for (const core::Key& key : table.keys) {
+    if (key.kind == core::KeyKind::uncertain) names.insert(table.name + "." + key.name);
+    if (key.keys != nullptr) collect_uncertain(*key.keys, names);
+  }
+}
+
+double widest(const mesh::Machine& machine, Kind kind) {
+  double most = 0.0;
+  for (const Parameter& p : diagnosis::candidate_parameters(machine, of_full_house(), true))
+    if (p.kind == kind) most = std::max(most, p.nominal_std);
+  return most;
+}
+
+/// A key whose uncertainty no diagnosis reads would be absorbed by something else, with full confidence.
+TEST(Hypothesis, EveryKeyThatTakesAnUncertaintyIsANuisanceAndACause) {
+  std::set<std::string> in_file;
+  collect_uncertain(mesh::machine_keys(), in_file);
+  const std::map<std::string, UncertainKey> known = uncertain_keys();
+  for (const auto& [name, key] : known) EXPECT_TRUE(in_file.count(name)) << name;
+  for (const std::string& name : in_file) {
+    const auto found = known.find(name);
+    ASSERT_NE(found, known.end()) << name << " takes std_percent, but no diagnosis reads it";
+    mesh::Machine exact = full_house(), vague = exact;
+    found->second.state(exact, 0.0);
+    found->second.state(vague, 150.0);
+    EXPECT_GT(widest(vague, found->second.kind), widest(exact, found->second.kind)) << name;
+  }
+}
+
+TEST(Hypothesis, AVolumesExchangeAndContentAreWrittenWhereTheyStand) {
+  const mesh::Machine machine = full_house();
+  const auto written = [&](Kind kind, const std::string& where, double value) {
+    const Parameter p = diagnosis::make_parameter(kind, where);
+    return mesh::parse_machine(diagnosis::extended_text(machine, p, value, 0.05, "why"), machine.path).volumes;
+  };
+  const auto leaking = written(Kind::volume_exchange, "cabinet.air", 2.5);
+  EXPECT_DOUBLE_EQ(leaking[1].exchanges[1].conductance.value, 10.0);
+  EXPECT_DOUBLE_EQ(leaking[1].exchanges[1].conductance.std_percent, 30.0);
+  EXPECT_DOUBLE_EQ(leaking[1].exchanges[0].conductance.value, 1.0);
+  EXPECT_DOUBLE_EQ(leaking[0].exchanges[0].conductance.value, 3.0);
+  EXPECT_DOUBLE_EQ(written(Kind::volume_capacity, "tank", 1.5)[0].capacity.value, 30.0 * 4180.0);
+  EXPECT_DOUBLE_EQ(written(Kind::volume_capacity, "cabinet", 0.5)[1].capacity.value, 2.5e4);
+  const Parameter p = diagnosis::make_parameter(Kind::volume_capacity, "tank");
+  EXPECT_DOUBLE_EQ(diagnosis::with_parameter(machine, p, 1.5).volumes[0].capacity.value, 30.0 * 4180.0);
 }
 
 TEST(Hypothesis, AClockIsAsSureAsTheInputsTimesAre) {
