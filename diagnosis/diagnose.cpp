@@ -149,7 +149,7 @@ Look look_at(const reduction::ReducedModel& model, const compensation::Measureme
       !look.decided.causes.empty() && !named.members.empty()) {
     linearise(named, problem, response, machine);
     look.strain = strain_of(problem, named);
-    leave_open(problem, look.found, look.strain, look.decided);
+    leave_open(problem, look.strain, look.decided);
   }
   problem.predicted = nominal_prediction;  // what is judged is the machine as stated
   return look;
@@ -227,6 +227,7 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     best.refined = true;
     judge(problem, best, d);
   }
+  if (const std::string worse = worsened(d); d.verdict == Verdict::explained && !worse.empty()) leave_open(worse, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   if (d.verdict == Verdict::ambiguous && d.strained.empty() && !only_unknown_shares(d))

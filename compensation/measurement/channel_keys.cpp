@@ -54,10 +54,18 @@ const KeyTable program{"program",
                            key::number("to_s", "s", any_number, required, "Where it ends."),
                        }};
 
+const KeyTable record{
+    "record",
+    "How the record was taken.",
+    {key::flag("rows_at_changes", false,
+               "Each change of a speed, power or state has a row at its time. Else changes come up to "
+               "a row before the row that shows them, where rows are more than two minutes apart.")}};
+
 const KeyTable channels{"channels.toml",
                         "What the columns of a measurement's data.csv are.",
                         {
                             key::schema(Absent{"1"}),
+                            key::table("record", record, Absent{}, "How the record was taken."),
                             key::tables("channel", channel, required, "One for each column but time_s."),
                             key::tables("program", program, Absent{}, "Stretches that `evaluate` judges."),
                         }};

@@ -183,6 +183,10 @@ Measurement read_measurement(const std::filesystem::path& folder) {
   if (root.has("schema")) root.schema(1);
   Measurement measurement;
   measurement.folder = folder;
+  if (const auto record = root.table_if("record")) {
+    measurement.rows_at_changes = record->boolean("rows_at_changes");
+    record->finish();
+  }
   std::vector<std::string> seen{"time_s"};
   for (const core::Node& node : root.tables("channel")) measurement.channels.push_back(read_channel(node, seen));
   measurement.programs = read_programs(root);
@@ -211,6 +215,7 @@ void write_measurement(const std::filesystem::path& folder, const Measurement& m
   fmt::memory_buffer text;
   const auto out = fmt::appender(text);
   fmt::format_to(out, "schema = 1\n");
+  if (measurement.rows_at_changes) fmt::format_to(out, "[record]\nrows_at_changes = true\n");
   for (const MeasuredChannel& channel : measurement.channels) {
     fmt::format_to(out, "[[channel]]\nid = \"{}\"\nkind = \"{}\"\nunit = \"{}\"\nuncertainty = {}\n", channel.id,
                    kind_of(channel.kind).word, channel.unit, channel.uncertainty);

@@ -41,7 +41,8 @@ struct Measurement {
   std::filesystem::path folder;
   std::vector<Program> programs;  ///< in order of time, apart from each other; may be empty
   std::vector<MeasuredChannel> channels;
-  core::Table data;  ///< first column time_s, rising
+  core::Table data;              ///< first column time_s, rising
+  bool rows_at_changes = false;  ///< each change of a speed, power or state has a row at its time
 
   Eigen::VectorXd time() const { return data.values.col(0); }
   Eigen::VectorXd values(const MeasuredChannel& channel) const { return data.values.col(channel.column); }

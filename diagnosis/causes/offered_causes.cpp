@@ -31,6 +31,7 @@ constexpr double exponent_std = 0.03;     ///< of laws of speeds
 constexpr double load_std_W_m2 = 1.0;     ///< lamps and warm neighbours that nobody draws
 constexpr double gradient_std_K_m = 0.1;
 constexpr double drift_std_K_h = 0.001, drift_std_um_h = 0.02, lag_std_s = 15.0, clock_std_s = 5.0, step_share = 0.2;
+constexpr double clock_share_of_row = 1.0 / 3.0;
 constexpr double detached_std = 0.01;
 
 /// Uncertain by nominal_std where the machine is right, by cause_std where it is wrong.
@@ -196,11 +197,9 @@ void add_parts(const Machine& machine, const Measurement& measurement, std::vect
   }
 }
 
-/// Mean time between the values of the sparsest input that switches, s. A missing value repeats the
-/// last one, so what follows it seems early by half of that. Where each change has a time of its own
-/// (Observations::told_row_s), what counts is by how much values are further apart than rows, and steps as long as
-/// these.
-double input_spacing(const Measurement& measurement, double told_row_s) {
+/// Mean time between the values of the sparsest input that switches, less that between rows where each change has a
+/// time of its own, s.
+double input_spacing(const Measurement& measurement, bool each_change_told) {
   if (measurement.data.rows() < 2) return 0.0;
   const Eigen::VectorXd time = measurement.time();
   const double duration = time[time.size() - 1] - time[0];
@@ -213,15 +212,26 @@ double input_spacing(const Measurement& measurement, double told_row_s) {
     // A channel that is given once and stands is no clock.
     if (values >= 0.3 * time.size()) sparsest = std::max(sparsest, duration / values);
   }
-  return told_row_s > 0.0 ? std::max(0.0, sparsest - duration / time.size()) + step_share * told_row_s : sparsest;
+  return each_change_told ? std::max(0.0, sparsest - duration / time.size()) : sparsest;
+}
+
+/// Stated uncertainties of clocks and lags, s. A missing value repeats the last one, so what follows it seems early by
+/// half the time between values. In rows without one at each change, all changes may come late by a part of a row, all
+/// alike: that is no clock's fault, and three deviations of a clock are a row.
+struct Times {
+  double clock, lag;
+};
+Times time_spread(const Measurement& measurement, double told_row_s) {
+  const double spacing = input_spacing(measurement, told_row_s > 0.0 || measurement.rows_at_changes);
+  return {std::max(clock_std_s, 0.5 * spacing + clock_share_of_row * told_row_s),
+          std::max(lag_std_s, 0.5 * (spacing + step_share * told_row_s))};
 }
 
 void add_readings(const Machine& machine, const Measurement& measurement, double told_row_s,
                   std::vector<Parameter>& found) {
   std::set<std::string> seen;  // a sensor that two channels read is offered once
   int temperatures = 0, displacements = 0;
-  const double spacing = input_spacing(measurement, told_row_s), clock_std = std::max(clock_std_s, 0.5 * spacing),
-               lag_std = std::max(lag_std_s, 0.5 * spacing);
+  const auto [clock_std, lag_std] = time_spread(measurement, told_row_s);
   for (const MeasuredChannel& channel : measurement.channels) {
     if (channel.kind == ChannelKind::displacement) {
       ++displacements;

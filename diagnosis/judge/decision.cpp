@@ -149,8 +149,21 @@ void decide_beside_unknown(const std::vector<RankedCause>& causes, const SearchR
   }
 }
 
+/// The machine as stated fits the fitted part already: chi-square as expected, and no channel further off than expected.
+/// A cause may fit better still, but then the model's error is stated too large to say so.
+bool nothing_fits(const Problem& problem, const SearchResult& found) {
+  if (found.fitted == 0 || found.chi_square_none > found.fitted) return false;
+  for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
+    const Index first = problem.first_row(k), n = problem.observations.channels[k].fitted;
+    const double off = (problem.measured - problem.predicted).segment(first, n).norm();
+    if (off > problem.expected_std.segment(first, n).norm()) return false;
+  }
+  return true;
+}
+
 /// One or two causes that are sure explain; else those that share do.
-void decide_among(const std::vector<RankedCause>& causes, const SearchResult& found, Diagnosis& out) {
+void decide_among(const Problem& problem, const std::vector<RankedCause>& causes, const SearchResult& found,
+                  Diagnosis& out) {
   double second_needed = 0.0;
   for (const Hypothesis& h : found.hypotheses)
     if (h.members.size() == 2) second_needed += h.probability;
@@ -165,9 +178,22 @@ void decide_among(const std::vector<RankedCause>& causes, const SearchResult& fo
     out.causes.push_back(causes[1]);
     ++found_sure;
   }
-  const bool complete = found_sure >= 2 || (found_sure == 1 && second_needed < sure);
+  const bool complete = (found_sure >= 2 || (found_sure == 1 && second_needed < sure)) && !nothing_fits(problem, found);
   out.verdict = complete && !out.causes.empty() ? Verdict::explained : Verdict::ambiguous;
-  if (out.verdict == Verdict::ambiguous) out.ambiguous_set = sharing(causes, found);
+  if (out.verdict == Verdict::explained) return;
+  if (nothing_fits(problem, found) && !out.causes.empty()) {
+    out.ambiguous_set = std::move(out.causes);
+    out.causes.clear();
+    out.ambiguous_set.push_back(no_parameter(Kind::none, found.probability_none, 0.0));
+  } else {
+    out.ambiguous_set = sharing(causes, found);
+  }
+}
+
+/// None is likely enough to stay, and so is a cause: the record does not tell which.
+void share_with_none(const RankedCause& cause, const SearchResult& found, Diagnosis& out) {
+  out.verdict = Verdict::ambiguous;
+  out.ambiguous_set = {cause, no_parameter(Kind::none, found.probability_none, 0.0)};
 }
 
 }  // namespace
@@ -187,17 +213,19 @@ void decide(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   const bool more_than_stated =
       !causes.empty() && causes.front().probability >= sure && causes.front().log_evidence >= strong;
   const bool unknown_likely = found.probability_unknown >= 0.5;
-  if (found.probability_none > none_left || (no_cause_left && !unknown_likely && !more_than_stated))
+  if (found.probability_none > none_left && !no_cause_left && causes.front().probability >= likely)
+    share_with_none(causes.front(), found, out);
+  else if (found.probability_none > none_left || (no_cause_left && !unknown_likely && !more_than_stated))
     out.verdict = Verdict::no_discrepancy;
   else if (no_cause_left && !unknown_likely)
     name_more_than_stated(causes, found, out);
   else if (unknown_likely || causes.empty())
     decide_beside_unknown(causes, found, out);
   else
-    decide_among(causes, found, out);
+    decide_among(problem, causes, found, out);
 }
 
-void leave_open(const Problem& problem, const SearchResult& found, const Strain& strain, Diagnosis& out) {
+void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out) {
   if (out.verdict != Verdict::explained) return;
   if (strain.freedom > most_freedom) {
     out.strained = fmt::format(
@@ -208,13 +236,20 @@ void leave_open(const Problem& problem, const SearchResult& found, const Strain&
     out.strained = fmt::format("{} would have to be {:.1f} stated standard deviations off beside it", name_of(other),
                                strain.other);
   }
-  if (out.strained.empty()) return;
+  if (!out.strained.empty()) leave_open(out.strained, out);
+}
+
+void leave_open(const std::string& reason, Diagnosis& out) {
+  out.strained = reason;
   out.verdict = Verdict::ambiguous;
   // What two are strained to explain may be the stronger one and no second.
   std::stable_sort(out.causes.begin(), out.causes.end(),
                    [](const RankedCause& a, const RankedCause& b) { return a.log_evidence > b.log_evidence; });
   out.ambiguous_set.assign(std::next(out.causes.begin()), out.causes.end());
-  out.ambiguous_set.push_back(something_unknown(found));
+  RankedCause unknown = no_parameter(Kind::unknown, 0.0, 0.0);
+  for (const RankedCause& cause : out.ranking)
+    if (cause.parameter.kind == Kind::unknown) unknown = cause;
+  out.ambiguous_set.push_back(unknown);
   out.causes.resize(1);
 }
 

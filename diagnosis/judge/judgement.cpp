@@ -22,8 +22,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double bootstrap_block_s = 2.0 * 3600.0;
-constexpr double not_foretold = 1.5;  ///< chi-square of a mean that was held out
-constexpr double much_worse = 1.5;    ///< RMS after over before: a wrong cause, not one that wanders
+constexpr double not_foretold = 1.5;   ///< chi-square of a mean that was held out
+constexpr double surely_worse = -0.5;  ///< percent: upper end of a gain's interval
+constexpr double much_worse = 1.5;     ///< RMS after over before: a wrong cause, not one that wanders
 
 /// Held-out sums of squares per interval of the channels that a rule picks.
 struct Squares {
@@ -137,6 +138,20 @@ std::string heldout_objection(const Diagnosis& d, double chi_square) {
       "{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not "
       "named.",
       core::join(names), d.heldout_rms_after_um, d.heldout_rms_before_um);
+}
+
+std::string worsened(const Diagnosis& d) {
+  if (d.heldout_rms_before_um > 0.0 && d.ci95_high_percent < surely_worse) {
+    return fmt::format("correcting {} worsens the displacements on held-out time ({:.2f} um RMS after, {:.2f} before)",
+                       d.causes.size() == 1 ? "it" : "them", d.heldout_rms_after_um, d.heldout_rms_before_um);
+  }
+  for (const ChannelResidual& r : d.residuals) {
+    if (r.rms_after > much_worse * std::max(r.rms_before, r.explained_std)) {
+      return fmt::format("correcting {} takes {} further off on held-out time ({:.3g} {} RMS after, {:.3g} before)",
+                         d.causes.size() == 1 ? "it" : "them", r.id, r.rms_after, r.unit, r.rms_before);
+    }
+  }
+  return "";
 }
 
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis) {

@@ -20,6 +20,10 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out);
 /// heldout_chi_square. Empty where they do hold.
 std::string heldout_objection(const Diagnosis& diagnosis, double chi_square);
 
+/// Why held-out time speaks against correcting what is named: it surely worsens the displacements, or a channel that it
+/// takes further off than expected. Empty: it does not.
+std::string worsened(const Diagnosis& diagnosis);
+
 /// Whether the 95 % interval of the gain lies above zero: of the displacements; where the causes
 /// are readings, of the channels that they are of; where no displacement was measured, of the temperatures.
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis);

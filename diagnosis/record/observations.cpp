@@ -182,7 +182,7 @@ void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double
 /// interval and a few rows the row before it holds as it says, or for a part of it: more rows may be lost than a few.
 Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows,
                             const std::vector<Watched>& watched, const std::vector<bool>& average,
-                            const std::map<double, double>& changes, Observations& out) {
+                            const std::map<double, double>& changes, bool rows_at_changes, Observations& out) {
   const Index n = time.size();
   const double usual = usual_interval(time);
   Eigen::VectorXd result = time;
@@ -190,6 +190,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
   for (Index i = 0; i + 2 < n; ++i) {  // what the last row says holds for nothing
     const double shown = time[i + 1], gap = shown - time[i];
     const bool of_a_row = gap <= gap_intervals * usual;
+    if (of_a_row && rows_at_changes) continue;
     const bool of_a_pause = gap > std::max(out.interval, pause_intervals * usual);
     if (of_a_row && (usual <= long_row_s || gap <= short_gap * long_row_s)) continue;
     const double change = change_between(rows.row(i), rows.row(i + 1), watched);
@@ -214,7 +215,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
     found.emplace_back(change * gap, std::move(whiles));
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  if (usual > long_row_s && found.size() <= most_uncertain_changes) out.told_row_s = usual;
+  if (usual > long_row_s && !rows_at_changes && found.size() <= most_uncertain_changes) out.told_row_s = usual;
   if (found.size() > most_uncertain_changes) found.resize(most_uncertain_changes);
   for (auto& [size, whiles] : found) std::move(whiles.begin(), whiles.end(), std::back_inserter(out.may_hold));
   return result;
@@ -367,7 +368,7 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   const std::vector<Channel> inputs = compensation::channels_of(channels);
   const std::vector<bool> average = averageable(inputs);
   const std::vector<Watched> watched = watched_channels(rows, inputs);
-  make_steps(input_times(time, rows, watched, average, options.changes, out), rows,
+  make_steps(input_times(time, rows, watched, average, options.changes, measurement.rows_at_changes, out), rows,
              std::min(options.longest_step_s, out.interval / 2.0), average, switched_channels(rows, watched, average),
              out);
   find_start(measurement, machine, rows.row(0).transpose(), channels, out);

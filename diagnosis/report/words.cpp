@@ -28,6 +28,7 @@ constexpr double long_between_rows_s = 180.0;
 
 std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
+  if (p.kind == Kind::none) return "the machine as stated";
   if (p.name.empty()) return "something that no kind describes";
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
   const std::string more =

@@ -22,7 +22,8 @@ using lumped::find;
 struct Second {
   double value = 1.0, probability = 0.0, log_evidence = 30.0, pair = 0.0, unknown = 0.0;
   bool missing = false;
-  double leftover = 0.0;
+  double leftover = 0.0, none = 1e-4;
+  double chi_square = 0.0, residual = 0.0;  ///< of ten values without a cause; each over what is expected of it
 };
 
 /// What is decided about two parameters of stated deviation 0.1 and nominal value 1.
@@ -54,7 +55,17 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   problem.columns.resize(0, 2);
   found.marginal.resize(2);
   found.marginal << probability, second.probability;
-  found.probability_none = 1e-4;
+  found.probability_none = second.none;
+  if (second.chi_square > 0.0) {
+    found.chi_square_none = second.chi_square;
+    found.fitted = 10;
+    problem.observations.channels.resize(1);
+    problem.observations.channels[0].value = problem.measured = Eigen::VectorXd::Constant(10, second.residual);
+    problem.observations.channels[0].fitted = 10;
+    problem.predicted.setZero(10);
+    problem.expected_std.setOnes(10);
+    problem.columns.setZero(10, 2);
+  }
   found.probability_unknown = second.unknown;
   found.probability_leftover = second.leftover;
   found.log_evidence_beside = log_evidence;
@@ -79,6 +90,47 @@ TEST(Verdict, ASureCauseWithinItsStatedUncertaintyIsAmbiguousIfItIsStrong) {
   EXPECT_EQ(two.verdict, diagnosis::Verdict::ambiguous);
   EXPECT_EQ(two.causes.size(), 2U);
   EXPECT_NE(two.sentence.find("and something beside them that no kind describes"), std::string::npos) << two.sentence;
+}
+
+TEST(Verdict, NothingIsExplainedWhereTheMachineAsStatedFits) {
+  const Diagnosis fits = decided(1.5, 0.98, 30.0, {.chi_square = 9.0, .residual = 0.8});
+  EXPECT_EQ(fits.verdict, diagnosis::Verdict::ambiguous);
+  EXPECT_TRUE(fits.causes.empty());
+  ASSERT_EQ(fits.ambiguous_set.size(), 2U);
+  EXPECT_EQ(fits.ambiguous_set[0].parameter.kind, Kind::source_power);
+  EXPECT_EQ(fits.ambiguous_set[1].parameter.kind, Kind::none);
+  EXPECT_NE(fits.sentence.find("the machine as stated"), std::string::npos) << fits.sentence;
+  EXPECT_EQ(decided(1.5, 0.98, 30.0, {.chi_square = 11.0, .residual = 0.8}).verdict, diagnosis::Verdict::explained);
+  EXPECT_EQ(decided(1.5, 0.98, 30.0, {.chi_square = 9.0, .residual = 1.2}).verdict, diagnosis::Verdict::explained);
+}
+
+TEST(Verdict, ALikelyCauseBesideALikelyNoneIsAmbiguous) {
+  const Diagnosis both = decided(1.5, 0.7, 12.0, {.none = 0.25});
+  EXPECT_EQ(both.verdict, diagnosis::Verdict::ambiguous);
+  ASSERT_EQ(both.ambiguous_set.size(), 2U);
+  EXPECT_EQ(both.ambiguous_set[1].parameter.kind, Kind::none);
+  EXPECT_DOUBLE_EQ(both.ambiguous_set[1].probability, 0.25);
+  EXPECT_EQ(decided(1.5, 0.4, 12.0, {.none = 0.55}).verdict, diagnosis::Verdict::no_discrepancy);
+  EXPECT_EQ(decided(1.2, 0.7, 12.0, {.none = 0.25}).verdict, diagnosis::Verdict::no_discrepancy) << "within nominal";
+}
+
+TEST(Verdict, WhatSurelyWorsensHeldOutTimeIsNotExplained) {
+  Diagnosis d = decided(1.5, 0.98, 30.0);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained);
+  d.heldout_rms_before_um = 6.0, d.heldout_rms_after_um = 8.1, d.ci95_low_percent = -50, d.ci95_high_percent = -20;
+  EXPECT_NE(diagnosis::worsened(d).find("worsens the displacements on held-out time"), std::string::npos);
+  d.ci95_high_percent = 5;
+  EXPECT_EQ(diagnosis::worsened(d), "");
+  // One reading that it takes away from what was measured, though the displacements gain.
+  d.residuals.push_back({.id = "T3", .unit = "degC", .rms_before = 1.0, .rms_after = 3.0, .explained_std = 0.5});
+  const std::string reason = diagnosis::worsened(d);
+  EXPECT_NE(reason.find("T3 further off"), std::string::npos) << reason;
+  diagnosis::leave_open(reason, d);
+  EXPECT_EQ(d.verdict, diagnosis::Verdict::ambiguous);
+  EXPECT_TRUE(diagnosis::only_unknown_shares(d));
+  EXPECT_NE(diagnosis::sentence_of(d).find(reason), std::string::npos);
+  d.residuals[0].explained_std = 2.5;
+  EXPECT_EQ(diagnosis::worsened(d), "") << "no further off than is expected anyway";
 }
 
 TEST(Verdict, ASourceThatIsSeenIsThereHoweverUnsureItsSize) {
@@ -189,7 +241,7 @@ TEST(Verdict, WhatStrainsAnExplanationLeavesItOpen) {
     d.causes.emplace_back();
     d.causes.front().parameter = problem.parameters[0];
     d.causes.front().value = 1.5, d.causes.front().std = 0.05, d.causes.front().probability = 1;
-    diagnosis::leave_open(problem, {}, {.freedom = freedom, .other = other, .which = 1}, d);
+    diagnosis::leave_open(problem, {.freedom = freedom, .other = other, .which = 1}, d);
     EXPECT_EQ(d.verdict == diagnosis::Verdict::ambiguous, !d.strained.empty());
     EXPECT_EQ(d.verdict == diagnosis::Verdict::ambiguous, diagnosis::only_unknown_shares(d));
     if (d.verdict == diagnosis::Verdict::ambiguous) {
