@@ -98,6 +98,21 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
   return text;
 }
 
+std::string xml_text(std::string_view text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '&': safe += "&amp;"; break;
+      case '<': safe += "&lt;"; break;
+      case '>': safe += "&gt;"; break;
+      case '"': safe += "&quot;"; break;
+      default:
+        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') safe += c;
+    }
+  }
+  return safe;
+}
+
 std::string format_table(const std::vector<std::vector<std::string>>& rows) {
   std::size_t column_count = 0;
   for (const auto& row : rows) column_count = std::max(column_count, row.size());
