@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/first_order_lag.h"
 #include "diagnosis/inference/evidence.h"
-#include "diagnosis/record/readings.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -118,7 +118,8 @@ std::vector<Variant> slow_elements(const DataRecord& record, const GreyBox& box,
     Variant slow{MatrixXd(record.time.size(), inputs), VectorXd(inputs),
                  factor * std::max(box.time_constants.back(), record.interval)};
     for (Index i = 0; i < inputs; ++i) {
-      slow.columns.col(i) = lagged(record.time, record.inputs.col(i).array() - record.inputs(0, i), slow.value);
+      slow.columns.col(i) =
+          core::lagged_lines(record.time, record.inputs.col(i).array() - record.inputs(0, i), slow.value);
       slow.prior_std[i] = gain_width * size / std::max(spread_of(record.inputs(first, i)), 1e-9);
     }
     all.push_back(std::move(slow));

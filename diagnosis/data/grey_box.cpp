@@ -9,8 +9,8 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/first_order_lag.h"
 #include "diagnosis/inference/evidence.h"
-#include "diagnosis/record/readings.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -130,7 +130,8 @@ MatrixXd GreyBox::columns(const DataRecord& record) const {
   for (Index i = 0; i < inputs; ++i) {
     // Deviations from the start: an element begins in balance.
     const VectorXd input = record.inputs.col(i).array() - record.inputs(0, i);
-    for (Index k = 0; k < elements; ++k) columns.col(i * elements + k) = lagged(record.time, input, time_constants[k]);
+    for (Index k = 0; k < elements; ++k)
+      columns.col(i * elements + k) = core::lagged_lines(record.time, input, time_constants[k]);
   }
   columns.col(inputs * elements).setOnes();
   return columns;
@@ -145,8 +146,7 @@ double GreyBox::step_response(Index input, double seconds) const {
   const auto elements = std::ssize(time_constants);
   double moved = 0.0;
   for (Index k = 0; k < elements; ++k) {
-    const double tau = time_constants[k];
-    moved += gains[input * elements + k] * (tau > 0.0 ? -std::expm1(-seconds / tau) : 1.0);
+    moved += gains[input * elements + k] * core::LagStep(seconds, time_constants[k]).standing(0.0, 1.0);
   }
   return moved;
 }

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/first_order_lag.h"
 #include "diagnosis/judge/diagnosis.h"
-#include "diagnosis/record/readings.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -69,7 +69,7 @@ ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const Vect
     if (!series.allFinite() || series.maxCoeff() - series.minCoeff() < 1e-9) continue;
     const VectorXd from_start = series.cwiseAbs().array() - std::abs(series[0]);
     for (const double delay : delays) {
-      const VectorXd followed = lagged(inputs.points, from_start, delay);
+      const VectorXd followed = core::lagged_lines(inputs.points, from_start, delay);
       VectorXd seen(time.size());
       for (Index i = 0; i < time.size(); ++i) seen[i] = at_time(inputs.points, followed, time[i]);
       const double r = correlation(seen, residual);
