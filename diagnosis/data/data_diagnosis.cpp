@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Does a record leave the grey box that was fitted on its first part, which extension may explain that, and does
+// Does a record leave the lag model that was fitted on its first part, which extension may explain that, and does
 // the extension hold in the last part?
 
 #include "diagnosis/data/data_diagnosis.h"
@@ -45,17 +45,17 @@ void refuse_empty_parts(const DataRecord& record, const RecordParts& parts, cons
   }
 }
 
-/// The grey box of a channel in words: the displacement some time after a step of each input.
+/// The lag model of a channel in words: the displacement some time after a step of each input.
 std::string box_in_words(const DataRecord& record, const ChannelFinding& finding, double fitted_hours) {
   std::string steps;
   for (Index i = 0; i < record.inputs.cols(); ++i) {
     steps += fmt::format("{}per {} of {}", i > 0 ? "; " : "", record.input_units[i], record.input_names[i]);
     for (const double share : {1.0 / 24.0, 0.25, 1.0}) {
-      steps += fmt::format(" {:+.2f} ({:.3g} h)", finding.judged.box.step_response(i, share * fitted_hours * hour),
+      steps += fmt::format(" {:+.2f} ({:.3g} h)", finding.judged.model.step_response(i, share * fitted_hours * hour),
                            share * fitted_hours);
     }
   }
-  return fmt::format("Grey box of {} on the first {:.0f} h, {} moved so long after a step: {}.", finding.channel,
+  return fmt::format("Lag model of {} on the first {:.0f} h, {} moved so long after a step: {}.", finding.channel,
                      fitted_hours, finding.unit, steps);
 }
 
@@ -132,7 +132,7 @@ public:
     if (!untold.empty()) d.next = needed(record_, parts_, widest_untold());
     if (all([](const ChannelFinding& f) { return f.clean(); })) {
       d.verdict = Verdict::no_discrepancy;
-      d.sentence = fmt::format("No discrepancy: the record follows the grey box of its first {:.0f} h {}.",
+      d.sentence = fmt::format("No discrepancy: the record follows the lag model of its first {:.0f} h {}.",
                                fitted_hours(), how_well([](const ChannelFinding&) { return true; }));
     } else if (unexplained && !all_shared) {
       d.verdict = Verdict::unexplained;
@@ -140,7 +140,7 @@ public:
     } else if (unexplained) {
       d.verdict = Verdict::ambiguous;
       d.sentence = fmt::format(
-          "Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
+          "Ambiguous: the lag model of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
           fitted_hours(), words(rivals), beside(d));
     } else if (!untold.empty()) {
       d.verdict = Verdict::ambiguous;
@@ -154,7 +154,7 @@ public:
                !doubted.empty()) {
       d.verdict = Verdict::ambiguous;
       d.sentence =
-          fmt::format("Ambiguous: {} follows the grey box of the first {:.0f} h {}, but {} may have changed it.{}",
+          fmt::format("Ambiguous: {} follows the lag model of the first {:.0f} h {}, but {} may have changed it.{}",
                       doubted, fitted_hours(), how_well([](const ChannelFinding& f) { return f.open(); }),
                       rivals.empty() ? "something else" : words(rivals), beside(d));
     } else {
@@ -217,7 +217,7 @@ private:
 
   std::string unexplained_sentence(const Diagnosis& d) const {
     std::string sentence = fmt::format(
-        "Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; \"How it was judged\" in "
+        "Unexplained: the lag model of the first {:.0f} h misses what follows, and {}; \"How it was judged\" in "
         "report.html describes the residual.",
         fitted_hours(),
         d.causes.empty() ? "nothing proposed holds in the last part"

@@ -72,7 +72,7 @@ Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
     return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual",
             "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
   }
-  return {measurement, "a measured record; the model is a grey box of its first part", "residual",
+  return {measurement, "a measured record; the model is a lag model of its first part", "residual",
           "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 namespace thermotwin::core {
 namespace {
@@ -48,6 +49,7 @@ TEST(LagStep, WithoutALagIsTheInputAndWithoutTimeTheState) {
   EXPECT_EQ(LagStep(5.0, 0.0).straight(2.0, 7.0, 8.0), 8.0);
   EXPECT_EQ(LagStep(0.0, tau).standing(2.0, 7.0), 2.0);
   EXPECT_EQ(LagStep(0.0, tau).straight(2.0, 7.0, 7.0), 2.0);
+  EXPECT_EQ(LagStep(std::numeric_limits<double>::infinity(), tau).standing(2.0, 7.0), 7.0);
 }
 
 TEST(Lagged, StartsInBalanceAndFollowsLinesOrSteps) {
