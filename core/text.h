@@ -20,6 +20,9 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 std::string lower(std::string_view text);
 std::string upper(std::string_view text);
 
+/// Without blanks, tabs and line ends at both ends.
+std::string_view trimmed(std::string_view text);
+
 /// "a, b, c"
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
