@@ -9,7 +9,6 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
@@ -274,7 +273,7 @@ VectorXd full_speeds(const Roles& roles, const std::vector<InputInfo>& info, con
   if (roles.c_speed >= 0) {
     const InputInfo& c = info[roles.c_speed];
     const bool degrees = (c.id + c.input).find("deg") != std::string::npos;
-    full[2] = degrees ? std::numbers::pi / 180.0 / 60.0 : 2.0 * std::numbers::pi / 60.0;
+    full[2] = degrees ? core::units::deg_min : core::units::rpm;
   }
   return full;
 }

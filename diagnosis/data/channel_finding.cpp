@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 
+#include "core/units.h"
 #include "diagnosis/report/words.h"
 
 namespace thermotwin::diagnosis {
@@ -18,7 +19,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double hour = 3600.0;
+using core::units::hour;
 constexpr double sure = 0.9, discrepant = 0.01;  ///< probability of a cause; p value of a residual
 constexpr double shares = 0.05;                  ///< probability from which a cause stays in an ambiguous set
 /// Expected spread over the channel's own spread, above which a discrepancy as large as the signal would pass.

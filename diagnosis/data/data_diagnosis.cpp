@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "diagnosis/data/channel_finding.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/record/diagnose_options.h"
@@ -25,7 +26,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double hour = 3600.0;
+using core::units::hour;
 /// RMS after the first part over the expected one, from which a residual within chance is given in numbers.
 constexpr double worth_saying = 1.25;
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/first_order_lag.h"
+#include "core/units.h"
 #include "diagnosis/inference/evidence.h"
 #include "diagnosis/statistics/statistics.h"
 
@@ -19,7 +20,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double day = 86400.0, hour = 3600.0;
+using core::units::hour;
+
+constexpr double day = 24.0 * hour;
 constexpr double daily_days = 3.0;  ///< length of a record that tells a daily swing from a drift
 constexpr int drift_starts = 48;    ///< of a drift, evenly over the parts that are fitted
 constexpr double gain_width = 2.0;  ///< prior of a slow element's gain: this times target's spread over input's spread

@@ -8,6 +8,7 @@
 
 #include "core/first_order_lag.h"
 #include "core/interpolation.h"
+#include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/statistics/statistics.h"
 
@@ -18,7 +19,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double hour = 3600.0;
+using core::units::hour;
 constexpr double delays[] = {0.0, 0.25 * hour, hour, 4.0 * hour, 12.0 * hour};
 constexpr double follows_above = 0.6;  ///< correlation that is worth telling
 constexpr double unexpected = 1.5;     ///< times the expected standard deviation

@@ -10,6 +10,7 @@
 
 #include "core/plot.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/report/svg_plot.h"
 #include "diagnosis/report/words.h"
@@ -275,11 +276,11 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
     ResidualPlot plot;
     plot.title = r.id;
     plot.unit = residual_unit(r.unit);
-    plot.hours = d.series.column("time_s") / 3600.0;
+    plot.hours = d.series.column("time_s") / core::units::hour;
     plot.before = d.series.column(r.id + "_before");
     plot.after = d.series.column(r.id + "_after");
     plot.band = 2.0 * d.series.column(r.id + "_std");
-    plot.heldout_from = d.heldout_from_s / 3600.0;
+    plot.heldout_from = d.heldout_from_s / core::units::hour;
     plot.show_after = after;
     page +=
         fmt::format("<figure class=\"card\"><figcaption>{}<span>held-out RMS {:.3g}{} {}</span></figcaption>\n",
@@ -291,9 +292,9 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
 
 std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
   ResidualMap map;
-  map.hours = d.series.column("time_s") / 3600.0;
+  map.hours = d.series.column("time_s") / core::units::hour;
   map.ratio.resize(map.hours.size(), std::ssize(d.residuals));
-  map.heldout_from = d.heldout_from_s / 3600.0;
+  map.heldout_from = d.heldout_from_s / core::units::hour;
   for (std::size_t c = 0; c < d.residuals.size(); ++c) {
     const std::string& id = d.residuals[c].id;
     map.channels.push_back(id);
@@ -319,8 +320,9 @@ std::string analysis(const Diagnosis& d) {
         "<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td "
         "class=\"n\">{:.1f}</td><td>{}</td>"
         "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
-        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0,
-        a.memory_s / 3600.0, a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / 3600.0, a.correlation);
+        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak,
+        a.peak_time_s / core::units::hour, a.memory_s / core::units::hour,
+        a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / core::units::hour, a.correlation);
   }
   return page + "</table></section>\n";
 }

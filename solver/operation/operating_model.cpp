@@ -44,7 +44,7 @@ double largest_speed(const mesh::Machine& machine, const std::string& channel) {
   if (channel == "spindle.speed_rpm") return machine.spindle_max_rpm;
   for (const mesh::Axis& axis : machine.axes) {
     if (channel.starts_with("axis." + axis.id + ".feed_"))
-      return axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? units::mm : units::deg);
+      return axis.rapid * units::minute / (axis.kind == mesh::AxisKind::linear ? units::mm : units::deg);
   }
   return 0.0;
 }
