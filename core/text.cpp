@@ -67,6 +67,13 @@ std::string upper(std::string_view text) {
   return result;
 }
 
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blank = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(blank);
+  return first == std::string_view::npos ? text.substr(text.size())
+                                         : text.substr(first, text.find_last_not_of(blank) - first + 1);
+}
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -96,6 +103,21 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
     text += words[i];
   }
   return text;
+}
+
+std::string xml_text(std::string_view text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '&': safe += "&amp;"; break;
+      case '<': safe += "&lt;"; break;
+      case '>': safe += "&gt;"; break;
+      case '"': safe += "&quot;"; break;
+      default:
+        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') safe += c;
+    }
+  }
+  return safe;
 }
 
 std::string format_table(const std::vector<std::vector<std::string>>& rows) {

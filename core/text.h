@@ -20,8 +20,14 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 std::string lower(std::string_view text);
 std::string upper(std::string_view text);
 
+/// Without blanks, tabs and line ends at both ends.
+std::string_view trimmed(std::string_view text);
+
 /// "a, b, c"
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
+
+/// Text for XML and HTML: & < > " are replaced, control characters but tab and line feed left out.
+std::string xml_text(std::string_view text);
 
 /// Fixed-width text table for the terminal: first row is the header, numbers align right.
 std::string format_table(const std::vector<std::vector<std::string>>& rows);

@@ -8,6 +8,7 @@
 
 #include "compensation/measurement/measurement_check.h"
 #include "core/error.h"
+#include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
@@ -237,8 +238,8 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     d.notes.push_back(
         fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later "
                     "was held out.",
-                    (open_until - problem.observations.start) / 3600.0,
-                    (problem.observations.split - problem.observations.start) / 3600.0));
+                    (open_until - problem.observations.start) / core::units::hour,
+                    (problem.observations.split - problem.observations.start) / core::units::hour));
   }
   if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0) {
     d.notes.push_back(

@@ -2,9 +2,8 @@
 // The guaranteed bound beside the true error on held-out loads.
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "core/progress.h"
+#include "core/statistics.h"
 #include "core/text.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_simulation.h"
@@ -18,13 +17,6 @@ constexpr double small_share = 0.01;  ///< of the largest error: below, a ratio 
 constexpr double same_place = 1e-9;   ///< m, rad
 
 const char* outputs[] = {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"};
-
-double quantile(std::vector<double>& values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 }  // namespace
 
@@ -75,8 +67,10 @@ std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const
           for (Eigen::Index t = 0; t < times; ++t)
             if (error(t, k) > small_share * error.col(k).maxCoeff()) ratios.push_back(limit(t, k) / error(t, k));
         }
-        of.least_ratio = quantile(ratios, 0.0);
-        of.median_ratio = quantile(ratios, 0.5);
+        if (!ratios.empty()) {
+          of.least_ratio = core::quantile(ratios, 0.0);
+          of.median_ratio = core::quantile(ratios, 0.5);
+        }
       }
       all.push_back(of);
     }

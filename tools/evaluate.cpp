@@ -14,6 +14,7 @@
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/units.h"
 #include "mesh/machine/plausible_range.h"
 #include "reduction/model/model_file.h"
 #include "tools/chain.h"
@@ -151,8 +152,8 @@ void evaluate(const EvaluateOptions& options) {
   for (const auto& folder : options.also) others.push_back(compensation::read_measurement(folder));
   for (const auto& folder : options.train_data) training_data.push_back(compensation::read_measurement(folder));
   require_once(options);
-  compensation::EvaluateOptions settings{3600.0 * options.train_until_h, options.train_programs, options.models,
-                                         options.check};
+  compensation::EvaluateOptions settings{core::units::hour * options.train_until_h, options.train_programs,
+                                         options.models, options.check};
   std::optional<reduction::ReducedModel> extended;
   if (!options.extended.empty()) settings.extended = &extended.emplace(reduction::read_model(options.extended));
   for (const std::string& name : options.models) compensation::model_spec(name);

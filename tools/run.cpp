@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/file.h"
 #include "core/progress.h"
+#include "core/units.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
@@ -145,8 +146,9 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
     return std::vector<std::filesystem::path>{name, "poses.vtp", series};
   });
   if (std::getenv("DISPLAY")) {
-    solver::write_picture(out / "machine.png", full.mesh, pose, temperature_C, displacement, 3000,
-                          fmt::format("{}: {} after {:.1f} h, deformation x 3000", machine.name, load, time / 3600));
+    solver::write_picture(
+        out / "machine.png", full.mesh, pose, temperature_C, displacement, 3000,
+        fmt::format("{}: {} after {:.1f} h, deformation x 3000", machine.name, load, time / core::units::hour));
   } else
     core::log_line("no display: machine.png is left out (xvfb-run -a gives one)");
 }

@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/range.h"
 #include "core/text.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -106,7 +107,7 @@ double training_hours(const Judge& judge) {
       first = std::min(first, time);
       last = std::max(last, time);
     }
-    if (last > first) hours += (last - first) / 3600.0;
+    if (last > first) hours += (last - first) / core::units::hour;
   }
   return hours;
 }
@@ -306,7 +307,7 @@ LengthStudy length_study(const Measurement& measurement, const std::string& name
   const ModelSpec& spec = model_spec(name);
   for (int l = 0; l < lengths; ++l) {
     const double length = span * (0.08 + 0.72 * l / (lengths - 1.0));
-    study.hours[l] = length / 3600.0;
+    study.hours[l] = length / core::units::hour;
     for (int s = 0; s < sections; ++s) {
       const double from = begin + (span - length) * (engine() >> 11U) * 0x1p-53;
       std::vector<bool> training(data.rows());

@@ -138,7 +138,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
           for (Index i = from; i < readings.size(); ++i) {
             std::set<std::string> now = names(named[i]);
             if (now.erase(channel.sensor) > 0 && !std::isfinite(row.named_min))
-              row.named_min = std::max(0.0, time[i] - time[std::min(clock, readings.size() - 1)]) / 60.0;
+              row.named_min = std::max(0.0, time[i] - time[std::min(clock, readings.size() - 1)]) / core::units::minute;
             others.merge(now);
           }
           row.false_names = others.size();

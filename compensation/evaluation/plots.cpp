@@ -4,107 +4,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
-#include "compensation/evaluation/result.h"
+#include "core/plot.h"
 #include "core/statistics.h"
-#include "core/svg.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
 
+using core::Ink;
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr std::array<const char*, 6> colours{"#222222", "#d1495b", "#2e86ab", "#3b8132", "#b26e00", "#7a4fa3"};
-
-std::string label(double x, double y, const std::string& text, const char* anchor = "start", const char* extra = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>\n", x, y, anchor, extra,
-                     core::xml_text(text));
-}
-
-std::string opening(double width, double height) {
-  return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:.0f} {1:.0f}\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-      "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-      width, height);
-}
-
-/// A panel with axes; maps values to pixels.
-struct Panel {
-  double left, top, width, height, x_low, x_high, y_low, y_high;
-  double x(double value) const { return left + (value - x_low) / (x_high - x_low) * width; }
-  double y(double value) const { return top + height - (value - y_low) / (y_high - y_low) * height; }
-
-  std::string frame(const std::string& x_name, const std::string& y_name) const {
-    std::string svg;
-    for (const double tick : core::axis_ticks(y_low, y_high, 6)) {
-      svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"#dddddd\"/>\n", left,
-                         left + width, y(tick), y(tick));
-      svg += label(left - 6, y(tick) + 4, fmt::format("{:g}", std::abs(tick) < 1e-12 ? 0.0 : tick), "end");
-    }
-    for (const double tick : core::axis_ticks(x_low, x_high, 10)) {
-      svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#eeeeee\"/>\n",
-                         x(tick), top, top + height);
-      if (!x_name.empty()) svg += label(x(tick), top + height + 16, fmt::format("{:g}", tick), "middle");
-    }
-    svg += fmt::format(
-        "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"none\" stroke=\"#888888\"/>\n", left,
-        top, width, height);
-    svg += label(left, top - 6, y_name);
-    if (!x_name.empty()) svg += label(left + width, top + height + 32, x_name, "end");
-    return svg;
-  }
-
-  /// At most 1500 points: more than pixels show nothing more. A missing value breaks the line.
-  std::string line(const VectorXd& at, const VectorXd& values, const char* colour, double thickness) const {
-    std::string path;
-    const Index stride = std::max<Index>(1, at.size() / 1500);
-    bool pen_down = false;
-    for (Index i = 0; i < at.size(); i += stride) {
-      if (!std::isfinite(values[i])) {
-        pen_down = false;
-        continue;
-      }
-      path += fmt::format("{}{:.1f} {:.1f}", pen_down ? " L" : " M", x(at[i]), y(std::clamp(values[i], y_low, y_high)));
-      pen_down = true;
-    }
-    return fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"/>\n", path, colour, thickness);
-  }
-};
-
-void widen(double& low, double& high) {
-  if (!(high > low)) {
-    low -= 1.0;
-    high += 1.0;
-  }
-  const double margin = 0.05 * (high - low);
-  low -= margin;
-  high += margin;
-}
-
-std::string bars_of(const Panel& panel, double at, double half, const Quartiles& box, const char* colour) {
-  std::string svg;
-  const auto horizontal = [&](double value, double wide, double thickness) {
-    svg += fmt::format(
-        "<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\" stroke=\"{}\" stroke-width=\"{}\"/>\n",
-        at - wide, at + wide, panel.y(value), panel.y(value), colour, thickness);
-  };
-  svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\"/>\n", at,
-                     panel.y(box.whisker_low), panel.y(box.whisker_high), colour);
-  svg +=
-      fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"white\" stroke=\"{}\"/>\n",
-                  at - half, panel.y(box.high), 2 * half, std::max(0.5, panel.y(box.low) - panel.y(box.high)), colour);
-  horizontal(box.median, half, 2.5);
-  horizontal(box.whisker_low, half / 2, 1);
-  horizontal(box.whisker_high, half / 2, 1);
-  for (const double value : box.outliers) {
-    svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2\" fill=\"none\" stroke=\"{}\"/>\n", at,
-                       panel.y(std::min(value, panel.y_high)), colour);
-  }
-  return svg;
+/// A box from quartile to quartile the median through it, whiskers and outliers.
+void draw_quartiles(core::Panel& panel, double at, const Quartiles& quarters, Ink ink) {
+  constexpr double half = 0.13;
+  panel.stroke(at, quarters.whisker_low, at, quarters.low, ink);
+  panel.stroke(at, quarters.high, at, quarters.whisker_high, ink);
+  panel.box(at - half, at + half, quarters.low, quarters.high, ink, 0.3);
+  panel.stroke(at - half, quarters.median, at + half, quarters.median, ink);
+  for (const double whisker : {quarters.whisker_low, quarters.whisker_high})
+    panel.stroke(at - half / 2, whisker, at + half / 2, whisker, ink);
+  const Eigen::Map<const VectorXd> outliers(quarters.outliers.data(), std::ssize(quarters.outliers));
+  panel.dots(VectorXd::Constant(outliers.size(), at), outliers, ink);
 }
 
 }  // namespace
@@ -118,49 +42,35 @@ std::vector<std::string> judged_channels(const Evaluation& evaluation) {
 }
 
 std::string leaderboard_svg(const Evaluation& evaluation) {
-  constexpr double row = 24.0, left = 210.0, width = 480.0, top = 46.0;
-  const double count = evaluation.leaderboard.size();
-  std::string svg = opening(left + width + 90.0, top + row * count + 46.0);
-  const bool fits = std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(),
-                                [](const Standing& s) { return s.seen_by_fit; });
-  svg += label(12, 22,
-               fits ? "RMS of the thermal error removed, %; (fit): in the training rows, nothing was held out"
-                    : "RMS of the thermal error removed where no fit saw it, %",
-               "start", "font-size=\"15\" font-weight=\"bold\"");
-  double low = 0.0;
-  for (const Standing& standing : evaluation.leaderboard) {
-    if (std::isfinite(standing.reduction_percent)) low = std::min(low, standing.reduction_percent);
+  const std::vector<Standing>& standings = evaluation.leaderboard;
+  const bool fits = std::any_of(standings.begin(), standings.end(), [](const Standing& s) { return s.seen_by_fit; });
+  const std::string title =
+      fits ? "RMS of the thermal error removed, %; (fit): in the training rows, nothing was held out"
+           : "RMS of the thermal error removed where no fit saw it, %";
+  constexpr double row = 24.0;
+  const double count = std::ssize(standings);
+  const core::Frame frame{210.0, 46.0, 480.0, row * count};
+  core::Plot plot(frame.right() + 90.0, frame.bottom() + 46.0, title);
+  plot.title(12, 22, title);
+  core::Axis removed{"", false, 0.0, 100.0};
+  for (const Standing& standing : standings) removed.include(std::max(standing.reduction_percent, -100.0));
+  core::Panel panel(plot, frame, removed, {"", false, count, 0.0});
+  panel.x_axis(true);
+  plot.text(frame.right() + 8, frame.top - 8, "(channels)");
+  for (std::size_t i = 0; i < standings.size(); ++i) {
+    const Standing& standing = standings[i];
+    const bool twin = standing.model.starts_with("reduced_model") || standing.model.starts_with("extended_model");
+    const Ink ink = twin ? Ink::orange : standing.model == "static_regression" ? Ink::grey : Ink::blue;
+    const double base = frame.top + row * i + 16.0;
+    plot.text(frame.left - 8, base,
+              standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"),
+              core::Anchor::end);
+    if (std::isfinite(standing.reduction_percent)) panel.box(0.0, standing.reduction_percent, i + 0.17, i + 0.83, ink);
+    plot.text(frame.right() + 8, base, fmt::format("{:.1f} ({})", standing.reduction_percent, standing.channels));
   }
-  low = std::max(low, -100.0);  // how much worse than nothing matters little
-  const Panel panel{left, top, width, row * count, low, 100.0, 0.0, 1.0};
-  for (const double tick : core::axis_ticks(low, 100.0, 8)) {
-    svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#dddddd\"/>\n",
-                       panel.x(tick), top, top + row * count);
-    svg += label(panel.x(tick), top + row * count + 18, fmt::format("{:g}", tick), "middle");
-  }
-  double y = top;
-  for (const Standing& standing : evaluation.leaderboard) {
-    const bool twin = standing.model.starts_with("reduced_model") || standing.model.starts_with("extended_model"),
-               baseline = standing.model == "static_regression";
-    const double value =
-        std::isfinite(standing.reduction_percent) ? std::clamp(standing.reduction_percent, low, 100.0) : 0.0;
-    const double from = panel.x(std::min(0.0, value)), to = panel.x(std::max(0.0, value));
-    svg +=
-        label(left - 8, y + 16,
-              standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"), "end");
-    svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>\n", from,
-                       y + 4, to - from, row - 8,
-                       twin       ? "#d1495b"
-                       : baseline ? "#888888"
-                                  : "#2e86ab");
-    svg += label(panel.x(100.0) + 8, y + 16, fmt::format("{:.1f} ({})", standing.reduction_percent, standing.channels));
-    y += row;
-  }
-  svg += label(panel.x(100.0) + 8, top - 8, "(channels)");
-  if (std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(),
-                  [](const Standing& s) { return !s.caution.empty(); }))
-    svg += label(12, top + row * count + 36, "* ranked last, reason in tables.txt");
-  return svg + "</svg>\n";
+  if (std::any_of(standings.begin(), standings.end(), [](const Standing& s) { return !s.caution.empty(); }))
+    plot.text(12, frame.bottom() + 36, "* ranked last, reason in tables.txt");
+  return plot.file();
 }
 
 std::string channel_svg(const Evaluation& evaluation, const std::string& channel) {
@@ -172,51 +82,38 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
   if (std::find(shown.begin(), shown.end(), "static_regression") == shown.end() &&
       table.find(channel + "_static_regression"))
     shown.emplace_back("static_regression");
-  const VectorXd hours = table.column("time_s") / 3600.0, measured = table.column(channel + "_measured");
+  const VectorXd hours = table.column("time_s") / core::units::hour, measured = table.column(channel + "_measured");
   std::string unit;
   for (const EvaluationRow& row : evaluation.rows) unit = row.channel == channel ? row.unit : unit;
 
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const double value : measured) {
-    if (!std::isfinite(value)) continue;
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-  if (!(low <= high)) low = high = 0.0;
-  widen(low, high);
-  double x_low = hours[0], x_high = hours[hours.size() - 1];
-  if (!(x_high > x_low)) x_high = x_low + 1.0;
-  const double half = 0.5 * (high - low);
-  const Panel above{70, 60, 860, 260, x_low, x_high, low, high}, below{70, 360, 860, 200, x_low, x_high, -half, half};
-  std::string svg = opening(960, 610);
+  core::Axis time{"time in h"}, value{fmt::format("{} in {}", channel, unit)};
+  time.include(hours);
+  time.close();
+  value.include(measured);
+  value.close(0.05);
+  const double half = 0.5 * (value.high - value.low);
+  core::Plot plot(960, 610, channel + ", measured and predicted");
+  core::Panel above(plot, {70, 44, 860, 276}, time, value),
+      below(plot, {70, 350, 860, 216}, time, {fmt::format("measured less predicted in {}", unit), false, -half, half});
   for (const EvaluationRow& row : evaluation.rows) {
     if (shown.empty() || !row.training || row.channel != channel || row.model != shown.front()) continue;
-    for (const Panel& panel : {above, below}) {
-      const double from = panel.x(std::max(x_low, row.from_s / 3600.0)),
-                   to = panel.x(std::min(x_high, row.to_s / 3600.0));
-      svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"#f2f2f2\"/>\n",
-                         from, panel.top, std::max(0.0, to - from), panel.height);
-    }
+    for (core::Panel* panel : {&above, &below})
+      panel->shade(row.from_s / core::units::hour, row.to_s / core::units::hour);
   }
-  svg += above.frame("", fmt::format("{} in {}", channel, unit)) +
-         below.frame("time in h", fmt::format("measured less predicted in {}", unit));
-  svg += above.line(hours, measured, colours[0], 2.0);
-  double x = 70.0;
-  const auto legend = [&](const std::string& text, const char* colour) {
-    svg += fmt::format("<line x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"20\" y2=\"20\" stroke=\"{}\" stroke-width=\"3\"/>\n", x,
-                       x + 18, colour) +
-           label(x + 22, 24, text);
-    x += 40.0 + 7.2 * text.size();
-  };
-  legend("measured", colours[0]);
+  above.y_axis();
+  below.y_axis();
+  below.x_axis();
+  above.line(hours, measured, Ink::black);
+  double legend = plot.key(70, 20, "measured", Ink::black);
   for (std::size_t i = 0; i < shown.size(); ++i) {
     const VectorXd predicted = table.column(channel + "_" + shown[i]);
-    const char* colour = shown[i] == "static_regression" ? "#999999" : colours[1 + i % (colours.size() - 1)];
-    svg += above.line(hours, predicted, colour, 1.3) + below.line(hours, measured - predicted, colour, 1.3);
-    legend(shown[i], colour);
+    const Ink ink = shown[i] == "static_regression" ? Ink::grey : core::series_ink(i);
+    above.line(hours, predicted, ink);
+    below.line(hours, measured - predicted, ink);
+    legend = plot.key(legend, 20, shown[i], ink);
   }
-  svg += label(x, 24, "shaded: seen by the fits", "start", "fill=\"#777777\"");
-  return svg + "</svg>\n";
+  plot.text(legend, 24, "shaded: seen by the fits");
+  return plot.file();
 }
 
 Quartiles quartiles(const VectorXd& values) {
@@ -255,22 +152,20 @@ std::string length_study_svg(const LengthStudy& study) {
       if (std::isfinite(value)) high = std::max(high, value);
     }
   }
-  high = high > 0.0 ? 1.3 * high : 1.0;
-  const Panel panel{70, 60, 700, 320, 0.0, 1.0 * study.hours.size(), 0.0, high};
-  std::string svg =
-      opening(800, 440) +
-      panel.frame(
-          "", fmt::format("RMS residual in {}: blue in the section that was fitted, red outside of it", study.unit));
-  svg += label(70, 24, fmt::format("{} of {}: how long a measurement it needs", study.model, study.channel), "start",
-               "font-size=\"15\" font-weight=\"bold\"");
+  const std::string title = fmt::format("{} of {}: how long a measurement it needs", study.model, study.channel);
+  core::Plot plot(800, 440, title);
+  plot.title(70, 24, title);
+  plot.key(plot.key(70, 44, "in the section that was fitted", Ink::blue), 44, "outside of it", Ink::orange);
+  core::Panel panel(plot, {70, 60, 700, 320}, {"", false, 0.0, 1.0 * study.hours.size()},
+                    {fmt::format("RMS residual in {}", study.unit), false, 0.0, high > 0.0 ? 1.3 * high : 1.0});
+  panel.y_axis();
   for (Index l = 0; l < study.hours.size(); ++l) {
     const std::size_t i = l;
-    const double at = panel.x(l + 0.5);
-    if (std::isfinite(fit[i].median)) svg += bars_of(panel, at - 14, 11, fit[i], colours[2]);
-    if (std::isfinite(rest[i].median)) svg += bars_of(panel, at + 14, 11, rest[i], colours[1]);
-    svg += label(at, 398, fmt::format("{:.3g} h", study.hours[l]), "middle");
+    if (std::isfinite(fit[i].median)) draw_quartiles(panel, l + 0.34, fit[i], Ink::blue);
+    if (std::isfinite(rest[i].median)) draw_quartiles(panel, l + 0.66, rest[i], Ink::orange);
+    plot.text(panel.x(l + 0.5), 398, fmt::format("{:.3g} h", study.hours[l]), core::Anchor::middle);
   }
-  return svg + "</svg>\n";
+  return plot.file();
 }
 
 }  // namespace thermotwin::compensation

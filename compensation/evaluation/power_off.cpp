@@ -49,13 +49,13 @@ std::string phase(const mesh::Machine& machine, Dice& dice, double hours, const 
     const double share = dice.between(0.1, 0.7);
     text += fmt::format("[[phase.axis]]\nid = \"{}\"\n", axis.id);
     if (axis.endless) {
-      text += fmt::format("speed_rpm = {:.1f}\n", share * axis.rapid * 60.0 / (2.0 * std::numbers::pi));
+      text += fmt::format("speed_rpm = {:.1f}\n", share * axis.rapid / core::units::rpm);
     } else {
       const double unit = linear ? 1e3 : 180.0 / std::numbers::pi, reach = dice.between(0.2, 0.9),
                    range = axis.high - axis.low;
       const double low = axis.low + dice.between(0.0, 1.0 - reach) * range;
       text += fmt::format("low_{0} = {1:.1f}\nhigh_{0} = {2:.1f}\nfeed_{0}_min = {3:.0f}\n", linear ? "mm" : "deg",
-                          unit * low, unit * (low + reach * range), unit * 60.0 * share * axis.rapid);
+                          unit * low, unit * (low + reach * range), unit * core::units::minute * share * axis.rapid);
       text += fmt::format("duty_percent = {:.0f}\n", dice.between(20.0, 100.0));
     }
   }
@@ -146,16 +146,16 @@ PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction:
     const std::vector<Eigen::Matrix3Xd> measured =
         detail::measured_translations(measurement, machine_case.machine, poses);
     const Eigen::VectorXd time = measurement.time();
-    const double returned = load.duration() - 3600.0 * back_h;
+    const double returned = load.duration() - core::units::hour * back_h;
     Index from = 0;
     while (from + 1 < time.size() && time[from] < returned - 1.0) ++from;
     PowerOffRow row;
     row.draw = draw;
     row.hall_C = load.initial_C();
     for (const double corner : load.stops()) {
-      if (row.worked_h == 0.0 && load.phase_at(corner + 1.0) == "off") row.worked_h = corner / 3600.0;
+      if (row.worked_h == 0.0 && load.phase_at(corner + 1.0) == "off") row.worked_h = corner / core::units::hour;
     }
-    row.off_h = returned / 3600.0 - row.worked_h;
+    row.off_h = returned / core::units::hour - row.worked_h;
     const auto errors = run_compensator(measurement, model, poses, {true, false, from, true});
     for (int k = 0; k < 3; ++k) {
       Index at = from;

@@ -9,6 +9,7 @@
 
 #include "compensation/measurement/measurement.h"
 #include "compensation/online/compensator.h"
+#include "core/units.h"
 #include "mesh/machine/kinematics.h"
 
 namespace thermotwin::compensation {
@@ -20,7 +21,7 @@ struct MeasuredRun {
   bool told_surroundings = false;
   Eigen::Index from = 0;  ///< row of the start: what came before is unknown
   bool guarded = false;
-  double longest_gap_s = 12 * 3600.0;  ///< after a longer one nobody knows what the machine did: a new start
+  double longest_gap_s = 12 * core::units::hour;  ///< after a longer one nobody knows what the machine did: a new start
 };
 
 /// Inputs row by row as a compensator wants them: what held since the row before. (rows x channels)

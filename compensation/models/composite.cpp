@@ -13,6 +13,7 @@
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
 #include "core/statistics.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -168,7 +169,7 @@ public:
       if (i == ambient) continue;
       const Index at = ambient_features + k++;
       text += fmt::format(" {} {:.3g}, past {:.3g} h {:.3g}, above {:.3g} K {:+.3g};", info_[i].id, line_.gains[at],
-                          tau_ / 3600.0, line_.gains[at + internal], bend_[at - ambient_features],
+                          tau_ / core::units::hour, line_.gains[at + internal], bend_[at - ambient_features],
                           line_.gains[at + 2 * internal]);
     }
     return text + fmt::format(" intercept {:.4g} {}, ridge {:g}", line_.intercept, unit, ridge_);

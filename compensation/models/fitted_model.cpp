@@ -14,6 +14,7 @@
 #include "core/config.h"
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -440,7 +441,7 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
       if (!(std::abs(predicted(i, t) - middle) > limit)) continue;
       refused_.push_back(fmt::format(
           "{} {}: diverges, {:.3g} {} predicted at {:.2f} h where the training rows have {:.3g} to {:.3g} {}", name(),
-          output.channel, predicted(i, t), target->unit, data.time[i] / 3600.0, low, high, target->unit));
+          output.channel, predicted(i, t), target->unit, data.time[i] / core::units::hour, low, high, target->unit));
       predicted.col(t).setConstant(missing);
       return true;
     }

@@ -13,6 +13,7 @@
 #include "compensation/models/lag_bank.h"
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -75,15 +76,15 @@ public:
   std::unique_ptr<RowPredictor> start() const override { return std::make_unique<Predictor>(*this); }
 
   std::string explain(const std::string& unit) const override {
-    std::string text =
-        fmt::format("noise {:.3g}, drift {:.3g} {} over {:.3g} h;", noise_, drift_, unit, drift_time_ / 3600.0);
+    std::string text = fmt::format("noise {:.3g}, drift {:.3g} {} over {:.3g} h;", noise_, drift_, unit,
+                                   drift_time_ / core::units::hour);
     for (Index i = 0; i < gains_.rows(); ++i) {
       text += fmt::format(" {}:", info_[i].id);
       for (Index m = 0; m < gains_.cols(); ++m) text += fmt::format(" {:+.3g}", gains_(i, m));
       text += fmt::format(" (sum {:+.3g});", gains_.row(i).sum());
     }
     text += " per unit after";
-    for (const double tau : tau_) text += fmt::format(" {:.3g}", tau / 3600.0);
+    for (const double tau : tau_) text += fmt::format(" {:.3g}", tau / core::units::hour);
     return text + fmt::format(" h; intercept {:.4g} {}", intercept_, unit);
   }
 

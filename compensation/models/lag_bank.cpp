@@ -20,7 +20,7 @@ LagBank::LagBank(std::vector<InputInfo> info, std::vector<double> tau, bool aver
   const auto inputs = std::ssize(info_), lags = std::ssize(tau_);
   state_ = output_ = Eigen::MatrixXd::Zero(inputs, lags);
   last_value_ = last_time_ = Eigen::VectorXd::Constant(inputs, missing);
-  decay_ = rest_ = Eigen::VectorXd::Zero(lags);
+  steps_.resize(tau_.size());
 }
 
 const Eigen::MatrixXd& LagBank::step(double time, const Eigen::Ref<const Eigen::RowVectorXd>& inputs) {
@@ -34,29 +34,20 @@ const Eigen::MatrixXd& LagBank::step(double time, const Eigen::Ref<const Eigen::
     if (std::isnan(last_time_[j])) {
       state_.row(j).setConstant(info.activity ? 0.0 : u);
     } else if (const double h = time - last_time_[j]; h > 0.0) {
-      if (h != factor_for_) {
-        factor_for_ = h;
-        for (Index k = 0; k < decay_.size(); ++k) {
-          const double tau_k = tau_[k];
-          decay_[k] = tau_k > 0.0 ? std::exp(-h / tau_k) : 0.0;
-          rest_[k] = tau_k > 0.0 ? -std::expm1(-h / tau_k) : 1.0;
-        }
+      if (h != steps_for_) {
+        steps_for_ = h;
+        for (std::size_t k = 0; k < tau_.size(); ++k) steps_[k] = core::LagStep(h, tau_[k]);
       }
       const double before = last_value_[j];
-      if (info.temperature || averaged_) {
-        // y = u - slope tau + (y0 - u0 + slope tau) e^-x, in a form that does not cancel for small x.
-        const double slope = (u - before) / h;
-        for (Index k = 0; k < decay_.size(); ++k) {
-          const double tau_k = tau_[k];
-          state_(j, k) = u - slope * tau_k * rest_[k] + (state_(j, k) - before) * decay_[k];
-        }
-      } else {
-        for (Index k = 0; k < decay_.size(); ++k) state_(j, k) = before * rest_[k] + state_(j, k) * decay_[k];
+      const bool straight = info.temperature || averaged_;
+      for (Index k = 0; k < state_.cols(); ++k) {
+        const core::LagStep& step_k = steps_[k];
+        state_(j, k) = straight ? step_k.straight(state_(j, k), before, u) : step_k.standing(state_(j, k), before);
       }
     }
     last_time_[j] = time;
     last_value_[j] = u;
-    for (Index k = 0; k < decay_.size(); ++k) output_(j, k) = tau_[k] > 0.0 ? state_(j, k) : u;
+    for (Index k = 0; k < state_.cols(); ++k) output_(j, k) = tau_[k] > 0.0 ? state_(j, k) : u;
   }
   return output_;
 }

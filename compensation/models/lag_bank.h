@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "compensation/measurement/dataset.h"
+#include "core/first_order_lag.h"
 
 namespace thermotwin::compensation {
 
@@ -27,8 +28,8 @@ private:
   bool averaged_;
   Eigen::MatrixXd state_, output_;
   Eigen::VectorXd last_value_, last_time_;  ///< (inputs) NaN before the first reading
-  double factor_for_ = -1.0;                ///< duration that decay_ and rest_ are for
-  Eigen::VectorXd decay_, rest_;            ///< e^-x and 1 - e^-x, x = duration / tau
+  double steps_for_ = -1.0;                 ///< duration that steps_ are for
+  std::vector<core::LagStep> steps_;        ///< by tau
 };
 
 /// Features of a whole record: column tau_index * inputs + input.

@@ -14,6 +14,7 @@
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
 #include "core/statistics.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -136,7 +137,9 @@ public:
 
   std::string explain(const std::string& unit) const override {
     std::string text = fmt::format("{} components of {} inputs", into_.cols(), info_.size());
-    if (memory_) text += fmt::format(" with memories of {:.3g} and {:.3g} h", tau_[1] / 3600.0, tau_[2] / 3600.0);
+    if (memory_)
+      text += fmt::format(" with memories of {:.3g} and {:.3g} h", tau_[1] / core::units::hour,
+                          tau_[2] / core::units::hour);
     return text + fmt::format(", {} tanh, {} seeds, weight decay {:g}, held-out rms {:.3g} {}", hidden, seeds, decay_,
                               held_out_rms_, unit);
   }

@@ -12,6 +12,7 @@
 #include "compensation/models/lag_bank.h"
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
+#include "core/first_order_lag.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -183,8 +184,8 @@ private:
       if (!std::isfinite(last_time_)) {
         y_ = model_.initial_;
       } else {
-        const double tau = model_.tau_[state_], keep = std::exp(-(time - last_time_) / tau);
-        y_ = y_ * keep + source_ * tau * (1.0 - keep);
+        const double tau = model_.tau_[state_];
+        y_ = core::LagStep(time - last_time_, tau).standing(y_, source_ * tau);
       }
       last_time_ = time;
       if (!inputs.allFinite()) return missing;
@@ -209,9 +210,9 @@ private:
     RowVectorXd last = reference_.transpose();
     for (Index i = 0; i < n; ++i) {
       if (i > 0) {
-        const auto state = states[i - 1];
-        const double keep = std::exp(-(data.time[i] - data.time[i - 1]) / tau[state]);
-        y = y * keep + source * (tau[state] * (1.0 - keep));
+        const double lag = tau[states[i - 1]];
+        const core::LagStep step(data.time[i] - data.time[i - 1], lag);
+        y = y.binaryExpr(source, [&](double value, double rate) { return step.standing(value, rate * lag); }).eval();
       }
       rows.row(i) = y;
       for (Index k = 0; k < inputs; ++k) {

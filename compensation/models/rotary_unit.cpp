@@ -9,10 +9,10 @@
 #include <cctype>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
+#include "core/first_order_lag.h"
 #include "core/units.h"
 #include "solver/operation/film_laws.h"
 
@@ -273,20 +273,10 @@ VectorXd full_speeds(const Roles& roles, const std::vector<InputInfo>& info, con
   if (roles.c_speed >= 0) {
     const InputInfo& c = info[roles.c_speed];
     const bool degrees = (c.id + c.input).find("deg") != std::string::npos;
-    full[2] = degrees ? std::numbers::pi / 180.0 / 60.0 : 2.0 * std::numbers::pi / 60.0;
+    full[2] = degrees ? core::units::deg_min : core::units::rpm;
   }
   return full;
 }
-
-/// First-order lag tau y' + y = u of a u that holds over each interval with its value at the end.
-struct Lag {
-  double value = 0;
-  double step(double u, double duration, double tau) {
-    const double keep = tau > 0.0 ? std::exp(-duration / tau) : 0.0;
-    value = u + (value - u) * keep;
-    return value;
-  }
-};
 
 class RotaryUnit final : public ChannelModel {
 public:
@@ -364,12 +354,12 @@ private:
       unit_.advance(unit_.drive(held_), duration);
       time_ = time;
       const double raw = model_.row.dot(unit_.temperature() - reference_);
-      lag_.step(raw, duration, model_.lag_s);
+      rise_ = core::LagStep(duration, model_.lag_s).standing(rise_, raw);
       const bool complete = inputs.allFinite();
       for (Index k = 0; k < inputs.size(); ++k) {
         if (std::isfinite(inputs[k])) held_[k] = inputs[k];
       }
-      return complete ? model_.gain * lag_.value + model_.intercept : missing;
+      return complete ? model_.gain * rise_ + model_.intercept : missing;
     }
 
   private:
@@ -377,8 +367,7 @@ private:
     Unit unit_;
     RowVectorXd held_;
     Temperatures reference_ = Temperatures::Zero();
-    double time_ = 0;
-    Lag lag_;
+    double time_ = 0, rise_ = 0;  ///< rise_: behind the lag, of a drive that holds over each interval
   };
 };
 
@@ -407,14 +396,6 @@ MatrixXd simulate(const TrainingData& data, const Roles& roles, const VectorXd& 
     held = next;
   }
   return rises;
-}
-
-VectorXd lagged(const VectorXd& time, const VectorXd& raw, double lag_s) {
-  VectorXd y(raw.size());
-  Lag lag{raw[0]};
-  y[0] = raw[0];
-  for (Index i = 1; i < raw.size(); ++i) y[i] = lag.step(raw[i], time[i] - time[i - 1], lag_s);
-  return y;
 }
 
 /// One displacement of the unit as it enters the fit.
@@ -498,8 +479,8 @@ public:
   std::unique_ptr<ChannelModel> model(Index t) const {
     const Target& target = targets_[t];
     const double lag_s = std::exp(best_[places + t]);
-    const Line line =
-        fit_line(lagged(target.data.time, rises_ * target.row, lag_s), target.data.target, target.data.label);
+    const Line line = fit_line(core::lagged_steps(target.data.time, rises_ * target.row, lag_s), target.data.target,
+                               target.data.label);
     auto model = std::make_unique<RotaryUnit>();
     model->logs = best_.head(places);
     model->full = full_;
@@ -527,7 +508,7 @@ private:
     std::vector<double> all;
     for (Index t = 0; t < std::ssize(targets_); ++t) {
       const Target& target = targets_[t];
-      const VectorXd y = lagged(target.data.time, rises * target.row, std::exp(x[places + t]));
+      const VectorXd y = core::lagged_steps(target.data.time, rises * target.row, std::exp(x[places + t]));
       const Line line = fit_line(y, target.data.target, target.data.label);
       const double scale = 1.0 / (noise_share * target.spread * std::sqrt(line.rows));
       for (Index i = 0; i < y.size(); ++i) {

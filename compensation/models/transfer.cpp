@@ -13,6 +13,7 @@
 #include "compensation/models/least_squares.h"
 #include "compensation/models/transfer_function.h"
 #include "core/error.h"
+#include "core/units.h"
 
 namespace thermotwin::compensation {
 namespace {
@@ -387,7 +388,7 @@ public:
       const InputInfo& info = set_.info[i];
       text += fmt::format(" {}{}: {:.4g} {} per unit, 95 % after {:.3g} h;", info.id,
                           related && info.temperature && !info.ambient ? " - ambient" : "", set_.static_gain(i), unit,
-                          set_.settling_time(i) / 3600.0);
+                          set_.settling_time(i) / core::units::hour);
     }
     return text + fmt::format(" constant {:.4g} {}", set_.constant, unit);
   }

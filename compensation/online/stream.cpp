@@ -26,17 +26,11 @@ namespace thermotwin::compensation {
 namespace {
 
 using core::InputError;
+using core::trimmed;
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 /// No quantity of a machine is larger in its unit; what is would make every later state infinite.
 constexpr double largest = 1e10, largest_probe_um = 1e5;
-
-std::string_view trimmed(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  return text;
-}
 
 /// Text of the input for a message: short, without bytes that upset a terminal.
 std::string shown(std::string_view text) {

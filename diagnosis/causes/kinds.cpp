@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 
 namespace thermotwin::diagnosis {
 
@@ -15,7 +16,7 @@ namespace {
 /// In the order of Kind; README.md shows the same table.
 const std::vector<KindRow>& table() {
   static const char* const channel = "id of a measured channel";
-  static constexpr double per_hour = 1.0 / 3600.0;
+  static constexpr double per_hour = 1.0 / core::units::hour;
   using enum Target;
   using enum Sense;
   using enum Effect;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/text.h"
 
 namespace thermotwin::diagnosis {
 
@@ -21,12 +22,6 @@ struct Statement {
   std::size_t line = 0;            ///< first character of its line
   std::size_t begin = 0, end = 0;  ///< of the value
 };
-
-std::string trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r\n");
-  if (first == std::string_view::npos) return {};
-  return std::string(text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1));
-}
 
 /// First character behind the string that begins at `at`.
 std::size_t skip_string(const std::string& text, std::size_t at) {
@@ -87,12 +82,12 @@ std::vector<Statement> outline(const std::string& text) {
       statement.header = true;
       const std::size_t stop = std::min(text.find(']', at), text.size());
       const bool array = text.compare(at, 2, "[[") == 0;
-      statement.name = trimmed(std::string_view(text).substr(at, stop - at).substr(array ? 2 : 1));
+      statement.name = core::trimmed(std::string_view(text).substr(at, stop - at).substr(array ? 2 : 1));
       at = stop;
     } else {
       const std::size_t equals = text.find('=', at);
       if (equals == std::string::npos) break;
-      statement.name = trimmed(std::string_view(text).substr(at, equals - at));
+      statement.name = core::trimmed(std::string_view(text).substr(at, equals - at));
       statement.begin = std::min(text.find_first_not_of(" \t", equals + 1), text.size());
       at = value_end(text, statement.begin);
       statement.end = at;
@@ -141,7 +136,7 @@ std::pair<std::size_t, std::size_t> number_span(const std::string& text, const S
     const std::size_t equals = text.find('=', at);
     if (equals >= statement.end) break;
     const std::size_t stop = std::min(text.find_first_of(",}", equals), statement.end);
-    if (trimmed(std::string_view(text).substr(at, equals - at)) == "value") {
+    if (core::trimmed(std::string_view(text).substr(at, equals - at)) == "value") {
       std::size_t first = text.find_first_not_of(" \t", equals + 1), last = stop;
       while (last > first && (text[last - 1] == ' ' || text[last - 1] == '\t')) --last;
       return {first, last};

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 
+#include "core/units.h"
 #include "diagnosis/report/words.h"
 
 namespace thermotwin::diagnosis {
@@ -18,7 +19,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double hour = 3600.0;
+using core::units::hour;
 constexpr double sure = 0.9, discrepant = 0.01;  ///< probability of a cause; p value of a residual
 constexpr double shares = 0.05;                  ///< probability from which a cause stays in an ambiguous set
 /// Expected spread over the channel's own spread, above which a discrepancy as large as the signal would pass.
@@ -101,13 +102,13 @@ std::string residual_in_numbers(const DataRecord& record, const ChannelFinding& 
 }
 
 /// The input whose gains widen the prediction most.
-Index least_known_input(const DataRecord& record, const GreyBox& box, const MatrixXd& columns) {
-  const Index elements = std::ssize(box.time_constants);
+Index least_known_input(const DataRecord& record, const LagModel& model, const MatrixXd& columns) {
+  const Index elements = std::ssize(model.time_constants);
   Index least_known = 0;
   double most = -1.0;
   for (Index i = 0; i < record.inputs.cols(); ++i) {
     const MatrixXd own = columns.middleCols(i * elements, elements);
-    const MatrixXd told = own * box.covariance.block(i * elements, i * elements, elements, elements);
+    const MatrixXd told = own * model.covariance.block(i * elements, i * elements, elements, elements);
     if (const double share = told.cwiseProduct(own).sum(); share > most) most = share, least_known = i;
   }
   return least_known;
@@ -217,29 +218,30 @@ std::vector<std::string> notes_of(const DataRecord& record, const ChannelFinding
 NextMeasurement needed(const DataRecord& record, const RecordParts& parts, const ChannelFinding& finding) {
   const JudgedChannel& judged = finding.judged;
   const std::vector<Index> later = joined(parts.middle, parts.last);
-  const MatrixXd columns = judged.box.columns(record)(later, Eigen::all), told = columns * judged.box.covariance;
+  const MatrixXd columns = judged.model.columns(record)(later, Eigen::all), told = columns * judged.model.covariance;
   const double by_gains = std::sqrt(told.cwiseProduct(columns).rowwise().sum().mean());
   NextMeasurement next;
   next.channel = finding.channel;
   const std::string goal =
       fmt::format("the expected spread has to fall from {:.3g} um below {:.3g} um, half of what {} varies by",
                   judged.expected, too_wide * finding.signal, finding.channel);
-  if (by_gains < std::hypot(judged.box.wander_std, root_mean_square(judged.box.noise_std(later)))) {
+  if (by_gains < std::hypot(judged.model.wander_std, root_mean_square(judged.model.noise_std(later)))) {
     next.load = "the same use, with a further temperature where its heat passes";
     next.why = fmt::format("no recorded input follows {:.3g} um of it in the part that is fitted; {}",
-                           judged.box.wander_std, goal);
+                           judged.model.wander_std, goal);
     return next;
   }
-  const Index input = least_known_input(record, judged.box, columns), elements = std::ssize(judged.box.time_constants);
+  const Index input = least_known_input(record, judged.model, columns),
+              elements = std::ssize(judged.model.time_constants);
   const VectorXd all = record.inputs.col(input), first = all(parts.first);
   next.load = fmt::format(
       "a longer use in which {} moves over {:.4g} to {:.4g} {} apart from the other inputs while the model is fitted "
       "(here {:.4g} to {:.4g} in the first {:.0f} h)",
       record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(),
       first.maxCoeff(), (parts.first_end - record.time[0]) / hour);
-  const auto own = judged.box.covariance.block(input * elements, input * elements, elements, elements);
+  const auto own = judged.model.covariance.block(input * elements, input * elements, elements, elements);
   next.why = fmt::format("its steady gain is known to {:.3g} +- {:.2g} um per {} only; {}",
-                         judged.box.step_response(input, std::numeric_limits<double>::infinity()),
+                         judged.model.step_response(input, std::numeric_limits<double>::infinity()),
                          std::sqrt(std::max(own.sum(), 0.0)), record.input_units[input], goal);
   return next;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// One displacement of a record without a machine: does it leave the grey box of the record's first part, which
+// One displacement of a record without a machine: does it leave the lag model of the record's first part, which
 // extension explains that, and does the extension hold in the last part, which is never fitted?
 
 #include <string>

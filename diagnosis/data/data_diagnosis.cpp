@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Does a record leave the grey box that was fitted on its first part, which extension may explain that, and does
+// Does a record leave the lag model that was fitted on its first part, which extension may explain that, and does
 // the extension hold in the last part?
 
 #include "diagnosis/data/data_diagnosis.h"
@@ -12,6 +12,7 @@
 
 #include "core/error.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "diagnosis/data/channel_finding.h"
 #include "diagnosis/data/sentences.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -26,7 +27,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double hour = 3600.0;
+using core::units::hour;
 /// RMS after the first part over the expected one, from which a residual within chance is given in numbers.
 constexpr double worth_saying = 1.25;
 
@@ -46,17 +47,17 @@ void refuse_empty_parts(const DataRecord& record, const RecordParts& parts, cons
   }
 }
 
-/// The grey box of a channel in words: the displacement some time after a step of each input.
+/// The lag model of a channel in words: the displacement some time after a step of each input.
 std::string box_in_words(const DataRecord& record, const ChannelFinding& finding, double fitted_hours) {
   std::string steps;
   for (Index i = 0; i < record.inputs.cols(); ++i) {
     steps += fmt::format("{}per {} of {}", i > 0 ? "; " : "", record.input_units[i], record.input_names[i]);
     for (const double share : {1.0 / 24.0, 0.25, 1.0}) {
-      steps += fmt::format(" {:+.2f} ({:.3g} h)", finding.judged.box.step_response(i, share * fitted_hours * hour),
+      steps += fmt::format(" {:+.2f} ({:.3g} h)", finding.judged.model.step_response(i, share * fitted_hours * hour),
                            share * fitted_hours);
     }
   }
-  return fmt::format("Grey box of {} on the first {:.0f} h, {} moved so long after a step: {}.", finding.channel,
+  return fmt::format("Lag model of {} on the first {:.0f} h, {} moved so long after a step: {}.", finding.channel,
                      fitted_hours, finding.unit, steps);
 }
 
@@ -134,7 +135,7 @@ public:
     if (!untold.empty()) d.next = needed(record_, parts_, widest_untold());
     if (all([](const ChannelFinding& f) { return f.clean(); })) {
       d.verdict = Verdict::no_discrepancy;
-      d.sentence = fmt::format("No discrepancy: the record follows the grey box of its first {:.0f} h {}.",
+      d.sentence = fmt::format("No discrepancy: the record follows the lag model of its first {:.0f} h {}.",
                                fitted_hours(), how_well([](const ChannelFinding&) { return true; }, 1));
     } else if (unexplained && !all_shared) {
       d.verdict = Verdict::unexplained;
@@ -142,7 +143,7 @@ public:
     } else if (unexplained) {
       d.verdict = Verdict::ambiguous;
       d.sentence = fmt::format(
-          "Ambiguous: the grey box of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
+          "Ambiguous: the lag model of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
           fitted_hours(), core::join(names_of(rivals)), beside(d));
     } else if (!untold.empty()) {
       d.verdict = Verdict::ambiguous;
@@ -215,7 +216,7 @@ private:
 
   std::string unexplained_sentence(const Diagnosis& d) const {
     std::string sentence = fmt::format(
-        "Unexplained: the grey box of the first {:.0f} h misses what follows, and {}; \"How it was judged\" in "
+        "Unexplained: the lag model of the first {:.0f} h misses what follows, and {}; \"How it was judged\" in "
         "report.html describes the residual.",
         fitted_hours(), hold_in_the_last_part(names_of(d.causes)));
     for (const ChannelFinding& finding : findings_) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Diagnosis of data that no machine model belongs to: a grey box of the record's first part is the simulation.
+// Diagnosis of data that no machine model belongs to: a lag model of the record's first part is the simulation.
 
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/record/diagnose_options.h"

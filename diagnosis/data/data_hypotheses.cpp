@@ -7,8 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/first_order_lag.h"
+#include "core/units.h"
 #include "diagnosis/inference/evidence.h"
-#include "diagnosis/record/readings.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -19,11 +20,13 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double day = 86400.0, hour = 3600.0;
+using core::units::hour;
+
+constexpr double day = 24.0 * hour;
 constexpr double daily_days = 3.0;  ///< length of a record that tells a daily swing from a drift
 constexpr int drift_starts = 48;    ///< of a drift, evenly over the parts that are fitted
 constexpr double gain_width = 2.0;  ///< prior of a slow element's gain: this times target's spread over input's spread
-constexpr double slower[] = {2.0, 4.0};  ///< time constants of slow elements, times the longest of the box
+constexpr double slower[] = {2.0, 4.0};  ///< time constants of slow elements, times the longest of the model
 constexpr double unknown_sizes[] = {0.03, 0.1, 0.3,
                                     1.0};  ///< of what wanders for no known reason, of the target's size
 constexpr double unknown_times[] = {3600, 10800, 43200, 172800};  ///< s
@@ -42,16 +45,16 @@ double log_mean_exp(const std::vector<double>& logs) {
   return top + std::log(sum / static_cast<double>(logs.size()));
 }
 
-/// The rows that are fitted, with the box's columns.
+/// The rows that are fitted, with the model's columns.
 class Fitted {
 public:
-  Fitted(const DataRecord& record, const GreyBox& box, const MatrixXd& columns, const VectorXd& value,
+  Fitted(const DataRecord& record, const LagModel& model, const MatrixXd& columns, const VectorXd& value,
          std::vector<Index> rows)
-      : box_(box),
+      : model_(model),
         columns_(columns),
         value_(value),
         rows_(std::move(rows)),
-        left_over_(box.left_over(record, rows_)),
+        left_over_(model.left_over(record, rows_)),
         white_({left_over_}) {}
 
   struct Result {
@@ -63,7 +66,7 @@ public:
     MatrixXd all(columns_.rows(), own + added);
     all << columns_, variant.columns;
     VectorXd prior(own + added);
-    prior << box_.prior_std, variant.prior_std;
+    prior << model_.prior_std, variant.prior_std;
     const LinearEvidence evidence(white_.whiten(MatrixXd(all(rows_, Eigen::all))), white_.whiten(value_(rows_)), prior);
     return {evidence.log_evidence() - 0.5 * white_.log_determinant(), all * evidence.mean(),
             evidence.mean().tail(added), evidence.covariance().diagonal().tail(added).cwiseMax(0.0).cwiseSqrt()};
@@ -74,12 +77,12 @@ public:
     wide.wander.push_back(unknown);
     const Whitener white({wide});
     const LinearEvidence evidence(white.whiten(MatrixXd(columns_(rows_, Eigen::all))), white.whiten(value_(rows_)),
-                                  box_.prior_std);
+                                  model_.prior_std);
     return evidence.log_evidence() - 0.5 * white.log_determinant();
   }
 
 private:
-  const GreyBox& box_;
+  const LagModel& model_;
   const MatrixXd& columns_;
   const VectorXd& value_;
   std::vector<Index> rows_;
@@ -110,15 +113,16 @@ Variant daily_swing(const DataRecord& record, double size) {
 }
 
 /// Elements of all inputs that are slower than the first part could show.
-std::vector<Variant> slow_elements(const DataRecord& record, const GreyBox& box, const std::vector<Index>& first,
+std::vector<Variant> slow_elements(const DataRecord& record, const LagModel& model, const std::vector<Index>& first,
                                    double size) {
   std::vector<Variant> all;
   const Index inputs = record.inputs.cols();
   for (const double factor : slower) {
     Variant slow{MatrixXd(record.time.size(), inputs), VectorXd(inputs),
-                 factor * std::max(box.time_constants.back(), record.interval)};
+                 factor * std::max(model.time_constants.back(), record.interval)};
     for (Index i = 0; i < inputs; ++i) {
-      slow.columns.col(i) = lagged(record.time, record.inputs.col(i).array() - record.inputs(0, i), slow.value);
+      slow.columns.col(i) =
+          core::lagged_lines(record.time, record.inputs.col(i).array() - record.inputs(0, i), slow.value);
       slow.prior_std[i] = gain_width * size / std::max(spread_of(record.inputs(first, i)), 1e-9);
     }
     all.push_back(std::move(slow));
@@ -174,11 +178,11 @@ Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, K
 double discrepancy_p_value(const DataRecord& record, const JudgedChannel& judged, const MatrixXd& columns,
                            const std::vector<Index>& later) {
   const MatrixXd used = columns(later, Eigen::all);
-  const Eigen::LLT<MatrixXd> factor(judged.box.left_over(record, later).matrix() +
-                                    used * judged.box.covariance * used.transpose());
+  const Eigen::LLT<MatrixXd> factor(judged.model.left_over(record, later).matrix() +
+                                    used * judged.model.covariance * used.transpose());
   const VectorXd white = factor.matrixL().solve(judged.before(later));
-  const auto n = static_cast<double>(later.size()), fitted = static_cast<double>(judged.box.fitted);
-  const double variance = std::max(1.0, judged.box.chi_square / fitted);
+  const auto n = static_cast<double>(later.size()), fitted = static_cast<double>(judged.model.fitted);
+  const double variance = std::max(1.0, judged.model.chi_square / fitted);
   const double all = f_tail(white.squaredNorm() / n / variance, n, fitted);
   MatrixXd slow(later.size(), 2);
   slow << VectorXd::Ones(slow.rows()), (record.time(later).array() - record.time[later.front()]).matrix() / hour;
@@ -224,20 +228,20 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   const VectorXd value = record.targets.col(target);
   const std::vector<Index> first = finite_rows(value, parts.first), middle = finite_rows(value, parts.middle),
                            later = joined(middle, finite_rows(value, parts.last));
-  judged.box = fit_grey_box(record, target, first);
-  const GreyBox& box = judged.box;
-  const MatrixXd columns = box.columns(record);
-  judged.before = value - columns * box.gains;
-  judged.expected_std = ((columns * box.covariance).cwiseProduct(columns).rowwise().sum().array() +
-                         box.wander_std * box.wander_std + box.noise_std.array().square())
+  judged.model = fit_lag_model(record, target, first);
+  const LagModel& model = judged.model;
+  const MatrixXd columns = model.columns(record);
+  judged.before = value - columns * model.gains;
+  judged.expected_std = ((columns * model.covariance).cwiseProduct(columns).rowwise().sum().array() +
+                         model.wander_std * model.wander_std + model.noise_std.array().square())
                             .sqrt();
-  // A box that fits its own part worse than stated foretells worse, too.
-  judged.expected_std *= std::sqrt(std::max(1.0, box.chi_square / box.fitted));
+  // A model that fits its own part worse than stated foretells worse, too.
+  judged.expected_std *= std::sqrt(std::max(1.0, model.chi_square / model.fitted));
   judged.expected = root_mean_square(judged.expected_std(later));
   judged.seen = root_mean_square(judged.before(later));
   judged.p_value = discrepancy_p_value(record, judged, columns, later);
 
-  const Fitted fitted(record, box, columns, value, joined(first, middle));
+  const Fitted fitted(record, model, columns, value, joined(first, middle));
   const double size = std::max({root_mean_square(judged.before(middle)), spread_of(value(first)), 1e-6});
   const std::string& unit = record.channels[target].unit;
   judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), Kind::probe_drift, "drift", unit + "/h"));
@@ -246,7 +250,7 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
         averaged(fitted, {daily_swing(record, size)}, Kind::unmeasured_temperature, "daily_amplitude", unit));
   }
   judged.extensions.push_back(
-      averaged(fitted, slow_elements(record, box, first, size), Kind::time_constant, "slowest", "s"));
+      averaged(fitted, slow_elements(record, model, first, size), Kind::time_constant, "slowest", "s"));
 
   const double log_none = fitted.with({MatrixXd(record.time.size(), 0), VectorXd(0), 0.0}).log_evidence;
   std::vector<double> unknown;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What may explain that a displacement leaves the grey box of the record's first part. All hypotheses are
-// linear and Gaussian beside the grey box and compete on the first and second part by their evidence; the
+// What may explain that a displacement leaves the lag model of the record's first part. All hypotheses are
+// linear and Gaussian beside the lag model and compete on the first and second part by their evidence; the
 // last part is never fitted.
 
 #include <string>
 #include <vector>
 
 #include "diagnosis/causes/kinds.h"
-#include "diagnosis/data/grey_box.h"
+#include "diagnosis/data/lag_model.h"
 
 namespace thermotwin::diagnosis {
 
@@ -22,7 +22,7 @@ std::vector<Eigen::Index> joined(const std::vector<Eigen::Index>& a, const std::
 /// Those of the rows in which something was measured.
 std::vector<Eigen::Index> finite_rows(const Eigen::VectorXd& values, const std::vector<Eigen::Index>& rows);
 
-/// A way to extend the grey box, averaged over its variants (when a drift begins, how slow an element is).
+/// A way to extend the lag model, averaged over its variants (when a drift begins, how slow an element is).
 struct Extension {
   Kind kind = Kind::none;
   std::string name, unit;
@@ -33,7 +33,7 @@ struct Extension {
 };
 
 struct JudgedChannel {
-  GreyBox box;
+  LagModel model;
   Eigen::VectorXd before, expected_std;  ///< (n) residuals, and what the first part makes one expect
   double expected = 0, seen = 0;         ///< RMS after the first part: of expected_std, of the residual
   double p_value = 1;                    ///< of the residual after the first part, see judge_channel

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/inference/evidence.h"
@@ -28,7 +29,7 @@ struct Freedom {
   VectorXd std;
 };
 constexpr double wandering_share = 0.12;  ///< of a cause's size
-constexpr double wandering_knot_s = 3.0 * 3600.0;
+constexpr double wandering_knot_s = 3.0 * core::units::hour;
 constexpr int most_wandering_knots = 12;
 constexpr double spread_share = 0.5;  ///< of its heat enters spread, either way
 constexpr double delay_of_two =

@@ -14,6 +14,7 @@
 
 #include "compensation/measurement/channel.h"
 #include "core/thread_pool.h"
+#include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
@@ -50,11 +51,11 @@ struct Followed {
 
 /// Largest value that the input can have; that seen where nothing says.
 double largest(const mesh::Machine& machine, const compensation::Channel& input, double seen) {
-  constexpr double degree = std::numbers::pi / 180.0;
   if (input.quantity == compensation::Quantity::turning) return std::max(seen, machine.spindle_max_rpm);
   for (const mesh::Axis& axis : machine.axes) {
     if (input.quantity == compensation::Quantity::feed && input.axis == axis.id)
-      return std::max(seen, axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? 1e-3 : degree));
+      return std::max(seen, axis.rapid * core::units::minute /
+                                (axis.kind == mesh::AxisKind::linear ? core::units::mm : core::units::deg));
   }
   return seen;
 }

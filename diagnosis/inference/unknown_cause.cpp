@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/thread_pool.h"
+#include "core/units.h"
 
 namespace thermotwin::diagnosis {
 
@@ -18,7 +19,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double memories_s[] = {1800.0, 3.0 * 3600.0};
+constexpr double memories_s[] = {1800.0, 3.0 * core::units::hour};
 constexpr double inflations[] = {5.0, 20.0};  ///< of what the model is said to be off by, in proportion to its response
 
 /// What one channel adds to the normal equations.

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/text.h"
+#include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -21,7 +22,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double bootstrap_block_s = 2.0 * 3600.0;
+constexpr double bootstrap_block_s = 2.0 * core::units::hour;
 constexpr double not_foretold = 1.5;   ///< chi-square of a mean that was held out
 constexpr double surely_worse = -0.5;  ///< percent: upper end of a gain's interval
 constexpr double much_worse = 1.5;     ///< RMS after over before: a wrong cause, not one that wanders

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/first_order_lag.h"
+#include "core/interpolation.h"
+#include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
-#include "diagnosis/record/readings.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -17,17 +19,10 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double hour = 3600.0;
+using core::units::hour;
 constexpr double delays[] = {0.0, 0.25 * hour, hour, 4.0 * hour, 12.0 * hour};
 constexpr double follows_above = 0.6;  ///< correlation that is worth telling
 constexpr double unexpected = 1.5;     ///< times the expected standard deviation
-
-double at_time(const VectorXd& points, const VectorXd& values, double time) {
-  const double* next = std::upper_bound(points.data() + 1, points.data() + points.size() - 1, time);
-  const Index right = next - points.data();
-  const double share = std::clamp((time - points[right - 1]) / (points[right] - points[right - 1]), 0.0, 1.0);
-  return values[right - 1] + share * (values[right] - values[right - 1]);
-}
 
 double correlation(const VectorXd& a, const VectorXd& b) {
   const VectorXd x = a.array() - a.mean(), y = b.array() - b.mean();
@@ -69,9 +64,9 @@ ResidualAnalysis analyse(const std::string& id, const VectorXd& time, const Vect
     if (!series.allFinite() || series.maxCoeff() - series.minCoeff() < 1e-9) continue;
     const VectorXd from_start = series.cwiseAbs().array() - std::abs(series[0]);
     for (const double delay : delays) {
-      const VectorXd followed = lagged(inputs.points, from_start, delay);
+      const VectorXd followed = core::lagged_lines(inputs.points, from_start, delay);
       VectorXd seen(time.size());
-      for (Index i = 0; i < time.size(); ++i) seen[i] = at_time(inputs.points, followed, time[i]);
+      for (Index i = 0; i < time.size(); ++i) seen[i] = core::linear_at(inputs.points, followed, time[i]);
       const double r = correlation(seen, residual);
       if (std::abs(r) <= std::abs(result.correlation)) continue;
       result.correlation = r;

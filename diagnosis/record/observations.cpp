@@ -9,8 +9,10 @@
 
 #include "compensation/measurement/channel.h"
 #include "compensation/measurement/measurement_check.h"
+#include "compensation/measurement/stretch.h"
 #include "core/error.h"
 #include "core/range.h"
+#include "core/statistics.h"
 #include "diagnosis/record/diagnose_options.h"
 #include "mesh/machine/kinematics.h"
 
@@ -140,13 +142,6 @@ std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::v
   return switched;
 }
 
-double usual_interval(const Eigen::VectorXd& time) {
-  Eigen::VectorXd gaps = time.tail(time.size() - 1) - time.head(time.size() - 1);
-  const Index middle = (gaps.size() - 1) / 2;
-  std::nth_element(gaps.data(), gaps.data() + middle, gaps.data() + gaps.size());
-  return gaps[middle];
-}
-
 /// Parts that are short, since an axis is logged where it happens to be, go into one step; what is switched now and
 /// then ends it:
 /// heat is not in proportion to a pump that runs for a part of the time.
@@ -184,7 +179,7 @@ Eigen::VectorXd input_times(const Eigen::VectorXd& time, const Eigen::MatrixXd& 
                             const std::vector<Watched>& watched, const std::vector<bool>& average,
                             const std::map<double, double>& changes, bool rows_at_changes, Observations& out) {
   const Index n = time.size();
-  const double usual = usual_interval(time);
+  const double usual = compensation::usual_interval(time);
   Eigen::VectorXd result = time;
   std::vector<std::pair<double, std::vector<Observations::MayHold>>> found;
   for (Index i = 0; i + 2 < n; ++i) {  // what the last row says holds for nothing
@@ -299,12 +294,10 @@ void find_start(const Measurement& measurement, const mesh::Machine& machine, co
     return;
   }
   // The median: one sensor that is off should not move the start of all others.
-  std::sort(first.begin(), first.end());
-  out.start_C = 0.5 * (first[(first.size() - 1) / 2] + first[first.size() / 2]);
+  out.start_C = core::quantile(first, 0.5);
   std::vector<double> distance;
   for (const double value : first) distance.push_back(std::abs(value - out.start_C));
-  std::sort(distance.begin(), distance.end());
-  out.start_spread_K = 1.4826 * distance[distance.size() / 2];
+  out.start_spread_K = 1.4826 * core::median(std::move(distance));
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/first_order_lag.h"
+
 namespace thermotwin::diagnosis {
 
 using Eigen::Index;
@@ -17,18 +19,6 @@ constexpr double most_noise =
     1000.0;  ///< variance over that of a step of the walk: an hour or three at steps of five minutes
 constexpr Index fewest_for_noise = 20;
 }  // namespace
-
-VectorXd lagged(const VectorXd& time, const VectorXd& values, double time_constant) {
-  if (!(time_constant > 0.0) || values.size() == 0) return values;
-  VectorXd result(values.size());
-  result[0] = values[0];
-  for (Index i = 1; i < values.size(); ++i) {
-    const double h = (time[i] - time[i - 1]) / time_constant;
-    const double stays = std::exp(-h), slope = h > 1e-8 ? 1.0 - (1.0 - stays) / h : 0.5 * h;
-    result[i] = stays * result[i - 1] + (1.0 - stays) * values[i - 1] + slope * (values[i] - values[i - 1]);
-  }
-  return result;
-}
 
 VectorXd shifted(const VectorXd& time, const VectorXd& values, double shift) {
   if (shift == 0.0 || values.size() < 2) return values;
@@ -66,7 +56,7 @@ VectorXd sensor_readings(const mesh::SensorSpec& sensor, const VectorXd& time, c
                          const VectorXd& values) {
   VectorXd seen = values;
   if (sensor.air_share != 0.0) seen += sensor.air_share * (air - values);
-  seen = lagged(time, seen, sensor.lag);
+  seen = core::lagged_lines(time, seen, sensor.lag);
   seen.array() += sensor.offset + sensor.drift * (time.array() - time[0]);
   return seen;
 }

@@ -10,9 +10,6 @@
 
 namespace thermotwin::diagnosis {
 
-/// First-order lag of a series with straight lines between its points, exact; it starts in balance.
-Eigen::VectorXd lagged(const Eigen::VectorXd& time, const Eigen::VectorXd& values, double time_constant);
-
 /// The series as a clock that is late by so much shows it (early if negative); constant beyond its ends.
 Eigen::VectorXd shifted(const Eigen::VectorXd& time, const Eigen::VectorXd& values, double shift);
 

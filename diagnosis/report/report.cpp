@@ -8,7 +8,9 @@
 #include <sstream>
 #include <vector>
 
-#include "core/svg.h"
+#include "core/plot.h"
+#include "core/text.h"
+#include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/report/svg_plot.h"
 #include "diagnosis/report/words.h"
@@ -22,8 +24,8 @@ namespace {
 constexpr std::size_t shown_causes = 15;
 
 const char* const style = R"(
-:root { --ink:#1c2430; --soft:#5b6675; --line:#dde2e8; --page:#f6f7f9; --card:#fff; --before:#c4552d; --after:#1b6ca8; --band:#1c243014; --held:#1b6ca80d; --good:#1d7a46; --warn:#a15c00; }
-@media (prefers-color-scheme: dark) { :root { --ink:#e6eaf0; --soft:#9aa6b5; --line:#313a46; --page:#14181e; --card:#1c222a; --before:#f08a5d; --after:#6bb3e8; --band:#e6eaf01c; --held:#6bb3e814; --good:#5cc48a; --warn:#e5a84b; } }
+:root { --ink:#1c2430; --soft:#5b6675; --line:#dde2e8; --page:#f6f7f9; --card:#fff; --point:#1b6ca8; --good:#1d7a46; --warn:#a15c00; }
+@media (prefers-color-scheme: dark) { :root { --ink:#e6eaf0; --soft:#9aa6b5; --line:#313a46; --page:#14181e; --card:#1c222a; --point:#6bb3e8; --good:#5cc48a; --warn:#e5a84b; } }
 * { box-sizing:border-box } body { margin:0; background:var(--page); color:var(--ink); font:15px/1.5 system-ui,"Segoe UI","DejaVu Sans",sans-serif }
 main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:22px; margin:0 } h2 { font-size:17px; margin:36px 0 10px }
 .sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px }
@@ -31,11 +33,11 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
 .verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
 .tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(190px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
 .scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
-tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:var(--after) }
+tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:currentColor }
 tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
-svg { width:100%; height:auto; display:block } svg text { font-size:11px; fill:var(--soft) } .grid { stroke:var(--line); stroke-width:1; fill:none } .grid.zero { stroke:var(--soft) } .band { fill:var(--band) } .heldout { fill:var(--held) } .before,.after { fill:none; stroke-width:1.6; stroke-linejoin:round } .before { stroke:var(--before) } .after { stroke:var(--after) }
-.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.b { border-color:var(--before) } .legend i.a { border-color:var(--after) } .legend i.g { height:12px; border:0; background:var(--band) } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.h { height:12px; border:1px solid var(--line); background:var(--held) }
-pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } pre .minus { color:var(--before) } pre .plus { color:var(--good) } ul { margin:0; padding-left:20px } li { margin:3px 0 }
+svg { width:100%; height:auto; display:block }
+.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.band { height:12px; border:0; background:currentColor } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.shade { height:12px; border:1px solid var(--line); background:currentColor }
+pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } ul { margin:0; padding-left:20px } li { margin:3px 0 }
 )";
 
 std::string percent(double value) { return percent_text(value, 1) + "&#8239;%"; }
@@ -71,7 +73,7 @@ Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
     return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual",
             "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
   }
-  return {measurement, "a measured record; the model is a grey box of its first part", "residual",
+  return {measurement, "a measured record; the model is a lag model of its first part", "residual",
           "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
 }
 
@@ -94,8 +96,8 @@ std::string typeset(const std::string& sentence) {
 }
 
 std::string bar(double p) {
-  return fmt::format("<span class=\"bar\"><i style=\"width:{:.1f}%\"></i></span>{}", 100.0 * std::clamp(p, 0.0, 1.0),
-                     probability(p));
+  return fmt::format("<span class=\"bar\"><i class=\"blue\" style=\"width:{:.1f}%\"></i></span>{}",
+                     100.0 * std::clamp(p, 0.0, 1.0), probability(p));
 }
 
 std::string tile(const std::string& label, const std::string& value, const std::string& below) {
@@ -201,8 +203,8 @@ std::string difference(const std::string& before, const std::string& after) {
       }
     }
     if (!found) next_a = a.size(), next_b = b.size();
-    for (; i < next_a; ++i) out += "<span class=\"minus\">- " + core::xml_text(a[i]) + "</span>\n";
-    for (; j < next_b; ++j) out += "<span class=\"plus\">+ " + core::xml_text(b[j]) + "</span>\n";
+    for (; i < next_a; ++i) out += "<span class=\"orange\">- " + core::xml_text(a[i]) + "</span>\n";
+    for (; j < next_b; ++j) out += "<span class=\"green\">+ " + core::xml_text(b[j]) + "</span>\n";
   }
   return out;
 }
@@ -264,21 +266,21 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
 
 std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
   std::string page =
-      "<h2>Residuals over time</h2>\n<div class=\"legend\"><span><i class=\"b\"></i>measured − predicted, "
+      "<h2>Residuals over time</h2>\n<div class=\"legend\"><span><i class=\"orange\"></i>measured − predicted, "
       "before</span>";
   const bool after = (d.verdict == Verdict::explained || d.verdict == Verdict::ambiguous) && shows_change(d, machine);
-  if (after) page += "<span><i class=\"a\"></i>after, with the best explanation</span>";
-  page += "<span><i class=\"g\"></i>± 2 expected standard deviations (" + wording(d, machine).band +
-          ")</span><span><i class=\"h\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
+  if (after) page += "<span><i class=\"blue\"></i>after, with the best explanation</span>";
+  page += "<span><i class=\"band\"></i>± 2 expected standard deviations (" + wording(d, machine).band +
+          ")</span><span><i class=\"shade\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
   for (const ChannelResidual& r : d.residuals) {
     ResidualPlot plot;
     plot.title = r.id;
     plot.unit = residual_unit(r.unit);
-    plot.hours = d.series.column("time_s") / 3600.0;
+    plot.hours = d.series.column("time_s") / core::units::hour;
     plot.before = d.series.column(r.id + "_before");
     plot.after = d.series.column(r.id + "_after");
     plot.band = 2.0 * d.series.column(r.id + "_std");
-    plot.heldout_from = d.heldout_from_s / 3600.0;
+    plot.heldout_from = d.heldout_from_s / core::units::hour;
     plot.show_after = after;
     page +=
         fmt::format("<figure class=\"card\"><figcaption>{}<span>held-out RMS {:.3g}{} {}</span></figcaption>\n",
@@ -290,9 +292,9 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
 
 std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
   ResidualMap map;
-  map.hours = d.series.column("time_s") / 3600.0;
+  map.hours = d.series.column("time_s") / core::units::hour;
   map.ratio.resize(map.hours.size(), std::ssize(d.residuals));
-  map.heldout_from = d.heldout_from_s / 3600.0;
+  map.heldout_from = d.heldout_from_s / core::units::hour;
   for (std::size_t c = 0; c < d.residuals.size(); ++c) {
     const std::string& id = d.residuals[c].id;
     map.channels.push_back(id);
@@ -318,8 +320,9 @@ std::string analysis(const Diagnosis& d) {
         "<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td "
         "class=\"n\">{:.1f}</td><td>{}</td>"
         "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
-        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, a.peak_time_s / 3600.0,
-        a.memory_s / 3600.0, a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / 3600.0, a.correlation);
+        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak,
+        a.peak_time_s / core::units::hour, a.memory_s / core::units::hour,
+        a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / core::units::hour, a.correlation);
   }
   return page + "</table></section>\n";
 }
@@ -336,10 +339,10 @@ std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const 
   return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
          "content=\"width=device-width,initial-scale=1\">\n"
          "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
-         wording(d, machine).subject + "</title><style>" + style + "</style></head><body><main>\n" +
-         headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) + ranking_table(d, machine) +
-         extension(d, machine) + plots(d, machine) + channel_table(d, machine) + analysis(d) + notes(d) +
-         "</main></body></html>\n";
+         wording(d, machine).subject + "</title><style>" + style + core::plot_style() +
+         "</style></head><body><main>\n" + headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
+         ranking_table(d, machine) + extension(d, machine) + plots(d, machine) + channel_table(d, machine) +
+         analysis(d) + notes(d) + "</main></body></html>\n";
 }
 
 }  // namespace thermotwin::diagnosis

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <set>
 
-#include "core/svg.h"
+#include "core/text.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/report/scene_script.h"

@@ -59,7 +59,7 @@ inline const char* const scene_script = R"JS(
     context.font = "13px system-ui,sans-serif";
     for (const [x, y, z, label, marked] of scene.dots) {
       const p = project(x, y, z);
-      context.fillStyle = marked ? "#e8622c" : colour("--after");
+      context.fillStyle = marked ? "#e8622c" : colour("--point");
       context.beginPath(); context.arc(p[0], p[1], marked ? 7 : 3.5, 0, 2 * Math.PI); context.fill();
       context.fillStyle = colour("--ink");
       context.fillText(label, p[0] + 8, p[1] + 4);

@@ -11,6 +11,7 @@
 
 #include "compensation/measurement/channel.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -173,7 +174,7 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
     d.notes.push_back(fmt::format(
         "The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h: what acts that slowly "
         "is hardly seen, and the start counts for all of it.",
-        (obs.end - obs.start) / 3600.0, slowest / 3600.0));
+        (obs.end - obs.start) / core::units::hour, slowest / core::units::hour));
   }
   if (!obs.left_out.empty()) {
     d.notes.push_back("Left out, with fewer than four values in the part that is fitted: " + core::join(obs.left_out) +
@@ -181,7 +182,7 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
   }
   d.notes.push_back(fmt::format(
       "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the rest only judged.",
-      obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / 3600.0));
+      obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / core::units::hour));
   d.notes.push_back(fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
                                 obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));
   d.notes.push_back(fmt::format(

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "core/thread_pool.h"
+#include "core/units.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
@@ -18,7 +19,7 @@ using Eigen::Index;
 
 namespace {
 
-constexpr double hour = 3600.0;
+using core::units::hour;
 /// Samples of one interval are not independent: averaging stops helping at ten of them.
 constexpr double least_noise_share = 0.1;
 constexpr double slow_hours = 6.0, fast_hours = 0.5;  ///< time constants of wandering model errors

@@ -43,6 +43,15 @@ double root_mean_square(const Eigen::VectorXd& values) {
   return count > 0 ? std::sqrt(sum / count) : 0.0;
 }
 
+double spread_of(const Eigen::VectorXd& values) {
+  std::vector<double> good;
+  for (const double value : values)
+    if (std::isfinite(value)) good.push_back(value);
+  if (good.size() < 2) return 0.0;
+  const Eigen::VectorXd finite = Eigen::Map<Eigen::VectorXd>(good.data(), std::ssize(good));
+  return root_mean_square(finite.array() - finite.mean());
+}
+
 double reduction_percent(double before, double after) { return before > 0.0 ? 100.0 * (1.0 - after / before) : 0.0; }
 
 Interval reduction_interval(const Eigen::VectorXd& before, const Eigen::VectorXd& after, Index block, int draws,

@@ -21,6 +21,8 @@ double white_noise_p_value(const Eigen::VectorXd& series, int lags = 10);
 
 double root_mean_square(const Eigen::VectorXd& values);  ///< of the finite ones; 0 if there is none
 
+double spread_of(const Eigen::VectorXd& values);  ///< standard deviation of the finite ones; 0 of fewer than two
+
 struct Interval {
   double low = 0, high = 0;
 };

@@ -23,6 +23,7 @@
 #include "core/file.h"
 #include "core/progress.h"
 #include "core/text.h"
+#include "core/units.h"
 #include "mesh/import/import_process.h"
 #include "mesh/surface/disc_patches.h"
 #include "mesh/surface/surface.h"
@@ -437,7 +438,7 @@ void add_surface(const Surface& surface, double unit, Attempt::Patches patches) 
     if (number == 0) gmsh::model::mesh::addNodes(2, entity, node_tags, coordinates);
     gmsh::model::mesh::addElementsByType(entity, tri3, {}, corner);
   }
-  constexpr double sharp = 40.0 * std::numbers::pi / 180.0;
+  constexpr double sharp = 40.0 * core::units::deg;
   if (patches == Attempt::Patches::as_in_file) return;
   if (patches == Attempt::Patches::by_angle)
     gmsh::model::mesh::classifySurfaces(sharp, true, true, std::numbers::pi);

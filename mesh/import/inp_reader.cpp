@@ -21,17 +21,11 @@ namespace thermotwin::mesh {
 
 namespace {
 
-std::string_view trim(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r')) text.remove_suffix(1);
-  return text;
-}
-
 std::vector<std::string_view> split(std::string_view line) {
   std::vector<std::string_view> cells;
   for (std::size_t start = 0;;) {
     const std::size_t comma = line.find(',', start);
-    cells.push_back(trim(line.substr(start, comma - start)));
+    cells.push_back(core::trimmed(line.substr(start, comma - start)));
     if (comma == std::string_view::npos) break;
     start = comma + 1;
   }
@@ -55,7 +49,7 @@ public:
     for (std::size_t start = 0; start < text_.size();) {
       const std::size_t end = std::min(text_.find('\n', start), text_.size());
       ++line_;
-      const std::string_view line = trim(std::string_view(text_).substr(start, end - start));
+      const std::string_view line = core::trimmed(std::string_view(text_).substr(start, end - start));
       start = end + 1;
       if (line.empty() || line.starts_with("**")) continue;
       if (line.front() == '*')
@@ -129,8 +123,8 @@ private:
       }
       const std::size_t equals = cell.find('=');
       const std::string_view value =
-          equals == std::string_view::npos ? std::string_view() : trim(cell.substr(equals + 1));
-      options.emplace_back(core::upper(trim(cell.substr(0, equals))), std::string(value));
+          equals == std::string_view::npos ? std::string_view() : core::trimmed(cell.substr(equals + 1));
+      options.emplace_back(core::upper(core::trimmed(cell.substr(0, equals))), std::string(value));
     }
     if (word == "*NODE") return begin_nodes(options);
     if (word == "*ELEMENT") return begin_elements(options);

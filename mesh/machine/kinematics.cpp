@@ -30,12 +30,6 @@ double wrapped(double angle) {
   return rest < 0.0 ? rest + turn : rest;
 }
 
-std::string_view trim(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
-  return text;
-}
-
 }  // namespace
 
 Eigen::Isometry3d body_transform(const Machine& machine, int body, const Pose& pose) {
@@ -85,13 +79,13 @@ Pose parse_pose(const Machine& machine, const std::string& text, const std::stri
   Pose pose = home_pose(machine);
   std::vector<std::string> known, seen;
   for (const Axis& axis : machine.axes) known.push_back(axis.id);
-  if (trim(text).empty()) return pose;
+  if (core::trimmed(text).empty()) return pose;
   for (std::size_t start = 0; start <= text.size();) {
     const std::size_t comma = std::min(text.find(',', start), text.size());
-    const std::string_view part = trim(std::string_view(text).substr(start, comma - start));
+    const std::string_view part = core::trimmed(std::string_view(text).substr(start, comma - start));
     start = comma + 1;
     const std::size_t equals = part.find('=');
-    const std::string name(trim(part.substr(0, equals)));
+    const std::string name(core::trimmed(part.substr(0, equals)));
     const int index = machine.axis_index(name);
     if (equals == std::string_view::npos || index < 0) {
       throw InputError(place, "'" + std::string(part) + "'",
@@ -101,7 +95,7 @@ Pose parse_pose(const Machine& machine, const std::string& text, const std::stri
     if (std::find(seen.begin(), seen.end(), name) != seen.end())
       throw InputError(place, "axis " + name + " twice", "each axis once");
     seen.push_back(name);
-    std::string_view number = trim(part.substr(equals + 1));
+    std::string_view number = core::trimmed(part.substr(equals + 1));
     if (number.starts_with('+')) number.remove_prefix(1);
     double value = 0.0;
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);

@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <queue>
 #include <unordered_set>
 
+#include "core/units.h"
 #include "mesh/surface/surface.h"
 
 namespace thermotwin::mesh {
@@ -19,7 +19,7 @@ namespace {
 using Eigen::Vector3d;
 using Neighbours = std::vector<std::array<int, 3>>;  // triangle beyond edge i, i + 1
 
-const double sharp = std::cos(40.0 * std::numbers::pi / 180.0), bend = std::cos(50.0 * std::numbers::pi / 180.0);
+const double sharp = std::cos(40.0 * core::units::deg), bend = std::cos(50.0 * core::units::deg);
 
 Neighbours neighbours_of(const Surface& s) {
   std::map<std::pair<int, int>, int> owner;  // of a directed edge

@@ -16,12 +16,6 @@ namespace {
 
 constexpr double least_share = 0.1;  ///< of the largest error: below, a ratio says nothing
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = static_cast<std::ptrdiff_t>(share * (values.size() - 1) + 0.5);
-  return core::nth_smallest(std::move(values), at);
-}
-
 /// Length of dx, dy, dz in each row, um, of a table or of the difference of two.
 Eigen::VectorXd translations(const core::Table& table, const core::Table* minus = nullptr) {
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(table.rows());
@@ -82,10 +76,11 @@ Effectivity effectivity(const solver::LoadResult& full, const EstimatedRun& run)
   }
   Effectivity result;
   result.max_um = estimated.maxCoeff();
-  result.median = quantile(ratios, 0.5);
-  result.low = quantile(ratios, 0.05);
-  result.high = quantile(ratios, 0.95);
-  result.within_two = ratios.empty() ? 0.0 : within / ratios.size();
+  if (ratios.empty()) return result;
+  result.median = core::quantile(ratios, 0.5);
+  result.low = core::quantile(ratios, 0.05);
+  result.high = core::quantile(ratios, 0.95);
+  result.within_two = within / ratios.size();
   return result;
 }
 

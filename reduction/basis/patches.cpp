@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/units.h"
 #include "mesh/machine/kinematics.h"
 #include "mesh/selection.h"
 #include "reduction/basis/responses.h"
@@ -163,7 +164,7 @@ PatchErrors patch_errors(const solver::FullModel& full, const ReducedModel& mode
 
   Eigen::VectorXd difference = Eigen::VectorXd::Zero(loads.cols()), size = difference;
   const auto sensors = std::ssize(machine.sensors);
-  for (const double shift : {steady_shift, 1.0 / 3600.0}) {
+  for (const double shift : {steady_shift, 1.0 / core::units::hour}) {
     const Eigen::MatrixXd states = solver::solve_shifted(full.thermal, rest.c, shift, loads);
     const Eigen::MatrixXd small = Eigen::PartialPivLU<Eigen::MatrixXd>(reduced_operator + shift * model.system.capacity)
                                       .solve(model.patches.inputs);

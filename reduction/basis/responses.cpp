@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "core/progress.h"
 #include "core/range.h"
+#include "core/units.h"
 #include "reduction/basis/basis.h"
 #include "reduction/linear/lapack.h"
 #include "solver/operation/layout.h"
@@ -42,7 +42,7 @@ AxisNames names_of(const mesh::Axis& axis) {
   const bool linear = axis.kind == mesh::AxisKind::linear;
   const std::string unit = linear ? "mm" : "deg", stem = "axis." + axis.id + ".";
   return {stem + "position_" + unit, stem + "feed_" + unit + "_min", stem + "low_" + unit, stem + "high_" + unit,
-          linear ? 1e-3 : std::numbers::pi / 180.0};
+          linear ? core::units::mm : core::units::deg};
 }
 
 void set(const solver::OperatingModel& model, Eigen::VectorXd& row, const std::string& name, double value) {
@@ -67,7 +67,7 @@ void set_speeds(const solver::OperatingModel& model, Eigen::VectorXd& row, doubl
   set(model, row, "spindle.speed_rpm", share * model.machine().spindle_max_rpm);
   for (const mesh::Axis& axis : model.machine().axes) {
     const AxisNames names = names_of(axis);
-    set(model, row, names.feed, share * axis.rapid * 60.0 / names.unit);
+    set(model, row, names.feed, share * axis.rapid * core::units::minute / names.unit);
   }
 }
 
@@ -281,7 +281,7 @@ Eigen::MatrixXd observed_directions(const solver::ThermalSystem& thermal, const 
 }
 
 CandidateOptions default_candidates() {
-  constexpr double minute = 60.0, hour = 3600.0;
+  using core::units::hour, core::units::minute;
   const double slow = 1.0 / (8.0 * hour), fast = 1.0 / (20.0 * minute);
   return {{steady_shift, slow, 1.0 / (100.0 * minute), fast, 1.0 / (2.0 * minute)}, {steady_shift, slow, fast}};
 }

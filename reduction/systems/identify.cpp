@@ -12,6 +12,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "core/error.h"
+#include "core/first_order_lag.h"
 #include "core/range.h"
 #include "reduction/linear/lapack.h"
 #include "reduction/systems/system_solver.h"
@@ -247,16 +248,17 @@ void Identification::choose_order(Index wanted, const std::vector<Samples>& trai
 MatrixXd Identification::lag_states(const Samples& load) const {
   const Index lags = constants_.size(), states = std::ssize(active_) * lags;
   MatrixXd all(load.time.size(), states);
-  VectorXd x(states), u(std::ssize(active_));
+  VectorXd x(states);
   for (Index k = 0; k < std::ssize(active_); ++k)
     x.segment(k * lags, lags).setConstant(even_[active_[k]] ? load.initial_K / scale_(active_[k]) : 0.0);
   all.row(0) = x.transpose();
   for (Index i = 1; i < load.time.size(); ++i) {
-    const VectorXd decay = (-(load.time(i) - load.time(i - 1)) * constants_.cwiseInverse()).array().exp();
-    for (Index k = 0; k < std::ssize(active_); ++k) {
-      auto of_input = x.segment(k * lags, lags);
-      of_input = decay.cwiseProduct(of_input) +
-                 (VectorXd::Ones(lags) - decay) * (load.inputs(i, active_[k]) / scale_(active_[k]));
+    for (Index l = 0; l < lags; ++l) {
+      const core::LagStep step(load.time(i) - load.time(i - 1), constants_(l));
+      for (Index k = 0; k < std::ssize(active_); ++k) {
+        double& state = x(k * lags + l);
+        state = step.standing(state, load.inputs(i, active_[k]) / scale_(active_[k]));
+      }
     }
     all.row(i) = x.transpose();
   }

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/units.h"
 
 namespace thermotwin::solver {
 
@@ -74,7 +75,7 @@ LossInput::LossInput(const mesh::Machine& machine, const Channels& channels, con
   on_ = channels.index("machine.on");
   if (loss.motion == "spindle") {
     speed_ = channels.index("spindle.speed_rpm");
-    to_speed_ = loss.turns / 60.0;
+    to_speed_ = loss.turns / core::units::minute;
     fastest_ = machine.spindle_max_rpm;
     return;
   }
@@ -89,10 +90,13 @@ LossInput::LossInput(const mesh::Machine& machine, const Channels& channels, con
   high_ = of_axis.high;
   clamped_ = of_axis.clamped;
   to_position_ = of_axis.unit;
-  fastest_ = axis.rapid * 60.0 / to_position_;
+  fastest_ = axis.rapid * core::units::minute / to_position_;
   const bool by_speed =
       std::holds_alternative<mesh::GuideLoss>(loss.law) || std::holds_alternative<mesh::ScrewLoss>(loss.law);
-  to_speed_ = (by_speed ? 1e-3 : linear ? loss.turns * 1e-3 : loss.turns / 360.0) / 60.0;
+  to_speed_ = (by_speed ? core::units::mm
+               : linear ? loss.turns * core::units::mm
+                        : loss.turns / 360.0) /
+              core::units::minute;
 }
 
 double LossInput::power(const mesh::LossLaw& loss, const Eigen::VectorXd& row) const {

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "core/error.h"
+#include "core/interpolation.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
@@ -38,20 +39,12 @@ constexpr double least_delta_K = 0.05;
 /// A volume whose temperature is given follows it within about this time, s.
 constexpr double given_time = 1.0;
 
-double interpolate(const mesh::PowerLaw& law, double x) {
-  if (x <= law.at.front()) return law.power.front();
-  if (x >= law.at.back()) return law.power.back();
-  const std::size_t right = std::upper_bound(law.at.begin(), law.at.end(), x) - law.at.begin();
-  const double s = (x - law.at[right - 1]) / (law.at[right] - law.at[right - 1]);
-  return law.power[right - 1] + s * (law.power[right] - law.power[right - 1]);
-}
-
 /// Of a channel of speeds, in its unit; 0 for any other channel.
 double largest_speed(const mesh::Machine& machine, const std::string& channel) {
   if (channel == "spindle.speed_rpm") return machine.spindle_max_rpm;
   for (const mesh::Axis& axis : machine.axes) {
     if (channel.starts_with("axis." + axis.id + ".feed_"))
-      return axis.rapid * 60.0 / (axis.kind == mesh::AxisKind::linear ? units::mm : units::deg);
+      return axis.rapid * units::minute / (axis.kind == mesh::AxisKind::linear ? units::mm : units::deg);
   }
   return 0.0;
 }
@@ -232,7 +225,8 @@ OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen:
     // An input that nobody gives: its law has nothing to say.
     const double lowest = spec.table.power.front();
     parts.convection = std::isfinite(value)
-                           ? interpolate(spec.table, spec.table.input.ends_with(".T_C") ? value : std::abs(value))
+                           ? core::linear_at(spec.table.at, spec.table.power,
+                                             spec.table.input.ends_with(".T_C") ? value : std::abs(value))
                            : 0.0;
     if (std::isfinite(value) && spec.speed_factor != 1.0)
       parts.convection = std::max(0.0, lowest + spec.speed_factor * (parts.convection - lowest));
@@ -263,7 +257,7 @@ double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) c
     // An input that nobody gives: its law has nothing to say.
     if (!std::isfinite(value)) continue;
     const double factor = half_speed > 0.0 ? by_speed(std::abs(value) / half_speed, source.speed_exponent) : 1.0;
-    power += factor * interpolate(source.laws[k], magnitude ? std::abs(value) : value);
+    power += factor * core::linear_at(source.laws[k].at, source.laws[k].power, magnitude ? std::abs(value) : value);
   }
   for (std::size_t k = 0; k < source.losses.size(); ++k) {
     power += by_speed(2.0 * loss_inputs_[i][k].relative_speed(row), source.speed_exponent) *

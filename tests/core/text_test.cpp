@@ -74,5 +74,18 @@ TEST(Text, OtherLettersMayStandInQuotesAndComments) {
   EXPECT_EQ(find_bare_non_ascii("# c\nä"), 4U);
 }
 
+TEST(Text, TrimmedLosesBlanksAtBothEndsOnly) {
+  EXPECT_EQ(trimmed(" \t a b\r\n"), "a b");
+  EXPECT_EQ(trimmed("a"), "a");
+  EXPECT_EQ(trimmed(" \t\r\n"), "");
+  EXPECT_EQ(trimmed(""), "");
+}
+
+TEST(XmlText, IsHarmless) {
+  EXPECT_EQ(xml_text("a<b & \"c\">"), "a&lt;b &amp; &quot;c&quot;&gt;");
+  EXPECT_EQ(xml_text(std::string_view("x\x01y\x00\tz\n", 7)), "xy\tz\n");
+  EXPECT_EQ(xml_text("µm °C"), "µm °C");
+}
+
 }  // namespace
 }  // namespace thermotwin::core

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/statistics.h"
 #include "core/text.h"
 
 namespace thermotwin::bench {
@@ -20,11 +21,7 @@ std::string memory(double MiB) { return MiB > 0 ? fmt::format("{:.0f}", MiB) : "
 
 }  // namespace
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
-}
+double median(std::vector<double> values) { return core::quantile(std::move(values), 0.5); }
 
 Pairs in_turn(int pairs, const Command& ours, const Command& other) {
   Pairs results;

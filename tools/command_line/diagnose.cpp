@@ -16,8 +16,9 @@ void add_diagnose(CLI::App& app) {
   CLI::App* verb =
       add_verb(app, "diagnose", "what the simulation gets wrong in a measurement, why, the extended model, the gain",
                "thermotwin diagnose cases/vmc5 --data measurement --model out/model.rom.h5", options, &tools::diagnose);
-  verb->add_option("CASE", diagnose.case_path,
-                   "case folder (absent, and no --model: data without a machine, against a grey box of its first day)");
+  verb->add_option(
+      "CASE", diagnose.case_path,
+      "case folder (absent, and no --model: data without a machine, against a lag model of its first day)");
   verb->add_option("--data", diagnose.data, "measurement folder")->required();
   verb->add_option("--model", diagnose.model, "model.rom.h5 (absent: made from the case)");
   const auto add_error = [&](const std::string& name, std::optional<double>& percent, double otherwise,

@@ -82,6 +82,8 @@ TEST(Statistics, BootstrapIsRepeatableAndWiderForLongerMemory) {
 TEST(Statistics, RootMeanSquareLeavesMissingValuesOut) {
   EXPECT_DOUBLE_EQ(root_mean_square((VectorXd(3) << 3, std::nan(""), 4).finished()), std::sqrt(12.5));
   EXPECT_EQ(root_mean_square(VectorXd()), 0.0);
+  EXPECT_DOUBLE_EQ(spread_of((VectorXd(3) << 13, std::nan(""), 14).finished()), 0.5);
+  EXPECT_EQ(spread_of((VectorXd(2) << 13, std::nan("")).finished()), 0.0);
 }
 
 }  // namespace

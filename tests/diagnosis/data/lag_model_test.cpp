@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "diagnosis/data/grey_box.h"
+#include "diagnosis/data/lag_model.h"
 
 #include <gtest/gtest.h>
 
@@ -71,18 +71,18 @@ std::string listed(const diagnosis::Diagnosis& d) {
   return text;
 }
 
-TEST(GreyBox, FindsWhatAStepOfEachInputDoes) {
+TEST(LagModel, FindsWhatAStepOfEachInputDoes) {
   const diagnosis::DataRecord data = diagnosis::data_record(record([](double) { return 0.0; }), 600);
   std::vector<Index> rows;
   for (Index i = 0; i < data.time.size(); ++i) rows.push_back(i);
-  const diagnosis::GreyBox box = diagnosis::fit_grey_box(data, 0, rows);
+  const diagnosis::LagModel model = diagnosis::fit_lag_model(data, 0, rows);
   for (const double hours : {1.0, 4.0, 24.0}) {
-    EXPECT_NEAR(box.step_response(0, 3600 * hours), 6.0 * (1.0 - std::exp(-hours / 2.0)), 0.5) << hours;
-    EXPECT_NEAR(box.step_response(1, 3600 * hours), -4.0 * (1.0 - std::exp(-hours * 3.0)), 0.7) << hours;
+    EXPECT_NEAR(model.step_response(0, 3600 * hours), 6.0 * (1.0 - std::exp(-hours / 2.0)), 0.5) << hours;
+    EXPECT_NEAR(model.step_response(1, 3600 * hours), -4.0 * (1.0 - std::exp(-hours * 3.0)), 0.7) << hours;
   }
 }
 
-TEST(GreyBox, AGapInATemperatureIsAStraightLine) {
+TEST(DataRecord, AGapInATemperatureIsAStraightLine) {
   auto m = record([](double) { return 0.0; });
   for (Index i = 0; i < m.data.rows(); ++i) {
     m.data.values(i, 1) = 20.0 + 0.01 * i;
