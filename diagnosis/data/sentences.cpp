@@ -10,7 +10,7 @@ namespace thermotwin::diagnosis {
 std::string doubt(const std::vector<std::string>& channels, double fitted_hours, const std::string& how_well,
                   const std::vector<std::string>& rivals) {
   const bool one = channels.size() == 1;
-  return fmt::format("{} {} the grey box of the first {:.0f} h {}, but {} may have changed {}.", core::join(channels),
+  return fmt::format("{} {} the lag model of the first {:.0f} h {}, but {} may have changed {}.", core::join(channels),
                      one ? "follows" : "follow", fitted_hours, how_well,
                      rivals.empty() ? "something else" : core::join(rivals, " or "), one ? "it" : "them");
 }

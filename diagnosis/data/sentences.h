@@ -8,7 +8,7 @@
 
 namespace thermotwin::diagnosis {
 
-/// Channels that follow the grey box though something may have changed them.
+/// Channels that follow the lag model though something may have changed them.
 /// @param how_well  of one channel or several  @param rivals  causes that may have changed them; none: something else
 std::string doubt(const std::vector<std::string>& channels, double fitted_hours, const std::string& how_well,
                   const std::vector<std::string>& rivals);
