@@ -60,6 +60,11 @@ void diagnose(const DiagnoseOptions& options) {
     }
   }
   std::string text = result.sentence + "\n";
+  for (const std::string& action : result.actions) text += "to do: " + action + "\n";
+  if (!result.next.channel.empty() && !without_machine) {
+    text += fmt::format("next measurement: {} under {} ({:.3g} h); {}.\n", result.next.channel, result.next.load,
+                        result.next.duration_h, result.next.why);
+  }
   for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
   // Each channel without a machine has a ranking of its own.
   for (std::size_t i = 0; i < result.ranking.size() && (without_machine || i < shown_causes); ++i) {

@@ -38,9 +38,11 @@ struct RankedCause {
   core::Table series;  ///< heat over time of a named source_missing; else empty
 };
 
-/// What would tell the causes of an ambiguous set apart; all empty where nothing is left to decide.
+/// The measurement that tells most where something is left to decide; all empty where nothing is.
 struct NextMeasurement {
   std::string load, channel, why;
+  double duration_h = 0;
+  std::vector<std::string> outcomes;  ///< what each cause foretells of the channel, one sentence each
 };
 
 struct Diagnosis {
@@ -52,7 +54,8 @@ struct Diagnosis {
   std::vector<ResidualAnalysis> analysis;
   double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
-  std::string sentence;  ///< the verdict in words
+  std::string sentence;              ///< the verdict in words
+  std::vector<std::string> actions;  ///< where to look on the machine, and for what; the leading one first
   std::string strained;  ///< what the named causes alone would ask for that is never expected; empty: nothing
   NextMeasurement next;
   std::string measurement;    ///< name of its folder

@@ -31,7 +31,7 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
 .sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px }
 .verdict { border-left:5px solid var(--soft) } .verdict.explained { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained { border-left-color:var(--warn) }
 .verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
-.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(190px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
+.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(190px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
 .scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:currentColor }
 tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
@@ -119,6 +119,11 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
           typeset(d.sentence) + "</p>" + warnings + "</section>\n";
   const bool gauged =
       std::any_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.unit == "um"; });
+  if (!d.actions.empty()) {
+    page += "<section class=\"card\" style=\"margin-top:12px\"><b>What to do</b><ul>";
+    for (const std::string& action : d.actions) page += "<li>" + typeset(action) + "</li>";
+    page += "</ul></section>\n";
+  }
   page += "<div class=\"tiles\">\n";
   page +=
       tile(machine == nullptr ? "most probable before the last part" : "most probable",
@@ -134,7 +139,9 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
                  "RMS of all displacement channels");
     page += tile(words.residual + " after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
                  "same time, with the cause in the model");
-    page += tile("gain, held out", percent(d.reduction_percent),
+    page += tile("gain, held out",
+                 d.reduction_percent < 0 ? "<span class=\"bad\">" + percent(d.reduction_percent) + "</span>"
+                                         : percent(d.reduction_percent),
                  "95 % interval " + percent(d.ci95_low_percent) + " to " + percent(d.ci95_high_percent));
   }
   return page + "</div>\n";
@@ -217,6 +224,19 @@ std::string extension(const Diagnosis& d, const mesh::Machine* machine) {
          difference(machine->text, d.extended_machine_text) + "</pre></section>\n";
 }
 
+/// If only one thing can be done.
+std::string next_section(const Diagnosis& d) {
+  if (d.next.channel.empty() && d.next.why.empty()) return "";
+  std::string page = "<h2>Next measurement</h2>\n<section class=\"card\">";
+  if (d.next.channel.empty()) return page + "<p>" + typeset(d.next.why) + ".</p></section>\n";
+  page += "<p>If you can only do one thing, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
+          typeset(d.next.load) +
+          (d.next.duration_h > 0.0 ? fmt::format(" for {:.3g} h", d.next.duration_h) : std::string()) + ": " +
+          typeset(d.next.why) + ".</p><ul>";
+  for (const std::string& outcome : d.next.outcomes) page += "<li>" + typeset(outcome) + "</li>";
+  return page + "</ul></section>\n";
+}
+
 std::string sets(const Diagnosis& d) {
   std::string page;
   if (!d.ambiguous_set.empty()) {
@@ -228,15 +248,9 @@ std::string sets(const Diagnosis& d) {
                                                   : core::xml_text(name_of(cause.parameter)) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
     }
-    page += "</ul>";
-    if (!d.next.channel.empty()) {
-      page += "<p>To decide, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
-              typeset(d.next.load) + ": " + typeset(d.next.why) + ".</p>";
-    } else if (!d.next.why.empty())
-      page += "<p>To decide: " + core::xml_text(d.next.why) + ".</p>";
-    page += "</section>\n";
+    page += "</ul></section>\n";
   }
-  return page;
+  return page + next_section(d);
 }
 
 std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
