@@ -18,6 +18,7 @@
 #include "diagnosis/inference/switch_times.h"
 #include "diagnosis/judge/action.h"
 #include "diagnosis/judge/decision.h"
+#include "diagnosis/judge/detectability.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
 #include "diagnosis/judge/next_measurement.h"
@@ -235,6 +236,7 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   d.actions = actions_of(d, model);
   if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty())
     d.next = next_measurement(problem, model, options.programs, d);
+  d.detectable = detectability(problem, found);
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer) {
     d.notes.push_back(

@@ -45,6 +45,17 @@ struct NextMeasurement {
   std::vector<std::string> outcomes;  ///< what each cause foretells of the channel, one sentence each
 };
 
+/// From which size on the record would show a cause of a kind. Sizes are changes against nominal in the unit, of a ratio
+/// in shares of the nominal value.
+struct Detectable {
+  Kind kind = Kind::none;
+  std::string unit;
+  bool ratio = false;
+  double least = 0, most = 0;  ///< at the place where it is seen best, and where it is seen worst
+  std::string best, worst;     ///< these places
+  int invisible = 0;           ///< places whose whole prior shows nothing in this record
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::unexplained;
   std::vector<RankedCause> ranking;  ///< most probable first; none and unknown take part
@@ -52,6 +63,7 @@ struct Diagnosis {
   std::vector<RankedCause> ambiguous_set;
   std::vector<ChannelResidual> residuals;
   std::vector<ResidualAnalysis> analysis;
+  std::vector<Detectable> detectable;  ///< a row a kind; empty without a machine
   double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
   std::string sentence;              ///< the verdict in words

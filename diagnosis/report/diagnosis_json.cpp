@@ -74,6 +74,16 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
                                             {"delay_s", a.delay_s},
                                             {"correlation", a.correlation}});
   }
+  json["detectability"] = Json::array();
+  for (const Detectable& row : diagnosis.detectable) {
+    json["detectability"].push_back({{"kind", name_of(row.kind)},
+                                     {"unit", row.ratio ? "share of nominal" : row.unit},
+                                     {"least", row.least},
+                                     {"best_where", row.best},
+                                     {"most", row.most},
+                                     {"worst_where", row.worst},
+                                     {"invisible", row.invisible}});
+  }
   json["gain"] = {{"heldout_rms_before_um", diagnosis.heldout_rms_before_um},
                   {"heldout_rms_after_um", diagnosis.heldout_rms_after_um},
                   {"reduction_percent", diagnosis.reduction_percent},

@@ -253,6 +253,29 @@ std::string sets(const Diagnosis& d) {
   return page + next_section(d);
 }
 
+/// Kinds against the size from which they would be seen.
+std::string detectability_table(const Diagnosis& d) {
+  if (d.detectable.empty()) return "";
+  std::string page =
+      "<h2>What the record can show</h2>\n<section class=\"card scroll\"><p class=\"sub\">Smallest change of each kind "
+      "that this record would show, at the place where it is seen best and where it is seen worst</p><table>\n"
+      "<tr><th>kind</th><th class=\"n\">from</th><th>at</th><th class=\"n\">to</th><th>at</th>"
+      "<th class=\"n\">places that show nothing</th></tr>\n";
+  const auto size = [](const Detectable& row, double value) {
+    return row.best.empty() ? std::string("–")
+           : row.ratio      ? fmt::format("± {:.2g}&#8239;%", 100.0 * value)
+                            : fmt::format("± {:.2g} {}", value, display_unit(row.unit));
+  };
+  for (const Detectable& row : d.detectable) {
+    page += fmt::format(
+        "<tr><td>{}</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td><td "
+        "class=\"n\">{}</td></tr>\n",
+        name_of(row.kind), size(row, row.least), core::xml_text(row.best), size(row, row.most),
+        core::xml_text(row.worst), row.invisible == 0 ? std::string() : fmt::format("{}", row.invisible));
+  }
+  return page + "</table></section>\n";
+}
+
 std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
   const bool change = shows_change(d, machine);
   std::string page =
@@ -356,7 +379,7 @@ std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const 
          wording(d, machine).subject + "</title><style>" + style + core::plot_style() +
          "</style></head><body><main>\n" + headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
          ranking_table(d, machine) + extension(d, machine) + plots(d, machine) + channel_table(d, machine) +
-         analysis(d) + notes(d) + "</main></body></html>\n";
+         detectability_table(d) + analysis(d) + notes(d) + "</main></body></html>\n";
 }
 
 }  // namespace thermotwin::diagnosis
