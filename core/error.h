@@ -49,7 +49,7 @@ public:
 /// The user asked to stop (Ctrl-C).
 class Interrupted : public Error {
 public:
-  Interrupted() : Error("interrupted; what was finished before stays") {}
+  Interrupted() : Error("interrupted; completed results are kept") {}
   int exit_status() const noexcept override { return 130; }
 };
 

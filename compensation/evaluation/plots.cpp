@@ -124,8 +124,8 @@ std::string leaderboard_svg(const Evaluation& evaluation) {
   const bool fits = std::any_of(evaluation.leaderboard.begin(), evaluation.leaderboard.end(),
                                 [](const Standing& s) { return s.seen_by_fit; });
   svg += label(12, 22,
-               fits ? "RMS of the thermal error removed, %; (fit): in the training rows, nothing was held out"
-                    : "RMS of the thermal error removed where no fit saw it, %",
+               fits ? "RMS of the thermal error removed, %; (fit): on training rows, nothing was held out"
+                    : "RMS of the thermal error removed on held-out data, %",
                "start", "font-size=\"15\" font-weight=\"bold\"");
   double low = 0.0;
   for (const Standing& standing : evaluation.leaderboard) {
@@ -199,7 +199,7 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
     }
   }
   svg += above.frame("", fmt::format("{} in {}", channel, unit)) +
-         below.frame("time in h", fmt::format("measured less predicted in {}", unit));
+         below.frame("time in h", fmt::format("measured minus predicted in {}", unit));
   svg += above.line(hours, measured, colours[0], 2.0);
   double x = 70.0;
   const auto legend = [&](const std::string& text, const char* colour) {
@@ -215,7 +215,7 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
     svg += above.line(hours, predicted, colour, 1.3) + below.line(hours, measured - predicted, colour, 1.3);
     legend(shown[i], colour);
   }
-  svg += label(x, 24, "shaded: seen by the fits", "start", "fill=\"#777777\"");
+  svg += label(x, 24, "shaded: training data", "start", "fill=\"#777777\"");
   return svg + "</svg>\n";
 }
 
@@ -259,10 +259,9 @@ std::string length_study_svg(const LengthStudy& study) {
   const Panel panel{70, 60, 700, 320, 0.0, 1.0 * study.hours.size(), 0.0, high};
   std::string svg =
       opening(800, 440) +
-      panel.frame(
-          "", fmt::format("RMS residual in {}: blue in the section that was fitted, red outside of it", study.unit));
-  svg += label(70, 24, fmt::format("{} of {}: how long a measurement it needs", study.model, study.channel), "start",
-               "font-size=\"15\" font-weight=\"bold\"");
+      panel.frame("", fmt::format("RMS residual in {}: blue in the fitted section, red outside of it", study.unit));
+  svg += label(70, 24, fmt::format("{} of {}: residual over the length of the measurement", study.model, study.channel),
+               "start", "font-size=\"15\" font-weight=\"bold\"");
   for (Index l = 0; l < study.hours.size(); ++l) {
     const std::size_t i = l;
     const double at = panel.x(l + 0.5);

@@ -119,7 +119,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
       best = merit;
       next.load = load;
       next.channel = places[c].name;
-      next.why = fmt::format("{} {} and {} {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
+      next.why = fmt::format("{} of {} and {} of {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
                              name_of(set[pair.first].parameter.kind), set[pair.first].parameter.where,
                              name_of(set[pair.second].parameter.kind), set[pair.second].parameter.where, difference,
                              places[c].unit, difference / places[c].uncertainty);
@@ -129,8 +129,8 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   for (const solver::LoadProgram& program : programs) consider(planned(program), program.name(), false);
   if (best >= tells_apart) return next;
   next.why = fmt::format(
-      "no load program, sensor or pose of the machine tells {} {} from {} {} (the largest difference is {:.1f} of its "
-      "uncertainty)",
+      "no load program, sensor or pose of the machine distinguishes {} of {} from {} of {} (the largest difference is "
+      "{:.1f} of its uncertainty)",
       name_of(set[0].parameter.kind), set[0].parameter.where, name_of(set[1].parameter.kind), set[1].parameter.where,
       best);
   next.load.clear();
