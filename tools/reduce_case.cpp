@@ -265,7 +265,7 @@ void reduce(const ReduceOptions& options) {
   if (!options.matrices.empty()) return reduce_matrices(options);
   if (options.identify) return reduce_from_campaign(options);
   if (options.case_path.empty())
-    throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
+    throw core::UsageError("reduce: a CASE or --matrices DIR is needed\nsee: thermotwin reduce --help");
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);
