@@ -17,9 +17,9 @@ void add_campaign(CLI::App& app) {
   verb->add_option("CASE", campaign.case_path, "Case folder or case.toml.")->required();
   verb->add_option("--load", campaign.loads, "Load programs to run (default: train and holdout of the case).");
   auto* resume = verb->add_flag("--resume", campaign.resume, "Keep finished loads and continue an interrupted one.");
-  auto* reduced =
-      verb->add_flag("--reduced", campaign.reduced, "Use the reduced model and write to campaign_reduced/ in --out.")
-          ->excludes(resume);
+  auto* reduced = verb->add_flag("--reduced", campaign.reduced,
+                                 "Use the reduced model and write to campaign_reduced/ in --out, without heat.csv.")
+                      ->excludes(resume);
   verb->add_option("--model", campaign.model, "With --reduced: the reduced model (default: model.rom.h5 in --out).")
       ->needs(reduced);
   verb->add_flag("--exact", campaign.exact,
