@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Numbers as the bytes they have in memory, for files that the same machine reads back (checkpoints).
+// Writes and reads numbers as the bytes they have in memory, for checkpoints that the same machine reads back.
 
 #include <Eigen/Core>
 
@@ -26,7 +26,7 @@ private:
   std::string bytes_;
 };
 
-/// Reads what a BinaryWriter wrote, in the same order. @throws InputError where bytes are missing
+/// Reads what a BinaryWriter wrote, in the same order. @throws InputError if bytes are missing
 class BinaryReader {
 public:
   /// @param source  name for messages; bytes must outlive the reader

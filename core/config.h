@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Case files (TOML) with messages that help: each value knows its file and line, a missing key, a
-// wrong type, a value out of range and an unknown key are InputErrors; an unknown key names the
-// nearest known one. A node is a light handle; the Config that made it must outlive it.
-// A Config with a KeyTable takes what is allowed and what an absent key means from there.
+// Reads case files (TOML). Each value knows its file and line. A missing key, a wrong type, a value out of range and
+// an unknown key are InputErrors; the message of an unknown key names the nearest known one. A node is a light
+// handle, and the Config that made it must outlive it. A Config with a KeyTable takes ranges and defaults from there.
 
 #include <Eigen/Core>
 
@@ -42,7 +41,7 @@ private:
   std::unique_ptr<Data> data_;
 };
 
-/// A table of the file. Every key that is read counts as known; finish() refuses the others.
+/// A table of the file. Every key that is read counts as known; finish() rejects the others.
 /// In a file with a KeyTable, a key is one of its rows: an absent one has the row's value; a range or words that are
 /// given here apply instead of the row's, where they follow from other values of the file.
 /// @throws std::logic_error for a key without a row, or read as another kind than the row says
@@ -84,8 +83,8 @@ public:
   std::string place() const;
   std::string place(const std::string& key) const;
 
-  /// @throws InputError for the first key that nothing has asked for: an unknown one, with the nearest known one,
-  ///   or one that has no meaning beside the others
+  /// @throws InputError for the first key that was never read: an unknown one, with the nearest known key, or one
+  ///   that has no meaning beside the others
   void finish() const;
 
 private:

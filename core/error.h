@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Errors that leave a function. The command line turns each into an exit status:
-// usage 2, bad input 3, failed numerics 4, interrupted 130.
-// A message names the place, the value found there and what is allowed.
+// The exceptions of the program. The command line turns each into an exit status: wrong usage 2, bad input 3, failed
+// numerics 4, interrupted 130. A message names the place, the value found there and what is allowed.
 
 #include <stdexcept>
 #include <string>
@@ -34,13 +33,13 @@ public:
   int exit_status() const noexcept override { return 3; }
 };
 
-/// A geometry or mesh that cannot be used; names the body and element.
+/// A geometry or mesh cannot be used. The message names the body and the element.
 class MeshError : public InputError {
 public:
   using InputError::InputError;
 };
 
-/// The numerics failed (factorisation, convergence, memory).
+/// The numerics failed: a factorisation, an iteration or the memory.
 class SolverError : public Error {
 public:
   using Error::Error;
@@ -49,7 +48,7 @@ public:
 /// The user asked to stop (Ctrl-C).
 class Interrupted : public Error {
 public:
-  Interrupted() : Error("interrupted; what was finished before stays") {}
+  Interrupted() : Error("interrupted; completed results are kept") {}
   int exit_status() const noexcept override { return 130; }
 };
 

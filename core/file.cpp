@@ -24,8 +24,9 @@ std::string why(int error_number) {
 }
 
 [[noreturn]] void fail(const fs::path& path, const std::string& what, int error_number) {
-  throw InputError(path.string(), fmt::format("cannot be {}: {}", what, why(error_number)),
-                   what == "read" ? "a file that is there and may be read" : "a place with room and permission");
+  throw InputError(
+      path.string(), fmt::format("cannot be {}: {}", what, why(error_number)),
+      what == "read" ? "an existing file with read permission" : "a folder with free space and write permission");
 }
 
 /// A file descriptor that closes itself; close() tells whether that went well.

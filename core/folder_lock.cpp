@@ -60,7 +60,7 @@ FolderLock::FolderLock(const fs::path& folder) {
     if (status == 0) continue;
     if (reason == EWOULDBLOCK) {
       throw InputError(folder.string(), holder + " writes here",
-                       "one process a folder: wait until it has ended, or another --out");
+                       "one process per folder; wait until it has ended, or use another --out");
     }
     warn(fmt::format("{} is not locked against a second process: {}", folder.string(), std::strerror(reason)));
     return;

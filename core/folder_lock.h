@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// One writer a folder. Several machines may work on the units of one --out, each unit being a folder, but two
-// processes in the same unit would mix their files. The lock is the kernel's (flock, over NFS too): it ends
-// with the process that holds it, however that ends.
+// Allows one writing process per folder. Several machines may work on the units of one --out, each of them a folder,
+// but two processes in the same unit would mix their files. The lock is that of the kernel (flock, also over NFS) and
+// ends with the process that holds it.
 
 #include <filesystem>
 #include <memory>
@@ -13,8 +13,8 @@ namespace thermotwin::core {
 
 class FolderLock {
 public:
-  /// Makes the folder if it is missing. A file system without locks is taken as it is, with a warning.
-  /// @throws InputError if another process writes there: which, on which host
+  /// Creates the folder if it is missing. On a file system without locks it warns and continues without one.
+  /// @throws InputError if another process writes there, with its number and host
   explicit FolderLock(const std::filesystem::path& folder);
   ~FolderLock();
   FolderLock(FolderLock&& other) noexcept;
@@ -24,7 +24,7 @@ public:
 
 private:
   int file_ = -1;
-  std::unique_ptr<UnfinishedPath> path_;  ///< the file goes when the lock does
+  std::unique_ptr<UnfinishedPath> path_;  ///< removes the file together with the lock
 };
 
 /// Removes the lock file that a killed process left in the folder, if there is one.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The keys of a file: what a reader may ask, what it gets where a key is absent, and what the reference
-// documentation says of it. A Config that is bound to a table takes ranges, defaults and words from it.
+// Describes the keys of a file: their types, ranges, defaults and meaning. A Config that is bound to such a table takes
+// ranges, defaults and words from it, and the reference documentation is generated from it.
 
 #include <string>
 #include <variant>
@@ -29,12 +29,12 @@ enum class KeyKind {
   tables
 };
 
-/// In words for a reader of the documentation: "number", "true or false", ...
+/// @return the type as the documentation names it: "number", "true or false", ...
 std::string phrase(KeyKind kind);
 
 struct Required {};
 inline constexpr Required required{};
-/// Absent is a state of its own. @param says  what it means, "stands on the ground"; may be empty
+/// An absent key is a state of its own. @param says  its meaning, e.g. "stands on the ground"; may be empty
 struct Absent {
   std::string says;
 };
@@ -44,13 +44,13 @@ struct Key {
   KeyKind kind = KeyKind::text;
   std::string unit;  ///< "kg/m3"; empty where there is none
   Range range = any_number;
-  std::variant<Required, Absent, double, bool, std::string> otherwise;  ///< what an absent key means
-  std::vector<std::string> words;                                       ///< of a word; of a reference: to what
-  const KeyTable* keys = nullptr;                                       ///< of a table or tables
-  std::string says;                                                     ///< one sentence
-  bool list = false;                                                    ///< several numbers may stand instead of one
+  std::variant<Required, Absent, double, bool, std::string> otherwise;  ///< meaning of an absent key
+  std::vector<std::string> words;  ///< allowed words; of a reference: the tables it may refer to
+  const KeyTable* keys = nullptr;  ///< of a table or tables
+  std::string says;                ///< one sentence
+  bool list = false;               ///< an array of numbers is allowed as well
 
-  /// The same key where an array of numbers may stand as well.
+  /// @return the same key that also allows an array of numbers
   Key or_list() const;
   bool is_pattern() const { return name.find('<') != std::string::npos; }
 };
@@ -68,7 +68,7 @@ struct KeyTable {
   const Key* find_exactly(const std::string& name) const;
 };
 
-/// Rows of a KeyTable. Each says what the key means in one sentence.
+/// Make rows of a KeyTable. The last argument states the meaning of the key in one sentence.
 namespace key {
 
 Key text(std::string name, Otherwise otherwise, std::string says);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A line chart as an SVG file of its own, readable in light and dark browsers and in documents.
+// Draws a line chart as a self-contained SVG file, readable in light and dark browsers and in documents.
 
 #include <limits>
 #include <string>
@@ -17,7 +17,7 @@ struct LineChart {
   std::string title, x_title, y_title;
   std::vector<Line> lines;  ///< at most eight have a colour of their own
   bool log_y = false;       ///< values <= 0 are gaps
-  /// A horizontal line that says what is to be reached; NaN: none.
+  /// Height of a horizontal line that marks a target; NaN: none.
   double target = std::numeric_limits<double>::quiet_NaN();
   std::string target_name;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Matrix Market files (Boisvert, Pozo, Remington, NISTIR 5935): coordinate and array; real, integer
-// and pattern (ones); general, symmetric and skew-symmetric. Fortran's exponents (1.5D-3) are read
-// too, entries given twice are summed as finite-element codes write them. Errors name file and line.
+// Reads and writes Matrix Market files (Boisvert, Pozo, Remington, NISTIR 5935): coordinate and array format; real,
+// integer and pattern (ones); general, symmetric and skew-symmetric. Fortran exponents (1.5D-3) are accepted, and
+// entries that occur twice are summed, as finite-element codes write them. Errors name file and line.
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
@@ -22,13 +22,13 @@ inline constexpr long long largest_market_extent = 10'000'000;
 /// @throws InputError: bad banner, size line or entry, an index outside, NaN, too few or many entries
 SparseMatrix read_matrix_market(const std::filesystem::path& path);
 
-/// As read_matrix_market, from text (tests, fuzzers). @param source  name for messages
+/// Reads a matrix from text, for tests and fuzzers. @param source  name for messages
 SparseMatrix parse_matrix_market(std::string_view text, const std::string& source);
 
-/// Array format, 17 significant digits: read again, it is the same matrix.
+/// Writes array format with 17 significant digits, which reads back as the same matrix.
 /// @param comment  one line
 std::string format_matrix_market(const Eigen::MatrixXd& matrix, const std::string& comment);
-/// Coordinate format; of a matrix that is symmetric to the last bit the lower triangle, with a banner that says so.
+/// Writes coordinate format; of a matrix that is symmetric to the last bit, the lower triangle with a symmetric banner.
 std::string format_matrix_market(const SparseMatrix& matrix, const std::string& comment);
 
 }  // namespace thermotwin::core

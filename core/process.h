@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// How the process ends, and the files that it must not leave half-written.
+// Ends the process and removes the files that it must not leave half-written.
 //
-// A library may keep the process from ending: OpenBLAS' exit handler joins a thread that asks for
-// memory without end, and a signal is not heeded where nobody calls check_interrupt(). So a thread of
-// its own ends the process 1.2 s after the first signal or after leave(), removing unfinished files.
+// A library may keep the process from ending: the exit handler of OpenBLAS joins a thread that may wait for memory
+// without end, and a signal has no effect while nothing calls check_interrupt(). A separate thread therefore ends the
+// process 1.2 s after the first signal or after leave(), and removes unfinished files.
 
 #include <filesystem>
 #include <mutex>
 
 namespace thermotwin::core {
 
-/// Where a file is written before it gets its name: model.rom.part-HOST-12.h5 beside model.rom.h5, or
-/// for a folder "out/" (with the slash) out/part-HOST-12. It is removed, with all that is in it, when
-/// this goes out of scope or the process is ended by a signal. as_given: the target itself.
+/// The temporary path of a file before it gets its name: model.rom.part-HOST-12.h5 beside model.rom.h5, or, for a
+/// folder "out/" (with the slash), out/part-HOST-12. It is removed with its content when this object goes out of
+/// scope or a signal ends the process. as_given: the target itself.
 class UnfinishedPath {
 public:
   enum class Name { of_this_process, as_given };
@@ -28,11 +28,11 @@ private:
   std::filesystem::path path_;
 };
 
-/// Removes what killed processes left unfinished in the folder (not below): those of this host that
-/// run no more, those of other hosts after a day. Done once a folder by UnfinishedPath.
+/// Removes unfinished files of killed processes from the folder, not from folders below: those of this host whose
+/// process has ended, and those of other hosts after a day. UnfinishedPath calls it once per folder.
 void remove_stale_parts(const std::filesystem::path& folder);
 
-/// While it is held, the process is not ended by its own thread: for files that change together.
+/// While an object lives, the thread does not end the process, so that files can change together.
 [[nodiscard]] std::unique_lock<std::timed_mutex> keep_from_leaving();
 
 /// Starts the thread; once. Called by install_interrupt_handler.
@@ -41,7 +41,7 @@ void watch_for_end();
 /// Async-signal-safe: the process ends with status 130 in 1.2 s, unless it leaves by itself before.
 void end_soon() noexcept;
 
-/// Where memory runs out, the process says so and ends with status 4 at once.
+/// Makes the process report a lack of memory and end with status 4 at once.
 void install_memory_handler();
 
 /// Flushes the outputs and ends the process; exit handlers have 1.2 s.

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Progress of long work on stderr: a bar with the time left on a terminal, a plain line every few
-// seconds otherwise, nothing when quiet. And Ctrl-C: long loops ask check_interrupt() between steps.
+// Shows the progress of long work on stderr: a bar with the remaining time on a terminal, otherwise a plain line every
+// few seconds, and nothing when quiet. Long loops call check_interrupt() between steps, which reacts to Ctrl-C.
 
 #include <cstddef>
 #include <string>
 
 namespace thermotwin::core {
 
-/// No progress and no log lines from now on.
+/// Switches progress and log lines off, or on again.
 void set_quiet(bool quiet);
 bool is_quiet();
 
@@ -20,7 +20,7 @@ void warn(const std::string& text);
 
 class Progress {
 public:
-  /// @param label  what is done, e.g. "thermal run 'warm_up'"
+  /// @param label  name of the work, e.g. "thermal run 'warm_up'"
   /// @param total  number of steps, >= 1
   Progress(std::string label, std::size_t total);
   ~Progress();
@@ -35,8 +35,8 @@ private:
   State* state_;
 };
 
-/// Installs the SIGINT and SIGTERM handlers that check_interrupt looks at; a second signal ends the
-/// process at once with status 130.
+/// Installs the SIGINT and SIGTERM handlers that check_interrupt() reads. A second signal ends the process at once with
+/// status 130.
 void install_interrupt_handler();
 
 /// @throws Interrupted if the user asked to stop

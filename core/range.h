@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a number may be, in files and in options.
+// The range of a number in files and in options.
 
 #include <string>
 
 namespace thermotwin::core {
 
-/// The bounds are inclusive; NaN and infinity never are allowed.
+/// The bounds are inclusive; NaN and infinity are never allowed.
 struct Range {
   double low = -1e300;
   double high = 1e300;

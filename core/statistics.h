@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Order statistics of a handful of numbers, and random numbers that are the same with every standard library
-// (the library's distributions are its own).
+// Order statistics of a few numbers, and random numbers that are the same with every standard library, whose own
+// distributions differ.
 
 #include <cstddef>
 #include <random>
@@ -12,13 +12,13 @@ namespace thermotwin::core {
 /// @param values  finite or infinite, more than n  @param n  0: the smallest
 double nth_smallest(std::vector<double> values, std::ptrdiff_t n);
 
-/// Of an even number of values the larger one in the middle. @param values  at least one
+/// @return the median; of an even number of values the larger middle one  @param values  at least one
 double median(std::vector<double> values);
 
-/// Linear between the sorted values, the smallest at share 0 and the largest at 1; NaN of none.
+/// @return the quantile, linear between the sorted values, the smallest at share 0 and the largest at 1; NaN of none
 double quantile(std::vector<double> values, double share);
 
-/// In [0, 1), of 53 bits.
+/// @return a number in [0, 1) with 53 random bits
 inline double uniform(std::mt19937_64& engine) { return (engine() >> 11U) * 0x1p-53; }
 
 }  // namespace thermotwin::core

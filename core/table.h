@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Tables of numbers with named columns, as CSV files: first line the names, comma separated, a
-// blank cell or "nan" is a missing value (NaN). Errors name file, line and column.
+// Reads and writes tables of numbers with named columns as CSV files. The first line has the names, separated by
+// commas; a blank cell or "nan" is a missing value (NaN). Errors name file, line and column.
 
 #include <Eigen/Core>
 
@@ -18,13 +18,13 @@ struct Table {
   Eigen::MatrixXd values;            ///< (rows x columns), NaN where missing
 
   Eigen::Index rows() const { return values.rows(); }
-  /// @return index of the column, or nothing
+  /// @return the index of the column, or nothing
   std::optional<Eigen::Index> find(const std::string& name) const;
   /// @throws InputError if absent (with the nearest known name)
   Eigen::VectorXd column(const std::string& name) const;
   /// @throws InputError with file and line where the column has a missing value
   void require_complete(const std::string& column) const;
-  /// Line of the file (1-based) that holds row i.
+  /// @return the line of the file (from 1) that holds row i
   static Eigen::Index line_of_row(Eigen::Index i) { return i + 2; }
 };
 
@@ -32,10 +32,10 @@ struct Table {
 ///         row with too few or too many cells
 Table read_csv(const std::filesystem::path& path);
 
-/// As read_csv, from text (tests, fuzzers). @param source  name for messages
+/// Reads a table from text, for tests and fuzzers. @param source  name for messages
 Table parse_csv(const std::string& text, const std::string& source);
 
-/// Writes whole or not at all. @param digits  significant digits of each number
+/// Writes the file whole or not at all. @param digits  significant digits of each number
 void write_csv(const std::filesystem::path& path, const Table& table, int digits = 9);
 
 /// Checks that column 0 is time_s, complete and strictly rising ("time runs backwards").

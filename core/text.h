@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Small text helpers shared by messages and tables.
+// Text helpers that messages and tables share.
 
 #include <cstddef>
 #include <optional>
@@ -10,13 +10,13 @@
 
 namespace thermotwin::core {
 
-/// Levenshtein distance: inserted, deleted and replaced bytes that turn a into b.
+/// @return the Levenshtein distance: the number of inserted, deleted and replaced bytes that turn a into b
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The candidate with the smallest edit distance to word; empty if there is none.
+/// @return the candidate with the smallest edit distance to word; empty if there is none
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
-/// Letters of ASCII in one case; other bytes stay.
+/// Converts ASCII letters to one case; other bytes are unchanged.
 std::string lower(std::string_view text);
 std::string upper(std::string_view text);
 
@@ -26,17 +26,17 @@ std::string_view trimmed(std::string_view text);
 /// "a, b, c"
 std::string join(const std::vector<std::string>& words, std::string_view separator = ", ");
 
-/// Text for XML and HTML: & < > " are replaced, control characters but tab and line feed left out.
+/// @return text for XML and HTML: & < > " are replaced, control characters but tab and line feed are left out
 std::string xml_text(std::string_view text);
 
-/// Fixed-width text table for the terminal: first row is the header, numbers align right.
+/// @return a fixed-width table for the terminal; the first row is the header, and numbers are aligned right
 std::string format_table(const std::vector<std::vector<std::string>>& rows);
 
-/// Offset of the first byte that is not well-formed UTF-8 (RFC 3629); nothing if all is well.
+/// @return the offset of the first byte that is not well-formed UTF-8 (RFC 3629); nothing if there is none
 std::optional<std::size_t> find_invalid_utf8(std::string_view text);
 
-/// Offset of the first byte of a TOML document that is not ASCII and stands neither in a quoted text
-/// nor in a comment; nothing if there is none. A byte order mark at the start is passed over.
+/// @return the offset of the first byte of a TOML document that is not ASCII and outside of quoted texts and comments;
+///   nothing if there is none. A byte order mark at the start is skipped
 std::optional<std::size_t> find_bare_non_ascii(std::string_view toml);
 
 }  // namespace thermotwin::core

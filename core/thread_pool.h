@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// One pool of std::threads for the whole program, in the manner of TBB. The caller works too, so
-// nested calls do not deadlock. Results never depend on the number of threads: parallel_for writes
-// to places of its own index, and parallel_reduce folds fixed blocks in their order.
+// One pool of std::threads for the whole program, in the manner of TBB. The caller works as well, so nested calls do
+// not deadlock. Results never depend on the number of threads, because each index of parallel_for writes to its own
+// place and parallel_reduce folds fixed blocks in their order.
 
 #include <cstddef>
 #include <functional>
@@ -24,7 +24,7 @@ int thread_count();
 void parallel_for(std::size_t begin, std::size_t end, const std::function<void(std::size_t)>& body,
                   std::size_t grain = 1);
 
-/// Folds block results in the order of the blocks: the same bits for any number of threads.
+/// Folds the results of blocks in their order, which gives the same bits for any number of threads.
 /// @param map   (first, last) -> value of that block
 /// @param fold  (left, right) -> combined
 template <class Value, class Map, class Fold>

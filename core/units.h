@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Factors from the units of files to the SI units of the code: `200.0 * units::mm` is 0.2 (m), and
-// `length / units::um` is the number for a column that ends in _um.
+// Factors from the units of files to the SI units of the code: `200.0 * units::mm` is 0.2 m, and `length / units::um`
+// is the number for a column that ends in _um.
 
 #include <numbers>
 

@@ -240,15 +240,15 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer) {
     d.notes.push_back(
-        fmt::format("The record until {:.2f} h left the cause open: it was fitted until {:.2f} h, and what comes later "
-                    "was held out.",
+        fmt::format("The record until {:.2f} h left the cause open. It was therefore fitted until {:.2f} h, and later "
+                    "data were held out.",
                     (open_until - problem.observations.start) / core::units::hour,
                     (problem.observations.split - problem.observations.start) / core::units::hour));
   }
   if (!d.causes.empty() && look.strain.heldout_chi_square > 0.0) {
     d.notes.push_back(
-        fmt::format("What is named foretells held-out time, all else as fitted before it, with a chi-square of {:.2f} "
-                    "a value (1 or less: as expected).",
+        fmt::format("The named causes predict held-out data with a chi-square of {:.2f} per value (1 or less: as "
+                    "expected); all other parameters keep their fitted values.",
                     look.strain.heldout_chi_square));
   }
   for (std::string& warning : warnings_of(machine, measurement, problem)) d.warnings.push_back(std::move(warning));

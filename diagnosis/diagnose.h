@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Diagnosis of a measurement: residuals against uncertainty, hypotheses ranked by evidence, the
-// extended machine, the gain on held-out time. Linear-Gaussian at its core: the reduced model's
-// response to each parameter (exact finite differences along the measured inputs), nominal
-// uncertainties of all parameters as nuisances, sensor noise, and a model error term for the mesh;
-// a cause has a wide prior instead of its nominal one, its size is then refined by Gauss-Newton.
+// Diagnoses a measurement: residuals against their uncertainty, hypotheses ranked by evidence, the extended machine,
+// and its gain on held-out data. The model is linear-Gaussian. It consists of the reduced model's response to each
+// parameter (exact finite differences along the measured inputs), the stated uncertainties of all parameters as
+// nuisance parameters, sensor noise, and a model error for the discretisation. A cause has a wide prior instead of its
+// stated one, and its size is then refined by Gauss-Newton.
 
 #include <filesystem>
 #include <string>
@@ -20,6 +20,7 @@
 
 namespace thermotwin::diagnosis {
 
+/// @throws InputError if the measurement does not fit the machine; SolverError
 Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Measurement& measurement,
                    const DiagnoseOptions& options);
 

@@ -110,8 +110,8 @@ void check_pieces(const BodySpec& spec, const TetMesh& mesh, const std::string& 
                   "from the others",
                   spec.id, pieces.count, 1e6 * least->volume, least->elements, point_text(least->middle()),
                   1e3 * distance_to_others(mesh, pieces, least - shares.begin())),
-      fmt::format("{} (in CAD let solids share faces, or make each a body with a joint between them; pieces = {} where "
-                  "it is meant so)",
+      fmt::format("{} (let solids share faces in CAD, or make each a body with a joint between them; state pieces = {} "
+                  "if they are meant to be apart)",
                   spec.pieces == 1 ? "one piece" : fmt::format("pieces = {} as machine.toml states", spec.pieces),
                   pieces.count));
 }
@@ -132,7 +132,7 @@ void check_overlaps(const Machine& machine, const std::vector<TetMesh>& bodies) 
           fmt::format(
               "they fill the same place around {} with all axes at home: {:.4g} cm3, {:.3g} % of the smaller one",
               point_text(shared.middle()), 1e6 * shared.volume, 100.0 * shared.volume / smaller),
-          fmt::format("bodies that touch at most (is the unit or the position of {} or {} right?)",
+          fmt::format("bodies that touch at most; check the unit and the position of {} and {}",
                       one.cad.filename().string(), two.cad.filename().string()));
     }
   }
@@ -141,10 +141,10 @@ void check_overlaps(const Machine& machine, const std::vector<TetMesh>& bodies) 
 void warn_of_poor_quality(const BodySpec& spec, const TetMesh& mesh) {
   const Quality found = quality(mesh);
   if (found.minimum >= poor_quality) return;
-  core::warn(fmt::format(
-      "body '{}': the worst element has a quality of {:.2g} (regular: 1; {:.2g} % of {} elements below 0.1); another "
-      "element_size_mm, or CAD without slivers and nearly coinciding faces, gives better ones",
-      spec.id, found.minimum, found.below_0_1_percent, mesh.elements()));
+  core::warn(
+      fmt::format("body '{}': the worst element has a quality of {:.2g} (regular: 1; {:.2g} % of {} elements below "
+                  "0.1). Another element_size_mm, or CAD without slivers and nearly coincident faces, improves it",
+                  spec.id, found.minimum, found.below_0_1_percent, mesh.elements()));
 }
 
 }  // namespace thermotwin::mesh

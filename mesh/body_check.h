@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Faults of meshed bodies that no equation notices: parts of a body that do not touch each other, two
-// bodies in the same place, elements of very poor quality.
+// Checks meshed bodies for faults that no equation detects: unconnected parts of a body, overlapping bodies, and
+// elements of very poor quality.
 
 #include <string>
 #include <vector>
@@ -11,25 +11,25 @@
 
 namespace thermotwin::mesh {
 
-/// Quality (see mesh::quality) below which a body is warned of: one such element spoils the condition of
-/// the equations and the gradients in it.
+/// Quality (see mesh::quality) below which a warning is given. One such element impairs the condition of the equations
+/// and the gradients in it.
 inline constexpr double poor_quality = 0.02;
 
-/// Piece of each element: 0 for that of element 0, and so on. Elements that share a node are connected.
+/// The piece of each element; element 0 is in piece 0. Elements that share a node are connected.
 struct Pieces {
   std::vector<int> of_element;
   int count = 0;
 };
 Pieces connected_pieces(const TetMesh& mesh);
 
-/// @throws MeshError unless the body has spec.pieces pieces: which, where, how far from the others
+/// @throws MeshError unless the body has spec.pieces pieces, with the place of a piece and its distance to the others
 void check_pieces(const BodySpec& spec, const TetMesh& mesh, const std::string& place);
 
-/// All axes at home. Counted are elements of one body whose centre lies in the other.
-/// @throws MeshError where they make up more than 0.5 % of the smaller body: which two, where, how much
+/// Counts the elements of one body whose centre lies in another one, with all axes at home.
+/// @throws MeshError if they fill more than 0.5 % of the smaller body, with both bodies, the place and the volume
 void check_overlaps(const Machine& machine, const std::vector<TetMesh>& bodies);
 
-/// Warns where the worst element is below poor_quality.
+/// Warns if the worst element is below poor_quality.
 void warn_of_poor_quality(const BodySpec& spec, const TetMesh& mesh);
 
 }  // namespace thermotwin::mesh

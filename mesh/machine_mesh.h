@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The meshed machine: every body's mesh, its surfaces resolved to boundary triangles.
+// The meshed machine: the mesh of every body, and the boundary triangles of every surface.
 
 #include <Eigen/Geometry>
 

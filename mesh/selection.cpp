@@ -132,7 +132,7 @@ std::string explain(const std::vector<Condition>& conditions, int faces) {
   }
   std::string text =
       "no triangle (of " + std::to_string(faces) + " of the body) fulfils the rule: " + core::join(parts, "; ");
-  if (conditions.size() > 1) text += "; all together for none";
+  if (conditions.size() > 1) text += "; no triangle fulfils all conditions together";
   return text;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A sensor reads the nearest point of its body. That is what is wanted beside a faceted cylinder,
-// and a slip of a digit or of the body where the point lies far off.
+// Checks the points of sensors. A sensor reads the nearest point of its body, which is right beside a faceted cylinder;
+// a point far from the body is a mistake in a digit or in the body's id.
 
 #include <vector>
 
@@ -10,7 +10,7 @@
 
 namespace thermotwin::mesh {
 
-/// @throws InputError for a sensor that is further outside its body than one of its elements
+/// @throws InputError for a sensor that lies further outside its body than the body's element size
 void check_sensors(const Machine& machine, const std::vector<TetMesh>& bodies);
 
 }  // namespace thermotwin::mesh

@@ -89,8 +89,8 @@ void tell_what_no_bound_covers(const mesh::Machine& machine) {
     if (film.of_temperature) add(fmt::format("film '{}' (of_temperature)", film.id));
   if (list.empty()) return;
   core::warn(
-      fmt::format("the bound holds for the coefficients and coolant temperatures of the reduced run; "
-                  "what its error changes in these comes on top: {}",
+      fmt::format("the bound holds for the coefficients and coolant temperatures of the reduced run. It does not "
+                  "include the effect of the reduced run's error on: {}",
                   list));
 }
 
@@ -105,7 +105,7 @@ std::string bound_table(const ReducedCase& made) {
                      known ? fmt::format("{:.2f}", b.least_ratio) : "-",
                      known ? fmt::format("{:.2f}", b.median_ratio) : "-", fmt::format("{:.1f}", b.seconds)});
   }
-  return fmt::format("{}bound: order {}, {} of it for the outputs, {} probes, made in {:.0f} s\n",
+  return fmt::format("{}bound: order {}, of which {} for the outputs; {} probes; built in {:.0f} s\n",
                      core::format_table(table), made.bound->terms.order(), made.bound->terms.dual(),
                      made.bound->terms.probes(), made.bound_seconds);
 }

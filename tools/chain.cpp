@@ -43,10 +43,9 @@ double peak_memory_GiB() {
 solver::Case open_case(const std::filesystem::path& path, const std::string& size, int mesh_order, Asked asked) {
   solver::Case machine_case = solver::read_case(path);
   if (asked == Asked::tcp_error && !machine_case.machine.has_tcp()) {
-    throw core::InputError(
-        machine_case.machine.path.string() + " [tcp]", "missing",
-        "a [tcp] with surfaces of the tool and of the table on elastic bodies, for the TCP error; mesh, simulate and "
-        "export do without");
+    throw core::InputError(machine_case.machine.path.string() + " [tcp]", "missing",
+                           "a [tcp] with surfaces of the tool and of the table on elastic bodies; mesh, simulate and "
+                           "export work without one");
   }
   if (mesh_order > 0) machine_case.machine.order = mesh_order;
   if (!size.empty()) machine_case.size = size;
@@ -172,7 +171,9 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path, const 
     if (machine.hash == made.machine.hash)
       made.machine = machine;  // the same, and it knows where its CAD files are
     else
-      core::warn(fmt::format("{} was made from another machine.toml than {}", model.string(), machine.path.string()));
+      core::warn(fmt::format(
+          "{} was made from another machine.toml than {}; run thermotwin reduce anew to use the present one",
+          model.string(), machine.path.string()));
     return made;
   }
   if (case_path.empty()) throw core::UsageError("a CASE or --model model.rom.h5 is needed");

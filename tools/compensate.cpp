@@ -59,7 +59,7 @@ void compensate(const CompensateOptions& options) {
 
   const compensation::OffsetLimits& limits = compensator.limits();
   core::log_line(
-      fmt::format("offsets: at most {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all at rapid",
+      fmt::format("offset limits: {:.0f} um, {:.3g} um/s while the axes stand, {:.3g} um/s with all axes at rapid",
                   limits.largest_um, limits.rate_um_s, limits.fastest_um_s()));
   compensation::StreamOptions stream;
   stream.strict = options.strict;
@@ -90,7 +90,7 @@ void compensate(const CompensateOptions& options) {
   const double seconds = time.seconds(), rate = static_cast<double>(done.rows) / seconds, memory = peak_memory_GiB();
   const std::string text = fmt::format(
       "compensate: {} rows in {:.2f} s ({:.0f} rows/s), {}order {}, peak memory {:.2f} GiB{}", done.rows, seconds, rate,
-      done.unreadable > 0 ? fmt::format("{} of them unreadable in part, ", done.unreadable) : "", model.system.order(),
+      done.unreadable > 0 ? fmt::format("{} of them partly unreadable, ", done.unreadable) : "", model.system.order(),
       memory, statuses);
   if (to_stdout) {
     core::log_line(text);

@@ -65,9 +65,8 @@ void study_lengths(const EvaluateOptions& options, const compensation::Measureme
       compensation::length_study(measurement, options.length_study[0], options.length_study[1], lengths, sections);
   const auto file = options.out / "evaluation" / "length_study.svg";
   core::write_file(file, compensation::length_study_svg(study));
-  text +=
-      fmt::format("\nlength of the measurement, {} of {}, {} sections each; residual in {} outside of the section\n",
-                  study.model, study.channel, sections, study.unit);
+  text += fmt::format("\nlength study of {} on {}, {} sections per length; RMS residual in {}\n", study.model,
+                      study.channel, sections, study.unit);
   for (Eigen::Index l = 0; l < study.hours.size(); ++l) {
     const compensation::Quartiles fit = compensation::quartiles(study.fit_rms.row(l)),
                                   rest = compensation::quartiles(study.rest_rms.row(l));
@@ -91,7 +90,7 @@ void require_once(const EvaluateOptions& options) {
     for (const auto& other : known) {
       if (std::filesystem::equivalent(folder, other, ignored)) {
         throw core::InputError(folder.string(), "named twice",
-                               "in --train-data: each folder once, and none that --data or --also judges");
+                               "each folder once in --train-data, without the folders of --data and --also");
       }
     }
     known.push_back(folder);

@@ -49,11 +49,11 @@ void export_matrices(const ExportOptions& options, const solver::Case& machine_c
   const std::filesystem::path folder = options.out / "matrices";
   const solver::MatrixFiles made = solver::write_matrices(folder, full, pose);
   std::string text = fmt::format(
-      "{}: {} states, {} parameters (films), {} inputs, {} outputs; what they are is in names.toml\n", machine.name,
+      "{}: {} states, {} parameters (films), {} inputs, {} outputs; names.toml describes them\n", machine.name,
       made.size, made.names.films.size(), made.names.inputs.size(), made.names.outputs.size());
   for (const std::string& note : made.notes) text += "- " + note + "\n";
-  text += fmt::format("{} files in {}; reduce them: thermotwin reduce --matrices {}\n", made.files.size(),
-                      folder.string(), folder.string());
+  text += fmt::format("{} files in {}; next: thermotwin reduce --matrices {}\n", made.files.size(), folder.string(),
+                      folder.string());
   const nlohmann::json json = {{"folder", folder.string()},
                                {"files", made.files},
                                {"states", made.size},
@@ -68,7 +68,7 @@ void export_matrices(const ExportOptions& options, const solver::Case& machine_c
 
 void export_model(const ExportOptions& options) {
   if (options.calculix == options.matrices)
-    throw core::UsageError("export: what to write is missing, or two are named; allowed: --calculix or --matrices");
+    throw core::UsageError("export needs exactly one of --calculix and --matrices");
   const solver::Case machine_case = open_machine(options);
   if (options.matrices) return export_matrices(options, machine_case);
   const mesh::Machine& machine = machine_case.machine;
@@ -95,10 +95,10 @@ void export_model(const ExportOptions& options) {
       summary.end > 0.0
           ? fmt::format("{} increments in {} steps to {:g} s", summary.increments, summary.steps, summary.end)
           : std::string("steady state"));
-  text += "What differs from thermotwin:\n";
+  text += "Differences from thermotwin:\n";
   for (const std::string& note : summary.notes) text += "- " + note + "\n";
   text += fmt::format(
-      "{} in {}; run: cd {} && ccx heat{}\n", core::join(summary.files), folder.string(), folder.string(),
+      "{} in {}; next: cd {} && ccx heat{}\n", core::join(summary.files), folder.string(), folder.string(),
       std::find(summary.files.begin(), summary.files.end(), "static.inp") == summary.files.end() ? ""
                                                                                                  : " && ccx static");
   const nlohmann::json json = {{"folder", folder.string()},        {"files", summary.files}, {"nodes", summary.nodes},

@@ -113,7 +113,7 @@ void reduce_from_campaign(const ReduceOptions& options) {
                          {"stable", reduced.stable()},
                          {"identify_s", made.seconds},
                          {"never_moved", names_of(made, made.model.never_moved())}};
-  std::vector<std::vector<std::string>> table{{"order", "RMS kept out um"}};
+  std::vector<std::vector<std::string>> table{{"order", "RMS on held-out rows um"}};
   for (const reduction::Samples& load : made.heldout) table[0].push_back(load.load + " max um");
   std::vector<std::vector<reduction::ReductionErrors>> errors;
   for (const auto& [tried, error] : made.model.order_error_um()) {
@@ -139,11 +139,12 @@ void reduce_from_campaign(const ReduceOptions& options) {
   json["seconds"] = time.seconds();
   const std::vector<std::string> unknown = names_of(made, made.model.never_moved());
   if (!unknown.empty())
-    text += fmt::format("unknown     the effect of {}: no training load moved them\n", fmt::join(unknown, ", "));
+    text += fmt::format("unknown     the effect of {}, which are constant in all training loads\n",
+                        fmt::join(unknown, ", "));
   text += fmt::format(
-      "identified  order {}{} of {} first-order lags behind {} inputs, stable, from {} loads; ridge {:.0e}, chosen on "
-      "{}; {:.1f} s\n",
-      order, options.order > 0 ? "" : " (chosen there too)", made.model.lags().base.size(),
+      "identified  order {}{}, from {} first-order lags of {} inputs, stable; {} training loads; ridge {:.0e}, chosen "
+      "on {}; {:.1f} s\n",
+      order, options.order > 0 ? "" : " (chosen with the ridge)", made.model.lags().base.size(),
       made.model.lags().base.inputs(), machine_case.train.size(), made.model.ridge(), made.model.kept_out(),
       made.seconds);
   text += fmt::format("{}, matrices and order.svg in {}; {:.1f} s\n", reduction::system_file_name, options.out.string(),

@@ -36,7 +36,8 @@ void diagnose(const DiagnoseOptions& options) {
     std::error_code ignored;
     const auto place = std::filesystem::is_directory(read, ignored) ? read : read.parent_path();
     if (!read.empty() && std::filesystem::equivalent(place, folder / "extended", ignored))
-      throw core::InputError(read.string(), "a result that this diagnosis would replace", "another --out");
+      throw core::InputError(read.string(), "an earlier result in the folder that this diagnosis would overwrite",
+                             "another folder as --out");
   }
   diagnosis::DiagnoseOptions how;
   how.displacement_error_percent = options.displacement_error_percent.value_or(how.displacement_error_percent);
@@ -46,7 +47,8 @@ void diagnose(const DiagnoseOptions& options) {
   const bool without_machine = options.case_path.empty() && options.model.empty();
   if (without_machine) {
     if (options.displacement_error_percent || options.temperature_error_percent)
-      throw core::UsageError("--displacement-error and --temperature-error are of a mesh: a case or --model is needed");
+      throw core::UsageError(
+          "--displacement-error and --temperature-error describe a mesh; they need a CASE or --model");
     keep_plausible(measurement, {});
     result = diagnosis::diagnose_data(measurement, {});
     diagnosis::write_diagnosis(folder, result);
@@ -78,9 +80,9 @@ void diagnose(const DiagnoseOptions& options) {
     }
   }
   if (without_machine && result.causes.empty())
-    text += fmt::format("residual on held-out time: {:.2f} um\n", result.heldout_rms_before_um);
+    text += fmt::format("residual on held-out data: {:.2f} um\n", result.heldout_rms_before_um);
   else {
-    text += fmt::format("{} on held-out time: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
+    text += fmt::format("{} on held-out data: {:.2f} um before, {:.2f} um after ({} %, 95 % interval {} to {} %)\n",
                         without_machine ? "residual" : "TCP residual", result.heldout_rms_before_um,
                         result.heldout_rms_after_um, diagnosis::percent_text(result.reduction_percent),
                         diagnosis::percent_text(result.ci95_low_percent),

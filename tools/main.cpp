@@ -13,11 +13,27 @@
 #include "core/error.h"
 #include "core/process.h"
 #include "core/text.h"
+#include "tools/command_line/common.h"
 #include "tools/command_line/verbs.h"
 
 namespace {
 
 using namespace thermotwin;
+
+using AddVerb = void (*)(CLI::App&);
+struct VerbGroup {
+  const char* name;
+  std::vector<AddVerb> verbs;
+};
+
+/// The verbs as `--help` lists them.
+std::vector<VerbGroup> verb_groups() {
+  using namespace tools;
+  return {{"Machine", {add_mesh, add_export}},
+          {"Compute", {add_simulate, add_campaign, add_reduce, add_run}},
+          {"Measure", {add_evaluate, add_diagnose, add_validate}},
+          {"Control", {add_compensate, add_offsets}}};
+}
 
 /// What is wrong with the command line, with the nearest known word for one that is unknown.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
@@ -42,17 +58,20 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
 }
 
 int parse_and_run(int argc, char** argv) {
-  CLI::App app{"thermotwin: a thermal digital twin of machine tools, from CAD to a compensated TCP", "thermotwin"};
+  CLI::App app{"thermotwin: a thermal digital twin of machine tools, from CAD to a compensated TCP.", "thermotwin"};
   app.set_version_flag("--version", std::string("thermotwin ") + THERMOTWIN_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Exit status: 0 done; 2 wrong usage; 3 bad input; 4 the numerics failed; 130 interrupted.\n"
-      "thermotwin VERB --help tells more.");
+      "Exit status: 0 done; 2 wrong usage; 3 bad input; 4 the numerics failed; 130 interrupted.\nExample:\n  "
+      "thermotwin run cases/vmc5 --out out\nthermotwin VERB --help describes a verb and its options.");
 
-  using namespace tools;
-  for (const auto add : {add_run, add_mesh, add_simulate, add_campaign, add_reduce, add_compensate, add_offsets,
-                         add_evaluate, add_diagnose, add_validate, add_export})
-    add(app);
+  app.formatter(tools::help_formatter());
+  for (const VerbGroup& group : verb_groups()) {
+    for (const AddVerb add : group.verbs) {
+      add(app);
+      app.get_subcommands({}).back()->group(group.name);
+    }
+  }
 
   try {
     app.parse(argc, argv);
@@ -60,7 +79,7 @@ int parse_and_run(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::cerr << "thermotwin: " << usage_message(app, error) << "\n";
     const auto verbs = app.get_subcommands();
-    std::cerr << "try: thermotwin " << (verbs.empty() ? "" : verbs.front()->get_name() + " ") << "--help\n";
+    std::cerr << "see: thermotwin " << (verbs.empty() ? "" : verbs.front()->get_name() + " ") << "--help\n";
     return 2;
   }
   return 0;

@@ -16,8 +16,8 @@ namespace thermotwin::tools {
 namespace {
 
 std::string evaluate_instead(const std::filesystem::path& data) {
-  return "; for data that belong to no machine model leave CASE and --model away: thermotwin evaluate --data " +
-         data.string() + " or thermotwin diagnose --data " + data.string();
+  return "; for data without a machine model, leave out CASE and --model: thermotwin evaluate --data " + data.string() +
+         " or thermotwin diagnose --data " + data.string();
 }
 
 /// @throws InputError unless the measurement is one of the machine

@@ -121,9 +121,8 @@ void add_joints(const mesh::MachineMesh& meshed, Table& table, nlohmann::json& j
     json["joints"].push_back(row);
     if (!touches) {
       core::warn(
-          fmt::format("joint '{}': '{}' and '{}' do not touch with all axes at home: no triangles face each other "
-                      "within reach_mm = {:g}; "
-                      "a larger reach_mm bridges a gap of the CAD",
+          fmt::format("joint '{}': '{}' and '{}' do not touch with all axes at home, because no triangles face each "
+                      "other within reach_mm = {:g}. A larger reach_mm bridges a gap in the CAD",
                       joint.id, joint.slave, joint.master, 1e3 * joint.reach));
     }
   }

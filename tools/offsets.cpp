@@ -114,8 +114,8 @@ void offsets(const OffsetsOptions& options) {
                                {"largest_point_left_um", largest_left / core::units::um},
                                {"largest_orientation_left_um_per_m", largest_turn_left / core::units::um_per_m}};
   print_summary(options,
-                fmt::format("{} rows; at most {:.3g} um at the point and {:.3g} um/m of orientation cannot be "
-                            "compensated; offsets in {}\n",
+                fmt::format("{} rows; uncompensated are at most {:.3g} um at the functional point and {:.3g} um/m of "
+                            "orientation; offsets in {}\n",
                             table.rows(), largest_left / core::units::um, largest_turn_left / core::units::um_per_m,
                             options.out.string()),
                 json.dump());

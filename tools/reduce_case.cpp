@@ -143,12 +143,13 @@ TransientTime time_transient(const solver::FullModel& full, const solver::Case& 
 std::string building_text(const ReducedCase& made, const TransientTime& transient) {
   const reduction::ReduceSummary& s = made.summary;
   std::string text = fmt::format(
-      "built in    {:.1f} s: output rows {:.1f}, basis {:.1f}, projection {:.1f}, orders {:.1f}, parts {:.1f}; the "
-      "campaign before it {:.1f} s\n",
+      "built in    {:.1f} s: output rows {:.1f}, basis {:.1f}, projection {:.1f}, orders {:.1f}, parts {:.1f}; "
+      "campaign {:.1f} s\n",
       s.seconds(), s.rows_seconds, s.basis_seconds, s.projection_seconds, s.orders_seconds, s.parts_seconds,
       made.campaign_seconds);
   text += fmt::format(
-      "transient   of {} steps at one pose on this mesh ({}{}): {:.1f} s; building takes {:.1f} times that",
+      "transient   {} steps at one pose on this mesh ({}{}): {:.1f} s; building the reduced model takes {:.1f} times "
+      "as long",
       transient_steps, transient.load, transient.run < transient_steps ? fmt::format(", from {}", transient.run) : "",
       transient.seconds, s.seconds() / transient.seconds);
   return text;
@@ -260,11 +261,11 @@ void write_order_picture(const fs::path& file, const ReducedCase& made, double t
 
 void reduce(const ReduceOptions& options) {
   if (options.order_by_observer && (options.identify || !options.matrices.empty()))
-    throw core::UsageError("--order observer: of a case that is reduced with its full model only");
+    throw core::UsageError("--order observer needs a CASE that is reduced with its full model");
   if (!options.matrices.empty()) return reduce_matrices(options);
   if (options.identify) return reduce_from_campaign(options);
   if (options.case_path.empty())
-    throw core::UsageError("reduce: a CASE or --matrices DIR is needed\ntry: thermotwin reduce --help");
+    throw core::UsageError("reduce: a CASE or --matrices DIR is needed\nsee: thermotwin reduce --help");
   const Stopwatch time;
   const solver::Case machine_case = open_case(options.case_path, options.size, options.mesh_order);
   for (const auto& names : {machine_case.train, machine_case.holdout}) load_programs(machine_case, names);

@@ -53,7 +53,7 @@ std::vector<std::vector<double>> points_of(const std::vector<std::string>& argum
     if (known == names.end()) {
       throw core::InputError(
           place, "'" + name + "'",
-          names.empty() ? "films whose A_film_NAME.mtx is there; there is none" : films_allowed(name, names));
+          names.empty() ? "the NAME of an A_film_NAME.mtx in the folder, which has none" : films_allowed(name, names));
     }
     std::vector<double>& list = values[known - names.begin()];
     if (!list.empty())
@@ -93,8 +93,8 @@ std::string films_text(const reduction::LinearSystem& system, const PointResult&
       moved.push_back(fmt::format("{} {:.6g}", system.films[j].name, point.films[j]));
   }
   const std::size_t rest = point.films.size() - moved.size();
-  if (moved.empty()) return "every film at its value in names.toml, 1 where it has none";
-  return core::join(moved) + (rest > 0 ? fmt::format("; the {} other films where they stand", rest) : "");
+  if (moved.empty()) return "every film at its value in names.toml, or 1 without one";
+  return core::join(moved) + (rest > 0 ? fmt::format("; the {} other films unchanged", rest) : "");
 }
 
 std::string hankel_text(const PointResult& point) {
@@ -105,8 +105,7 @@ std::string hankel_text(const PointResult& point) {
   return fmt::format(
       "Hankel      {}\n            {}\n", text,
       point.complete
-          ? fmt::format("the leading {} of {}; all are computed", std::min(shown, point.hankel.size()),
-                        point.hankel.size())
+          ? fmt::format("the leading {} of {}, all computed", std::min(shown, point.hankel.size()), point.hankel.size())
           : fmt::format("the leading {} of {} computed from low-rank Gramians ({} steps, relative residual {:.1e})",
                         std::min(shown, point.hankel.size()), point.hankel.size(), point.gramian_steps,
                         point.gramian_residual));
@@ -123,29 +122,29 @@ std::string bound_text(const SystemReduction& reduction, const PointResult& poin
   std::string text =
       fmt::format("H-infinity  norm {:.6e} at {:.4g} rad/s (sampled, without D)\n", norm, point.norm.frequency);
   const bool balanced = reduction.method == reduction::Method::balanced;
-  text += fmt::format("bound       {:.3e}, {:.2e} of the norm: 2 x the Hankel singular values beyond {}{}\n",
-                      point.bound, point.bound / norm, point.order,
-                      reduction.joined ? ";\n            of this point's own balanced model, the joined model has none"
-                      : balanced
-                          ? ""
-                          : fmt::format(";\n            of balanced truncation, {} has none", word(reduction.method)));
+  text += fmt::format(
+      "bound       {:.3e}, {:.2e} of the norm: twice the sum of the Hankel singular values beyond {}{}\n", point.bound,
+      point.bound / norm, point.order,
+      reduction.joined ? ";\n            valid for the balanced model of this point alone, not for the joined model"
+      : balanced       ? ""
+                 : fmt::format(";\n            valid for balanced truncation, not for {}", word(reduction.method)));
   if (!point.complete) {
     text +=
         point.unknown_sum
             ? fmt::format(
-                  "            those not computed, and errors of those computed, change their sum by {:.1e} at most\n",
+                  "            uncomputed values, and errors of the computed ones, change the sum by {:.1e} at most\n",
                   *point.unknown_sum)
             : std::string(
-                  "            those not computed are not in it: no bound of their sum is known for this system\n");
+                  "            uncomputed values are not included: no bound of their sum is known for this system\n");
   }
   text += fmt::format(
-      "true error  {:.3e}, {:.2e} of the norm, at {:.4g} rad/s (largest seen; {} frequencies of the full system{})\n",
+      "true error  {:.3e}, {:.2e} of the norm, at {:.4g} rad/s (largest of {} frequencies of the full system{})\n",
       point.error.value, point.error.value / norm, point.error.frequency, point.samples,
       point.dense ? " and searches between them" : "");
   if (const double excess = point.error.value - point.bound; balanced && !reduction.joined && excess > 0.0) {
     const double rounding = bound_rounding(point);
     text += fmt::format(
-        "            the error seen exceeds the bound by {:.1e} of it, {} the rounding of {:.1e} of the Hankel "
+        "            the error exceeds the bound by {:.1e} of it, {} the rounding error of {:.1e} of the Hankel "
         "singular values\n",
         excess / point.bound, excess <= rounding ? "within" : "beyond", rounding / point.bound);
   }
@@ -230,14 +229,15 @@ void reduce_matrices(const ReduceOptions& options) {
   for (const PointResult& point : reduced.points) json["points"].push_back(point_json(system, reduced, point));
   json["folder"] = options.out.string();
 
-  std::string text = fmt::format("system      {} states, {} inputs, {} outputs{}{}{}\n", base.size(), base.inputs(),
-                                 base.outputs(), base.symmetric ? ", symmetric" : "", base.identity ? ", E = 1" : "",
-                                 first.proved_stable ? "" : "; no unstable eigenvalue was found, which is no proof");
+  std::string text =
+      fmt::format("system      {} states, {} inputs, {} outputs{}{}{}\n", base.size(), base.inputs(), base.outputs(),
+                  base.symmetric ? ", symmetric" : "", base.identity ? ", E = 1" : "",
+                  first.proved_stable ? "" : "; no unstable eigenvalue was found, which does not prove stability");
   for (const PointResult& point : reduced.points) {
     if (!point.films.empty()) text += fmt::format("at          {}\n", films_text(system, point));
     text += hankel_text(point) + bound_text(reduced, point);
   }
-  if (!reduced.converged) text += "krylov      the shifts still moved when the iteration was stopped\n";
+  if (!reduced.converged) text += "krylov      the shifts had not converged at the last iteration\n";
   text += comparison_text(reduced, json);
   json["read_seconds"] = read_seconds;
   json["seconds"] = time.seconds();

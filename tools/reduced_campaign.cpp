@@ -96,7 +96,7 @@ Runs read_runs(const CampaignOptions& options) {
   if (!reference_file.empty()) runs.reference = reduction::read_model(reference_file);
   if (options.bound) {
     if (options.exact)
-      throw core::UsageError("campaign: --bound is for the full model's time scheme, --exact has another");
+      throw core::UsageError("campaign: --bound holds for the full model's time scheme and excludes --exact");
     runs.bound = reduction::read_bound(file.parent_path() / "bound.rom.h5", runs.model);
     tell_what_no_bound_covers(machine_case.machine);
   }

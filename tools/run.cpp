@@ -59,11 +59,12 @@ void require_whole_chain(const solver::Case& machine_case) {
   const auto require = [&](bool given, const char* key, const char* allowed) {
     if (!given) throw core::InputError(file + " " + key, "missing or empty", allowed);
   };
-  require(!machine_case.train.empty(), "train", "one or more load programs to reduce the model from");
-  require(!machine_case.holdout.empty(), "holdout", "one or more load programs to judge the model on");
-  require(!machine_case.check_points.empty(), "check_points.poses", "one or more poses to judge the compensation at");
+  require(!machine_case.train.empty(), "train", "one or more training loads");
+  require(!machine_case.holdout.empty(), "holdout", "one or more held-out loads");
+  require(!machine_case.check_points.empty(), "check_points.poses",
+          "one or more poses at which the compensation is judged");
   require(!machine_case.measurement.empty() || machine_case.measured_machine, "measurement",
-          "a measurement, or [measured_machine] to make one; the diagnosis needs it");
+          "a measurement folder, or [measured_machine] to simulate one, for the diagnosis");
   load_programs(machine_case, machine_case.train);
   load_programs(machine_case, machine_case.holdout);
   if (!machine_case.measurement.empty()) {
@@ -150,7 +151,7 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
         out / "machine.png", full.mesh, pose, temperature_C, displacement, 3000,
         fmt::format("{}: {} after {:.1f} h, deformation x 3000", machine.name, load, time / core::units::hour));
   } else
-    core::log_line("no display: machine.png is left out (xvfb-run -a gives one)");
+    core::log_line("machine.png is not written, because there is no display; xvfb-run -a provides one");
 }
 
 /// Three models on the measured drift, or nothing where there are no data.
@@ -248,8 +249,8 @@ void compensate_unseen(const solver::Case& machine_case, const reduction::Reduce
     after += row.rms_sensors_um * row.rms_sensors_um / validation.rows.size();
   }
   found.text += fmt::format(
-      "compensated {} on a machine measured virtually ({} nodes, perturbed parameters, noise), {} check points:\n"
-      "            RMS {:.1f} um -> {:.1f} um, {:.1f} % removed; without temperature sensors {:.1f} %; {:.0f} s\n",
+      "compensated {} on a virtual machine ({} nodes, perturbed parameters, noise), {} check points:\n            RMS "
+      "{:.1f} um -> {:.1f} um, {:.1f} % removed; without temperature sensors {:.1f} %; {:.0f} s\n",
       unseen, validation.measured_nodes, validation.rows.size(), std::sqrt(before), std::sqrt(after), sensed, bare,
       step.seconds());
   found.json["compensation"] = {
@@ -292,7 +293,7 @@ void run(const RunOptions& options) {
 
   if (const auto drift = measured_drift()) {
     found.text +=
-        "measured    drift of a real machine, models fitted on its first day; RMS removed on the days after:\n" +
+        "measured    drift of a real machine, models fitted on the first day; RMS removed on the later days:\n" +
         drift_lines(*drift, found.json);
     core::write_csv(options.out / "evaluation" / "measured_drift.csv", drift->predictions);
   }

@@ -42,7 +42,7 @@ Eigen::VectorXd start_field(const SimulateOptions& options, const solver::FullMo
                             const solver::LoadProgram& program) {
   if (!options.start_from.empty()) {
     const solver::StartField start = solver::field_from_vtu(options.start_from, full.mesh, full.thermal);
-    core::log_line(fmt::format("start from {}: nodes are at most {:.2g} mm outside its mesh",
+    core::log_line(fmt::format("initial field from {}: nodes lie at most {:.2g} mm outside its mesh",
                                options.start_from.string(), 1e3 * start.farthest));
     return start.temperature;
   }
@@ -64,9 +64,8 @@ std::string cooling_lines(const mesh::Machine& machine, const core::Table& flows
     const Eigen::VectorXd time = flows.column("time_s"), power = flows.column(column).tail(last);
     const double mean = power.dot(time.tail(last) - time.head(last)) / (time[last] - time[0]);
     json["cooling_power_W"][coolant.id] = {{"mean", mean}, {"largest", power.maxCoeff()}, {"end", power[last - 1]}};
-    lines +=
-        fmt::format("coolant {} carries off {:.1f} W in the mean, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n",
-                    coolant.id, mean, power.maxCoeff(), power[last - 1]);
+    lines += fmt::format("coolant {} removes {:.1f} W on average, {:.1f} W at most, {:.1f} W at the end (heat.csv)\n",
+                         coolant.id, mean, power.maxCoeff(), power[last - 1]);
   }
   return lines;
 }
@@ -101,8 +100,8 @@ void warn_of_slack(const solver::FullModel& full, const Eigen::VectorXd& state, 
   for (const auto& [screw, tension] : full.elastic.screw_tensions(state, pose)) {
     if (tension < 0.0 && slack.insert(screw).second) {
       core::warn(
-          fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N): the TCP error from here on "
-                      "counts it as if it could push",
+          fmt::format("at {:.0f} s the screw '{}' has lost its pretension ({:.0f} N). From then on the TCP error is "
+                      "computed as if the screw could push, which it cannot",
                       time, full.mesh.machine.screws[screw].body, tension));
     }
   }

@@ -34,7 +34,7 @@ void require_displacements(const Measurement& measurement) {
                   [](const auto& c) { return c.kind == ChannelKind::displacement; }))
     return;
   throw InputError((measurement.folder / "channels.toml").string(), "no channel of kind displacement",
-                   "at least one, since models are compared on displacements");
+                   "at least one; models are compared on displacements");
 }
 
 void require_channels(const std::vector<std::string>& check, const Measurement& measurement) {
@@ -116,9 +116,10 @@ double training_hours(const Judge& judge) {
 void note_short_training(Evaluation& result) {
   constexpr double least_hours = 4.0;
   if (!result.models.empty() && result.training_hours < least_hours) {
-    result.notes.push_back(fmt::format(
-        "fitted on {:.1f} h only: tests of ISO 230-3 last {:.0f} h, and slower parts have not settled by then",
-        result.training_hours, least_hours));
+    result.notes.push_back(
+        fmt::format("fitted on only {:.1f} h; the tests of ISO 230-3 last {:.0f} h, and slower parts of the machine "
+                    "have not settled by then",
+                    result.training_hours, least_hours));
   }
 }
 
@@ -126,7 +127,7 @@ void note_short_training(Evaluation& result) {
 
 void EvaluateOptions::validate() const {
   core::require_option(!std::isnan(train_until_s), "evaluate train_until_s", train_until_s,
-                       "seconds from the first row on, 0 (automatic) or below (nothing)");
+                       "seconds from the first row, 0 (automatic) or below 0 (nothing trains)");
   for (const std::string& name : models) model_spec(name);
 }
 
@@ -157,12 +158,11 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   const TrainingRows rows = training_rows(judge, training_judges);
   const std::vector<bool> training = judge.training();
   if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
-    judge.note(
-        "all data are training data: nothing is left to judge the fitted models on, the leaderboard shows their fit");
+    judge.note("all data are training data; the leaderboard shows the fit, not a prediction of held-out data");
   }
   Index incomplete = 0;
   for (Index i = 0; i < judge.data().rows(); ++i) incomplete += !judge.data().input_values.row(i).allFinite();
-  if (incomplete > 0) judge.note(fmt::format("{} rows lack an input; models that need it leave them out", incomplete));
+  if (incomplete > 0) judge.note(fmt::format("{} rows lack an input; models that need it skip these rows", incomplete));
   for (const ModelSpec* spec : chosen_models(options)) {
     FittedModel fitted(*spec);
     if (!fit_and_judge(fitted, options.check, rows, judge, training_judges)) continue;
@@ -205,7 +205,7 @@ Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> mod
   for (FittedModel& model : models) {
     const MatrixXd as_is = model.predict(judge.data());
     if (known_range(as_is.reshaped()).first < 0) {
-      judge.note(model.name() + " left out: it predicts none of these channels from these inputs");
+      judge.note(model.name() + " left out: it predicts none of these channels from the inputs present");
       continue;
     }
     judge.add(model.name() + "_as_is", as_is, false);
@@ -247,7 +247,7 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
   const auto n = std::ssize(cross.programs);
   if (n < 2) {
     throw InputError(measurement.folder.string(), fmt::format("{} program or day", n),
-                     "at least two, to fit on one and judge on another");
+                     "at least two: one to fit, another to judge");
   }
   for (const ModelSpec* spec : chosen_models(options)) {
     CrossExperiment::Entry entry{spec->name, MatrixXd::Constant(n, n, std::numeric_limits<double>::quiet_NaN())};
@@ -288,7 +288,7 @@ LengthStudy length_study(const Measurement& measurement, const std::string& name
   const auto [first, last] = known_range(data.target_values.col(target));
   if (first < 0 || first == last) {
     throw InputError(measurement.folder.string(), "channel '" + channel + "' without rows",
-                     "a channel that was measured");
+                     "a channel with values in data.csv");
   }
   const MeasuredChannel kept = data.targets[target];
   const VectorXd values = data.target_values.col(target);

@@ -92,7 +92,7 @@ FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const r
   options.validate();
   if (machine_case.check_points.empty()) {
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
-                           "at least one pose, to judge the compensation at");
+                           "at least one pose at which the compensation is judged");
   }
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   const mesh::Machine& machine = machine_case.machine;
@@ -163,14 +163,15 @@ FailedSensorStudy FailedSensorStudy::first(int draws) const {
 std::string FailedSensorStudy::brief() const {
   return core::format_table(summary()) +
          fmt::format(
-             "cost: of the reduction with all sensors, after the failure; named after the failure, where stuck after "
-             "the true reading has moved by 5 deviations\nsensors named where none had failed: {}\n",
+             "cost: share of the reduction with all sensors that is lost after the failure\nnamed after: since the "
+             "failure; for a stuck sensor, since the true reading has moved by 5 standard deviations\nfalse alarms (a "
+             "sensor named though none had failed): {}\n",
              false_alarms());
 }
 
 Rows FailedSensorStudy::summary() const {
   Rows table{{"program", "fault", "cases", "cost %: median", "90th percentile", "largest", "at", "above 20 %",
-              "named after min: median", "90th percentile", "within 15 min %", "never named", "others named"}};
+              "named after min: median", "90th percentile", "within 15 min %", "never named", "intact sensors named"}};
   std::vector<std::pair<std::string, std::string>> groups;
   for (const FailedSensorRow& row : rows) {
     if (std::find(groups.begin(), groups.end(), std::pair{row.load, row.fault}) == groups.end())

@@ -62,7 +62,7 @@ Measurement MeasuredMachines::measure(std::uint64_t seed, const solver::LoadProg
       full_seed_ = seed;
       nodes_ = full_->mesh.nodes();
     }
-    core::log_line(fmt::format("measuring machine {} virtually, {}", seed, load.name()));
+    core::log_line(fmt::format("simulating the measurement of virtual machine {}, {}", seed, load.name()));
     measured = measure_virtually(*full_, load, case_.check_points, options);
   }
   if (keep_.empty()) return measured;

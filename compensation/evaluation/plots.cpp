@@ -44,9 +44,8 @@ std::vector<std::string> judged_channels(const Evaluation& evaluation) {
 std::string leaderboard_svg(const Evaluation& evaluation) {
   const std::vector<Standing>& standings = evaluation.leaderboard;
   const bool fits = std::any_of(standings.begin(), standings.end(), [](const Standing& s) { return s.seen_by_fit; });
-  const std::string title =
-      fits ? "RMS of the thermal error removed, %; (fit): in the training rows, nothing was held out"
-           : "RMS of the thermal error removed where no fit saw it, %";
+  const std::string title = fits ? "RMS of the thermal error removed, %; (fit): on training rows, nothing was held out"
+                                 : "RMS of the thermal error removed on held-out data, %";
   constexpr double row = 24.0;
   const double count = std::ssize(standings);
   const core::Frame frame{210.0, 46.0, 480.0, row * count};
@@ -112,7 +111,7 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
     below.line(hours, measured - predicted, ink);
     legend = plot.key(legend, 20, shown[i], ink);
   }
-  plot.text(legend, 24, "shaded: seen by the fits");
+  plot.text(legend, 24, "shaded: training data");
   return plot.file();
 }
 
@@ -152,7 +151,8 @@ std::string length_study_svg(const LengthStudy& study) {
       if (std::isfinite(value)) high = std::max(high, value);
     }
   }
-  const std::string title = fmt::format("{} of {}: how long a measurement it needs", study.model, study.channel);
+  const std::string title =
+      fmt::format("{} of {}: residual over the length of the measurement", study.model, study.channel);
   core::Plot plot(800, 440, title);
   plot.title(70, 24, title);
   plot.key(plot.key(70, 44, "in the section that was fitted", Ink::blue), 44, "outside of it", Ink::orange);

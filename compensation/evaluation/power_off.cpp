@@ -90,8 +90,8 @@ std::vector<double> PowerOffStudy::left_percent(int moment) const {
 }
 
 Rows PowerOffStudy::summary() const {
-  Rows table{{"machines", "left % after 5 min: median", "90th percentile", "after 30 min: median", "90th percentile",
-              "after 2 h: median", "90th percentile"},
+  Rows table{{"machines", "residual % after 5 min: median", "90th percentile", "after 30 min: median",
+              "90th percentile", "after 2 h: median", "90th percentile"},
              {std::to_string(rows.size())}};
   for (int k = 0; k < 3; ++k) {
     for (const double share : {0.5, 0.9})
@@ -108,7 +108,8 @@ PowerOffStudy PowerOffStudy::first(int draws) const {
 
 std::string PowerOffStudy::brief() const {
   std::vector<std::vector<std::string>> table{{"machine", "hall degC", "worked h", "off h", "RMS um after 5 min",
-                                               "left %", "after 30 min um", "left %", "after 2 h um", "left %"}};
+                                               "residual %", "after 30 min um", "residual %", "after 2 h um",
+                                               "residual %"}};
   for (const PowerOffRow& row : rows) {
     table.push_back({std::to_string(row.draw + 1), fmt::format("{:.1f}", row.hall_C),
                      fmt::format("{:.1f}", row.worked_h), fmt::format("{:.1f}", row.off_h)});
@@ -132,7 +133,7 @@ PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction:
   options.validate();
   if (machine_case.check_points.empty()) {
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
-                           "at least one pose, to judge the compensation at");
+                           "at least one pose at which the compensation is judged");
   }
   MeasuredMachines machines(machine_case, options.machine, options.keep, options.reference);
   PowerOffStudy study;

@@ -54,7 +54,7 @@ void judge_reduced_model(const Measurement& measurement, const reduction::Reduce
     judge.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
   if (!with_sensors) {
-    judge.note(fmt::format("{}: nothing fitted; starts uniform at {:.2f} degC", name,
+    judge.note(fmt::format("{}: not fitted; initial temperature uniform at {:.2f} degC", name,
                            start_temperature(measurement, model.machine)));
   }
 }

@@ -38,13 +38,12 @@ std::vector<std::string> line_of(const EvaluationRow& row) {
 }  // namespace
 
 std::string Evaluation::brief() const {
-  std::string text =
-      fmt::format("fitted on {:.1f} h of displacements with {} inputs at hand\n", training_hours, inputs);
+  std::string text = fmt::format("fitted on {:.1f} h of displacements; {} inputs available\n", training_hours, inputs);
   // With all rows in training nothing but the fit is left to show.
   const bool fits =
       std::any_of(leaderboard.begin(), leaderboard.end(), [](const Standing& s) { return s.seen_by_fit; });
   std::vector<std::vector<std::string>> board = {
-      {"model", "channels", fits ? "RMS removed (fit: of the training rows) %" : "RMS removed where no fit saw it %",
+      {"model", "channels", fits ? "RMS removed (fit: on training rows) %" : "RMS removed on held-out data %",
        "below static_regression %"}};
   for (const Standing& standing : leaderboard) {
     board.push_back({standing.model + (standing.seen_by_fit ? " (fit)" : "") + (standing.caution.empty() ? "" : " *"),

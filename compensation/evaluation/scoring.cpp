@@ -157,8 +157,7 @@ void Judge::add(const std::string& model, std::size_t target, const VectorXd& gi
 
 void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted) {
   if (known_range(predicted.reshaped()).first < 0) {
-    note(fmt::format("{} predicts nothing of {}: it lacks an input that the model was fitted with", model,
-                     data_.source));
+    note(fmt::format("{} cannot predict {}, which lacks an input that the model was fitted with", model, data_.source));
   }
   for (std::size_t t = 0; t < data_.targets.size(); ++t) {
     const VectorXd series = predicted.col(t);

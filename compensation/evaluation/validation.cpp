@@ -115,7 +115,7 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
   options.validate();
   if (machine_case.check_points.empty()) {
     throw core::InputError(machine_case.folder.string() + "/case.toml check_points", "no poses",
-                           "at least one pose off the grid, to judge the compensation at");
+                           "at least one pose off the grid at which the compensation is judged");
   }
   std::vector<solver::LoadProgram> loads;
   for (const std::string& name : options.loads) loads.push_back(machine_case.load(name));
@@ -172,8 +172,8 @@ std::vector<double> Validation::cuts(const std::string& load) const {
 }
 
 Rows Validation::summary() const {
-  Rows table{{"program", "machines", "told %: median", "10th percentile", "sensors %: median", "10th percentile",
-              "cut by sensors %"}};
+  Rows table{{"program", "machines", "surroundings known %: median", "10th percentile", "sensors %: median",
+              "10th percentile", "cut by sensors %"}};
   std::vector<std::string> loads;
   for (const ValidationRow& row : rows)
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
@@ -201,8 +201,9 @@ std::string Validation::brief() const {
   std::vector<std::string> loads;
   for (const ValidationRow& row : rows)
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
-  std::vector<std::vector<std::string>> table{{"program", "machine", "RMS before um", "no sensors", "told", "sensors",
-                                               "no sensors %", "told %", "sensors %", "cut by sensors %"}};
+  std::vector<std::vector<std::string>> table{{"program", "machine", "RMS before um", "no sensors",
+                                               "surroundings known", "sensors", "no sensors %", "surroundings known %",
+                                               "sensors %", "cut by sensors %"}};
   const auto number = [](const char* format, double value) { return fmt::format(fmt::runtime(format), value); };
   for (const std::string& load : loads) {
     for (const auto& [draw, sums] : by_draw(rows, load)) {
@@ -222,8 +223,8 @@ std::string Validation::brief() const {
     }
   }
   return core::format_table(table) +
-         "told: without sensors, but told that what surrounds the machine is as warm as its hall; cut: of what that "
-         "leaves\n";
+         "surroundings known: without sensors, but with all ambients at the hall temperature\ncut by sensors: share of "
+         "that residual which the sensors remove\n";
 }
 
 }  // namespace thermotwin::compensation

@@ -25,29 +25,29 @@ const KeyTable channel{
     {
         key::text("id", required, "The column's name."),
         key::word("kind", {"temperature", "displacement", "speed", "power", "position", "flow", "state"}, required,
-                  "What it measures. A state is 0 (off) to 1 (on)."),
+                  "The measured quantity. A state is 0 (off) to 1 (on)."),
         key::word("unit", {"degC", "K", "um", "um/m", "rpm", "mm_min", "deg_min", "W", "mm", "deg", "kg_s", "1"},
                   required,
                   "Its unit: temperature degC, K; displacement um, um/m; speed rpm, mm_min, deg_min; power W; position "
                   "mm, deg; flow kg_s; state 1."),
         key::number("uncertainty", "its unit", non_negative, Absent{"0 of an input; else required"},
-                    "One standard deviation; above 0 for displacements and for temperatures that are no input."),
-        key::text("sensor", "", "The sensor of machine.toml that it is."),
+                    "One standard deviation; above 0 for displacements and for temperatures without `input`."),
+        key::text("sensor", "", "Id of its sensor in machine.toml."),
         key::text("input", "",
-                  "The machine's channel that it is: spindle.speed_rpm, axis.X.feed_mm_min, machine.on, air.T_C."),
+                  "Its channel of the machine: spindle.speed_rpm, axis.X.feed_mm_min, machine.on, air.T_C."),
         key::word("quantity", {"dx",  "dy",  "dz",  "ra",  "rb",  "rc",  "X0C", "Y0C", "Z0C", "Z0T", "R0T", "A0C",
                                "B0C", "X0B", "Y0B", "Z0B", "A0B", "C0B", "X0A", "Y0A", "Z0A", "B0A", "C0A"},
                   Absent{}, "displacement: a component of the TCP error, or a location error of an axis."),
-        key::table("pose", pose, Absent{"home"}, "displacement: where it is measured."),
+        key::table("pose", pose, Absent{"home"}, "displacement: the pose at which it is measured."),
         key::word("frame", {"machine", "table"}, "machine", "displacement: the frame of its components."),
         key::word("zero", {"first", "absolute"}, "absolute",
                   "displacement: first: zero at its first value; absolute: against the machine at its reference "
                   "temperature."),
-        key::text("direction", "", "A word of your own."),
+        key::text("direction", "", "A note of your own."),
     }};
 
 const KeyTable program{"program",
-                       "A stretch of the record that models are judged on.",
+                       "A part of the record on which models are judged.",
                        {
                            key::text("name", required, "Its name, not \"training\" or \"day ...\"."),
                            key::number("from_s", "s", any_number, required, "Where it begins."),
@@ -62,12 +62,12 @@ const KeyTable record{
                "a row before the row that shows them, where rows are more than two minutes apart.")}};
 
 const KeyTable channels{"channels.toml",
-                        "What the columns of a measurement's data.csv are.",
+                        "The columns of a measurement's data.csv.",
                         {
                             key::schema(Absent{"1"}),
                             key::table("record", record, Absent{}, "How the record was taken."),
                             key::tables("channel", channel, required, "One for each column but time_s."),
-                            key::tables("program", program, Absent{}, "Stretches that `evaluate` judges."),
+                            key::tables("program", program, Absent{}, "Parts of the record that `evaluate` judges."),
                         }};
 
 }  // namespace

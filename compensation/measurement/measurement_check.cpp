@@ -99,7 +99,7 @@ void require_fits(const Measurement& measurement, const mesh::Machine& machine) 
       check_displacement(measurement, channel, machine);
     } else {
       throw InputError(place_of(measurement, channel), "neither sensor nor input nor quantity",
-                       "what the channel is on the machine");
+                       "sensor, input or quantity: what the channel is on the machine");
     }
   }
   require_plausible(measurement, machine.plausible_range());

@@ -209,10 +209,10 @@ bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& trainin
   try {
     if (used.empty()) {
       throw InputError(name() + " " + channel.id,
-                       spec_->inputs == InputChoice::temperatures ? "no temperature that moves in the training rows"
+                       spec_->inputs == InputChoice::temperatures ? "no temperature that varies in the training rows"
                        : spec_->inputs == InputChoice::activity
-                           ? "no speed, power, flow or state that moves in the training rows"
-                           : "no input that moves in the training rows",
+                           ? "no speed, power, flow or state that varies in the training rows"
+                           : "no input that varies in the training rows",
                        "at least one");
     }
     const TrainingData part = training_data(data, training, target, used, name());
@@ -263,7 +263,7 @@ void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, co
   refused_.clear();
   levels_.clear();
   if (std::find(training.begin(), training.end(), true) == training.end()) {
-    throw InputError(data.source, "no row to train on", "at least some hours of training data");
+    throw InputError(data.source, "no training row", "at least some hours of training data");
   }
   std::vector<bool> checked;
   for (const MeasuredChannel& channel : data.targets)
@@ -440,8 +440,9 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
     for (Index i = 0; i < predicted.rows(); ++i) {
       if (!(std::abs(predicted(i, t) - middle) > limit)) continue;
       refused_.push_back(fmt::format(
-          "{} {}: diverges, {:.3g} {} predicted at {:.2f} h where the training rows have {:.3g} to {:.3g} {}", name(),
-          output.channel, predicted(i, t), target->unit, data.time[i] / core::units::hour, low, high, target->unit));
+          "{} {}: diverges; it predicts {:.3g} {} at {:.2f} h, while the training rows have {:.3g} to {:.3g} {}",
+          name(), output.channel, predicted(i, t), target->unit, data.time[i] / core::units::hour, low, high,
+          target->unit));
       predicted.col(t).setConstant(missing);
       return true;
     }

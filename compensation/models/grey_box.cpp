@@ -161,7 +161,8 @@ private:
     target.array() -= mean;
     const double spread = std::sqrt(target.squaredNorm() / n);
     if (!(spread > 1e-12 * (1.0 + std::abs(mean))) || !std::isfinite(spread)) {
-      throw InputError(data.label, fmt::format("a displacement that stays at {}", mean), "one that moves");
+      throw InputError(data.label, fmt::format("a displacement that is constant at {}", mean),
+                       "a displacement that varies");
     }
     target /= spread;
 
@@ -212,7 +213,7 @@ private:
     const Parts part = parts_of(best.at);
     const Eigen::LLT<MatrixXd> factor(covariance(part));
     if (!std::isfinite(best.value) || factor.info() != Eigen::Success) {
-      throw InputError(data.label, "a record of which no gains can be told",
+      throw InputError(data.label, "a record that does not identify the gains",
                        "finite inputs and displacements of usual size");
     }
     const VectorXd weights = factor.solve(target);

@@ -127,7 +127,7 @@ public:
       }
     }
     if (!std::isfinite(least))
-      throw InputError(data.label, "training that does not end in finite weights", "inputs of usual size");
+      throw InputError(data.label, "training that ends in weights that are not finite", "inputs of usual size");
     held_out_rms_ = spread_ * std::sqrt(least / n);
     weights_.resize(Layers::size(x.cols()), seeds);
     for (int seed = 0; seed < seeds; ++seed) weights_.col(seed) = trained(x, z, decay_ * n / 10.0, seed);
@@ -211,7 +211,7 @@ private:
            variance[variance.size() - 1 - kept] > least_share * variance.maxCoeff())
       ++kept;
     if (modes.info() != Eigen::Success || kept == 0)
-      throw InputError(label, "inputs that do not move", "at least one that does");
+      throw InputError(label, "inputs that are all constant", "at least one input that varies");
     into_.resize(features.cols(), kept);
     for (Index k = 0; k < kept; ++k) {
       const Index mode = variance.size() - 1 - k;
@@ -220,7 +220,8 @@ private:
     offset_ = target.mean();
     spread_ = std::sqrt((target.array() - offset_).square().mean());
     if (!(spread_ > 0.0) || !std::isfinite(spread_))
-      throw InputError(label, fmt::format("a displacement that stays at {}", offset_), "one that moves");
+      throw InputError(label, fmt::format("a displacement that is constant at {}", offset_),
+                       "a displacement that varies");
   }
 
   bool memory_;

@@ -127,8 +127,8 @@ public:
     caution_.clear();
     for (Index set = 0; set < sets_; ++set) {
       if (const double log = std::log(tau_[set]); log < fastest + at_bound || log > slowest - at_bound) {
-        caution_ =
-            fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it", tau_[set]);
+        caution_ = fmt::format(
+            "time constant of {:.4g} s is at the bound of the search; the record does not identify it", tau_[set]);
       }
     }
   }

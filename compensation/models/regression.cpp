@@ -110,7 +110,7 @@ public:
     info_ = data.info;
     caution_ = fit_ridge_by_blocks(data) < ridges().back()
                    ? ""
-                   : "the strongest ridge of the search: next to nothing follows the inputs";
+                   : "the ridge is at its upper bound: the displacement hardly depends on the inputs";
   }
 
 private:
@@ -147,8 +147,7 @@ public:
     if (taken.empty()) {
       fit_ridge_by_blocks(data);
       caution_ = fmt::format(
-          "no input alone makes held-out blocks better by {:g} %: no input selected, ridge regression on all inputs "
-          "instead",
+          "no single input improves held-out blocks by {:g} %; ridge regression on all inputs is used instead",
           100.0 * least_gain);
       return;
     }
@@ -197,9 +196,10 @@ public:
         golden(squares, shortest + std::max(best - 1, 0) * step, shortest + std::min(best + 1, points - 1) * step));
     line_ = fit_line(lagged_features(data, {tau_}, blocks.averaged), data.target, data.label);
     const bool at_bound = best == 0 || best == points - 1;
-    caution_ = at_bound ? fmt::format(
-                              "time constant of {:.4g} s at the bound of the search, the record does not show it", tau_)
-                        : std::string();
+    caution_ =
+        at_bound ? fmt::format(
+                       "time constant of {:.4g} s is at the bound of the search; the record does not identify it", tau_)
+                 : std::string();
   }
 
 private:

@@ -328,7 +328,7 @@ public:
     rms = archive.number("rms", 0.0);
     if (!(lag_s >= 0.0) || !(logs.cwiseAbs().maxCoeff() < 50.0)) {
       throw InputError(archive.place() + " lag_s", fmt::format("{}", lag_s),
-                       "a number not below 0, and parameters of usual size");
+                       "a number of at least 0, and parameters of usual size");
     }
   }
 
@@ -436,7 +436,7 @@ std::vector<Target> find_targets(const std::vector<UnitChannel>& channels, bool 
     Blocks blocks = make_blocks(channels[i].data, most_blocks);
     const Scatter scatter = scatter_of(blocks.data.target);
     if (scatter.count < 12.0 || !(scatter.variance > 0.0)) {
-      left_out.push_back(channels[i].data.label + ": a displacement that stays, or fewer than 12 rows");
+      left_out.push_back(channels[i].data.label + ": a constant displacement, or fewer than 12 rows");
       continue;
     }
     targets.push_back({i, std::move(blocks.data), row, std::sqrt(scatter.variance), blocks.averaged});
@@ -489,7 +489,7 @@ public:
     model->gain = line.gains[0];
     model->lag_s = lag_s;
     const std::string names = at_bound(places + t) ? doubtful_ + (doubtful_.empty() ? "" : ", ") + "k2" : doubtful_;
-    if (!names.empty()) model->doubt = names + " at the bound of the search, the record does not show it";
+    if (!names.empty()) model->doubt = names + " at the bound of the search; the record does not identify it";
     model->intercept = line.intercept;
     model->rms = std::sqrt(line.squares / line.rows);
     return model;

@@ -361,8 +361,9 @@ public:
             caution_ =
                 set.largest_pole() < radius * (1.0 - 1e-6)
                     ? std::string()
-                    : fmt::format("time constant of {:.4g} s at the bound of the search, the record does not show it",
-                                  span / 3.0);
+                    : fmt::format(
+                          "time constant of {:.4g} s is at the bound of the search; the record does not identify it",
+                          span / 3.0);
           }
         } catch (const InputError& error) {
           refused = error.what();
@@ -371,8 +372,7 @@ public:
     }
     if (!std::isfinite(least)) {
       if (!refused.empty()) throw InputError(refused);
-      throw InputError(data.label, "no order of which the simulated output is finite",
-                       "inputs and displacements of usual size");
+      throw InputError(data.label, "no order with a finite simulated output", "inputs and displacements of usual size");
     }
   }
 

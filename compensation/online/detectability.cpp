@@ -100,28 +100,27 @@ Detectability detectability(const MatrixXd& capacity, const MatrixXd& operator_m
 
 std::string Detectability::brief() const {
   std::string text = fmt::format(
-      "detectability of the augmented states at the mean operating point (Popov, Belevitch, Hautus)\n"
-      "thermal states: {}\n"
-      "as constants beside them, {} of {} are told by {} sensors; smallest singular value {:.2f} deviations of a "
-      "reading\n",
-      std::isfinite(slowest_s) ? fmt::format("all decay, the slowest within {:.1f} h", slowest_s / 3600.0)
-                               : "not all decay: a part gives its heat to nothing",
+      "detectability of the disturbance states at the mean operating point (Popov-Belevitch-Hautus test)\nthermal "
+      "states: {}\n{} of {} disturbance states, taken as constants, are observable with {} sensors; smallest singular "
+      "value {:.2f} standard deviations of a reading\n",
+      std::isfinite(slowest_s)
+          ? fmt::format("all decay, the slowest with a time constant of {:.1f} h", slowest_s / 3600.0)
+          : "not all decay, because a part of the machine has no path for its heat",
       detectable, states.size(), sensors, margin);
   std::vector<std::vector<std::string>> table{{"state", "detectable", "reach", "beyond the others", "prior std",
-                                               "std after the run", "value", "unit", "taken for"}};
+                                               "std after the run", "value", "unit", "similar to"}};
   for (const AugmentedState& a : states) {
     table.push_back({a.state.name,
                      a.detectable      ? "yes"
-                     : a.reach < least ? "no: no sensor near"
+                     : a.reach < least ? "no: no sensor nearby"
                                        : "no",
                      fmt::format("{:.2f}", a.reach), fmt::format("{:.2f}", a.beyond),
                      fmt::format("{:.3g}", a.state.prior_std), fmt::format("{:.3g}", a.state.std),
                      fmt::format("{:.3g}", a.state.value), a.state.unit, a.like});
   }
   return text + core::format_table(table) +
-         "a state that is not detectable keeps its prior, fades back to it, and stays in std_um; loads that change "
-         "tell more than a standing "
-         "machine: see std after the run\n";
+         "A state that is not detectable keeps its prior, and std_um includes it.\nVarying loads identify more states "
+         "than a standing machine; see std after the run.\n";
 }
 
 }  // namespace thermotwin::compensation

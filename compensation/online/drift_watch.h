@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Sensors that drift slowly. Their readings never leap, so what gives them away is the offset that all
-// the other sensors and the model see in them (ErrorModel::offset): it grows steadily, through work
-// and rest alike, while what a model gets wrong comes with a load and settles. A sensor drifts where,
-// over the last sixteen hours (a hall's day turns within them), that offset has moved by more than six of its stated
-// deviations and is five of its standard deviations from nought, and each quarter of this time has its share of the
-// motion. Limits: below about 0.02 K/h a drift is an offset like any other; a model error that grows
-// steadily at one sensor for sixteen hours looks the same.
+// Detects sensors that drift slowly. Their readings never jump, but the offset that the other sensors and the model
+// attribute to them (ErrorModel::offset) grows steadily, in work and rest alike; a model error comes with a load and
+// settles. A sensor drifts if, over the last sixteen hours, this offset has changed by more than six of its stated
+// standard deviations, is five of its standard deviations from 0, and has changed in each quarter of the time. Sixteen
+// hours contain the turn of a hall's daily cycle. Limits: a drift below about 0.02 K/h is taken for an offset, and a
+// model error that grows steadily at one sensor for sixteen hours is taken for a drift.
 
 #include <Eigen/Core>
 
@@ -20,9 +19,9 @@ public:
   /// @param deviation_K  (sensors) stated standard deviation of a reading
   explicit DriftWatch(const Eigen::VectorXd& deviation_K);
 
-  /// @param value, std  (sensors) of the offsets that the others see, K; NaN where nothing is known
-  /// @return the sensor that drifts, named for the first time; -1: none. Of several the one that is
-  ///   most of its standard deviations off, since it pulls its neighbours' offsets along.
+  /// @param value, std  (sensors) of the offsets by the other sensors and the model, K; NaN if unknown
+  /// @return the sensor that drifts, named for the first time; -1: none. Of several, the one with the largest offset in
+  ///   its standard deviations, because it influences the offsets of its neighbours
   Eigen::Index judge(double time, const Eigen::VectorXd& value, const Eigen::VectorXd& std);
   bool drifts(Eigen::Index sensor) const { return sensors_[sensor].drifts; }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Heat of the drives: what the spindle and each axis put into the machine at half of their fastest speed, beyond
-// that of the machine standing. A measure of a day's work, and of a heat that nobody tells.
+// Heat of the drives: the heat that the spindle and each axis add at half of their largest speed to that of the
+// standing machine. It is the scale of a day's work, and of the heat of a drive whose speed is not recorded.
 
 #include <Eigen/Core>
 
@@ -20,16 +20,16 @@ struct DriveHeat {
   Eigen::VectorXd heat;   ///< (order) W on the basis
 };
 
-/// Heat of all sources, W on the basis. @param row  (channels)
+/// @return the heat of all sources, (order) W on the basis  @param row  (channels)
 Eigen::VectorXd source_heat(const reduction::ReducedSystem& system, const solver::OperatingModel& operating,
                             const Eigen::VectorXd& row);
 
-/// What half speed adds to the drive standing, other inputs as in the row: none while the machine is off or the drive's
-/// power is measured. @param row  (channels)  @return (order) W on the basis
+/// @return the heat that half speed adds to the standing drive, other inputs as in the row, (order) W on the basis; 0
+///   while the machine is off or the drive's power is measured  @param row  (channels)
 Eigen::VectorXd heat_at_half_speed(const reduction::ReducedSystem& system, const solver::OperatingModel& operating,
                                    const DriveHeat& drive, Eigen::VectorXd row);
 
-/// The spindle, then the axes. @param rest  (channels) of the machine standing
+/// @return the heats of the spindle, then of the axes  @param rest  (channels) of the standing machine
 std::vector<DriveHeat> drive_heats(const reduction::ReducedModel& model, const solver::OperatingModel& operating,
                                    const Eigen::VectorXd& rest);
 

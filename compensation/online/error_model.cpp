@@ -244,7 +244,7 @@ void ErrorModel::set_untold(Index drive, const VectorXd& heat, double nominal) {
   own.rate = heat.size() == 0 ? VectorXd() : VectorXd(model_.system.sensors * model_.system.capacity.llt().solve(heat));
   if (own.quantity < 0) {
     own.quantity = machine_quantities();
-    add_quantity({"untold heat of " + drives_[drive].name, "1", 1.0, untold_memory, {}, {}, {}, -1, drive});
+    add_quantity({"unrecorded heat of " + drives_[drive].name, "1", 1.0, untold_memory, {}, {}, {}, -1, drive});
   }
   Quantity& quantity = quantities_[own.quantity];
   quantity.least = -nominal;

@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What the reduced model may be wrong about, and what sensors say about it. Each uncertain quantity
-// theta_k of machine.toml (source powers, films, contact conductances, coolant films and flow,
-// ambient temperatures, the state at the start) moves the state by S_k theta_k, where
+// The uncertainty of the reduced model, and its estimation from sensors. Each uncertain quantity theta_k of
+// machine.toml (source powers, films, contact conductances, coolant films and flow, ambient temperatures, initial
+// state) changes the state by S_k theta_k, where
 //   E dS_k/dt + K(p) S_k = ds/dtheta_k q - dK/dtheta_k x
-// is driven by the inputs that the machine really had. The start may carry what spindle, axes, standing
-// losses, fluid and surroundings leave behind within hours (patterns of their cooling). So the covariance of the state
-// is
-// S Sigma S^T: small after a night's rest, large after hours at speed, and its footprint is that of
-// the causes. Sensors (H, with a constant bias each) update theta and Sigma by a Kalman filter in
-// these few parameters; the state correction is S theta, and neither nominal state nor S can become
-// unstable, since the correction only enters the products of S's right-hand side. Machine
-// parameters hardly fade; ambient ones return to their prior within hours. A mean reading's noise is
-// that of one independent sample a correlation time, since what a mesh gets wrong is wrong for long;
-// far outliers count less. The heat of a drive whose speed nobody tells joins theta (drive_heats.h). Where probing
-// tells the TCP error itself, nine quantities of the outputs join theta: by which share more than nominal the tool side
-// and the table side move along x, y and z (expansions, scales), and a rest in x, y and z that fades within hours.
-// Limits: first order in theta (products with x + S theta keep most of the second), capacities are not estimated,
-// expansions by probing only.
+// is driven by the inputs of the machine. The initial state may contain what spindle, axes, standing losses, fluid and
+// surroundings left behind hours before (work_before.h). The covariance of the state is S Sigma S^T: small after a
+// night's rest, large after hours at speed, and with the spatial pattern of the causes.
+//
+// Sensors (H, with a constant bias each) update theta and Sigma by a Kalman filter in these few parameters, and the
+// correction of the state is S theta. Neither the nominal state nor S can become unstable, because the correction
+// enters only the products on the right-hand side of S. Machine parameters hardly return to their prior, ambient ones
+// within hours. The noise of a mean reading is that of one independent sample per correlation time, because
+// discretisation errors last long; outliers have less weight. The heat of a drive whose speed is not recorded is a
+// further quantity (drive_heats.h). Probing of the TCP error adds nine quantities of the outputs: the relative excess
+// of the motion of the tool side and the table side along x, y and z (expansions, scales), and a remainder in x, y and
+// z that decays within hours.
+//
+// Limits: first order in theta (products with x + S theta keep most of the second order), capacities are not estimated,
+// expansions only by probing.
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -45,31 +46,31 @@ public:
 
   using FirstReading = compensation::FirstReading;
   using UniformStart = compensation::UniformStart;
-  /// Where the axes stand at the start: to be told before start() and before(). @param row  (channels)
+  /// States the initial positions of the axes; to be called before start() and before(). @param row  (channels)
   void work_ends_at(const Eigen::VectorXd& row) { work_before_.ends_at(row); }
-  /// Forgets everything. The start may carry what work before it has left: how long ago that ended and how much it
-  /// was is weighted by the evidence of the first readings, which are still to be learnt by update().
-  /// @param uniform_K  standard deviation of the start's mean   @param readings  none: nothing is known of work before
-  /// @param ambient_gap_K  (ambients) temperature that sensors found minus the default of an ambient
-  ///   that nobody measures; such an ambient may be at either: mean and deviation become half the gap
+  /// Resets the model. The initial state may contain the heat of earlier work, whose amount and end are weighted by the
+  /// evidence of the first readings; update() still has to learn these readings.
+  /// @param uniform_K  standard deviation of the mean initial temperature   @param readings  none: earlier work unknown
+  /// @param ambient_gap_K  (ambients) temperature by the sensors minus the default of an ambient that is not measured;
+  ///   such an ambient may be at either: mean and standard deviation become half the gap
   void start(double uniform_K, const std::vector<FirstReading>& readings, const Eigen::VectorXd& ambient_gap_K);
-  /// What work before the start may have left, and what first readings say of that.
+  /// @return the model of earlier work and its evidence in the first readings
   const WorkBefore& before() const { return work_before_; }
   /// How what the start left changes from now on, until the next advance(). @param interval  its duration and operator
   void foresee(const Interval& interval);
-  /// Before start(): nobody tells the temperature of the air.
+  /// States, before start(), that the air temperature is not recorded.
   void air_is_untold();
   /// Drives with a heat of their own, see set_untold().
   const std::vector<DriveHeat>& drives() const { return drives_; }
-  /// Heat of a drive that nobody tells of, over the interval of the next advance(). It is a quantity from the first
-  /// time on: theta is the heat beyond that of the nominal run, in units of that at half speed, with a deviation of 1,
-  /// and not less than the nominal run has. @param heat  (order) mean of heat_at_half_speed; empty: told
+  /// States the heat of an unrecorded drive over the interval of the next advance(). It becomes a quantity at the first
+  /// call: theta is the heat beyond that of the nominal run, in units of that at half speed, with a standard deviation
+  /// of 1, and at least minus that of the nominal run. @param heat  (order) mean of heat_at_half_speed; empty: recorded
   /// @param nominal  speed of the nominal run over half speed
   void set_untold(Eigen::Index drive, const Eigen::VectorXd& heat, double nominal);
 
   void advance(const Interval& interval);
 
-  /// Mean reading minus nominal prediction (K) of one sensor over the last interval.
+  /// The mean of reading minus nominal prediction (K) of one sensor over the last interval.
   struct Innovation {
     Eigen::Index sensor = 0;
     double value = 0;
@@ -87,13 +88,13 @@ public:
   /// not measured  @param std_m  standard deviation of each
   void learn(const ErrorRows& rows, const Eigen::VectorXd& nominal, const Eigen::Vector3d& error, double std_m);
   bool learns() const { return learns_; }  ///< whether anything was probed
-  /// What probing found beside the state: tool side and table side times 1 + share, and a rest, m.
+  /// Corrections of the outputs by probing: tool side and table side times 1 + share, and a remainder, m.
   struct OutputShares {
     Eigen::Vector3d tool, table, rest;
   };
   OutputShares output_shares() const;
 
-  /// What learn or release found is not shown at once: the shown correction follows with a time constant.
+  /// Corrections by learn or release take effect gradually: the shown correction follows with a time constant.
   void show(double duration);
 
   Eigen::VectorXd correction() const { return directions_ * shown().head(directions_.cols()); }
@@ -114,16 +115,15 @@ public:
   /// Standard deviation of the noise and model error of a mean reading, K.
   double reading_std(Eigen::Index sensor, double deviation_K) const;
 
-  /// A sensor's offset as the others and the model see it: its posterior without its own prior.
+  /// A sensor's offset by the other sensors and the model: its posterior without its own prior.
   struct SensorOffset {
     double value = 0, std = 0;  ///< K; std is infinite where nothing else tells
   };
   SensorOffset offset(Eigen::Index sensor) const;
-  /// Forgets that the sensor was expected to be right: what its readings had pushed into other
-  /// quantities comes back as its offset.
+  /// Removes the prior of a sensor's offset, so that its influence on other quantities returns to the offset.
   void release(Eigen::Index sensor);
 
-  /// A state of the filter by its physical name.
+  /// A state of the filter with its physical name.
   struct State {
     std::string name, unit;  ///< unit "1": a share of nominal
     double value = 0, std = 0, prior_std = 0;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Time-weighted means of the channels over a thermal step. The pose of an axis that moves between
-// rows becomes the range that it swept, since heat at a joint goes where the axis spends its time.
-// A channel that stands keeps its exact value, so that equal steps stay equal to the last bit and
-// the stepper can reuse its factors.
+// Time-weighted means of the channels over a thermal step. The position of an axis that moves between rows becomes the
+// range that it swept, because the heat of a joint is spread over the positions of the axis. A constant channel keeps
+// its exact value, so that equal steps have equal bits and the stepper reuses its factors.
 
 #include <Eigen/Core>
 
@@ -17,10 +16,10 @@ class InputMean {
 public:
   InputMean(const mesh::Machine& machine, const solver::Channels& channels);
 
-  /// The row held for the duration. @param row (channels)
+  /// Adds a row that holds for the duration. @param row  (channels)
   void add(const Eigen::VectorXd& row, double duration);
   double duration() const { return duration_; }
-  /// Mean row of what was added since the last take(). @return valid until the next call
+  /// @return the mean row since the last take(), valid until the next call
   const Eigen::VectorXd& take();
 
 private:

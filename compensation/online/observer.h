@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What sensors say of the thermal state. With H x the nominal readings, z readings without their own offsets
-// and b the correction of the error model (biases included), a row's innovation is
+// Corrects the thermal state by the sensors. With H x the nominal readings, z the readings without their own offsets
+// and b the correction of the error model (biases included), the innovation of a row is
 //   z - H (x_n + a (x_n - x_n-1)),
-// and its expected reading H x(t) + b + (t - t_c) db/dt, t_c the time of the last correction. The innovations of
-// a sensor are averaged with their mean moment until an end of a step is correction_s after t_c (sooner after
-// the start); then the error model (error_model.h) moves its sensitivities on by that interval and learns. The
-// corrected state is x + S theta + (t - t_c) d(S theta)/dt, the last only of what the start left.
-// At the first row the start is one uniform temperature, of those that rest and work could have left the one
-// with the most evidence in the readings, and what work before has left on top of it.
+// and its expected reading is H x(t) + b + (t - t_c) db/dt, with t_c the time of the last correction. The innovations
+// of a sensor and their mean time are averaged until a step ends correction_s after t_c (sooner after the start). The
+// error model (error_model.h) then advances its sensitivities by that interval and learns. The corrected state is
+//   x + S theta + (t - t_c) d(S theta)/dt,
+// where the last term contains only the effect of the initial state. At the first row the initial state is a uniform
+// temperature, the one with the most evidence in the readings, plus the heat of earlier work (work_before.h).
 
 #include <Eigen/Core>
 
@@ -32,7 +32,7 @@ public:
 
   const SensorTrust& trust() const { return trust_; }
   const ErrorModel& errors() const { return errors_; }
-  /// Sets what cannot be to NaN. @param given  (channels)
+  /// Sets implausible temperatures to NaN. @param given  (channels)
   void take_out_inputs(Eigen::VectorXd& given) { trust_.take_out_inputs(given); }
 
   /// Readings of a row. @param sensors_C  (sensors) NaN where missing; empty: none  @param row  (channels) as it holds
@@ -41,30 +41,30 @@ public:
 
   /// The first row: starts the clock too.
   void start(double time, const Eigen::VectorXd& row);
-  /// Readings that the chillers see: measured ones where there are and are trusted, else predicted. A reading that
-  /// has leapt is taken for the fault of its way here; if the chiller follows it, the other sensors see it.
-  /// @return (sensors + observed) K, valid until the next call
+  /// @return the readings that the chillers use, (sensors + observed) K, valid until the next call: measured ones if
+  ///   present and trusted, else predicted ones. A reading that jumps is taken for a transmission fault; if the chiller
+  ///   does follow it, the other sensors show that
   const Eigen::VectorXd& guide_readings();
   /// Innovations of the last row. @param inputs_leapt  since the row before
   void add_readings(bool inputs_leapt);
 
-  /// Whether a correction is due at this end of a step.
+  /// @return whether a correction is due at this end of a step
   bool due() const { return clock_.interval_s() >= correction_after(); }
   void correct();
   /// See ErrorModel::learn.
   void learn(const ErrorModel::ErrorRows& rows, const Eigen::Vector3d& error, double std_m);
-  /// What learn found comes into effect.
+  /// Lets the corrections of learn() take effect.
   void show(double duration) { errors_.show(duration); }
 
   /// Of the end of the last step.
   const Eigen::VectorXd& corrected() const { return corrected_; }
   void set_corrected();
   void air_is_untold() { errors_.air_is_untold(); }
-  /// Drives over the time since the row before. @param untold  (drives) 1: nobody tells of it, else 0
+  /// Accounts for the drives since the row before. @param untold  (drives) 1: the drive is not recorded, else 0
   void add_drives(const std::vector<char>& untold, const Eigen::VectorXd& row, double duration);
   const Eigen::VectorXd& correction_rate() const { return correction_rate_; }  ///< of the state, K/s
 
-  /// Readings predicted before the last correction, degC.
+  /// @return the readings predicted before the last correction, degC
   Eigen::VectorXd predicted_sensors_C() const;
   Detectability detectability() const;
 

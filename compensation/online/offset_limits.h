@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// How large the offsets of a machine get and how fast they change, from its reduced model. Its states are the
-// surroundings
-// 20 K off the reference, and what eight hours at each of the operating points that the basis is made from
-// leave. With o the largest offset of both together anywhere in the workspace, the largest size is 2 o; a machine that
-// stands may use it up in 300 s, the observer's own pace, and an axis that moves by dx adds
-// 2 max |d offset / dx| |dx|,   the largest slope between neighbours of the workspace grid, dx at most rapid times
-// time.
-// The factor of 2 is for machines whose sources and films are not nominal, and for what the grid does not show.
+// Limits of size and rate of a machine's offsets, from its reduced model. The states considered are surroundings 20 K
+// off the reference, and eight hours at each of the operating points that the basis is made from. With o the largest
+// offset of both together anywhere in the workspace, the limit of the size is 2 o. A standing machine may reach it in
+// 300 s, the pace of the observer, and an axis that moves by dx adds
+//   2 max |d offset / dx| |dx|,
+// the largest slope between neighbours of the workspace grid, with dx at most rapid times time. The factor 2 allows for
+// sources and films that are not nominal, and for the offsets between the grid's poses.
 
 #include <Eigen/Core>
 
@@ -17,10 +16,10 @@
 
 namespace thermotwin::compensation {
 
-/// Time in which a standing machine's offsets get to where they are wanted, s.
+/// Time in which the offsets of a standing machine reach their limit, s.
 inline constexpr double offset_settle_s = 300.0;
 
-/// What a guard takes (offset_guard.h).
+/// Limits for a guard (offset_guard.h).
 inline constexpr double largest_offset_um = 1e5, least_rate_um_s = 1e-6, largest_rate_um_s = 1e6;
 
 struct OffsetLimits {
@@ -28,9 +27,9 @@ struct OffsetLimits {
   double rate_um_s = 0;      ///< while the axes stand
   Eigen::VectorXd slope_um;  ///< (axes of the machine) um per m or rad of motion
   Eigen::VectorXd rapid;     ///< (axes of the machine) m/s or rad/s
-  /// How much further an offset may change because of a motion, um.
+  /// @return the further change of an offset that a motion allows, um
   double motion_um(const mesh::Pose& from, const mesh::Pose& to, double duration) const;
-  /// The most an offset can change, um/s: all axes at rapid.
+  /// @return the fastest change of an offset, um/s, with all axes at rapid
   double fastest_um_s() const { return rate_um_s + slope_um.dot(rapid); }
 };
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Offsets of a row from the corrected state x, its change over the last step and the share a of it that the
-// row is ahead (state_clock.h). Side s of the error, tool or table, is y_s = C_s(pose) (x + a change), and with
-// what probing has found (shares d_s, a rest r, see error_model.h)
+// Computes the offsets of a row from the corrected state x, its change over the last step, and the share a of a step by
+// which the row is ahead (state_clock.h). Side s of the error, tool or table, is y_s = C_s(pose) (x + a change). With
+// the corrections by probing (shares d_s, remainder r, see error_model.h)
 //   error = (1 + d_tool) y_tool - (1 + d_table) y_table + r,   sum_i a_i offset_i = -error  (output_map.h),
 //   std^2 = var(offset) + (c offset)^2 + e^2 + k^2,
-// var of the observer's covariance, c a share for what it does not estimate, e the stated error of the
-// reduced model, k what the guard (offset_guard.h) keeps back.
+// where var follows from the observer's covariance, c is a share for quantities that it does not estimate, e is the
+// stated error of the reduced model, and k is the part that the guard (offset_guard.h) holds back.
 
 #include <Eigen/Core>
 
@@ -32,13 +32,13 @@ public:
 
   void set_state(const Eigen::VectorXd& corrected) { map_.project(corrected, base_); }
   void set_change(const Eigen::VectorXd& change) { map_.project(change, slope_); }
-  /// For the present state.
+  /// Prepares outputs and variances for the present state.
   void set_covariance(const ErrorModel& errors);
 
-  /// Without the guard. @param ahead  a
+  /// @return the TCP error without the guard  @param ahead  a
   solver::TcpError tcp(const ErrorModel& errors, double ahead, const mesh::Pose& pose) const;
 
-  /// What of a row its status tells.
+  /// The condition of a row, for its status.
   struct RowCondition {
     bool input_missing, no_sensors;
     const std::string &failed_sensors, &failed_inputs;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// From reduced states to axis offsets at any pose, fast enough for every row of a control. The
-// outputs of all stored poses are formed once a step; a row then costs its grid weights and the
-// rigid motion of the table. Offsets cancel the TCP error: with a_i the motion of the tool against
-// the table for a unit of linear axis i, sum_i a_i offset_i = -error (least squares where the
-// machine has fewer than three linear axes). Variances are formed on the workspace grid, at table angles
-// 0 and 90 deg, and interpolated.
+// Maps reduced states to axis offsets at any pose, fast enough for every row of a control. The outputs of all stored
+// poses are computed once per step; a row then costs its grid weights and the rigid motion of the table. Offsets cancel
+// the TCP error: with a_i the motion of the tool against the table per unit of linear axis i, sum_i a_i offset_i =
+// -error (least squares for fewer than three linear axes). Variances are computed on the workspace grid, at table
+// angles 0 and 90 deg, and interpolated.
 
 #include <Eigen/Core>
 
@@ -48,12 +47,12 @@ public:
   const std::vector<mesh::Pose>& workspace_poses() const { return workspace_poses_; }
   Eigen::MatrixXd workspace_offsets(const Eigen::VectorXd& state) const;
 
-  /// Whether an axis stands beyond the workspace that the model was made for.
+  /// @return whether an axis stands outside the workspace of the model
   bool outside(const mesh::Pose& pose) const;
 
   /// Covariance of the state as directions * covariance * directions^T.
   void set_covariance(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& covariance);
-  /// The same where shares of the tool side (x y z) and the table side and a rest are uncertain too.
+  /// The same with uncertain shares of the tool side (x y z) and the table side, and an uncertain remainder.
   /// @param covariance  of the directions' and these nine quantities  @param present  of the state
   void set_covariance(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& covariance, const Projected& present);
   /// (axes) variance of the offsets in m^2 at a pose; never below the smallest of the grid.

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Measured temperatures that cannot be degC of this machine are taken out before anything sees them:
+// Removes measured temperatures that cannot be values of this machine in degC, before they are used:
 // - implausible: outside plausible_C of machine.toml;
-// - kelvin: outside it, and 273.15 less is near the surroundings;
-// - fahrenheit: at the first readings all sensors stand more than 30 K above the surroundings, and each of them
-//   read as degF is within 15 K of these. They stay out until one of them reads less; the same of an ambient alone.
-// Limits: the first readings of a machine whose sensors are all 30 K warm may be taken for degF; then the start is not
-// theirs, and they come back as it cools. One sensor in degF among others in degC is the sensor monitor's to find.
+// - kelvin: outside it, while the value minus 273.15 is near the surroundings;
+// - fahrenheit: at the first readings all sensors are more than 30 K above the surroundings, and each of them, read as
+//   degF, is within 15 K of these. They are left out until one of them reads less. The same holds for a single ambient.
+// Limits: the first readings of a machine whose sensors are all 30 K warm may be taken for degF. They then do not
+// contribute to the initial state, and return as the machine cools. The sensor monitor has to find a single sensor in
+// degF among others in degC.
 
 #include <Eigen/Core>
 
@@ -24,7 +25,7 @@ class ReadingCheck {
 public:
   ReadingCheck(const mesh::Machine& machine, const solver::Channels& channels);
 
-  /// Sets temperatures among the channels that cannot be to NaN. @param given  (channels)
+  /// Sets implausible temperatures among the channels to NaN. @param given  (channels)
   void take_out_inputs(Eigen::VectorXd& given);
   /// The same for sensors. @param readings_C  (sensors)  @param row  (channels) as it holds: tells the surroundings
   void take_out_sensors(Eigen::VectorXd& readings_C, const Eigen::VectorXd& row);
@@ -33,7 +34,7 @@ public:
   ReadingFault sensor(Eigen::Index sensor) const { return sensor_faults_[sensor]; }
   bool any_input() const;
   bool any_sensor() const;
-  /// Whether the sensor's last reading would be near the surroundings if it were degF.
+  /// @return whether the sensor's last reading, taken as degF, is near the surroundings
   bool looks_fahrenheit(Eigen::Index sensor) const { return fahrenheit_like_[sensor]; }
 
 private:

@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Temperature sensors that have failed are found, named and left out of the observer. A reading is
-// compared with what the observer expects of it; the slow part of that difference is model error and
-// is followed, a leap from one reading to the next is the sensor's:
+// Detects and names temperature sensors that have failed, so that the observer leaves them out. A reading is compared
+// with the observer's expectation. The slow part of the difference is model error and is tracked; a jump from one
+// reading to the next is attributed to the sensor:
 // - absent: no reading for five minutes, after there was one;
-// - stuck: the very same reading (to a tenth of its deviation) while the expected one has moved by 5 sigma, or
-//   for five minutes and more often in a row than its own scatter so far lets happen by chance (1e-12);
-// - offset: the difference leaps by more than 12 sigma and stays there (or stands out from the start
-//   by 1 K and by far among the sensors);
-// - noise: second differences beyond 3.5 of their deviations in quick succession.
-// Readings after a leap are withheld at once, before the fault has its name, so that they do no
-// harm. sigma is the sensor's stated deviation, at least 0.03 K, plus a tenth of what the expected
-// reading moved, since a model errs most while things change; where an input has leapt since the row
-// before, leaps and noise have to exceed all that it moved, since nobody knows at what time between the two. A sensor
-// comes back once its readings have agreed for half an hour without a break, and to less than half of a leap: while
-// much changes, that alone would agree with anything. Limits: a sensor that drifts slowly is taken for model error, and
-// one that is off from the start by less than its neighbours differ is not found.
+// - stuck: the same reading (to a tenth of its standard deviation) while the expected one has changed by 5 sigma; or
+//   the same reading for five minutes, more often in a row than its own scatter allows by chance (1e-12);
+// - offset: the difference jumps by more than 12 sigma and stays there, or exceeds 1 K from the start and is far larger
+//   than that of the other sensors;
+// - noise: second differences beyond 3.5 of their standard deviations in quick succession.
+// Readings after a jump are withheld at once, before the fault is named. sigma is the sensor's stated standard
+// deviation, at least 0.03 K, plus a tenth of the change of the expected reading, because model errors are largest
+// during changes. If an input has jumped since the row before, jumps and noise have to exceed the whole change of the
+// expected reading, because the time of the change between the rows is unknown. A sensor returns after its readings
+// have agreed for half an hour without a break, to less than half of the jump. Limits: a slow drift is taken for model
+// error (drift_watch.h finds it), and an initial offset below the differences among neighbours is not found.
 
 #include <Eigen/Core>
 
@@ -36,15 +35,15 @@ public:
   /// Judges the readings of one time. @param reading_K  (sensors) NaN where missing
   /// @param expected_K  (sensors) by the observer  @param inputs_leapt  since the last call: a speed, a state
   /// @param unsure_K_s  (sensors) standard deviation of how fast the expected readings change; empty: they are sure
-  /// @return whether anything changed its name
+  /// @return whether the fault of any sensor changed
   bool judge(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K,
              bool inputs_leapt = false, const Eigen::VectorXd& unsure_K_s = {});
-  /// Before the first readings: sensors whose first one the others explain, however far it is from what is expected.
+  /// States, before the first readings, the sensors whose first reading the others explain, however large it is.
   void explain_first(std::vector<char> explained) { explained_ = std::move(explained); }
-  /// The observer has learnt: what it expects moves by as much, and the sensors have nothing to do with that.
+  /// Shifts the expected readings after the observer has learnt, so that no sensor is blamed for the change.
   void correct(const Eigen::VectorXd& change_K);
 
-  /// Whether the last reading may correct the model.
+  /// @return whether the last reading may correct the model
   bool trusted(Eigen::Index sensor) const { return sensors_[sensor].trusted; }
   SensorFault fault(Eigen::Index sensor) const { return sensors_[sensor].fault; }
   bool any_fault() const { return faults_ > 0; }
@@ -54,7 +53,7 @@ private:
     double time, difference;
     bool far;
   };
-  /// What one row says of a sensor besides its reading.
+  /// The expectation of a sensor at one row.
   struct Row {
     double time, expected;
     double others;  ///< what sensors differ by from what is expected

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Which readings and measured inputs may be used, and why others are not: temperatures that cannot be
-// (reading_check.h), sensors that have failed (sensor_monitor.h) and sensors that drift (drift_watch.h).
+// Decides which readings and measured inputs are used. It leaves out implausible temperatures (reading_check.h), failed
+// sensors (sensor_monitor.h) and drifting sensors (drift_watch.h), and names them.
 
 #include <Eigen/Core>
 
@@ -21,7 +21,7 @@ public:
   /// @param model, channels  must outlive it
   SensorTrust(const reduction::ReducedModel& model, const solver::Channels& channels);
 
-  /// Sets what cannot be to NaN. @param given  (channels)
+  /// Sets implausible temperatures to NaN. @param given  (channels)
   void take_out_inputs(Eigen::VectorXd& given);
   /// The same for sensors. @param readings_C  (sensors)  @param row  (channels) as it holds
   void take_out_sensors(Eigen::VectorXd& readings_C, const Eigen::VectorXd& row);
@@ -29,13 +29,13 @@ public:
   /// Finds sensors that have failed, see SensorMonitor::judge.
   void watch(double time, const Eigen::VectorXd& reading_K, const Eigen::VectorXd& expected_K, bool inputs_leapt,
              const Eigen::VectorXd& unsure_K_s);
-  /// Finds sensors that drift, and takes out of the estimate what they had put into it.
+  /// Finds sensors that drift, and removes their influence from the estimate.
   void watch_drift(double time, ErrorModel& errors);
   void explain_first(std::vector<char> explained) { monitor_.explain_first(std::move(explained)); }
-  /// The observer has learnt, see SensorMonitor::correct.
+  /// See SensorMonitor::correct.
   void correct(const Eigen::VectorXd& change_K) { monitor_.correct(change_K); }
 
-  /// Whether the last reading may correct the model.
+  /// @return whether the last reading may correct the model
   bool trusted(Eigen::Index sensor) const { return monitor_.trusted(sensor) && !drift_.drifts(sensor); }
   bool drifts(Eigen::Index sensor) const { return drift_.drifts(sensor); }
   bool any_input_out() const { return check_.any_input(); }

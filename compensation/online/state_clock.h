@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Times of the thermal state beside those of the rows. The state moves on in steps that end at rows,
-//   x_n+1 = x_n moved on by h = t_n+1 - t_n at p and q of the mean row over h (ReducedStepper, input_mean.h),
-// with h at most step_s; a row that lasts longer is parted evenly. Between steps the state is carried on at
-// the rate of the last one,
+// Advances the thermal state beside the times of the rows. The state x_n advances in steps that end at rows, of h =
+// t_n+1 - t_n at p and q of the mean row over h (ReducedStepper, input_mean.h). h is at most step_s, and a longer row
+// is divided evenly. Between steps the state is extrapolated at the rate of the last one,
 //   x(t) = x_n + a (x_n - x_n-1),   a = (t - t_n) / (t_n - t_n-1).
-// Since the last take_interval() the means of p, q, x and K0 + sum p K are summed up for error_model.h.
+// The means of p, q, x and K0 + sum p K since the last take_interval() are kept for error_model.h.
 
 #include <Eigen/Core>
 
@@ -24,18 +23,18 @@ public:
   StateClock(const reduction::ReducedModel& model, const solver::OperatingModel& operating, double step_s);
 
   void set_state(const Eigen::VectorXd& state);
-  /// The first row. @param readings_K  (sensors + observed) that chillers and laws see
+  /// Starts at the first row. @param readings_K  (sensors + observed) for chillers and laws
   void start(double time, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K);
 
-  /// Whether the rows so far are to end as a step before one of this duration.
+  /// @return whether the rows so far have to end as a step before a row of this duration
   bool ends_before(double duration) const {
     return inputs_.duration() > 0.0 && inputs_.duration() + duration > step_s_ * (1.0 + 1e-9);
   }
-  /// The row held until then.
+  /// Adds a row that holds until the time.
   void add(const Eigen::VectorXd& row, double time);
   bool full() const { return inputs_.duration() >= step_s_ * (1.0 - 1e-9); }
 
-  /// What the rows since the last step make of one: the mean row, held for so many parts.
+  /// The rows since the last step as one step: the mean row over a number of equal parts.
   struct Step {
     const Eigen::VectorXd& mean;
     double duration;

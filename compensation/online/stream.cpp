@@ -117,8 +117,8 @@ public:
            "times that rise from row to row");
     }
     if (time_ - last_time_ > longest_gap_s && std::isfinite(last_time_)) {
-      fail(number_, fmt::format("time leaps: {} s after {} s", time_, last_time_),
-           fmt::format("rows at most {} s apart; after a longer break start anew", longest_gap_s));
+      fail(number_, fmt::format("time gap: {} s after {} s", time_, last_time_),
+           fmt::format("rows at most {} s apart; restart the program after a longer break", longest_gap_s));
     }
     last_time_ = time_;
     return true;
@@ -201,7 +201,7 @@ private:
     if (++noted_ > most_noted) return;
     options_.warn(
         fmt::format("{}; {}", error.what(),
-                    noted_ < most_noted ? "taken as missing" : "taken as missing; more of these are only counted"));
+                    noted_ < most_noted ? "taken as missing" : "taken as missing; further ones are only counted"));
   }
 
   void note_cell_count() {
@@ -227,8 +227,8 @@ private:
                       found = fmt::format("rows of machine {} with hash {}", shown(its_name), shown(hash));
     const std::string allowed = fmt::format("rows of the model's machine: # machine {} {}", machine.name, machine.hash);
     if (options_.strict || its_name != machine.name) throw InputError(place, found, allowed);
-    options_.warn(fmt::format("{}: {}; the model is of another state of its machine.toml, with hash {}", place, found,
-                              machine.hash));
+    options_.warn(fmt::format("{}: {}; the model was made from another version of machine.toml, with hash {}", place,
+                              found, machine.hash));
   }
 
   void read_header(std::string_view header, const solver::Channels& channels, const mesh::Machine& machine) {
@@ -281,8 +281,8 @@ private:
     }
     if (!list.empty()) {
       options_.log(
-          fmt::format("{}:1: no column for inputs of the model, which stay as they are by default: {}; std_um contains "
-                      "what drives and the air among them may do",
+          fmt::format("{}:1: inputs of the model without a column keep their defaults: {}; std_um includes the "
+                      "uncertainty of missing drives and air temperatures",
                       name_, list));
     }
   }
@@ -482,10 +482,9 @@ void count_status(std::string_view status, StreamSummary& summary) {
 }
 
 void ask_for_machine(const std::string& in_name, const mesh::Machine& machine, const StreamOptions& options) {
-  options.log(
-      fmt::format("{} does not say which machine it is of: the model's machine is '{}'; to have it checked, begin with "
-                  "'# machine {} {}'",
-                  in_name, machine.name, machine.name, machine.hash));
+  options.log(fmt::format(
+      "{} does not name its machine; the model's machine is '{}'. To have it checked, begin with '# machine {} {}'",
+      in_name, machine.name, machine.name, machine.hash));
 }
 
 }  // namespace

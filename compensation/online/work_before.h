@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What work before the start has left in a machine. Each cause l of heat (standing losses, spindle, axes,
-// fluid, surroundings), of the size that a day's work has it, acted for t_on and ended t_idle ago:
+// Models the heat that earlier work has left in a machine at the start. Each heat source l (standing losses, spindle,
+// axes, fluid, surroundings), of the size of a day's work, acted for t_on and ended t_idle ago:
 //   x_l = V_off exp(-D_off t_idle) V_off^T E V_on (1 - exp(-D_on t_on)) / D_on V_on^T s_l,
-// (V, D) modes and decays of the pencil (K, E) at work and switched off. All causes alike or one alone, each of
-// several sizes and times since, are weighted by the evidence of the first readings z, Gaussian with
+// with (V, D) the modes and decay rates of the pencil (K, E) at work and switched off. Combinations (all sources alike,
+// or one alone) of several sizes and idle times are weighted by the evidence of the first readings z, Gaussian with
 //   cov z = uniform^2 + size^2 H X X^T H^T + std^2 (of each reading, see reading_std).
 
 #include <Eigen/Cholesky>
@@ -16,16 +16,16 @@
 
 namespace thermotwin::compensation {
 
-/// Standard deviation of the noise and model error of a mean reading, K. @param deviation_K  from the start
+/// @return the standard deviation of noise and model error of a mean reading, K  @param deviation_K  from the start
 double reading_std(double uncertainty_K, double deviation_K);
 
-/// A sensor's reading at the start minus the uniform temperature of the start, K.
+/// A sensor's reading at the start minus the uniform initial temperature, K.
 struct FirstReading {
   Eigen::Index sensor = 0;
   double value = 0;
 };
 
-/// The temperature of a machine that has rested, to which work before adds, K above the reference.
+/// The uniform temperature of a rested machine, to which earlier work adds, K above the reference.
 struct UniformStart {
   double middle, std;
 };
@@ -40,18 +40,18 @@ public:
   /// @param model  must outlive it
   WorkBefore(const reduction::ReducedModel& model, std::vector<Ambient> ambients);
 
-  /// Where the axes stand at the start: to be told before all else. @param row  (channels)
+  /// States the initial positions of the axes; to be called first. @param row  (channels)
   void ends_at(const Eigen::VectorXd& row);
 
-  /// Logarithm of the probability density of first readings about a uniform temperature of this deviation.
+  /// @return the log probability density of first readings, with this standard deviation of the uniform temperature
   double log_evidence(double uniform_K, const std::vector<FirstReading>& readings) const {
     return weigh(uniform_K, readings).log_evidence;
   }
-  /// Probability that a first reading is as far off as this one from what the others foretell of it.
-  /// @param starts  that are possible  @param others, reading  values above the reference
+  /// @return the probability of a first reading at least as far from the prediction by the others as this one
+  /// @param starts  possible initial temperatures  @param others, reading  values above the reference
   double chance(const std::vector<UniformStart>& starts, std::vector<FirstReading> others,
                 const FirstReading& reading) const;
-  /// Patterns of unit deviation for these readings, (order x patterns). @param readings  none: nothing is known
+  /// @return state patterns of unit standard deviation, (order x patterns)  @param readings  none: nothing is known
   Eigen::MatrixXd patterns(double uniform_K, const std::vector<FirstReading>& readings) const;
 
 private:

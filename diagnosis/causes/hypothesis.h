@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A hypothesis is a change to the machine: one parameter of one item of machine.toml (or of a
-// measured channel) with its nominal value and a prior width when it is a cause. The same change
-// acts on the full model, the reduced one and machine.toml.
+// A hypothesis is a change of the machine: one parameter of one item of machine.toml, or of a measured channel, with
+// its nominal value and the prior width that it has as a cause. The same change applies to the full model, to the
+// reduced model and to machine.toml.
 
 #include <memory>
 #include <string>
@@ -14,12 +14,12 @@
 
 namespace thermotwin::diagnosis {
 
-/// The machine with the parameter at the value. A sensor's offset is that of the sensor that the
-/// channel reads. The text of the machine is left as it was. @throws InputError: no such item
+/// @return the machine with the parameter at the value; its text is unchanged. A sensor's offset is that of the sensor
+///   which the channel reads. @throws InputError if there is no such item
 mesh::Machine with_parameter(const mesh::Machine& machine, const Parameter& parameter, double value);
 
-/// machine.toml's text with the named value changed and a comment that says why; nothing else
-/// differs. @throws InputError if the key cannot be found in the text
+/// @return the text of machine.toml with the value changed and a comment with the reason; nothing else differs
+/// @throws InputError if the key is not found in the text
 std::string extended_text(const mesh::Machine& machine, const Parameter& parameter, double value, double std,
                           const std::string& why);
 

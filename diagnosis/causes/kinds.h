@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The kinds of causes: one row each, and all that the program knows of a kind by its name.
+// The kinds of causes. One row per kind holds everything that the program knows about it.
 
 #include <optional>
 #include <string>
@@ -41,11 +41,11 @@ enum class Kind {
   clock_shift,
   unmeasured_temperature,  ///< this one and the next of records without a machine, data_hypotheses.h
   time_constant,
-  none,  ///< nothing changed
+  none,  ///< no cause
   unknown
 };
 
-/// What carries the value: a table of machine.toml, a material of the body's own, a reading of a channel.
+/// The item that carries the value: a table of machine.toml, a body's own material, a reading of a channel.
 enum class Target {
   nothing,
   source,
@@ -63,36 +63,36 @@ enum class Target {
   reading
 };
 
-enum class Sense { ratio, absolute };  ///< the nominal value is multiplied; it is added to
+enum class Sense { ratio, absolute };  ///< the value multiplies the nominal one, or is added to it
 
 enum class Effect {
-  coefficient,  ///< of the equation
+  coefficient,  ///< a coefficient of the equation
   heat,         ///< heat that enters somewhere, and nothing else
   part,         ///< matrices of single bodies, joints, scales or screws: see parameter_sizes.h
-  readings,     ///< what is read, not what the machine does: no run of the model is needed
-  timing        ///< of readings, when something is read: far from linear
+  readings,     ///< changes the reading, not the machine; needs no run of the model
+  timing        ///< changes the time of a reading; far from linear
 };
 
 struct KindRow {
   Kind kind;
-  std::string name, where;  ///< in files and in words; what `where` refers to, in words
+  std::string name, where;  ///< name in files and texts; what `where` refers to
   Target target;
-  std::string key;           ///< in machine.toml that takes the value; a few items have another one, see hypothesis.cpp
+  std::string key;           ///< key of machine.toml that holds the value; for a few exceptions see hypothesis.cpp
   double per_unit;           ///< the machine's value of one unit of the key
   std::string amount, unit;  ///< name and unit of the one parameter
   Sense sense;
-  double low, high, step;  ///< bounds, step of the finite difference
+  double low, high, step;  ///< bounds and step of the finite difference
   Effect effect;
 };
 
 const KindRow& row_of(Kind kind);
-/// The kinds that a machine and its measurement can offer, as README.md lists them.
+/// @return the kinds that a machine and its measurement can offer, as diagnosis/README.md lists them
 const std::vector<KindRow>& known_kinds();
 
 inline const std::string& name_of(Kind kind) { return row_of(kind).name; }
-/// One of known_kinds(); none where no kind has this name.
+/// @return one of known_kinds(); nothing if no kind has this name
 std::optional<Kind> find_kind(const std::string& name);
-/// @throws InputError: unknown kind
+/// @throws InputError for an unknown kind
 Kind kind_named(const std::string& name);
 
 inline bool adds_heat(Kind kind) { return row_of(kind).effect == Effect::heat; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Where a parameter lives: the numbers in the machine and the keys in machine.toml that hold them.
+// The place of a parameter: the numbers in the machine and the keys of machine.toml that hold them.
 
 #include <string>
 #include <vector>
@@ -15,22 +15,21 @@ struct MachineValue {
   std::string id;     ///< ... with this id
   std::string part;   ///< the table below it that this names; empty: the table itself
   std::string key;
-  double* value = nullptr;                              ///< into the machine it was asked of
+  double* value = nullptr;                              ///< pointer into the machine that was asked
   double per_unit = 1;                                  ///< the machine's value of one unit of the key
   std::string id_key = "id";                            ///< key that holds the id
   std::string part_table = "segment", part_key = "id";  ///< [[<table>.<part_table>]] whose part_key is `part`
-  bool may_lack = false;  ///< the table itself is added at the end of the file where it is not there
+  bool may_lack = false;                                ///< if absent, the table is added at the end of the file
 };
 
-/// All that the parameter changes (both stiffnesses of a joint; else one). What the machine lacks is
-/// added to it: a [[reading]], a material of the body's own.
-/// @throws InputError: unknown kind or item
+/// @return all numbers that the parameter changes: both stiffnesses of a joint, else one. Missing items are added to
+///   the machine: a [[reading]], or a body's own material. @throws InputError for an unknown kind or item
 std::vector<MachineValue> machine_values(mesh::Machine& machine, const Parameter& parameter);
 
-/// The number in the file once the parameter has the value: a ratio multiplies, else it adds.
+/// @return the number in the file for a value of the parameter: a ratio multiplies it, else the value is added
 double changed_value(double in_file, const Parameter& parameter, double value);
 
-/// Id of the material that only this body has: its own already, or a copy's.
+/// @return the id of the body's own material, or of the copy that it would get
 std::string own_material_id(const mesh::Machine& machine, const mesh::BodySpec& body);
 
 }  // namespace thermotwin::diagnosis

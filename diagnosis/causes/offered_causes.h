@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Every cause that machine and measurement offer.
+// Lists the candidate causes of a machine and a measurement.
 
 #include <vector>
 
@@ -10,9 +10,9 @@
 
 namespace thermotwin::diagnosis {
 
-/// Every parameter of every kind that machine and measurement offer.
-/// @param with_parts  those that need the matrices of single parts, too   @param told_row_s  as
-///   Observations::told_row_s
+/// @return the parameters of all kinds that the machine and the measurement offer
+/// @param with_parts  include those that need the matrices of single parts
+/// @param told_row_s  as Observations::told_row_s
 std::vector<Parameter> candidate_parameters(const mesh::Machine& machine, const compensation::Measurement& measurement,
                                             bool with_parts = false, double told_row_s = 0.0);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A value that a hypothesis changes.
+// The parameter that a hypothesis changes.
 
 #include <Eigen/Core>
 
@@ -12,36 +12,36 @@
 
 namespace thermotwin::diagnosis {
 
-/// Heat in proportion to an input on a surface that machine.toml does not have: missing_source.h.
+/// A heat source proportional to an input, on a surface that machine.toml does not have (missing_source.h).
 struct MissingSource {
   mesh::SurfaceSpec surface;
   std::string follows;      ///< channel
-  double at = 1, most = 1;  ///< value of the input that the power is stated at; its largest one
-  std::string body;         ///< where it probably is
+  double at = 1, most = 1;  ///< value of the input at which the power is stated; its largest value
+  std::string body;         ///< most probable body
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
-  double region95 = 0;                               ///< m, radius about the centre that holds it with 95 %
+  double region95 = 0;  ///< m, radius about the centre that contains it with 95 % probability
 };
 
 struct Parameter {
   Kind kind = Kind::none;
-  std::string where;         ///< id in machine.toml, or channel id of a sensor, probe or clock
-  std::string name;          ///< "factor", "offset", ...
-  std::string unit;          ///< "1", "K", "W", ...
-  bool ratio = true;         ///< multiplies the nominal value; else it is added
-  double nominal = 1;        ///< 1 for ratios, 0 for what is added
-  double nominal_std = 0;    ///< stated uncertainty: what a clean machine may have
-  double cause_std = 0.5;    ///< prior width where it is the cause
-  double low = 0, high = 5;  ///< bounds
-  double step = 0.01;        ///< of the finite difference
-  std::string item;          ///< id in machine.toml that carries the value, where `where` is a channel
-  double prior_share = 0;    ///< of its kind's prior; 0: that of any place of the kind
+  std::string where;                             ///< id in machine.toml, or channel id of a sensor, probe or clock
+  std::string name;                              ///< "factor", "offset", ...
+  std::string unit;                              ///< "1", "K", "W", ...
+  bool ratio = true;                             ///< the value multiplies the nominal one; else it is added
+  double nominal = 1;                            ///< 1 for ratios, 0 for added values
+  double nominal_std = 0;                        ///< stated uncertainty, which a machine without faults may have
+  double cause_std = 0.5;                        ///< prior width as a cause
+  double low = 0, high = 5;                      ///< bounds
+  double step = 0.01;                            ///< of the finite difference
+  std::string item;                              ///< id in machine.toml that carries the value if `where` is a channel
+  double prior_share = 0;                        ///< share of its kind's prior; 0: equal shares of all places
   std::shared_ptr<const MissingSource> missing;  ///< of a source_missing
 };
 
-/// The parameter of a kind at an item, with the kind's name, unit, bounds and nominal value.
+/// @return the parameter of a kind at an item, with the kind's name, unit, bounds and nominal value
 Parameter make_parameter(Kind kind, const std::string& where);
 
-/// "source_power of motor"
+/// @return kind and place, e.g. "source_power of motor"
 std::string name_of(const Parameter& parameter);
 
 }  // namespace thermotwin::diagnosis

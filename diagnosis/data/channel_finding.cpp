@@ -96,8 +96,8 @@ std::string residual_in_numbers(const DataRecord& record, const ChannelFinding& 
       "{}: RMS after the first part {:.2f} against {:.2f} expected, mean {:+.2f}, {:+.3f} per hour, {}, correlation "
       "{:+.2f} with {}.",
       finding.channel, finding.judged.seen, finding.judged.expected, residual.mean(), slope,
-      memory < length ? fmt::format("forgets itself in {:.1f} h", memory / hour)
-                      : fmt::format("does not forget itself within {:.1f} h", length / hour),
+      memory < length ? fmt::format("correlation time {:.1f} h", memory / hour)
+                      : fmt::format("correlation time above {:.1f} h", length / hour),
       strongest, follows);
 }
 
@@ -222,25 +222,25 @@ NextMeasurement needed(const DataRecord& record, const RecordParts& parts, const
   const double by_gains = std::sqrt(told.cwiseProduct(columns).rowwise().sum().mean());
   NextMeasurement next;
   next.channel = finding.channel;
-  const std::string goal =
-      fmt::format("the expected spread has to fall from {:.3g} um below {:.3g} um, half of what {} varies by",
-                  judged.expected, too_wide * finding.signal, finding.channel);
+  const std::string goal = fmt::format(
+      "the expected standard deviation has to fall from {:.3g} um below {:.3g} um, half of the variation of {}",
+      judged.expected, too_wide * finding.signal, finding.channel);
   if (by_gains < std::hypot(judged.model.wander_std, root_mean_square(judged.model.noise_std(later)))) {
-    next.load = "the same use, with a further temperature where its heat passes";
-    next.why = fmt::format("no recorded input follows {:.3g} um of it in the part that is fitted; {}",
-                           judged.model.wander_std, goal);
+    next.load = "the same operation with one more temperature sensor on the path of its heat";
+    next.why =
+        fmt::format("no recorded input explains {:.3g} um of it in the fitted part; {}", judged.model.wander_std, goal);
     return next;
   }
   const Index input = least_known_input(record, judged.model, columns),
               elements = std::ssize(judged.model.time_constants);
   const VectorXd all = record.inputs.col(input), first = all(parts.first);
   next.load = fmt::format(
-      "a longer use in which {} moves over {:.4g} to {:.4g} {} apart from the other inputs while the model is fitted "
-      "(here {:.4g} to {:.4g} in the first {:.0f} h)",
+      "a longer operation in which {} varies over {:.4g} to {:.4g} {} independently of the other inputs while the "
+      "model is fitted (here {:.4g} to {:.4g} in the first {:.0f} h)",
       record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(),
       first.maxCoeff(), (parts.first_end - record.time[0]) / hour);
   const auto own = judged.model.covariance.block(input * elements, input * elements, elements, elements);
-  next.why = fmt::format("its steady gain is known to {:.3g} +- {:.2g} um per {} only; {}",
+  next.why = fmt::format("its steady gain is only known as {:.3g} +- {:.2g} um per {}; {}",
                          judged.model.step_response(input, std::numeric_limits<double>::infinity()),
                          std::sqrt(std::max(own.sum(), 0.0)), record.input_units[input], goal);
   return next;

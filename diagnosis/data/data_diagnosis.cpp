@@ -40,7 +40,7 @@ void refuse_empty_parts(const DataRecord& record, const RecordParts& parts, cons
                                fmt::format("no value of {} from hour {:.3g} to {:.3g}", record.channels[t].id,
                                            (record.time[part->front()] - record.time[0]) / hour,
                                            (record.time[part->back()] - record.time[0]) / hour),
-                               "displacements with values in each part: one to fit, one to compare and one to judge; "
+                               "values in each of the three parts of the record (fitting, comparison, judgement); "
                                "leave the channel out of channels.toml");
       }
     }
@@ -57,8 +57,8 @@ std::string box_in_words(const DataRecord& record, const ChannelFinding& finding
                            share * fitted_hours);
     }
   }
-  return fmt::format("Lag model of {} on the first {:.0f} h, {} moved so long after a step: {}.", finding.channel,
-                     fitted_hours, finding.unit, steps);
+  return fmt::format("Lag model of {} on the first {:.0f} h, step responses in {} after the time in brackets: {}.",
+                     finding.channel, fitted_hours, finding.unit, steps);
 }
 
 /// What all channels say together.
@@ -143,14 +143,15 @@ public:
     } else if (unexplained) {
       d.verdict = Verdict::ambiguous;
       d.sentence = fmt::format(
-          "Ambiguous: the lag model of the first {:.0f} h misses what follows; {} or something unknown explains it.{}",
+          "Ambiguous: the lag model of the first {:.0f} h does not predict the later data; {} or an unknown cause "
+          "explains the difference.{}",
           fitted_hours(), core::join(names_of(rivals)), beside(d));
     } else if (!untold.empty()) {
       d.verdict = Verdict::ambiguous;
       const ChannelFinding& widest = widest_untold();
       d.sentence = fmt::format(
-          "This record cannot tell whether {} changed after its first {:.0f} h: {} is expected within +- {:.3g} {} and "
-          "varies by {:.3g} {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
+          "Ambiguous: this record does not show whether {} changed after its first {:.0f} h. {} is predicted within +- "
+          "{:.3g} {} and varies by {:.3g} {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
           core::join(untold), fitted_hours(), widest.channel, widest.judged.expected, widest.unit, widest.signal,
           widest.unit, beside(d), d.next.channel, d.next.load, d.next.why);
     } else if (!open.empty()) {
@@ -159,9 +160,10 @@ public:
       d.sentence = "Ambiguous: " + doubt(open, fitted_hours(), well, names_of(rivals)) + beside(d);
     } else {
       d.verdict = Verdict::explained;
-      d.sentence =
-          fmt::format("Explained by {}: in the last part the displacements' RMS goes from {:.2f} to {:.2f} um.",
-                      core::join(names_of(d.causes)), d.heldout_rms_before_um, d.heldout_rms_after_um);
+      d.sentence = fmt::format(
+          "Explained by {}: in the last part, which is held out, the RMS of the displacements goes from {:.2f} to "
+          "{:.2f} um.",
+          core::join(names_of(d.causes)), d.heldout_rms_before_um, d.heldout_rms_after_um);
     }
     if (d.verdict == Verdict::ambiguous) add_ambiguous_set(rivals, unexplained, d);
   }
@@ -191,9 +193,8 @@ private:
     for (const ChannelFinding& finding : findings_)
       if (about(finding) && (worst == nullptr || finding.strays() > worst->strays())) worst = &finding;
     if (worst == nullptr || worst->strays() <= worth_saying) return within_uncertainty(subjects);
-    return fmt::format(
-        "with a residual of {} that is {:.2g} times the expected one (as large by chance with p = {:.2g})",
-        worst->channel, worst->strays(), worst->judged.p_value);
+    return fmt::format("with a residual of {} that is {:.2g} times the expected one (p = {:.2g})", worst->channel,
+                       worst->strays(), worst->judged.p_value);
   }
 
   /// Causes that hold in the last part without being sure.
@@ -216,8 +217,9 @@ private:
 
   std::string unexplained_sentence(const Diagnosis& d) const {
     std::string sentence = fmt::format(
-        "Unexplained: the lag model of the first {:.0f} h misses what follows, and {}; \"How it was judged\" in "
-        "report.html describes the residual.",
+        "Unexplained: the lag model of the first {:.0f} h does not predict the later data, and {}. Section \"How it "
+        "was "
+        "judged\" of report.html describes the residual.",
         fitted_hours(), hold_in_the_last_part(names_of(d.causes)));
     for (const ChannelFinding& finding : findings_) {
       if (finding.refused()) {
@@ -238,14 +240,13 @@ private:
     if (!finding.open()) return;
     if (finding.untold) {
       d.notes.push_back(
-          fmt::format("{}: its expected spread of {:.3g} {} after the first part is more than half of the {:.3g} {} by "
-                      "which it varies, so a discrepancy would not show.",
+          fmt::format("{}: its expected standard deviation after the first part, {:.3g} {}, exceeds half of its "
+                      "variation, {:.3g} {}; a discrepancy would not show.",
                       finding.channel, finding.judged.expected, finding.unit, finding.signal, finding.unit));
     } else {
-      d.notes.push_back(
-          fmt::format("{}: what follows lies within what is expected, but that nothing changed has a probability of "
-                      "{:.2f} only.",
-                      finding.channel, finding.none()));
+      d.notes.push_back(fmt::format(
+          "{}: the later data lie within their expected spread, but the probability of no change is only {:.2f}.",
+          finding.channel, finding.none()));
     }
   }
 

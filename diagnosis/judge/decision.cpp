@@ -229,11 +229,10 @@ void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out) {
   if (out.verdict != Verdict::explained) return;
   if (strain.freedom > most_freedom) {
     out.strained = fmt::format(
-        "its size would have to wander, its heat to spread or its lag to delay {:.1f} times as far as expected",
-        strain.freedom);
+        "its size, heat distribution or lag would have to deviate {:.1f} times as far as expected", strain.freedom);
   } else if (strain.other > most_other) {
     const Parameter& other = problem.parameters[strain.which];
-    out.strained = fmt::format("{} would have to be {:.1f} stated standard deviations off beside it", name_of(other),
+    out.strained = fmt::format("{} would have to deviate by {:.1f} stated standard deviations as well", name_of(other),
                                strain.other);
   }
   if (!out.strained.empty()) leave_open(out.strained, out);

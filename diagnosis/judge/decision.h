@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// From the probabilities of a search to a verdict: which causes are named, which share, and when nothing is wrong.
+// Turns the probabilities of a search into a verdict: which causes are named, which remain ambiguous, or that there is
+// no discrepancy.
 
 #include <string>
 
@@ -13,22 +14,22 @@ namespace thermotwin::diagnosis {
 inline constexpr double strong = 10.0;  ///< ln Bayes factor against none
 inline constexpr double sure = 0.9;     ///< marginal probability that names a cause
 
-/// Ranking of all visible causes, none and unknown; verdict, named causes, those that share.
+/// Sets the ranking of all observable causes with none and unknown, the verdict, the named causes and the ambiguous
+/// set.
 void decide(const Problem& problem, const SearchResult& found, Diagnosis& out);
 
-/// What is explained stays ambiguous, with something unknown beside it, where all of the record strains the
-/// explanation: a size that wanders, or another parameter that is off, by more than is ever expected.
+/// Changes an explained verdict to ambiguous, with an unknown cause in the set, if the whole record strains the
+/// explanation: a size that varies, or another parameter that deviates, by more than expected.
 void leave_open(const Problem& problem, const Strain& strain, Diagnosis& out);
 
-/// What is explained stays ambiguous for a reason, "correcting it worsens ...": its strongest cause and something
-/// unknown.
+/// The same for a reason such as "correcting it worsens ...": the strongest cause stays, with an unknown one in the set.
 void leave_open(const std::string& reason, Diagnosis& out);
 
-/// Whether an estimate is further from nominal than three stated standard deviations, and than two of its own; of a
-/// missing source also whether its evidence is strong.
+/// @return whether an estimate deviates from nominal by more than three stated standard deviations and by more than two
+///   of its own, or belongs to a missing source with strong evidence
 bool outside_nominal(const RankedCause& cause);
 
-/// What is named is sure, but it is not all.
+/// @return whether the named causes are certain, but an unknown cause acts as well
 bool only_unknown_shares(const Diagnosis& diagnosis);
 
 }  // namespace thermotwin::diagnosis

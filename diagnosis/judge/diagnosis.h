@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a diagnosis says.
+// The result of a diagnosis.
 
 #include <string>
 #include <vector>
@@ -14,18 +14,18 @@ namespace thermotwin::diagnosis {
 struct ChannelResidual {
   std::string id, unit;
   double uncertainty = 0, rms_before = 0, rms_after = 0;
-  double explained_std = 0;  ///< expected residual from nominal uncertainty, mesh and noise
+  double explained_std = 0;  ///< expected residual from stated uncertainty, discretisation error and noise
   double p_value_white = 0;
 };
 
-/// What a channel's residual without a cause shows, on the whole record.
+/// Properties of a channel's residual without a cause, on the whole record.
 struct ResidualAnalysis {
   std::string id;
-  double ratio = 0;           ///< RMS over what is expected
+  double ratio = 0;           ///< RMS over the expected one
   double mean = 0, peak = 0;  ///< in the channel's unit
   double peak_time_s = 0;
-  double memory_s = 0;  ///< time by which it forgets itself
-  std::string follows;  ///< input that it follows most; empty: none well
+  double memory_s = 0;  ///< correlation time
+  std::string follows;  ///< input with the largest correlation; empty: none is large
   double delay_s = 0, correlation = 0;
 };
 
@@ -34,11 +34,11 @@ struct RankedCause {
   double probability = 0, log_evidence = 0;  ///< against none, natural logarithm; of none 0
   double value = 0, std = 0;                 ///< estimate
   double heldout_explained_percent =
-      0;               ///< of the residual's mean square, held-out time; without a machine of its channel's RMS
+      0;               ///< share of the residual's mean square on held-out data; without a machine of its channel's RMS
   core::Table series;  ///< heat over time of a named source_missing; else empty
 };
 
-/// The measurement that tells most where something is left to decide; all empty where nothing is.
+/// The measurement that distinguishes the causes best; empty if nothing has to be decided.
 struct NextMeasurement {
   std::string load, channel, why;
   double duration_h = 0;
@@ -68,15 +68,15 @@ struct Diagnosis {
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
   std::string sentence;              ///< the verdict in words
   std::vector<std::string> actions;  ///< where to look on the machine, and for what; the leading one first
-  std::string strained;  ///< what the named causes alone would ask for that is never expected; empty: nothing
+  std::string strained;              ///< why the named causes alone are implausible; empty: they are not
   NextMeasurement next;
   std::string measurement;    ///< name of its folder
-  double heldout_from_s = 0;  ///< what comes later was judged, never fitted
+  double heldout_from_s = 0;  ///< later data are held out
   std::vector<std::string>
-      warnings;  ///< what the reader has to know first: inputs that nobody recorded, an uneven start, ...
-  std::vector<std::string> notes;  ///< what was left out and why, start temperature, ...
+      warnings;  ///< for the reader's attention: unrecorded inputs, an uneven initial temperature, ...
+  std::vector<std::string> notes;  ///< left-out channels and reasons, initial temperature, ...
   /// Interval means: time_s, <channel>, <channel>_before, <channel>_after (measured minus predicted)
-  /// and <channel>_std, what nominal uncertainty, mesh and noise explain.
+  /// and <channel>_std, the standard deviation expected from stated uncertainty, discretisation error and noise.
   core::Table series;
   std::string extended_machine_text;  ///< empty if nothing is recommended
 };

@@ -136,8 +136,7 @@ std::string heldout_objection(const Diagnosis& d, double chi_square) {
   std::vector<std::string> names;
   for (const RankedCause& cause : d.causes) names.push_back(name_of(cause.parameter));
   return fmt::format(
-      "{} fitted best, but made the displacements worse on held-out time ({:.2f} um after, {:.2f} um before): not "
-      "named.",
+      "{} fitted best, but worsened the displacements on held-out data ({:.2f} um after, {:.2f} um before): not named.",
       core::join(names), d.heldout_rms_after_um, d.heldout_rms_before_um);
 }
 

@@ -185,8 +185,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   next = {};
   next.why = fmt::format(
       "no load program, sensor or pose of the machine distinguishes {} from {} (the largest difference is {:.1f} of "
-      "its "
-      "uncertainty)",
+      "its uncertainty)",
       rivals[0].name(), rivals[1].name(), best);
   return next;
 }

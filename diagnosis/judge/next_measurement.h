@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What to measure next where causes share the probability: of all load programs and all sensors and poses
-// of the machine the ones by which the sharing causes differ most, in units of what can be read there.
+// Proposes the next measurement for an ambiguous set of causes: of all load programs, sensors and poses of the machine,
+// those at which the predictions of the causes differ most, in units of the channel's uncertainty.
 
 #include <vector>
 
@@ -11,7 +11,7 @@
 
 namespace thermotwin::diagnosis {
 
-/// @param programs  that could be run, beside the load of the measurement itself, repeated with more channels
+/// @param programs  possible load programs, in addition to a repetition of the measured load with more channels
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
                                  const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis);
 

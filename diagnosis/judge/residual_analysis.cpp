@@ -95,8 +95,9 @@ std::vector<std::string> in_words(const std::vector<ResidualAnalysis>& analysis)
   std::vector<std::string> words;
   for (const ResidualAnalysis& a : analysis) {
     if (a.ratio < unexpected) continue;
-    std::string text = fmt::format("{}: {:.1f} times what is expected, largest {:+.3g} at {:.1f} h, remembers {:.1f} h",
-                                   a.id, a.ratio, a.peak, a.peak_time_s / hour, a.memory_s / hour);
+    std::string text =
+        fmt::format("{}: RMS {:.1f} times the expected one, largest {:+.3g} at {:.1f} h, correlation time {:.1f} h",
+                    a.id, a.ratio, a.peak, a.peak_time_s / hour, a.memory_s / hour);
     if (!a.follows.empty()) {
       text += fmt::format(", follows {}{} (correlation {:+.2f})", a.follows,
                           a.delay_s > 0.0 ? fmt::format(" after {:.2g} h", a.delay_s / hour) : std::string(),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What residuals say before anyone asks for causes: how large against what is expected, when they are
-// largest, how long they remember, and which measured input they follow with which delay.
+// Analyses residuals before causes are considered: their size relative to the expected one, the time of their maximum,
+// their correlation time, and the measured input that they follow with a delay.
 
 #include <Eigen/Core>
 
@@ -21,14 +21,14 @@ struct InputHistory {
   Eigen::MatrixXd values;
 };
 
-/// Of one channel. @param time, residual, expected_std  (n), no NaN
+/// Analyses one channel. @param time, residual, expected_std  (n), without NaN
 ResidualAnalysis analyse(const std::string& id, const Eigen::VectorXd& time, const Eigen::VectorXd& residual,
                          const Eigen::VectorXd& expected_std, const InputHistory& inputs);
 
-/// Of all channels, measured minus predicted without a cause, on the whole record.
+/// Analyses all channels: measured minus predicted without a cause, on the whole record.
 std::vector<ResidualAnalysis> analyse(const Problem& problem, const solver::Channels& channels);
 
-/// In words, for channels that are beyond what is expected.
+/// @return a sentence for each channel whose residual exceeds the expected one
 std::vector<std::string> in_words(const std::vector<ResidualAnalysis>& analysis);
 
 }  // namespace thermotwin::diagnosis

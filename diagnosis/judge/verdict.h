@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a diagnosis ends with, and how diagnosis.json calls it.
+// The verdict of a diagnosis and its name in diagnosis.json.
 
 #include <optional>
 #include <string>
@@ -19,7 +19,7 @@ inline std::string name_of(Verdict verdict) {
   return "";
 }
 
-/// None where no verdict has this name.
+/// @return nothing if no verdict has this name
 inline std::optional<Verdict> verdict_named(const std::string& name) {
   for (const Verdict verdict : {Verdict::explained, Verdict::no_discrepancy, Verdict::ambiguous, Verdict::unexplained})
     if (name_of(verdict) == name) return verdict;

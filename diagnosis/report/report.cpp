@@ -71,10 +71,10 @@ Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
   const std::string measurement = core::xml_text(d.measurement.empty() ? "without a name" : d.measurement);
   if (machine != nullptr) {
     return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual",
-            "noise, mesh and stated uncertainty explain", "nominal uncertainty, mesh, noise"};
+            "stated uncertainty, discretisation error and noise", "stated uncertainty, discretisation error, noise"};
   }
-  return {measurement, "a measured record; the model is a lag model of its first part", "residual",
-          "noise, uncertain gains and the usual wandering explain", "uncertain gains, usual wandering, noise"};
+  return {measurement, "measured record; model: a lag model fitted to its first part", "residual",
+          "uncertain gains, usual drift and noise", "uncertain gains, usual drift, noise"};
 }
 
 std::string estimate(const RankedCause& cause) {
@@ -138,7 +138,7 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
     page += tile(words.residual + " before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
                  "RMS of all displacement channels");
     page += tile(words.residual + " after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
-                 "same time, with the cause in the model");
+                 "same data, with the cause in the model");
     page += tile("gain, held out",
                  d.reduction_percent < 0 ? "<span class=\"bad\">" + percent(d.reduction_percent) + "</span>"
                                          : percent(d.reduction_percent),
@@ -240,11 +240,11 @@ std::string next_section(const Diagnosis& d) {
 std::string sets(const Diagnosis& d) {
   std::string page;
   if (!d.ambiguous_set.empty()) {
-    page += "<h2>Causes that cannot be told apart</h2>\n<section class=\"card\"><ul>";
+    page += "<h2>Causes that this measurement does not distinguish</h2>\n<section class=\"card\"><ul>";
     for (const RankedCause& cause : d.ambiguous_set) {
       page += "<li>" +
               (cause.parameter.kind == Kind::none ? "none: nothing changed"
-               : cause.parameter.name.empty()     ? "something that no kind describes"
+               : cause.parameter.name.empty()     ? "an unknown cause"
                                                   : core::xml_text(name_of(cause.parameter)) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
     }
@@ -279,11 +279,9 @@ std::string detectability_table(const Diagnosis& d) {
 std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
   const bool change = shows_change(d, machine);
   std::string page =
-      "<h2>Residuals in numbers</h2>\n<section class=\"card scroll\"><p class=\"sub\">RMS of measured minus "
-      "predicted on held-out time, which no "
-      "estimate has seen</p><table>\n<tr><th>channel</th><th>unit</th><th class=\"n\">uncertainty</th><th "
-      "class=\"n\">expected</th>"
-      "<th class=\"n\">before</th>";
+      "<h2>Residuals in numbers</h2>\n<section class=\"card scroll\"><p class=\"sub\">RMS of measured minus predicted "
+      "on held-out data</p><table>\n<tr><th>channel</th><th>unit</th><th class=\"n\">uncertainty</th><th "
+      "class=\"n\">expected</th><th class=\"n\">before</th>";
   page += std::string(change ? "<th class=\"n\">after</th><th class=\"n\">change</th>" : "") +
           "<th class=\"n\">white noise, p</th></tr>\n";
   for (const ChannelResidual& r : d.residuals) {
@@ -308,7 +306,7 @@ std::string plots(const Diagnosis& d, const mesh::Machine* machine) {
   const bool after = (d.verdict == Verdict::explained || d.verdict == Verdict::ambiguous) && shows_change(d, machine);
   if (after) page += "<span><i class=\"blue\"></i>after, with the best explanation</span>";
   page += "<span><i class=\"band\"></i>± 2 expected standard deviations (" + wording(d, machine).band +
-          ")</span><span><i class=\"shade\"></i>held out, never fitted</span></div>\n<div class=\"plots\">\n";
+          ")</span><span><i class=\"shade\"></i>held out</span></div>\n<div class=\"plots\">\n";
   for (const ChannelResidual& r : d.residuals) {
     ResidualPlot plot;
     plot.title = r.id;
@@ -337,21 +335,19 @@ std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
     map.channels.push_back(id);
     map.ratio.col(c) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
   }
-  return "<h2>What is wrong, at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus "
-         "predicted over what " +
+  return "<h2>Residuals at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus predicted, "
+         "over the standard deviation expected from " +
          wording(d, machine).expected +
-         ": orange too much, blue too little, pale as expected; right of the line nothing was fitted</p>\n" +
+         "; orange: measured above predicted, blue: below, pale: as expected; right of the line: held out</p>\n" +
          residual_map_svg(map) + "</section>\n";
 }
 
 std::string analysis(const Diagnosis& d) {
   if (d.analysis.empty()) return "";
   std::string page =
-      "<h2>What the residuals follow</h2>\n<section class=\"card scroll\"><table>\n<tr><th>channel</th><th "
-      "class=\"n\">times expected</th>"
-      "<th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">memory, h</th><th>follows</th><th "
-      "class=\"n\">delay, h</th>"
-      "<th class=\"n\">correlation</th></tr>\n";
+      "<h2>Residuals and inputs</h2>\n<section class=\"card scroll\"><table>\n<tr><th>channel</th><th class=\"n\">RMS "
+      "/ expected</th><th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">correlation time, "
+      "h</th><th>follows input</th><th class=\"n\">delay, h</th><th class=\"n\">correlation</th></tr>\n";
   for (const ResidualAnalysis& a : d.analysis) {
     page += fmt::format(
         "<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td "

@@ -190,7 +190,7 @@ std::string scene_html(const Scene& scene) {
   std::string legend;
   for (const std::string& words : scene.legend)
     legend += "<span><i class=\"m\"></i>" + core::xml_text(words) + "</span>";
-  if (legend.empty()) legend = "<span>nothing is marked: no cause is named</span>";
+  if (legend.empty()) legend = "<span>no cause is named, so nothing is marked</span>";
   return "<h2>Where</h2>\n<section class=\"card\"><div class=\"legend\">" + legend +
          "<span>drag turns, wheel zooms</span></div><canvas id=\"machine\" width=\"1100\" "
          "height=\"560\"></canvas></section>\n"

@@ -30,7 +30,7 @@ constexpr double long_between_rows_s = 180.0;
 std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
   if (p.kind == Kind::none) return "the machine as stated";
-  if (p.name.empty()) return "something that no kind describes";
+  if (p.name.empty()) return "an unknown cause";
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
   const std::string more =
       p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95)
@@ -63,50 +63,50 @@ std::string percent_text(double percent, int decimals) {
 std::string sentence_of(const Diagnosis& d) {
   const std::string gain = d.heldout_rms_before_um > 0
                                ? fmt::format(
-                                     " On held-out time the displacements' RMS goes from {:.2f} to {:.2f} um "
-                                     "({} %, 95 % interval {} to {}).",
+                                     " On held-out data the RMS of the displacements goes from {:.2f} to {:.2f} um ({} "
+                                     "%, 95 % interval {} to {}).",
                                      d.heldout_rms_before_um, d.heldout_rms_after_um, percent_text(d.reduction_percent),
                                      percent_text(d.ci95_low_percent), percent_text(d.ci95_high_percent))
                                : "";
   if (d.verdict == Verdict::no_discrepancy) {
-    return "No discrepancy: measurement and model differ by no more than nominal uncertainty, mesh and noise "
-           "explain.";
+    return "No discrepancy: measurement and model agree within stated uncertainty, discretisation error and noise. No "
+           "change of the model is needed.";
   }
   if (d.verdict == Verdict::unexplained)
-    return "Unexplained: measurement and model differ, but none of the known causes describes how.";
+    return "Unexplained: measurement and model differ, and no known kind of cause describes the difference. "
+           "report.html shows in which channels and when the residual exceeds its expected size.";
   if (only_unknown_shares(d) && d.causes.size() == 1 && !outside_nominal(d.causes.front())) {
     return fmt::format(
-        "Ambiguous: {} is no further off than is stated of it or than its size is uncertain, but its size and its "
-        "course explain what the stated uncertainty does not; or something "
-        "that no kind describes acts there.",
+        "Ambiguous: {} lies within its stated uncertainty or that of its estimate. It nevertheless explains a residual "
+        "that the stated uncertainty alone does not; an unknown cause there is possible.",
         in_words(d.causes.front()));
   }
   if (!d.strained.empty()) {
     std::vector<RankedCause> beside = d.ambiguous_set;
     std::erase_if(beside, [](const RankedCause& cause) { return cause.parameter.name.empty(); });
     return fmt::format(
-        "Ambiguous: {}{}; but {}: it has another law, or something that no kind describes acts beside it.",
+        "Ambiguous: {}{}. As the only explanation it is strained: {}. Either it follows another law, or an unknown "
+        "cause acts as well.",
         list_in_words(d.causes, 1), beside.empty() ? "" : ", perhaps with " + list_in_words(beside, 2), d.strained);
   }
   if (only_unknown_shares(d)) {
-    return fmt::format("Ambiguous: {}, and something beside {} that no kind describes, probability {:.2f}.",
-                       list_in_words(d.causes, 2), d.causes.size() == 1 ? "it" : "them",
+    return fmt::format("Ambiguous: {}, and an unknown cause as well, probability {:.2f}.", list_in_words(d.causes, 2),
                        d.ambiguous_set.front().probability);
   }
   if (d.verdict == Verdict::ambiguous) {
-    return (d.causes.empty() ? "Ambiguous: several causes explain the difference: "
+    return (d.causes.empty() ? "Ambiguous: several causes explain the difference equally well: "
                              : "Ambiguous: " + list_in_words(d.causes, 2) + " and one of: ") +
-           list_in_words(d.ambiguous_set, 4) + ".";
+           list_in_words(d.ambiguous_set, 4) + "." +
+           (d.next.channel.empty() ? "" : fmt::format(" To decide, measure {} under {}.", d.next.channel, d.next.load));
   }
   const bool one = d.causes.size() == 1;
   return "Explained by " + list_in_words(d.causes, 3) + "." + gain +
-         (!d.extended_machine_text.empty() ? ""
+         (!d.extended_machine_text.empty() ? " The correction is in extended/machine.toml."
           : d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0
-              ? fmt::format(
-                    " Alone {} the displacements worse: what else is off, within its uncertainty, had cancelled {}. No "
-                    "extension is recommended.",
-                    one ? "it makes" : "they make", one ? "it" : "them")
-              : " The gain is not certain, so no extension is recommended.");
+              ? fmt::format(" Correcting {} alone worsens the prediction, because another deviation within its "
+                            "uncertainty had compensated {}. No extension is recommended.",
+                            one ? "it" : "them", one ? "it" : "them")
+              : " The gain is not significant; no extension is recommended.");
 }
 
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
@@ -129,7 +129,7 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
                                                    [&](const mesh::FilmSpec& film) { return film.state == name; }));
     if (!recorded && counts && std::isfinite(otherwise)) taken.push_back(fmt::format("{} {:.4g}", name, otherwise));
   }
-  if (!taken.empty()) warnings.push_back("Not recorded, so taken to be all the time: " + core::join(taken) + ".");
+  if (!taken.empty()) warnings.push_back("Not recorded; assumed constant: " + core::join(taken) + ".");
   for (const ObservedChannel& observed : obs.channels) {
     std::string pose = "," + observed.channel.pose_text;
     std::erase_if(pose, [](unsigned char c) { return std::isspace(c); });
@@ -141,28 +141,26 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
     if (value.size() >= 8 && value.maxCoeff() - value.minCoeff() < 1e-9) constant.push_back(observed.channel.id);
   }
   if (!partial.empty()) {
-    warnings.push_back("Poses are taken at the home position where a channel names no other: " + core::join(partial) +
-                       ".");
+    warnings.push_back("Incomplete poses in channels.toml; axes that are left out are assumed at the home position: " +
+                       core::join(partial) + ".");
   }
   if (!constant.empty()) {
-    warnings.push_back("The same value in all of the record, as of a reading that is stuck: " + core::join(constant) +
-                       ".");
+    warnings.push_back("Constant in all of the record, probably stuck: " + core::join(constant) + ".");
   }
   if (obs.start_spread_K >= even_start_K) {
     warnings.push_back(
-        fmt::format("The first readings differ by {:.2g} K: the machine had not come to rest before the record. What "
-                    "it was warmed by is taken into account as far as "
-                    "{} sensors and the slow modes tell; a record from rest says more.",
+        fmt::format("The first readings differ by {:.2g} K: the machine was not in thermal equilibrium when the record "
+                    "began. Its initial temperature field was estimated from {} sensors and the slow modes. A record "
+                    "that begins at rest is more informative.",
                     obs.start_spread_K, machine.sensors.size()));
   }
   double longest = 0.0;
   for (const Observations::MayHold& may : obs.may_hold) longest = std::max(longest, may.shown - may.from);
   if (longest >= long_between_rows_s) {
-    warnings.push_back(
-        fmt::format("Speeds, powers or states changed somewhere between rows up to {:.0f} s apart: when, is found from "
-                    "what heats fast, as far as that tells. Rows at each "
-                    "change, or every minute, say it.",
-                    longest));
+    warnings.push_back(fmt::format(
+        "Switching times are uncertain, because rows are up to {:.0f} s apart where a speed, power or state changes. "
+        "They were estimated from fast-responding sensors. Record a row at each change, or one every minute.",
+        longest));
   }
   return warnings;
 }
@@ -171,33 +169,34 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
                const DiagnoseOptions& options, Diagnosis& d) {
   const Observations& obs = problem.observations;
   if (const double slowest = slowest_time_constant(model, obs); obs.end - obs.start < slowest) {
-    d.notes.push_back(fmt::format(
-        "The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h: what acts that slowly "
-        "is hardly seen, and the start counts for all of it.",
-        (obs.end - obs.start) / core::units::hour, slowest / core::units::hour));
+    d.notes.push_back(
+        fmt::format("The record of {:.1f} h is shorter than the machine's slowest time constant of {:.1f} h. Effects "
+                    "that slow are hardly observable, and the initial state influences the whole record.",
+                    (obs.end - obs.start) / core::units::hour, slowest / core::units::hour));
   }
   if (!obs.left_out.empty()) {
-    d.notes.push_back("Left out, with fewer than four values in the part that is fitted: " + core::join(obs.left_out) +
-                      ".");
+    d.notes.push_back("Left out, with fewer than four values in the fitted part: " + core::join(obs.left_out) + ".");
   }
   d.notes.push_back(fmt::format(
-      "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the rest only judged.",
+      "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the others were held out.",
       obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / core::units::hour));
   d.notes.push_back(fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
                                 obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));
   d.notes.push_back(fmt::format(
-      "Mesh and discretisation: {:.3g} % of each displacement's own response, {:.3g} % of each temperature's. "
-      "Chi-square without a "
-      "cause: {:.0f} for {} values.",
+      "Initial temperature: uniform, {:.2f} degC (median of the first readings), standard deviation {:.2f} K.",
+      obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));
+  d.notes.push_back(fmt::format(
+      "Assumed discretisation error: {:.3g} % of each displacement's response, {:.3g} % of each temperature's. "
+      "Chi-square without a cause: {:.0f} for {} values.",
       options.displacement_error_percent, options.temperature_error_percent, found.chi_square_none, found.fitted));
   if ((d.verdict == Verdict::unexplained || only_unknown_shares(d)) && found.unknown_channel >= 0) {
-    d.notes.push_back("What no kind describes shows best in one channel alone: " +
+    d.notes.push_back("The unexplained residual is concentrated in one channel alone: " +
                       obs.channels[found.unknown_channel].channel.id + ".");
   }
   if (!found.invisible.empty()) {
     std::vector<std::string> names;
     for (const int i : found.invisible) names.push_back(name_of(problem.parameters[i]));
-    d.notes.push_back("Not visible in this measurement, so not judged: " + core::join(names) + ".");
+    d.notes.push_back("Not observable in this measurement, hence not judged: " + core::join(names) + ".");
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A diagnosis in words: the verdict in a sentence, and what a reader has to know beside it.
+// Writes a diagnosis as text: the verdict as a sentence, warnings and notes.
 
 #include <string>
 
@@ -11,17 +11,18 @@
 
 namespace thermotwin::diagnosis {
 
+/// @return the verdict with its evidence and the next step
 std::string sentence_of(const Diagnosis& diagnosis);
 
-/// A change in percent; no minus before a zero.
+/// @return a change in percent, without a minus before a zero
 std::string percent_text(double percent, int decimals = 0);
 
-/// What of a record may mislead: inputs that the machine has and nobody recorded, poses that leave axes out, readings
-/// that never change, a start that is not even, changes between rows that are far apart.
+/// @return warnings about a record that may mislead: inputs of the machine that were not recorded, incomplete poses,
+///   constant readings, an uneven initial temperature, changes between rows that are far apart
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
                                      const Problem& problem);
 
-/// How long a record it is, what was left out, how the start was taken, what is not visible.
+/// Adds notes on the length of the record, left-out channels, the initial temperature and unobservable causes.
 void add_notes(const reduction::ReducedModel& model, const Problem& problem, const SearchResult& found,
                const DiagnoseOptions& options, Diagnosis& out);
 

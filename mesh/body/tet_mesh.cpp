@@ -59,7 +59,7 @@ std::string at(const Eigen::Vector3d& point) {
 
 void check_elements(const TetMesh& mesh, const std::string& body) {
   if (mesh.elements() == 0) fail(body, "a mesh without elements", "one or more tetrahedra");
-  if (!mesh.points.allFinite()) fail(body, "a node whose place is not a number", "finite coordinates");
+  if (!mesh.points.allFinite()) fail(body, "a node with a coordinate that is not a number", "finite coordinates");
   std::vector<char> used(mesh.nodes(), 0);
   for (Eigen::Index e = 0; e < mesh.elements(); ++e) {
     const Eigen::Vector4i nodes = mesh.tets.col(e);

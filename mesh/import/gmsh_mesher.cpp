@@ -326,7 +326,7 @@ TetMesh finish_meshed(const RawMesh& raw, const ImportOptions& options, double u
     return finish(raw, as_meshed);
   } catch (const core::MeshError& error) {
     throw MesherError("body '" + options.body + "'",
-                      std::string("the mesher left a mesh that cannot be used (") + error.what() + ")",
+                      std::string("the mesher returned an unusable mesh (") + error.what() + ")",
                       "another element_size_mm, or simpler geometry");
   }
 }

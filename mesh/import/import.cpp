@@ -97,7 +97,8 @@ Surface read_checked(const std::filesystem::path& path, const ImportOptions& opt
   Surface surface = read_triangles(path, options.body);
   surface.points *= options.unit_m;
   if (!surface.points.allFinite())
-    throw core::MeshError("body '" + options.body + "'", "a corner whose place is not a number", "finite coordinates");
+    throw core::MeshError("body '" + options.body + "'", "a corner with a coordinate that is not a number",
+                          "finite coordinates");
   if (const int dropped = weld(surface); dropped > 0 && warn)
     core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
   if (const Healing healed = heal(surface); healed.any() && warn)

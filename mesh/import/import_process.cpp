@@ -189,7 +189,7 @@ TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, cons
   switch (static_cast<Answer>(bytes[0])) {
     case Answer::mesh:
       if (auto mesh = unpack_mesh(rest)) return std::move(*mesh);
-      throw core::MeshError(place, "the mesh did not arrive whole", "a second attempt");
+      throw core::MeshError(place, "the meshing process returned an incomplete mesh", "a second attempt");
     case Answer::mesher_error: throw_again<MesherError>(std::string(rest));
     case Answer::mesh_error: throw_again<core::MeshError>(std::string(rest));
     case Answer::input_error: throw_again<core::InputError>(std::string(rest));

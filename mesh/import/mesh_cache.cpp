@@ -149,7 +149,7 @@ void write_cached(const std::filesystem::path& file, const TetMesh& mesh) {
   try {
     core::write_file(file, pack_mesh(mesh));
   } catch (const core::Error& error) {
-    core::warn(std::string("the mesh is not kept: ") + error.what());
+    core::warn(std::string("the mesh is not cached: ") + error.what());
   }
 }
 

@@ -36,7 +36,7 @@ void check_tets(const RawMesh& raw, const std::string& body) {
       for (std::size_t j = 0; j < i; ++j) longest = std::max(longest, (p[i] - p[j]).norm());
     const double volume = (p[1] - p[0]).cross(p[2] - p[0]).dot(p[3] - p[0]) / 6.0;
     const double flat = 1e-9 * longest * longest * longest;
-    if (!std::isfinite(volume)) fail("has a node whose place is not a number");
+    if (!std::isfinite(volume)) fail("has a node with a coordinate that is not a number");
     if (volume < -flat) fail(fmt::format("is inverted (volume {:.4g} in units of the file)", volume));
     if (!(volume > flat)) fail(fmt::format("is flat (volume {:.4g} in units of the file)", volume));
   }

@@ -67,8 +67,7 @@ void check_tree(const Draft& draft) {
       at = &machine.bodies[machine.body_index(at->parent)];
       chain.push_back(at->id);
       if (at->id == body.id) {
-        throw InputError(draft.place("body", body.id),
-                         "bodies carry each other in a circle: " + core::join(chain, " > "),
+        throw InputError(draft.place("body", body.id), "circular chain of parents: " + core::join(chain, " > "),
                          "parents that end at a body without parent");
       }
       if (chain.size() > machine.bodies.size()) break;  // a circle further down: reported there
@@ -183,7 +182,8 @@ void check_surfaces(const Draft& draft) {
       const std::string id = open.back();
       open.pop_back();
       if (id == surface.id) {
-        throw InputError(surface.place + " except", "surface '" + surface.id + "' leaves out itself in the end",
+        throw InputError(surface.place + " except",
+                         "surface '" + surface.id + "' excludes itself through its exceptions",
                          "exceptions without a circle");
       }
       if (!seen.insert(id).second) continue;

@@ -135,7 +135,6 @@ TcpSpec read_tcp(const Node& node, Draft& draft) {
   tcp.table_surface = draft.refer(node, "table_surface", "surface");
   tcp.table_point = point_mm(node, "table_point_mm");
   tcp.table_radius = node.number("table_radius_mm") * millimetre;
-  tcp.functional_height = node.number("functional_height_mm") * millimetre;
   node.finish();
   return tcp;
 }

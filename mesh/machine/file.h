@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A machine from machine.toml.
+// Reads a machine from machine.toml.
 
 #include <filesystem>
 #include <string>
@@ -9,10 +9,10 @@
 
 namespace thermotwin::mesh {
 
-/// @throws InputError naming file, line, key; every reference between ids is checked
+/// Reads and checks machine.toml, with every reference between ids. @throws InputError naming file, line and key
 Machine read_machine(const std::filesystem::path& path);
 
-/// From text (a model file keeps it); paths in it are relative to folder and need not exist.
+/// Reads a machine from the text that a model file keeps. @param path  its file; the CAD files beside it need not exist
 Machine parse_machine(const std::string& text, const std::filesystem::path& path);
 
 }  // namespace thermotwin::mesh

@@ -33,7 +33,8 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
       parents.push_back(index_of(id, s));
       const std::size_t parent = parents.back();
       if (taken[parent]) {
-        throw InputError(place + " segment " + first.id + " after", "'" + id + "', whose flow goes elsewhere already",
+        throw InputError(place + " segment " + first.id + " after",
+                         "'" + id + "', whose flow already goes to another segment",
                          "branches after the same segments name the same list");
       }
       taken[parent] = 1;
@@ -54,7 +55,7 @@ FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place) {
     if (given > inflow + slack || (open == 0 && given < inflow - slack) || (open > 0 && given > inflow - slack)) {
       throw InputError(place + " segment " + first.id + " share",
                        fmt::format("shares that add to {:.6g}{}", given, open > 0 ? ", and a branch without one" : ""),
-                       fmt::format("{} of the circuit's flow, which is what flows in", fmt::format("{:.6g}", inflow)));
+                       fmt::format("{} of the circuit's flow, the sum of the inflows", fmt::format("{:.6g}", inflow)));
     }
     for (const std::size_t b : branches) {
       const double share = coolant.segments[b].share;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// How the flow of a coolant circuit divides among its segments.
+// Divides the flow of a coolant circuit among its segments.
 
 #include <string>
 #include <utility>
@@ -10,8 +10,7 @@
 
 namespace thermotwin::mesh {
 
-/// Shares of the circuit's flow: a segment without a share of its own gets what flows into it, in
-/// equal parts with the others after the same segments.
+/// Shares of the circuit's flow. Segments without a share of their own divide their common inflow evenly.
 struct FlowNetwork {
   std::vector<double> share;  ///< (segments)
   std::vector<std::vector<std::pair<int, double>>>
@@ -19,7 +18,7 @@ struct FlowNetwork {
   std::vector<std::pair<int, double>> to_return;  ///< segments that end in the return, share of it
 };
 
-/// @throws InputError (place) for shares that do not balance, a circle, an unknown segment
+/// @throws InputError (place) for shares that do not balance, a closed loop or an unknown segment
 FlowNetwork flow_network(const CoolantSpec& coolant, const std::string& place);
 
 }  // namespace thermotwin::mesh

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// [[surface]], [[joint]] and [[scale]] of machine.toml.
+// Reads [[surface]], [[joint]] and [[scale]] of machine.toml. All functions throw InputError with file, line and key.
 
 #include "mesh/machine/reader.h"
 

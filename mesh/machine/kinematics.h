@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Axis positions, and where they put the bodies.
+// Poses (axis positions) and the body positions that follow from them.
 
 #include <Eigen/Geometry>
 
@@ -11,26 +11,28 @@
 
 namespace thermotwin::mesh {
 
-/// Axis positions, one per Machine::axes, m or rad.
+/// Positions of all axes in the order of Machine::axes, m or rad.
 using Pose = Eigen::VectorXd;
 
-/// Rigid transformation from a body's home frame to the machine frame at the pose.
+/// @return the rigid transformation from a body's home frame to the machine frame at the pose
 Eigen::Isometry3d body_transform(const Machine& machine, int body, const Pose& pose);
 
-/// All axes at 0 (clamped into their travel).
+/// @return all axes at 0, or at the nearest end of a travel without 0
 Pose home_pose(const Machine& machine);
 
-/// The workspace grid, first axis slowest; axes outside the grid at home. 27 poses for vmc5.
+/// @return the poses of the workspace grid, the first axis slowest; axes outside the grid stand at home. vmc5 has 27
 std::vector<Pose> workspace_poses(const Machine& machine);
 
-/// "X=-400,Y=0,B=45" (mm, deg) from a command line or file. @throws InputError
+/// Reads "X=-400,Y=0,B=45" (mm, deg); axes that are left out stand at home. @throws InputError (place)
 Pose parse_pose(const Machine& machine, const std::string& text, const std::string& place);
 
+/// @return the pose as parse_pose() reads it
 std::string format_pose(const Machine& machine, const Pose& pose);
 
-/// Column names X_mm ... C_deg in the order of Machine::axes, and the values for a table.
+/// @return the column names X_mm ... C_deg in the order of Machine::axes
 std::vector<std::string> pose_columns(const Machine& machine);
 
+/// @return the values of these columns, mm or deg (axes)
 Eigen::VectorXd pose_values(const Machine& machine, const Pose& pose);
 
 }  // namespace thermotwin::mesh

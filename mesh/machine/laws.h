@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Laws of a machine's losses and contacts, as machine.toml gives them: plain data, SI units. Equations and
-// sources of losses: solver/operation/loss_laws.h. The contact's power of pressure is that of Cooper, Mikic and
-// Yovanovich (1969), exponent 0.95.
+// Laws of a machine's losses and contacts as plain data in SI units, as machine.toml states them. The equations of the
+// losses and their sources are in solver/operation/loss_laws.h. The conductance of a contact rises with a power of the
+// pressure, 0.95 after Cooper, Mikic and Yovanovich (1969).
 
 #include <string>
 #include <variant>
@@ -10,20 +10,20 @@
 
 namespace thermotwin::mesh {
 
-/// Linear between its points, constant beyond them. Empty: 1 everywhere.
+/// A function that is linear between its points and constant beyond them; without points it is 1.
 struct Curve {
   std::vector<double> at, value;  ///< at rises
   double operator()(double x) const;
 };
 
-/// Resistance of copper over that at 20 degC (IEC 60034-1).
+/// @return the resistance of copper relative to that at 20 degC (IEC 60034-1)
 inline double copper_factor(double winding_C) { return (235.0 + winding_C) / 255.0; }
 
 struct BearingLoss {
-  double f0 = 0, f1 = 0;     ///< of the bearing's type and lubrication, of its load
+  double f0 = 0, f1 = 0;     ///< factors of the type and lubrication, and of the load
   double mean_diameter = 0;  ///< m, of the rolling elements' centres
   double viscosity = 0;      ///< m^2/s, kinematic, of the lubricant at its temperature
-  double load = 0;           ///< N, the one that decides the friction (preload in a spindle)
+  double load = 0;           ///< N, the load that determines the friction (in a spindle the preload)
   double count = 1;          ///< bearings of this kind
 };
 struct GuideLoss {
@@ -32,7 +32,7 @@ struct GuideLoss {
 struct ScrewLoss {
   double lead = 0, diameter = 0;  ///< m a turn; m, of the balls' centres
   double preload = 0, load = 0;   ///< N
-  double efficiency = 1;          ///< of turning into pushing under load
+  double efficiency = 1;          ///< efficiency under load
 };
 struct MotorLoss {
   Curve torque;                ///< N m, effective, over the motor's speed in turns a second
@@ -43,31 +43,31 @@ struct MotorLoss {
   double hysteresis = 0, eddy = 0;  ///< W at nominal_speed
   double nominal_speed = 1;         ///< turns a second
 };
-/// A horizontal rotary axis without balance or clamp: its motor holds moment * sin(angle - balanced).
+/// A horizontal rotary axis without balance or clamp, whose motor holds moment * sin(angle - balanced).
 struct HoldingLoss {
-  double balanced = 0;      ///< rad, where nothing has to be held
+  double balanced = 0;      ///< rad, the angle without a moment
   double full_power = 0;    ///< W with the lever arm horizontal
-  double linear_share = 0;  ///< of full_power that grows with the torque, the rest with its square
+  double linear_share = 0;  ///< share of full_power proportional to the torque; the rest goes with its square
 };
 
-/// One loss of a source. The part turns `turns` times per turn of the spindle or a rotary axis, or
-/// turns / m of a linear axis; guides and ball screws use the axis's speed itself.
+/// One loss of a source. Its part turns `turns` times per turn of the spindle or rotary axis, or per metre of a linear
+/// axis. Guides and ball screws use the speed of the axis itself.
 struct LossLaw {
   std::string motion;  ///< "spindle" or the id of an axis
   double turns = 1;
   std::variant<BearingLoss, GuideLoss, ScrewLoss, MotorLoss, HoldingLoss> law;
 };
 
-/// What a joint's conductance follows besides its value, each as a factor of it.
+/// Factors on a joint's conductance, from pressure and temperature.
 struct ContactLaw {
   double pressure = 0;          ///< Pa, mean in the contact; 0: the conductance is that of the file
-  double clamped_pressure = 0;  ///< Pa, while the joint's axis is clamped; 0: as ever
+  double clamped_pressure = 0;  ///< Pa, while the joint's axis is clamped; 0: unchanged
   double nominal_pressure = 0;  ///< Pa, at which the conductance holds
   double exponent = 0.95;
   Curve by_pressure;     ///< factor over Pa, instead of the exponent
   Curve by_temperature;  ///< factor over degC, mean of both sides where they touch
 
-  /// Of the conductance, by the pressure.
+  /// @return the factor on the conductance due to the pressure
   double factor(bool clamped) const;
 };
 

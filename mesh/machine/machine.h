@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The machine as machine.toml describes it: plain data, checked for consistency, no mesh yet.
-// All lengths in m, angles in rad, temperatures in degC where the name says so; ids are unique
-// within their kind. cases/README.md documents the file key by key.
+// The machine as machine.toml describes it: plain data that is checked for consistency, without a mesh. Lengths are in
+// m, angles in rad, and temperatures in degC where the name says so. Ids are unique within their kind.
+// docs/reference/machine.md documents the file key by key.
 
 #include <Eigen/Core>
 
@@ -33,7 +33,7 @@ struct Material {
   double poisson = 0;
 };
 
-/// Bodies are drawn in machine coordinates at home (all axes at 0): their frames coincide there.
+/// A body, drawn in machine coordinates at home (all axes at 0), where the frames of all bodies coincide.
 struct BodySpec {
   std::string id, material;
   std::filesystem::path cad;  ///< absolute
@@ -59,7 +59,7 @@ struct Axis {
   std::string feedback;  ///< linear: "scale" (closed loop), "screw" (motor encoder) or "" (neither)
 };
 
-/// A geometric rule; all conditions that are given must hold for a triangle (its centre, normal).
+/// A geometric rule that selects triangles; all of its conditions must hold for a triangle's centre and normal.
 struct Rule {
   std::string group;                                         ///< named group of the mesh
   std::optional<Eigen::Vector3d> plane_point, plane_normal;  ///< within tolerance of the plane
@@ -78,14 +78,13 @@ struct SurfaceSpec {
   std::string place;
 };
 
-/// Contact between a surface of a moving body (slave) and of its base (master), meshes that do not
-/// match. Axis "" for a joint that does not move. master "" is the ground (mounts): then
-/// ambient names its temperature.
+/// A contact between a surface of a moving body (slave) and one of its base (master), on meshes that do not match. A
+/// joint that does not move has axis "". For a mount, master is "" (the ground) and ambient names its temperature.
 struct JointSpec {
   std::string id, kind;  ///< "guide", "screw_nut", "bearing", "bolted", "mount"
   std::string slave, master, axis, ambient;
   Uncertain conductance;                             ///< W/(m^2 K)
-  ContactLaw law;                                    ///< what the conductance follows
+  ContactLaw law;                                    ///< factors on the conductance
   Uncertain stiffness_normal;                        ///< N/m^3 (per area); 0: no elastic contact
   Uncertain stiffness_tangential;                    ///< N/m^3; along the axis of a linear guide it is 0
   double reach = 0.005;                              ///< m: largest gap between the surfaces that still is contact
@@ -94,8 +93,8 @@ struct JointSpec {
   Eigen::Vector3d sector_point = Eigen::Vector3d::Zero(), sector_axis = Eigen::Vector3d::UnitZ();
 };
 
-/// Linear scale of a closed-loop axis: it fixes the relative position of the moved body along the
-/// axis at the head. The tape is fixed to its carrier at one point and expands by itself.
+/// The linear scale of a closed-loop axis. It fixes the position of the moved body along the axis at the reading head.
+/// The tape is fixed to its carrier at one point and expands independently of it.
 struct ScaleSpec {
   std::string axis;
   std::string carrier, head_body;  ///< bodies
@@ -105,22 +104,22 @@ struct ScaleSpec {
   Uncertain expansion;             ///< 1/K
 };
 
-/// Power law of one input: the table is linear between its points and constant beyond them.
+/// The power over one input as a table that is linear between its points and constant beyond them.
 struct PowerLaw {
   std::string input;              ///< channel; its absolute value is used
   std::vector<double> at, power;  ///< input unit, W
 };
 
-/// Ball screw between its bearings on the carrier and the nut on the moved body. Where the axis has
-/// no scale it fixes the position: the nut stands where the screw's own expansion puts it.
+/// The ball screw between its bearings on the carrier and the nut on the moved body. With feedback = "screw" it
+/// determines the position of the nut, which then moves with the expansion of the screw.
 struct ScrewSpec {
   std::string axis, body, nut_body;  ///< body: the screw's own mesh, elastic = false
   std::string carrier;               ///< its parent: carries the bearings
   Eigen::Vector3d bearing;           ///< m, fixed bearing, home frame
   Eigen::Vector3d nut;               ///< m, nut at home
   Uncertain expansion;               ///< 1/K
-  /// Stretched between two fixed bearings: far_bearing in m, pretension in N at the reference
-  /// temperature, stiffness of one bearing along the axis in N/m (0: rigid).
+  /// Of a screw stretched between two fixed bearings: far_bearing in m, pretension in N at the reference temperature,
+  /// axial stiffness of one bearing in N/m (0: rigid).
   std::optional<Eigen::Vector3d> far_bearing;
   double pretension = 0, bearing_stiffness = 0;
 };
@@ -159,8 +158,8 @@ struct AmbientSpec {
   double height = 0;          ///< m, where its temperature holds
 };
 
-/// A well-mixed volume with a heat balance of its own: the tank of a cutting fluid, the air of a
-/// working area, a control cabinet. Films may have it as ambient, sources may heat it.
+/// The exchange of a volume. A volume is well mixed and has a heat balance of its own: the tank of a cutting fluid, the
+/// air of a working area, a control cabinet. It can be the ambient of films, and sources can heat it.
 struct VolumeExchange {
   std::string with;       ///< ambient or volume
   Uncertain conductance;  ///< W/K
@@ -173,7 +172,7 @@ struct VolumeSpec {
   std::vector<VolumeExchange> exchanges;
 };
 
-/// A channel of a coolant circuit, one-dimensional: temperatures linear in each cell along the flow.
+/// A one-dimensional channel of a coolant circuit; the temperature is linear along the flow in each cell.
 struct CoolantSegment {
   std::string id, surface;
   Uncertain film_coefficient;  ///< W/(m^2 K)
@@ -191,24 +190,24 @@ struct CoolantSpec {
   std::string guide_sensor;  ///< id; "" follows the ambient of guide_ambient
   std::string guide_ambient = "air";
   double guide_offset = 0;        ///< K, set point minus guide reading
-  double inlet_offset = 0;        ///< K, what enters minus what the channel of the inlet says
+  double inlet_offset = 0;        ///< K, inlet temperature minus the value of the inlet channel
   std::string guide_warmed_by;    ///< volume next to the guide sensor (control cabinet), or ""
-  double guide_warmed_share = 0;  ///< of the volume's temperature in the reading
-  bool controls_return = false;   ///< what is held at the set point: the return, else the outlet
+  double guide_warmed_share = 0;  ///< share of the volume's temperature in the reading
+  bool controls_return = false;   ///< true: the return is held at the set point, else the outlet
   double time_constant = 120;     ///< s, of the chiller's outlet
   ChillerControl control = ChillerControl::lag;
-  double band = 1.0;             ///< K, two_point: runs from set point + band / 2 down to - band / 2
-  double pull_down = 5.0;        ///< K below the set point (the return) that the running compressor heads for
-  double drift_up = 5.0;         ///< K above it that the outlet heads for while it rests
-  double gain = 2.0;             ///< pi: K of cooling per K of deviation
+  double band = 1.0;       ///< K, two_point: runs from set point + band / 2 down to - band / 2
+  double pull_down = 5.0;  ///< K below the set point (the return) that the outlet approaches while the compressor runs
+  double drift_up = 5.0;   ///< K above it that the outlet approaches while the compressor rests
+  double gain = 2.0;       ///< pi: K of cooling per K of deviation
   double integral_time = 600.0;  ///< s
   double power = 5000.0;         ///< W, largest cooling power
-  double after_run = 0;          ///< s that the pump runs on once it is switched off
+  double after_run = 0;          ///< s that the pump runs on after it is switched off
   double standstill_stop = 0;    ///< s of standstill after which it stops by itself; 0: never
   std::vector<CoolantSegment> segments;
 };
 
-/// Where a source's heat goes: a surface, a volume, or both sides of a joint (then it follows the axis).
+/// A place that a source's heat goes to: a surface, a volume, or both sides of a joint, which follows the axis.
 struct SourcePlace {
   std::string surface, joint, volume;
   double share = 1.0;        ///< of the source; all shares add to at most 1 (rest: air)
@@ -219,8 +218,8 @@ struct SourceSpec {
   std::string drive;              ///< "<drive>.power_W" replaces the laws where it is given
   double drive_loss_share = 1.0;  ///< share of the drive's power that becomes this heat
   Uncertain scale{1.0, 0.0};
-  double standstill = 0;       ///< W while the machine is on, beside laws or measured power
-  double speed_exponent = 0;   ///< laws of speeds times (speed / half the largest)^this
+  double standstill = 0;       ///< W while the machine is on, in addition to laws or measured power
+  double speed_exponent = 0;   ///< exponent of the factor (speed / half the largest speed) on laws of speeds
   std::vector<PowerLaw> laws;  ///< added up, with losses
   std::vector<LossLaw> losses;
   std::vector<SourcePlace> places;
@@ -233,16 +232,16 @@ struct SensorSpec {
   double offset = 0;              ///< K
   double drift = 0;               ///< K/s from the start of a record
   double lag = 0;                 ///< s, time constant of the reading
-  double air_share = 0;           ///< of the air's temperature in the reading: 1 hangs loose
+  double air_share = 0;           ///< share of the air temperature in the reading; 1: the sensor hangs in the air
   double uncertainty = 0.05;      ///< K, one standard deviation
 };
 
-/// What a recorded channel does that no machine does: its probe drifts, its clock is late.
+/// Errors of a recorded channel: the drift of its probe, the delay of its clock, an offset.
 struct ReadingSpec {
   std::string id;     ///< of the channel in channels.toml
   double drift = 0;   ///< unit of the channel per s from the start of a record
-  double shift = 0;   ///< s that it shows what happens too late
-  double offset = 0;  ///< unit of the channel; no chiller knows of it
+  double shift = 0;   ///< s, delay of the channel
+  double offset = 0;  ///< unit of the channel; it does not act on a chiller
 };
 
 struct TcpSpec {
@@ -251,7 +250,6 @@ struct TcpSpec {
   std::string table_body, table_surface;  ///< the surface whose rigid motion is the table's
   Eigen::Vector3d table_point;            ///< m, centre of the table top, home frame
   double table_radius = 0;                ///< m, reference radius of R0T
-  double functional_height = 0;           ///< m above the table, functional point of ISO errors
 };
 
 /// Grid of the workspace: positions per axis, m or rad, rising; the product is the pose grid.
@@ -265,7 +263,7 @@ struct Workspace {
 struct Machine {
   std::string name, kinematic_chain;
   double reference_C = 20.0;                                 ///< temperature at which the machine has no error
-  double plausible_low_C = -40.0, plausible_high_C = 150.0;  ///< a measured temperature outside is not believed
+  double plausible_low_C = -40.0, plausible_high_C = 150.0;  ///< measured temperatures outside are rejected
   double coarse = 1.0, standard = 0.55, fine = 0.32;         ///< size factors
   int order = 1;                                             ///< of the tetrahedra: 1 linear, 2 quadratic
   bool lumped_capacity = false;                              ///< diagonal capacity matrix instead of the consistent one
@@ -301,11 +299,11 @@ struct Machine {
   int volume_index(const std::string& id) const;
   int coolant_index(const std::string& id) const;
   PlausibleRange plausible_range() const;  ///< plausible_C
-  /// @throws InputError (place) for a temperature outside plausible_C; says its value in degC where it may be in kelvin
+  /// @throws InputError (place) for a temperature outside plausible_C, with its value in degC if it may be in kelvin
   void require_plausible(double value_C, const std::string& place) const;
   /// Without [tcp] the machine has temperatures and displacements, but no TCP error.
   bool has_tcp() const { return !tcp.tool_body.empty(); }
-  /// Whether a law asks for the channel "axis.<id>.clamp.on".
+  /// @return whether a law uses the channel "axis.<id>.clamp.on"
   bool has_clamp(const std::string& axis) const;
 };
 

@@ -73,7 +73,7 @@ const KeyTable body{
     "A body of the machine, drawn in machine coordinates at home.",
     {
         key::text("id", required, "Its name, unique among bodies."),
-        key::reference("material", "material", required, "What it is made of."),
+        key::reference("material", "material", required, "Id of its material."),
         key::text("cad", required,
                   "Its file, relative to machine.toml: .step, .iges, .brep, .stl, .obj, .ply, .3mf, .gltf, .glb; "
                   "or a mesh: .msh, .vtu, .inp."),
@@ -86,10 +86,9 @@ const KeyTable body{
                     "A mesh that would have more is refused before it is made."),
         key::reference("parent", "body", Absent{"stands on the ground"}, "The body that carries it."),
         key::reference("axis", "axis", Absent{"fixed to its parent"}, "The axis between parent and body."),
-        key::flag(
-            "elastic", true,
-            "It deforms. false: it takes part in heat only; an elastic body needs joints with stiffness that hold "
-            "it in all six directions."),
+        key::flag("elastic", true,
+                  "true: it deforms, and joints with stiffness hold it in all six directions; false: it only conducts "
+                  "and stores heat."),
     }};
 
 const KeyTable axis{
@@ -115,7 +114,7 @@ const KeyTable rule{
     {
         key::text("group", Absent{}, "Name of a group of the file."),
         key::point("plane_point_mm", "mm", Absent{}, "A point of a plane that the triangle's corners lie in."),
-        key::point("plane_normal", "", Absent{}, "The plane's normal; its sign says nothing."),
+        key::point("plane_normal", "", Absent{}, "The plane's normal; its sign does not matter."),
         key::point("cylinder_point_mm", "mm", Absent{}, "A point on the axis of a cylinder."),
         key::point("cylinder_axis", "", Absent{}, "Direction of the cylinder's axis."),
         key::number("cylinder_radius_mm", "mm", positive, Absent{}, "The cylinder's radius."),
@@ -204,7 +203,7 @@ const KeyTable screw{
         key::number("pretension_N", "N", {0.0, 1e7}, Absent{"not fixed_fixed"},
                     "Tension at the reference temperature."),
         key::number("bearing_stiffness_N_um", "N/um", {0.0, 1e6}, 0.0,
-                    "Of each bearing of a stretched screw; 0: rigid."),
+                    "Axial stiffness of each bearing of a stretched screw; 0: rigid."),
     }};
 
 const KeyTable sensor{
@@ -214,30 +213,32 @@ const KeyTable sensor{
         key::text("id", required, "Its name, unique among sensors."),
         key::reference("body", "body", Absent{"volume or return_of"}, "The body that it is in or on."),
         key::point("point_mm", "mm", Absent{"volume or return_of"},
-                   "Where it is; beside the body, the nearest point is read."),
+                   "Its position; beside the body, the nearest point of the body is read."),
         key::reference("volume", "volume", Absent{}, "It reads this volume instead."),
         key::reference("return_of", "coolant", Absent{}, "It reads the mixed return of this coolant instead."),
-        key::number("offset_K", "K", {-100.0, 100.0}, 0.0, "Its reading less the temperature."),
-        key::number("drift_K_h", "K/h", {-100.0, 100.0}, 0.0, "Drift of the reading, as a diagnosis finds it."),
-        key::number("time_constant_s", "s", {0.0, 1e6}, 0.0, "Lag of the reading, as a diagnosis finds it."),
-        key::number("air_share", "1", share, 0.0, "Share of the air in the reading; 1: it hangs loose."),
+        key::number("offset_K", "K", {-100.0, 100.0}, 0.0, "Reading minus true temperature."),
+        key::number("drift_K_h", "K/h", {-100.0, 100.0}, 0.0, "Drift of the reading; a diagnosis may write it."),
+        key::number("time_constant_s", "s", {0.0, 1e6}, 0.0, "Time constant of the reading; a diagnosis may write it."),
+        key::number("air_share", "1", share, 0.0,
+                    "Share of the air temperature in the reading; 1: the sensor hangs in the air."),
         key::number("uncertainty_K", "K", positive, 0.05, "One standard deviation of a reading."),
     }};
 
 const KeyTable reading{
     "reading",
-    "What a recorded channel does that no machine does, as a diagnosis finds it.",
+    "Errors of a recorded channel, as a diagnosis writes them.",
     {
         key::text("id", required, "The channel's name in channels.toml."),
         key::number("drift_1_h", "1/h", {-1e4, 1e4}, 0.0, "Drift, in the channel's unit per hour."),
-        key::number("shift_s", "s", {-1e6, 1e6}, 0.0, "It shows everything so much too late."),
-        key::number("offset", "1", {-1e4, 1e4}, 0.0,
-                    "Offset in the channel's unit; of a sensor that guides a chiller, what the record alone has."),
+        key::number("shift_s", "s", {-1e6, 1e6}, 0.0, "Delay of the channel."),
+        key::number(
+            "offset", "1", {-1e4, 1e4}, 0.0,
+            "Offset in the channel's unit; for a sensor that guides a chiller, the offset of the record alone."),
     }};
 
 const KeyTable tcp{
     "tcp",
-    "The tool centre point and its table. mesh, simulate and export do without; all other verbs need it.",
+    "The tool centre point and its table. mesh, simulate and export work without it; all other verbs need it.",
     {
         key::reference("tool_body", "body", required, "The body that the tool is clamped in."),
         key::reference("tool_surface", "surface", required, "The surface whose mean motion the tool follows."),
@@ -246,10 +247,8 @@ const KeyTable tcp{
         key::reference("table_surface", "surface", required, "The surface whose mean motion the workpiece follows."),
         key::point("table_point_mm", "mm", required, "A point of the table at home, on its axis where it turns."),
         key::number("table_radius_mm", "mm", non_negative, 0.0,
-                    "Where the table's radial growth R0T is read; the TCP error has it in proportion to the distance "
-                    "from the table's axis."),
-        key::number("functional_height_mm", "mm", any_number, 0.0,
-                    "Height above the table of the functional point of ISO location errors."),
+                    "Radius at which the table's radial growth R0T is evaluated; its part of the TCP error is "
+                    "proportional to the distance from the table's axis."),
     }};
 
 const KeyTable workspace{"workspace",
@@ -263,7 +262,7 @@ const KeyTable workspace{"workspace",
 
 KeyTable table_of_machine() {
   return {"machine.toml",
-          "A machine: bodies, axes, joints, what heats and cools them, sensors and the tool centre point.",
+          "A machine: bodies, axes, joints, heat sources, films and coolants, sensors and the tool centre point.",
           {
               key::schema(),
               key::text("name", required, "The machine's name."),

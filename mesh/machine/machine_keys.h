@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The keys of machine.toml: names, units, ranges, defaults and meaning. The readers take them from here.
+// The table of the keys of machine.toml: names, units, ranges, defaults and meaning, for the readers and the reference.
 
 #include "core/key_table.h"
 

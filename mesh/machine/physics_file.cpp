@@ -54,7 +54,8 @@ void resolve_defaults(Draft& draft) {
     std::size_t steps = 0;
     while (at != ambients.end() && !at->follows.empty()) {
       if (++steps > ambients.size()) {
-        throw InputError(draft.place("ambient", ambient.id), "ambient '" + ambient.id + "' follows itself in the end",
+        throw InputError(draft.place("ambient", ambient.id),
+                         "ambient '" + ambient.id + "' follows itself through other ambients",
                          "a chain of follows that ends at an ambient with default_C");
       }
       offset += at->offset;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The keys of machine.toml for what heats and cools the machine.
+// The keys of machine.toml for ambients, doors, volumes, films, coolants and heat sources.
 
 #include "core/key_table.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Shared by the files that read machine.toml. Ids are looked up after everything was read, since
-// a table may name one that stands further down; until then a reference waits with its place.
+// Helpers that the readers of machine.toml share. Ids are looked up after all tables are read, because a table may
+// refer to one further down the file. Until then a reference is kept with its place.
 
 #include <map>
 #include <numbers>
@@ -18,7 +18,7 @@ namespace thermotwin::mesh::reader {
 inline constexpr double millimetre = core::units::mm;
 inline constexpr double degree = core::units::deg;
 
-/// A machine while it is read.
+/// A machine that is being read.
 struct Draft {
   struct Reference {
     std::string kind, id, place;  ///< kind: "material", "body", "axis", "surface", ...
@@ -28,9 +28,9 @@ struct Draft {
   std::map<std::string, std::vector<std::string>> ids;  ///< kind -> ids that exist
   std::map<std::string, std::string> places;            ///< "joint X_guide" -> where it stands
 
-  /// Reads and registers the id of a table. @throws InputError if it is taken
+  /// Reads and registers the id of a table. @throws InputError if another table of the kind has it
   std::string define(const core::Node& node, const std::string& kind);
-  /// Reads a required id of that kind, to be looked up by check_references.
+  /// Reads a required id of that kind, which check_references() looks up later.
   std::string refer(const core::Node& node, const std::string& key, const std::string& kind);
   std::string refer_or_empty(const core::Node& node, const std::string& key, const std::string& kind);
   const std::string& place(const std::string& kind, const std::string& id) const;
@@ -40,7 +40,7 @@ Eigen::Vector3d point_mm(const core::Node& node, const std::string& key);
 /// @throws InputError if the vector is zero
 Eigen::Vector3d unit_vector(const core::Node& node, const std::string& key);
 Uncertain scaled(Uncertain value, double factor);
-/// @throws InputError with the reason if the key is there
+/// @throws InputError with the reason if the key is present
 void refuse(const core::Node& node, const std::string& key, const std::string& reason);
 
 }  // namespace thermotwin::mesh::reader

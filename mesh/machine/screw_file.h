@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Screws of machine.toml, and which of an axis's measuring systems is active.
+// Reads the screws of machine.toml and decides which measuring system of an axis is active.
 
 #include "mesh/machine/reader.h"
 
 namespace thermotwin::mesh::reader {
 
+/// @throws InputError naming file, line and key
 void read_screws(const core::Node& root, Draft& draft);
 
 }  // namespace thermotwin::mesh::reader

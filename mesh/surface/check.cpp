@@ -72,7 +72,7 @@ void for_each_edge(const std::vector<Edge>& edges, const Visit& visit) {
 
 void check_triangles(const Surface& surface, const std::string& body) {
   if (surface.triangles.cols() == 0) fail(body, "a surface without triangles", "a closed surface");
-  if (!surface.points.allFinite()) fail(body, "a corner whose place is not a number", "finite coordinates");
+  if (!surface.points.allFinite()) fail(body, "a corner with a coordinate that is not a number", "finite coordinates");
   const Eigen::Index nodes = surface.points.cols();
   std::vector<std::pair<std::array<int, 3>, int>> keys;
   for (int t = 0; t < surface.triangles.cols(); ++t) {
@@ -333,7 +333,7 @@ void check_extent(const Eigen::Matrix3Xd& points, const std::string& body, const
   if (points.cols() == 0) throw core::MeshError(place, "no points", "a body");
   const double extent = (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).maxCoeff();
   if (extent >= 0.001 && extent <= 50.0) return;
-  throw core::MeshError(place, fmt::format("a largest extent of {:.4g} m: is the unit right?", extent),
+  throw core::MeshError(place, fmt::format("a largest extent of {:.4g} m; the unit may be wrong", extent),
                         "0.001 m .. 50 m (key unit = \"mm\", \"m\" or \"in\" of the body in machine.toml)");
 }
 

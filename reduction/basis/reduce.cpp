@@ -397,17 +397,17 @@ std::string ReduceSummary::brief() const {
   for (std::size_t i = 0; i < order_error_um.size(); ++i) {
     text += fmt::format("\n  order {:>3}: {:.4f} um on the training loads", order_error_um[i].first,
                         order_error_um[i].second);
-    if (observed) text += fmt::format("; an observer's own {:.2f} um", observer[i].predicted_um);
+    if (observed) text += fmt::format("; observer noise {:.2f} um", observer[i].predicted_um);
   }
-  if (!sensors) return text + "\nno sensors: nothing is known of what an observer would leave";
+  if (!sensors) return text + "\nno sensors: the observer noise is unknown";
   if (!observed || observer.empty()) return text;
   if (const Eigen::Index from = order_of_observer(); from > 0)
-    text += fmt::format("\nbeyond order {} the observer's noise is larger than the reduction's error", from);
+    text += fmt::format("\nabove order {} the observer noise exceeds the reduction error", from);
   else
-    text += "\nat no order tried is the reduction's error below the observer's noise";
+    text += "\nthe reduction error exceeds the observer noise at every order tried";
   return text + fmt::format(
-                    " (standard deviation of the TCP that the sensors leave of {:.2f} um: the campaign's states times "
-                    "{:.1f} %, as unsure as machine.toml is of heats and films)",
+                    " (standard deviation of the TCP error with the sensors, of {:.2f} um without; prior: the states "
+                    "of the campaign times {:.1f} %, the uncertainty of sources and films stated in machine.toml)",
                     observer.back().open_um, 100 * prior_share);
 }
 

@@ -40,7 +40,7 @@ void write_bound(const fs::path& path, const BoundModel& bound) {
   writer.integer_attribute("/", "dual_order", terms.dual());
   writer.integer_attribute("/", "probes", terms.probes());
   writer.vector("/failure", Eigen::VectorXd::Constant(1, bound.failure));
-  writer.describe("/failure", "share of draws of the probes for which one norm is seen too small; 0: exact", "1");
+  writer.describe("/failure", "probability that the probes underestimate a norm; 0: exact", "1");
 
   writer.group("/system");
   writer.matrix("/system/inputs", bound.inputs);
@@ -54,7 +54,8 @@ void write_bound(const fs::path& path, const BoundModel& bound) {
 
   writer.group("/terms");
   writer.matrix("/terms/base", terms.base);
-  writer.describe("/terms/base", "state; rows: U^T K0 U, then what K0 leaves, one a probe", "W/K, then sqrt(W K)");
+  writer.describe("/terms/base", "state; rows: U^T K0 U, then the part outside of U, one per probe",
+                  "W/K, then sqrt(W K)");
   writer.integers("/terms/first", column_of(terms.first));
   writer.describe("/terms/first", "column of left and right where each term begins, and their end", "1");
   writer.matrix("/terms/left", terms.left);

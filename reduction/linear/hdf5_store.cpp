@@ -231,16 +231,13 @@ struct StoreReader::File {
     const std::string found = bytes.substr(size);
     bytes.resize(size);
     if (!found.starts_with(trailer_words)) {
-      throw InputError(
-          path.string(),
-          "no checksum at its end: it was cut off or damaged, or an earlier version of the program wrote it",
-          "a whole file of this version (write it anew: thermotwin reduce)");
+      throw InputError(path.string(),
+                       "no checksum at the end: the file was cut off or damaged, or written by an earlier version",
+                       "a whole file of this version (write it anew: thermotwin reduce)");
     }
     if (found != trailer(bytes)) {
-      throw InputError(
-          path.string(),
-          "its bytes do not agree with the checksum at its end: it was damaged or changed since it was written",
-          "the file as it was written (write it anew: thermotwin reduce)");
+      throw InputError(path.string(), "wrong checksum at the end: the file was damaged or changed after it was written",
+                       "the file as it was written (write it anew: thermotwin reduce)");
     }
     return bytes;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// model.rom.h5: the reduced model as HDF5, documented in reduction/README.md, readable with h5py and
-// MATLAB. It keeps machine.toml's text, so the model needs no other file.
+// Reads and writes model.rom.h5, the reduced model as HDF5, which h5py and MATLAB read as well. reduction/README.md
+// documents its content. The file keeps the text of machine.toml, so a model needs no other file.
 
 #include <filesystem>
 
@@ -11,10 +11,10 @@ namespace thermotwin::reduction {
 
 inline constexpr int model_file_version = 3;
 
-/// Whole or not at all. @throws InputError (disk full, no permission)
+/// Writes the file whole or not at all. @throws InputError (disk full, no permission)
 void write_model(const std::filesystem::path& path, const ReducedModel& model);
 
-/// @throws InputError: no HDF5 file, not a thermotwin model, another version, sizes that disagree
+/// @throws InputError if the file is no HDF5 file, no thermotwin model, of another version or inconsistent
 ReducedModel read_model(const std::filesystem::path& path);
 
 }  // namespace thermotwin::reduction

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Where output rows are stored and how they are interpolated. The tool side's: at the workspace grid, quadratic in
-// between; and, for each linear axis of three positions, on the lines along it with all other axes at an end of
-// theirs, and on that through the middle where all axes have one, at three poses more in each half. The difference of
-// the piecewise cubic through nine and the quadratic through three positions, between the outer lines straight and
-// towards the
-// middle one as quadratics go, is added to the grid's interpolant: a Boolean sum (W. J. Gordon 1971), exact at all
-// stored poses, for quadratics, and for a cubic of each axis that is linear in the others. The table
-// side's: on the grid of the axes that carry the table, a tilt axis that is not endless at angles between its own too,
-// six degrees apart at most; by sine and cosine in between.
+// The poses at which output rows are stored, and their interpolation.
+//
+// Tool side: rows are stored on the workspace grid and interpolated quadratically. For each linear axis with three
+// positions they are also stored on lines along that axis, at three more poses in each half. These lines run where all
+// other axes are at an end of their range, and through the middle if all axes have one. The difference between the
+// piecewise cubic through nine positions and the quadratic through three is blended across the workspace, linearly
+// between outer lines and quadratically towards the middle one, and added to the interpolant of the grid. This Boolean
+// sum (W. J. Gordon 1971) is exact at all stored poses, for quadratics, and for a cubic of each axis that is linear in
+// the others.
+//
+// Table side: rows are stored on the grid of the axes that carry the table. A tilt axis that is not endless has more
+// angles, at most six degrees apart. Interpolation in an angle is by sine and cosine.
 
 #include <Eigen/Core>
 
@@ -28,25 +31,25 @@ public:
   /// @param stored  tool poses that a model has: those of the grid alone, or with the lines'
   /// @throws SolverError for any other number
   OutputGrid(const mesh::Machine& machine, std::size_t stored);
-  /// Whether a model of this machine can have as many tool poses.
+  /// @return whether a model of this machine can have this number of tool poses
   static bool can_store(const mesh::Machine& machine, std::size_t tool_poses);
 
-  /// The workspace grid, then what lies between on the lines. 117 poses for vmc5.
+  /// @return the workspace grid, then the further poses on the lines; vmc5 has 117 poses
   const std::vector<mesh::Pose>& tool_poses() const { return tool_poses_; }
-  /// The grid of the axes that carry the table, tilts at more angles than the workspace's; its own rotary axis at home.
+  /// @return the grid of the axes that carry the table, tilts at more angles than in the workspace; table axis at home
   const std::vector<mesh::Pose>& table_poses() const { return table_poses_; }
 
   std::size_t grid_count() const { return grid_count_; }
   std::size_t tool_count() const { return tool_count_; }
   std::size_t table_count() const { return table_count_; }
 
-  /// Weights of the stored tool poses at a pose. (tool_count)
+  /// Computes the weights of the stored tool poses at a pose, (tool_count).
   void tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
-  /// Of the workspace grid alone, without its lines. (grid_count)
+  /// Computes the weights of the workspace grid alone, without its lines, (grid_count).
   void grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
-  /// (table_count)
+  /// Computes the weights of the stored table poses at a pose, (table_count).
   void table_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
-  /// Which of table_poses() have the workspace's own angles, and weights of these alone.
+  /// @return the indices of table_poses() with the angles of the workspace; below, the weights of these alone
   const std::vector<std::size_t>& table_grid_places() const { return table_grid_; }
   void table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
 
@@ -83,7 +86,6 @@ private:
   std::size_t grid_count_ = 0, tool_count_ = 0, table_count_ = 0;
 };
 
-/// Of the table's poses at one pose; many want an OutputGrid.
 Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose);
 
 }  // namespace thermotwin::reduction

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The optional groups of model.rom.h5 that a diagnosis uses, see README.md.
+// Reads and writes the optional groups of model.rom.h5 that a diagnosis uses; reduction/README.md documents them.
 
 #include "reduction/linear/hdf5_store.h"
 #include "reduction/model/reduced_model.h"
@@ -12,7 +12,7 @@ void write_parts(StoreWriter& writer, const Parts& parts, const ReducedModel& mo
 std::optional<Parts> read_parts(const StoreReader& reader, const ReducedModel& model);
 
 void write_patches(StoreWriter& writer, const Patches& patches, const mesh::Machine& machine);
-/// None where the file has none.
+/// @return no patches if the file has none  @throws InputError: sizes that disagree
 Patches read_patches(const StoreReader& reader, const ReducedModel& model);
 
 }  // namespace thermotwin::reduction

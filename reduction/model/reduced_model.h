@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The reduced state-space model: the affine equation of operating_model.h projected on a basis V
-// (Galerkin: E_r = V^T E V, so stability is kept), with sensors and TCP outputs. Terms and inputs
-// keep their order and meaning, so films, contacts, flows and axis positions act on it without a
-// new reduction. V is orthonormal in the capacity's inner product: E_r = 1.
+// The reduced state-space model: the affine equation of operating_model.h projected on a basis V, with sensors and TCP
+// outputs. The Galerkin projection E_r = V^T E V keeps stability. Terms and inputs keep their order and meaning, so
+// films, contacts, flows and axis positions act on the model without a new reduction. V is orthonormal in the inner
+// product of the capacity: E_r = 1.
 
 #include <Eigen/Core>
 
@@ -34,40 +34,40 @@ struct ReducedSystem {
   Eigen::Index order() const { return conduction.rows(); }
 };
 
-/// Output rows, times the basis. The tool side is stored at the poses of output_grid.h, the table side
-/// at the positions of the table's tilt axes (interpolation is exact for 1, sine and cosine) and of
-/// linear axes that carry the table (quadratic), each in the frames of solver::OutputRows.
-/// What the other axes do to the table side by way of the bed (0.1 um) is taken over by the tool's.
+/// Output rows times the basis, at the poses of output_grid.h and in the frames of solver::OutputRows. The table side
+/// depends on the table's tilt axes (interpolation exact for 1, sine and cosine) and on linear axes that carry the
+/// table (quadratic). The effect of the other axes on the table side through the bed (0.1 um) is included in the tool
+/// side.
 struct ReducedOutputs {
-  std::vector<mesh::Pose> tool_poses;   ///< the workspace grid, first axis slowest, and what output_grid.h adds to it
+  std::vector<mesh::Pose> tool_poses;   ///< the workspace grid, first axis slowest, and the lines of output_grid.h
   std::vector<Eigen::MatrixXd> tool;    ///< (6 x r) each
   std::vector<mesh::Pose> table_poses;  ///< grid of the table side, table axis at 0
   std::vector<Eigen::MatrixXd> table_axis, table_own;  ///< (6 x r), (7 x r) each
 };
 
-/// What heat content and outputs owe to each part of the machine. The capacity is a sum over bodies and volumes, the
-/// output rows are sums over the expansions of bodies, tapes and screws, so both are affine in
-/// material data of single bodies:
+/// Contributions of each part of the machine to capacity and outputs. The capacity is a sum over bodies and volumes, and
+/// the output rows are sums over the expansions of bodies, tapes and screws, so both are affine in the material data of
+/// bodies:
 ///   E = E_0 + sum_b (c_b / c_b0 - 1) E_b,   C = C_0 + sum_b (a_b / a_b0 - 1) C_b.
-/// With a joint's stiffness k (normal and tangential alike) the rows change by C' ((k / k0)^n - 1) / n, C' the
-/// derivative by ln k, and n one number a joint that makes the second derivative right where the joint
-/// acts most: -1 where rows follow the compliance, 0 where they follow ln k.
+/// With a joint's stiffness k (normal and tangential alike) the rows change by C' ((k / k0)^n - 1) / n, where C' is the
+/// derivative with respect to ln k. The exponent n of a joint fits the second derivative where the joint acts most: -1
+/// if the rows follow the compliance, 0 if they follow ln k.
 struct Parts {
   /// (bodies, then volumes) (r x r) each. Models of earlier versions have those of bodies only.
   std::vector<Eigen::MatrixXd> capacity;
-  /// One an item of the machine, rows at the poses of the model's own outputs (which are not repeated
-  /// here); without rows where the item takes no share.
+  /// One per item of the machine, with rows at the poses of the model's outputs, which are not repeated here; without
+  /// rows if the item has no effect.
   std::vector<ReducedOutputs> bodies, scales, screws;
   std::vector<ReducedOutputs> stiffness;  ///< (joints) C'
   Eigen::VectorXd stiffness_exponent;     ///< (joints) n
 
-  /// What multiplies C' of a joint whose stiffness has changed by this in ln k.
+  /// @return the factor on C' of a joint whose ln k has changed by this
   double stiffness_amount(Eigen::Index joint, double ln_ratio) const;
 };
 
-/// A piece of a body's skin that may turn out to be warmed by something unknown (patches.h).
+/// A part of a body's skin where a diagnosis may place an unknown heat source (basis/patches.h).
 struct Patch {
-  mesh::SurfaceSpec surface;                         ///< of no machine.toml yet: "<body>.patch_<k>", a box as rule
+  mesh::SurfaceSpec surface;                         ///< "<body>.patch_<k>" with a box as rule; not in machine.toml
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
   double area = 0;                                   ///< m^2
 };
@@ -76,15 +76,15 @@ mesh::SurfaceSpec patch_surface(const std::string& body, int index, const Eigen:
 
 struct Patches {
   std::vector<Patch> items;
-  Eigen::MatrixXd inputs;  ///< (r x patches) of 1 W, spread evenly
+  Eigen::MatrixXd inputs;  ///< (r x patches) input of 1 W, spread evenly over each patch
 };
 
 struct ReductionErrors {
   std::string load;               ///< held-out load
   double peak_um = 0;             ///< largest |TCP error| of the full model, translations
   double max_um = 0, rms_um = 0;  ///< reduced minus full, translations, all poses
-  double estimate_max_um = 0;     ///< largest estimate of that (error_estimate.h); 0: none made
-  double effectivity = 0;         ///< median of estimated over true
+  double estimate_max_um = 0;     ///< largest estimate of max_um (error_estimate.h); 0: not estimated
+  double effectivity = 0;         ///< median of estimated over true error
 };
 
 struct ReducedModel {
@@ -95,27 +95,27 @@ struct ReducedModel {
   ReducedOutputs outputs;
   std::vector<ReductionErrors> errors;
   TrainedRange trained;
-  std::optional<Parts> parts;  ///< if they were made (basis/parameter_parts.h)
+  std::optional<Parts> parts;  ///< see basis/parameter_parts.h; optional
   Patches patches;             ///< empty: none were made
 
-  /// TCP error at any pose of the workspace. @param state (r)
+  /// @return the TCP error at any pose of the workspace  @param state  (r)
   solver::TcpError tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const;
 };
 
-/// Tool side (6), table side (6 and 7) of outputs between the stored poses, (19 x r), as
-/// solver::tcp_error wants them.
+/// @return the interpolated output rows at a pose for solver::tcp_error, (19 x r): tool side 6, table side 6 and 7
 Eigen::MatrixXd side_rows(const mesh::Machine& machine, const ReducedOutputs& outputs, const mesh::Pose& pose);
 
-/// All of solver::tcp_values at the poses, in um and um/m: (18 poses x r), to be multiplied by states.
+/// @return the rows of all solver::tcp_values at the poses, in um and um/m per state, (18 poses x r)
 Eigen::MatrixXd value_rows(const ReducedModel& model, const std::vector<mesh::Pose>& poses);
 
 struct StepperOptions {
-  double refresh_tolerance = 1e-9;  ///< relative residual below which an older factor is good
+  double refresh_tolerance = 1e-9;  ///< relative residual below which an older factor is reused
   void validate() const;            ///< @throws InputError
 };
 
-/// Time scheme as the full model (SDIRK2). The system must outlive the stepper. The dense factor of one step size and
-/// coefficient set is kept; small changes are met by refinement with it, larger ones by a new factor.
+/// Steps with the time scheme of the full model (SDIRK2). The dense factor of one step size and coefficient set is
+/// kept. Small changes of the coefficients are solved by iterative refinement with it, larger ones by a new factor. The
+/// system must outlive the stepper.
 class ReducedStepper final : public solver::ThermalStepper {
 public:
   explicit ReducedStepper(const ReducedSystem& system, const StepperOptions& options = {});
@@ -126,10 +126,10 @@ public:
   const solver::Layout& layout() const override;
   Eigen::VectorXd uniform(double temperature_K) const override;
   void advance(Eigen::MatrixXd& state, const std::vector<solver::Coefficients>& c, double step_s) override;
-  /// One state, no allocation after the first call.
+  /// Advances one state (r), without allocation after the first call.
   void advance(Eigen::VectorXd& state, const solver::Coefficients& c, double step_s);
   Eigen::MatrixXd sensors(const Eigen::MatrixXd& state) const override;
-  /// K0 + sum p K at the coefficients of the last step (r x r), for observers.
+  /// @return K0 + sum p K at the coefficients of the last step, (r x r), for observers
   const Eigen::MatrixXd& operator_matrix() const;
   long factorisations() const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Load programs on the reduced model; tables as the full model's.
+// Runs load programs on the reduced model and makes the same tables as the full model.
 
 #include <Eigen/Core>
 
@@ -13,7 +13,7 @@
 
 namespace thermotwin::reduction {
 
-/// What drove a run and what came of it, for error_bound.h.
+/// Inputs and outputs of a run, for bound/error_bound.h.
 struct RunRecord {
   struct Step {
     solver::Coefficients c;
@@ -25,30 +25,30 @@ struct RunRecord {
     Eigen::VectorXd state;
   };                     ///< steps done before it
   double initial_K = 0;  ///< uniform temperature at the start, above the reference
-  bool sdirk = true;     ///< stepped as the full model does
+  bool sdirk = true;     ///< stepped by SDIRK2, as the full model
   std::vector<Step> steps;
   std::vector<Output> outputs;
 };
 
-/// How a load runs on the reduced model.
+/// Options of a run on the reduced model.
 struct ReducedRun {
-  double refine = 1.0;           ///< factor of the longest time step
-  bool exact = false;            ///< by ExactStepper; else as the full model, by SDIRK2
-  bool tell = true;              ///< warn where coefficients leave the range of training
-  TrainedRange* seen = nullptr;  ///< gets the range of the run's coefficients
-  RunRecord* record = nullptr;   ///< gets the run
+  double refine = 1.0;           ///< factor on the longest time step
+  bool exact = false;            ///< use ExactStepper, else SDIRK2 as the full model
+  bool tell = true;              ///< warn if coefficients leave the range of the training
+  TrainedRange* seen = nullptr;  ///< receives the range of the run's coefficients
+  RunRecord* record = nullptr;   ///< receives inputs and outputs of the run
 };
 
-/// Runs a load on the reduced model; tables as the full model's.
+/// Runs a load on the reduced model and returns the tables of the full model.
 /// @throws InputError if the machine has other terms or inputs than the model
 solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machine& machine,
                                     const solver::LoadProgram& load, const std::vector<mesh::Pose>& poses,
                                     const ReducedRun& how = {});
 
-/// Poses of a tcp table: those of its first time.
+/// @return the poses of a table tcp.csv, from the rows of its first time
 std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table& tcp);
 
-/// Difference of two results of one load (same times and poses).
+/// Compares two results of one load. @throws InputError unless times and poses are equal
 ReductionErrors compare(const solver::LoadResult& full, const solver::LoadResult& reduced);
 
 }  // namespace thermotwin::reduction

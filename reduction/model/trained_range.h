@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The coefficients that a basis has seen.
+// The range of coefficients that a basis was trained on.
 
 #include <Eigen/Core>
 
@@ -8,7 +8,7 @@
 
 namespace thermotwin::reduction {
 
-/// Coefficients that the basis has seen: operating points and training loads; empty: unknown.
+/// Range of the coefficients over operating points and training loads; empty: unknown.
 struct TrainedRange {
   Eigen::VectorXd low, high;  ///< (terms) p
   void include(const Eigen::VectorXd& p);
@@ -16,8 +16,8 @@ struct TrainedRange {
 
 struct ReducedModel;
 
-/// The coefficient that leaves the trained range most, where that is by more than a tenth of the
-/// range's width: its item, values and range; empty: none.
+/// @return item, value and range of the coefficient that exceeds its trained range most; empty if none exceeds it by
+///   more than a tenth of its width
 std::string outside_trained(const ReducedModel& model, const TrainedRange& seen);
 
 }  // namespace thermotwin::reduction

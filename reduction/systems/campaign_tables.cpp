@@ -152,7 +152,7 @@ MatrixXd CampaignInputs::of(const CampaignTables& tables) const {
   }
   for (Index k = 0; k < all.cols(); ++k) {
     if (!all.col(k).allFinite()) {
-      throw core::InputError(tables.inputs.source, "a missing value in what makes " + names_[k],
+      throw core::InputError(tables.inputs.source, "a missing value in the inputs of " + names_[k],
                              "numbers in every row");
     }
   }
@@ -167,7 +167,7 @@ double CampaignInputs::initial_K(const CampaignTables& tables) const {
   }
   if (readings.empty()) {
     throw core::InputError(tables.sensors.source, "no reading in the first row",
-                           "temperatures of sensors, from which the start is known");
+                           "temperatures of sensors, which give the initial state");
   }
   return core::median(std::move(readings));
 }

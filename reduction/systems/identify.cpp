@@ -157,7 +157,7 @@ void Identification::find_active(Index inputs) {
     if (!moves && (even_[k] || scale_(k) == 0.0)) never_moved_.push_back(k);
   }
   if (!any) {
-    throw core::InputError("identification", "no input that moves",
+    throw core::InputError("identification", "no input that varies",
                            "loads that heat the machine or change its surroundings");
   }
 }
@@ -287,8 +287,8 @@ void Identification::balance(const MatrixXd& c) {
   const GramianFactors gramians = solver->gramians();
   const lapack::Svd core = lapack::svd(gramians.core);
   if (!(core.values(0) > 0.0)) {
-    throw core::InputError("identification", "no input that reaches an output",
-                           "tables of a campaign in which something happens");
+    throw core::InputError("identification", "no input that affects an output",
+                           "tables of a campaign with loads that heat the machine");
   }
   constexpr double rounding = 1e-10;
   usable_ = (core.values.array() > rounding * core.values(0)).count();

@@ -166,14 +166,14 @@ LinearSystem read_linear_system(const fs::path& folder) {
   const Sparse b = read("B"), c = read("C");
   if (b.rows() != n) {
     require_shape(file("B"), b, n, b.cols(),
-                  b.cols() == n ? "the transpose of what it is: a column an input" : "a row for each state of A.mtx");
+                  b.cols() == n ? "its transpose: one column per input" : "a row for each state of A.mtx");
   }
   if (c.cols() != n) {
     require_shape(file("C"), c, c.rows(), n,
-                  c.rows() == n ? "the transpose of what it is: a row an output" : "a column for each state of A.mtx");
+                  c.rows() == n ? "its transpose: one row per output" : "a column for each state of A.mtx");
   }
-  require_entries(file("B"), b, "one or more entries: nothing drives the system");
-  require_entries(file("C"), c, "one or more entries: nothing is seen of the system");
+  require_entries(file("B"), b, "one or more entries: the system has no input");
+  require_entries(file("C"), c, "one or more entries: the system has no output");
   base.B = Eigen::MatrixXd(b);
   base.C = Eigen::MatrixXd(c);
   base.D = Eigen::MatrixXd::Zero(base.outputs(), base.inputs());

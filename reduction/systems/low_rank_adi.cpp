@@ -196,9 +196,8 @@ AdiFactors low_rank_gramians(const StateSpace& system, const Factorise& factoris
   while (result.residual = std::max(sides[0].residual, sides[1].residual), result.residual > options.residual) {
     if (result.steps >= options.most_steps || !std::isfinite(result.residual)) {
       throw core::SolverError(
-          fmt::format("the low-rank Gramians reach a residual of {:.2g} after {} steps, {:.0e} was asked for: the "
-                      "system is close to "
-                      "unstable, or its Gramians have no low rank",
+          fmt::format("the low-rank Gramians have a residual of {:.2g} after {} steps, above the tolerance of {:.0e}: "
+                      "the system is close to unstable, or its Gramians have no low rank",
                       result.residual, result.steps, options.residual));
     }
     core::check_interrupt();

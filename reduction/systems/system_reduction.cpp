@@ -79,7 +79,7 @@ ReducedLinearSystem normalised(ReducedLinearSystem model) {
   constexpr double singular = 1e-14;
   if (!(e.rcond() > singular)) {
     throw core::SolverError(fmt::format(
-        "the bases of order {} lose the states that they should keep; another order or --method balanced helps",
+        "the left and right bases of order {} are nearly orthogonal; use another --order or --method balanced",
         model.order()));
   }
   model.A = e.solve(model.A);
@@ -170,7 +170,7 @@ Point open_point(const LinearSystem& system, const std::vector<double>& films, c
   result.dense = point.solver->dense();
   if (!(result.hankel(0) > 0.0)) {
     throw core::InputError(system.folder.string(), "no input reaches an output: all Hankel singular values are 0",
-                           "B and C that see the same states");
+                           "B and C that act on the same states");
   }
   return point;
 }
@@ -319,7 +319,7 @@ SystemReduction reduce_system(const LinearSystem& system, const SystemReductionO
   }
   if (!reduction.stable()) {
     throw core::SolverError(fmt::format(
-        "the reduced model of order {} by --method {} is not stable; another --order, or --method balanced, helps",
+        "the reduced model of order {} by --method {} is not stable; use another --order or --method balanced",
         reduction.model.order(), word(options.method)));
   }
   return reduction;

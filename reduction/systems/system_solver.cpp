@@ -26,8 +26,8 @@ void refuse_unstable(const std::string& place, Complex value, bool within_roundi
       within_rounding
           ? fmt::format("not stable: A is singular, (A, E) has the eigenvalue {}, zero within rounding", shown)
           : fmt::format("not stable: (A, E) has the eigenvalue {}", shown),
-      "eigenvalues with negative real parts (a free or undamped part needs a support, a film or damping; "
-      "an unstable part is to be split off before)");
+      "eigenvalues with negative real parts (give a free or undamped part a support, a film or damping; split off an "
+      "unstable part)");
 }
 
 void refuse_singular(const std::string& place, const Sparse& e, double rcond) {
@@ -39,10 +39,9 @@ void refuse_singular(const std::string& place, const Sparse& e, double rcond) {
   const auto empty = (entries.array() == 0).count();
   const std::string what = empty > 0 ? fmt::format("{} of its {} rows are empty", empty, e.rows())
                                      : fmt::format("reciprocal condition {:.2g}", rcond);
-  throw core::InputError(
-      place + "/E.mtx", "singular: " + what,
-      "a regular E: equations without a time derivative are to be solved for their unknowns and put into "
-      "the others first (Schur complement; their direct feedthrough goes to D)");
+  throw core::InputError(place + "/E.mtx", "singular: " + what,
+                         "a regular E; first eliminate the equations without a time derivative (Schur complement; "
+                         "their direct feedthrough goes to D)");
 }
 
 std::vector<Index> by_dominance(const Eigen::VectorXcd& values, const Eigen::VectorXd& dominance, Index count) {

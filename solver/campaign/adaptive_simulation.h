@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The main loop with error control.
+// Runs a load program with control of the time error.
 
 #include <functional>
 
@@ -9,8 +9,8 @@
 
 namespace thermotwin::solver {
 
-/// Runs one program with error control: steps of output interval times powers of two, ends at
-/// corners, output times and compressor switches, these located on the dense output.
+/// Runs one program with error control. Steps are the output interval times powers of two. They end at changes of the
+/// program, at output times and at compressor switches, which are located on the dense output.
 RunSummary simulate_adaptive(AdaptiveIntegrator& integrator, const OperatingModel& model, const LoadProgram& program,
                              const SimulationOptions& options,
                              const std::function<void(const OutputState&)>& on_output);

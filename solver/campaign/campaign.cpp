@@ -164,8 +164,8 @@ void CampaignOptions::validate() const {
   core::require_within(of + "refine", refine, core::positive);
   core::require_within(of + "checkpoint_s", checkpoint_s, core::non_negative);
   for (const mesh::Pose& pose : poses)
-    if (!pose.allFinite()) throw core::InputError(of + "poses", "a position that is no number", "finite positions");
-  if (!start.allFinite()) throw core::InputError(of + "start", "a temperature that is no number", "finite values");
+    if (!pose.allFinite()) throw core::InputError(of + "poses", "a position that is not a number", "finite positions");
+  if (!start.allFinite()) throw core::InputError(of + "start", "a temperature that is not a number", "finite values");
   if (time) time->validate();
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A case and its campaign: all load programs on the full model, the TCP error at all poses of the
-// workspace grid, written load by load (tcp.csv, sensors.csv, heat.csv) so that a stopped campaign resumes,
-// within a load from its last checkpoint with the same bits.
+// Runs the campaign of a case: all load programs on the full model, with the TCP error at all poses of the workspace
+// grid. Results are written load by load (tcp.csv, sensors.csv, heat.csv). An interrupted campaign resumes, within a
+// load from its last checkpoint, and ends with the same bits.
 
 #include <cstdint>
 #include <filesystem>
@@ -25,12 +25,12 @@ namespace thermotwin::solver {
 
 struct CampaignOptions {
   std::vector<mesh::Pose> poses;    ///< empty: the workspace grid
-  double refine = 1.0;              ///< factor of the longest time step; with error control of its tolerance
+  double refine = 1.0;              ///< factor on the longest time step; with error control on the tolerance
   std::optional<TimeOptions> time;  ///< for all loads, in place of their own
   bool keep_snapshots = false;
-  std::filesystem::path out;  ///< empty: nothing is written; else out/<load>/tcp.csv ..., of a machine with [tcp]
-  bool resume = false;        ///< loads with complete files of the same inputs are read, not run;
-                              ///< others go on from their checkpoints
+  std::filesystem::path out;          ///< for out/<load>/tcp.csv ..., which need a [tcp]; empty: nothing is written
+  bool resume = false;                ///< loads with complete files of the same inputs are read;
+                                      ///< the others continue from their checkpoints
   std::filesystem::path checkpoints;  ///< folder; empty: none are written or read
   double checkpoint_s = 60;           ///< wall clock seconds between two
   Eigen::VectorXd start;              ///< (size) K above the reference; empty: initial_C of each load
@@ -39,6 +39,8 @@ struct CampaignOptions {
   void validate() const;  ///< @throws InputError
 };
 
+/// @return one result per load, in the order of loads
+/// @throws InputError for a machine without [tcp] if tables are to be written; SolverError; Interrupted
 std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<LoadProgram>& loads,
                                      const CampaignOptions& options);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// case.toml with what it names.
+// Reads case.toml with the files that it names.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,17 +14,17 @@
 
 namespace thermotwin::solver {
 
-/// A machine to be measured virtually where no measurement is at hand: what is wrong with it is
-/// the truth that a diagnosis has to find.
+/// A virtual machine whose measurement is simulated if the case has none. Its hidden effect is the truth that a
+/// diagnosis has to find.
 struct MeasuredMachine {
-  std::string load;                        ///< load program it runs
+  std::string load;                        ///< load program that it runs
   std::string kind, where;                 ///< effect: source_power | film_coefficient | contact_conductance
   double factor = 1.0;                     ///< ratio to nominal
   std::uint64_t seed = 7;                  ///< of perturbed parameters and noise
-  double size_factor = 0.8, refine = 0.8;  ///< its mesh and time steps
+  double size_factor = 0.8, refine = 0.8;  ///< factors on the element sizes of its mesh and on its time steps
 };
 
-/// case.toml with what it names.
+/// A case: a machine, its load programs and the options of case.toml.
 struct Case {
   std::filesystem::path folder;
   mesh::Machine machine;
@@ -40,7 +40,8 @@ struct Case {
   std::vector<std::string> load_names() const;      ///< all files of loads/, sorted
 };
 
-/// @param path  case folder or case.toml
+/// Reads a case with its machine; load programs are read by Case::load(). @param path  case folder or case.toml
+/// @throws InputError naming file, line and key
 Case read_case(const std::filesystem::path& path);
 
 }  // namespace thermotwin::solver

@@ -16,7 +16,7 @@ namespace {
 const KeyTable reduction{
     "reduction",
     "The reduced model.",
-    {key::number("tolerance_um", "um", positive, 0.1, "Error at the TCP that its order is chosen for.")}};
+    {key::number("tolerance_um", "um", positive, 0.1, "Error at the TCP for which its order is chosen.")}};
 
 const KeyTable check_points{
     "check_points",
@@ -25,13 +25,14 @@ const KeyTable check_points{
 
 const KeyTable measured_machine{
     "measured_machine",
-    "Where there is no measurement, `run` makes one: on a finer mesh, with another time scheme, perturbed parameters "
-    "and noise, and with one hidden effect.",
+    "Without a measurement, `run` simulates one: on a finer mesh, with another time scheme, perturbed parameters, "
+    "noise and one hidden effect.",
     {
         key::text("load", required, "The load program that it runs."),
-        key::word("kind", {"source_power", "film_coefficient", "contact_conductance"}, required, "What is wrong ..."),
-        key::text("where", required, "... the id of the source, film or joint ..."),
-        key::number("factor", "1", positive, required, "... and its ratio to nominal."),
+        key::word("kind", {"source_power", "film_coefficient", "contact_conductance"}, required,
+                  "Kind of the hidden effect."),
+        key::text("where", required, "Id of the source, film or joint that the effect changes."),
+        key::number("factor", "1", positive, required, "Ratio of the changed value to the nominal one."),
         key::whole("seed", 0, 1'000'000'000, 7.0, "Seed of the perturbed parameters and the noise."),
         key::number("size_factor", "1", positive, 0.8, "Its element sizes relative to the case's mesh."),
         key::number("refine", "1", positive, 0.8, "Its time steps relative to the load's."),
@@ -45,7 +46,7 @@ KeyTable table_of_case() {
               key::text("machine", "machine.toml", "The machine's file, relative to case.toml."),
               key::text("size", "coarse", "Default mesh: coarse, standard, fine or a number."),
               key::texts("train", Absent{}, "Load programs that models are trained on, by file name."),
-              key::texts("holdout", Absent{}, "Load programs that training does not see."),
+              key::texts("holdout", Absent{}, "Held-out load programs, which no training uses."),
               key::text("measurement", Absent{}, "A measurement folder that `run` diagnoses."),
               key::table("reduction", reduction, Absent{}, "The reduced model."),
               key::table("time", time_keys(), Absent{}, "For load programs without a [time] of their own."),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The keys of case.toml.
+// The table of the keys of case.toml.
 
 #include "core/key_table.h"
 

@@ -50,22 +50,23 @@ std::optional<std::string> Checkpoint::read() const {
   try {
     bytes = core::read_file(path_);
   } catch (const core::InputError& error) {
-    core::warn(std::string(error.what()) + "; the run starts anew");
+    core::warn(std::string(error.what()) + "; the run restarts from the beginning");
     return std::nullopt;
   }
   const std::size_t header = magic.size() + 2 * hash_length;
   if (bytes.size() < header || bytes.compare(0, magic.size(), magic) != 0) {
-    core::warn(path_.string() + " is no checkpoint of this version; the run starts anew");
+    core::warn(path_.string() + " is no checkpoint of this version; the run restarts from the beginning");
     return std::nullopt;
   }
   if (bytes.compare(magic.size(), hash_length, hash_) != 0) {
-    core::warn(path_.string() + " belongs to another machine, mesh, load or options; the run starts anew");
+    core::warn(path_.string() +
+               " belongs to another machine, mesh, load or options; the run restarts from the beginning");
     return std::nullopt;
   }
   const std::string sum = bytes.substr(magic.size() + hash_length, hash_length);
   bytes.erase(0, header);
   if (core::content_hash(bytes) != sum) {
-    core::warn(path_.string() + " is damaged; the run starts anew");
+    core::warn(path_.string() + " is damaged; the run restarts from the beginning");
     return std::nullopt;
   }
   return bytes;

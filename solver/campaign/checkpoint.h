@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The state of a run on disk, so that one that was killed at any moment goes on with the same bits.
-// The file appears whole or not at all, knows by a hash what it belongs to, and notices damage. A
-// run writes one whenever the interval has passed, and when it is interrupted.
+// Keeps the state of a run on disk, so that a run killed at any moment continues and ends with the same bits. The file
+// appears whole or not at all, identifies its run by a hash, and detects damage. A run writes a checkpoint after each
+// interval and when it is interrupted.
 
 #include <chrono>
 #include <filesystem>
@@ -17,22 +17,22 @@ namespace thermotwin::solver {
 
 class Checkpoint {
 public:
-  /// @param hash  of all that the run depends on: machine, mesh, loads, options
-  /// @param members  what the run is made of (names of loads), to be found again by members()
-  /// @param interval_s  wall clock seconds between two; 0: after every step
-  /// @param resume  whether the file at hand is to be used
+  /// @param hash  of everything that the run depends on: machine, mesh, loads, options
+  /// @param members  names of the loads in the run, for owner()
+  /// @param interval_s  wall clock seconds between two checkpoints; 0: after every step
+  /// @param resume  whether an existing file is used
   Checkpoint(std::filesystem::path path, std::string hash, std::vector<std::string> members, double interval_s,
              bool resume);
 
-  /// What belongs to the run besides its own state (recorders of results).
+  /// Save and load what belongs to the run besides its state, such as the recorders of results.
   std::function<void(core::BinaryWriter&)> save_rest;
   std::function<void(core::BinaryReader&)> load_rest;
 
   bool due() const;
-  /// @param save  writes the state of the run
+  /// Writes the checkpoint. @param save  writes the state of the run
   void write(const std::function<void(core::BinaryWriter&)>& save);
-  /// @param load  takes the state over
-  /// @return false: no file, or one that is stale or damaged (a warning says which)
+  /// Reads the checkpoint. @param load  takes over the state of the run
+  /// @return false if there is no file, or it is stale or damaged; a warning names the reason
   bool restore(const std::function<void(core::BinaryReader&)>& load);
   void remove() const;
 
@@ -40,7 +40,7 @@ public:
     std::string hash;
     std::vector<std::string> members;
   };
-  /// Whose checkpoint a file is. @return nothing where it is none of this version
+  /// @return the run that a checkpoint file belongs to; nothing if it is no checkpoint of this version
   static std::optional<Owner> owner(const std::filesystem::path& path);
 
 private:

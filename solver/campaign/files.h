@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Files of a campaign: out/<load>/tcp.csv, sensors.csv, inputs.csv, snapshots.bin where asked for,
-// and `done`, written last, with the hash of all that the load's results depend on and that of the tables:
-// a table that something else wrote over is run anew, not believed.
+// The files of a campaign: out/<load>/tcp.csv, sensors.csv, inputs.csv, snapshots.bin if asked for, and `done`. The
+// last one is written at the end and holds the hash of everything that the results depend on, and the hash of the
+// tables. A load whose tables were changed afterwards is run again.
 
 #include <optional>
 #include <string>
@@ -14,18 +14,18 @@
 
 namespace thermotwin::solver {
 
-/// Hash of machine, mesh, program, poses and options. @param mesh_hash  see hash_of_mesh
+/// @return the hash of machine, mesh, program, poses and options  @param mesh_hash  see hash_of_mesh
 std::string hash_of_load(const FullModel& model, const std::string& mesh_hash, const LoadProgram& load,
                          const std::vector<mesh::Pose>& poses, const CampaignOptions& options);
 std::string hash_of_mesh(const mesh::MachineMesh& mesh);
-/// Of loads that run together, which their bits depend on.
+/// @return the hash of loads that run together, which their bits depend on
 std::string hash_of_block(const std::vector<std::string>& hashes_of_loads);
 
-/// Writes the result and rounds its tables to what the files hold, so that a resumed campaign goes
-/// on with the same numbers. An earlier result stays until the new one is complete.
+/// Writes the result and rounds its tables to the digits of the files, so that a resumed campaign continues with the
+/// same numbers. An earlier result is kept until the new one is complete.
 void write_result(const std::filesystem::path& folder, LoadResult& result, const std::string& hash);
 
-/// The result, if the folder holds a complete one of this hash (with snapshots, if wanted).
+/// @return the result if the folder holds a complete one with this hash, and with snapshots if asked for
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
                                       const std::string& hash, bool snapshots);
 

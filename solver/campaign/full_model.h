@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The full model of a machine on one mesh.
+// The full model of a machine on one mesh, built once for all loads and poses.
 
 #include "mesh/machine_mesh.h"
 #include "solver/elastic/model.h"
@@ -8,7 +8,7 @@
 
 namespace thermotwin::solver {
 
-/// The full model of a machine on one mesh, everything that is made once.
+/// Mesh, thermal system and elastic model of a machine.
 struct FullModel {
   mesh::MachineMesh mesh;
   ThermalSystem thermal;
@@ -16,6 +16,7 @@ struct FullModel {
   MemoryPlan memory{};
 };
 
+/// Meshes the machine and assembles and factorises its systems. @throws MeshError, InputError, SolverError
 FullModel build_full_model(const mesh::Machine& machine, const mesh::MeshOptions& options,
                            SolverChoice choice = SolverChoice::automatic);
 

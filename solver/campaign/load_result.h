@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What one load leaves on the full or the reduced model.
+// The result of one load on the full or the reduced model.
 
 #include <optional>
 #include <string>
@@ -11,15 +11,15 @@
 
 namespace thermotwin::solver {
 
-/// Result of one load on the full model.
+/// Tables and summaries of one load.
 struct LoadResult {
   std::string load;
   core::Table tcp;                  ///< one row per time and pose; no columns: a machine without [tcp]
   core::Table sensors;              ///< time_s, <sensor>_C
   core::Table inputs;               ///< time_s and the channel rows (means since the last output)
   Eigen::MatrixXd snapshots;        ///< (size x outputs) temperatures, if asked for
-  std::optional<HeatBalance> heat;  ///< of the run; empty where files were read
-  RunSummary run;                   ///< of the block that the load ran in; empty where files were read
+  std::optional<HeatBalance> heat;  ///< of the run; empty if the result was read from files
+  RunSummary run;                   ///< of the block that the load ran in; empty if read from files
   core::Table heat_flows;           ///< heat.csv, see HeatBalance::columns; empty: of a reduced model
 };
 

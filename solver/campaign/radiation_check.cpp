@@ -52,8 +52,8 @@ std::string RadiationCheck::warning() const {
   const auto count =
       std::count_if(films_.begin(), films_.end(), [](const Film& film) { return std::abs(film.off) > allowed; });
   return fmt::format(
-      "radiation linearised at {:.1f} degC errs by more than 1 % at {} of {} films, by {:+.1f} % at film {} "
-      "(surface {:.1f}, surroundings {:.1f} degC, load {}); radiation = \"exact\" has it right",
+      "radiation linearised at {:.1f} degC has an error above 1 % at {} of {} films, {:+.1f} % at film {} (surface "
+      "{:.1f}, surroundings {:.1f} degC, load {}). radiation = \"exact\" avoids this error",
       machine_.reference_C, count, films_.size(), 100.0 * worst->off, machine_.films[worst->film].id, worst->surface_C,
       worst->surroundings_C, worst->load);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// How far radiation that a film has linearised at the reference temperature, h = 4 eps sigma T_ref^3,
-// is from the fourth powers, between the mean temperature of its surfaces and its surroundings.
+// Estimates the error of linearised radiation. A film with radiation = "linear" has h = 4 eps sigma T_ref^3; its heat
+// flux is compared with that of the fourth powers, at the mean temperatures of its surfaces and its surroundings.
 
 #include <string>
 #include <vector>
@@ -15,7 +15,7 @@ public:
   RadiationCheck(const mesh::Machine& machine, const ThermalSystem& system);
 
   void add(const OperatingModel& model, const std::string& load, const OutputState& output);
-  /// The film that errs most, if by more than 1 % of its radiation; else nothing.
+  /// @return a warning about the film with the largest error, if above 1 % of its radiation; else an empty text
   std::string warning() const;
 
 private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a campaign keeps of one load while it runs: tables that fill output by output, and snapshots
-// of the temperature, which go to a file beside the checkpoint where there is one.
+// Records one load while it runs: tables that grow output by output, and snapshots of the temperature. Snapshots go to
+// a file beside the checkpoint, if there is one.
 
 #include <fstream>
 
@@ -17,8 +17,8 @@ inline constexpr Eigen::Index rows_per_pose = 19;  ///< tool 6, table axis 6, ta
 
 class Recorder {
 public:
-  /// @param spool  file for snapshots while the run lasts; empty: memory. All arguments but options
-  ///               must outlive the recorder
+  /// All arguments but options must outlive the recorder.
+  /// @param spool  file for snapshots during the run; empty: memory
   Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
            const Channels& channels, const HeatBalance& balance, const CampaignOptions& options,
            std::filesystem::path spool);
@@ -26,7 +26,7 @@ public:
   /// @param balance  of the load, up to this output
   void add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance);
   LoadResult take();
-  /// Once the results are written and the checkpoint is gone.
+  /// Removes the spool file, after the results are written and the checkpoint is removed.
   void discard_spool() const;
 
   void save(core::BinaryWriter& out);
@@ -44,7 +44,7 @@ private:
   std::fstream spool_;
 };
 
-/// Means of the channels between outputs; the first row is that of the first step.
+/// @return the means of the channels between outputs; the first row is that of the first step
 core::Table input_table(const LoadProgram& load, const Channels& channels, double refine);
 
 }  // namespace thermotwin::solver

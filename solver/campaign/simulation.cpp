@@ -294,15 +294,15 @@ VectorXd sensor_offsets(const mesh::Machine& machine, const Layout& layout) {
 void SimulationOptions::validate() const {
   core::require_within("simulation options: refine", refine, core::positive);
   if (!start.allFinite())
-    throw core::InputError("simulation options: start", "a temperature that is no number", "finite values");
+    throw core::InputError("simulation options: start", "a temperature that is not a number", "finite values");
 }
 
 std::string RunSummary::brief() const {
   std::string text = fmt::format("{} steps of {:.4g} to {:.4g} s, {} factorisations, {} iterations", steps,
                                  shortest_step, longest_step, factorisations, iterations);
-  if (rejected > 0) text += fmt::format(", {} tries repeated", rejected);
+  if (rejected > 0) text += fmt::format(", {} steps repeated", rejected);
   if (over_tolerance > 0) text += fmt::format(", {} shortest steps above the tolerance", over_tolerance);
-  if (passes > 0) text += fmt::format(", {:.2f} passes a step", 1.0 * passes / std::max(1L, steps));
+  if (passes > 0) text += fmt::format(", {:.2f} iterations per step", 1.0 * passes / std::max(1L, steps));
   if (unconverged > 0)
     text += fmt::format(", {} steps whose coefficients did not settle to {:.0e} K", unconverged, iteration_K);
   if (!switches.empty()) text += fmt::format(", {} compressor switches", switches.size());

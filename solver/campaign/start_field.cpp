@@ -102,7 +102,7 @@ VectorXd field_from_sensors(const core::Table& table, double time_s, const Opera
     sensors.push_back(sensor);
     values.push_back(readings[sensor] - machine.sensors[sensor].offset);
   }
-  if (!unknown.empty()) core::warn(table.source + ": columns of no sensor: " + core::join(unknown));
+  if (!unknown.empty()) core::warn(table.source + ": columns that belong to no sensor: " + core::join(unknown));
   if (sensors.empty())
     throw core::InputError(table.source, "no sensor has a value at that time", "one or more of: " + core::join(known));
 

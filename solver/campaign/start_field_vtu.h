@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The field of another run, on whatever mesh, to start from.
+// An initial temperature field from another run, on any mesh of the machine.
 
 #include <filesystem>
 
@@ -11,12 +11,12 @@ namespace thermotwin::solver {
 
 struct StartField {
   Eigen::VectorXd temperature;  ///< (size) K above the reference
-  double farthest = 0;          ///< m: of a node outside the other mesh to the place it took its value from
+  double farthest = 0;          ///< m, largest distance of a node from the place of its value
 };
 
-/// Interpolates temperature_C of a fields .vtu in each body's home frame; a node outside the other
-/// mesh takes the value at its nearest place. Fluid nodes: the mean of their wall.
-/// @throws InputError: no such array, bodies of other names
+/// Interpolates temperature_C of a .vtu of fields.pvd in each body's home frame. A node outside the other mesh takes
+/// the value of the nearest place, a fluid node the mean of its wall.
+/// @throws InputError if the array is missing or the bodies have other names
 StartField field_from_vtu(const std::filesystem::path& path, const mesh::MachineMesh& mesh,
                           const ThermalSystem& thermal);
 

@@ -17,7 +17,7 @@ int require_elastic(const mesh::Machine& machine, const std::string& body, const
   const int index = machine.body_index(body);
   if (!machine.bodies[index].elastic) {
     throw core::InputError(machine.path.filename().string() + " tcp." + key, "body '" + body + "' with elastic = false",
-                           "an elastic body; or no [tcp], which mesh, simulate and export do without");
+                           "an elastic body; or no [tcp], for mesh, simulate and export only");
   }
   return index;
 }

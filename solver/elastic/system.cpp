@@ -123,7 +123,7 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
   throw core::MeshError(
       machine.path.filename().string() + " body " + core::join(names),
       fmt::format("nothing holds it, mainly {}; {}{}", words[direction], joints_of(machine, loose_bodies),
-                  turns ? "; a pad carries the mean motion of its surface, so that one pad holds no rotation" : ""),
+                  turns ? "; a pad carries the mean motion of its surface, so one pad holds no rotation" : ""),
       turns ? "joints that hold rotations: divide of 2 x 2 or more cells across the contact ([2, 2, 1] where it is "
               "normal to z), "
               "sectors of 3 or more, or several pads or joints apart from each other"

@@ -157,7 +157,8 @@ std::vector<double> calculix::Program::coefficient(TermKind kind, int item, int*
 void DeckOptions::validate() const {
   core::require_within("deck options: refine", refine, core::positive);
   core::require_within("deck options: steady_at", steady_at, core::any_number);
-  if (!pose.allFinite()) throw core::InputError("deck options: pose", "a position that is no number", "finite values");
+  if (!pose.allFinite())
+    throw core::InputError("deck options: pose", "a position that is not a number", "finite values");
 }
 
 DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh::MachineMesh& mesh,
@@ -179,25 +180,27 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   const Loads loads = loads_text(model, program, contact);
   if (program.steady() && !loads.has_level) {
     throw core::InputError("steady state", "no film, mount or coolant wall with a coefficient above 0",
-                           "a machine that gives heat away, or a load program");
+                           "a machine with a path for its heat, or a load program");
   }
   const bool with_static = with_elastic && !options.heat_only;
   if (!with_elastic) model.notes.push_back("no body of the deck is elastic: there is no static.inp");
   const Statics elastic = with_static ? statics(model) : Statics{};
-  if (machine.lumped_capacity) model.notes.push_back("capacity is lumped in thermotwin, not in CalculiX");
-  model.notes.push_back(std::string("CalculiX integrates capacity and films with ") +
-                        (machine.order == 1 ? "one point (C3D4)" : "four and three points (C3D10)") +
-                        ", thermotwin exactly: both converge, on one mesh they differ by their error there");
+  if (machine.lumped_capacity)
+    model.notes.push_back("the capacity matrix is lumped in thermotwin and consistent in CalculiX");
+  model.notes.push_back(
+      std::string("CalculiX integrates capacity and films with ") +
+      (machine.order == 1 ? "one point (C3D4)" : "four and three points (C3D10)") +
+      ", thermotwin exactly; both converge, but on one mesh they differ by their discretisation errors");
   if (!program.steady() && options.program->time().scheme != TimeScheme::backward_euler) {
     model.notes.push_back(
         "CalculiX steps by implicit Euler, first order; thermotwin's own scheme of this load is of second order");
   }
 
   if (!machine.volumes.empty())
-    model.notes.push_back("volumes (tanks, working areas) and what they exchange are not in the deck");
+    model.notes.push_back("volumes (tanks, working areas) and their exchanges are not in the deck");
   const std::string sensors = sensors_text(model);
   const double initial = options.program ? options.program->initial_C() : machine.reference_C;
-  const std::string load = !options.program ? "the machine as it stands, steady state"
+  const std::string load = !options.program ? "the machine at rest, steady state"
                            : options.steady_at >= 0
                                ? fmt::format("steady state of {} at {:g} s", options.program->name(), options.steady_at)
                                : "load " + options.program->name() + ": " + options.program->title();

@@ -145,8 +145,8 @@ private:
       }
       if (films_.size() > before) {
         model_.notes.push_back(fmt::format(
-            "coolant {}: its walls are films against {}; that it warms up along its way, stops, or is controlled "
-            "by a chiller is not in the deck",
+            "coolant {}: its walls are films against {}; its warming along the path, its stops and its chiller are not "
+            "in the deck",
             coolant.id, is_constant(fluid) ? fmt::format("{:.4g} degC", fluid.front()) : "its inlet temperature"));
       }
     }
@@ -156,14 +156,14 @@ private:
     const mesh::Machine& machine = model_.machine();
     const int ambient = machine.ambient_index(film.ambient);
     if (ambient < 0) {
-      model_.notes.push_back(fmt::format("film {} gives to volume {}: here one of {:.4g} degC that does not change",
+      model_.notes.push_back(fmt::format("film {} exchanges with volume {}, which the deck keeps at {:.4g} degC",
                                          film.id, film.ambient, start_C()));
     } else if (machine.ambients[ambient].has_gradient)
       model_.notes.push_back("film " + film.id + " takes " + film.ambient + " at its one height, without its gradient");
     if (film.of_temperature || (film.exact_radiation && film.emissivity > 0.0)) {
       model_.notes.push_back(
           "film " + film.id +
-          " does not follow the temperature of its surface: coefficients are those at the reference temperature");
+          " keeps its coefficients at the reference temperature; they do not depend on the surface temperature here");
     }
   }
 
@@ -345,9 +345,9 @@ private:
       return !(operating_.pose(row) - model_.pose).isZero(1e-9);
     });
     if (moves) {
-      model_.notes.push_back("axes of the program move or stand elsewhere: the deck keeps them at " +
+      model_.notes.push_back("axes of the program move or stand elsewhere; the deck keeps them at " +
                              mesh::format_pose(model_.machine(), model_.pose) +
-                             ", joints and their frictional heat too");
+                             ", with joints and frictional heat of that position");
     }
   }
 

@@ -295,11 +295,10 @@ std::string contact_text(Model& model, const Program& program, const std::vector
     any = true;
     pairs.add(joint, conductance.front(), contact[j]);
     if (std::any_of(conductance.begin(), conductance.end(), [&](double h) { return h != conductance.front(); }))
-      model.notes.push_back("joint " + joint.id + " keeps the conductance it begins with; that of the load changes");
+      model.notes.push_back("joint " + joint.id + " keeps its initial conductance, which changes in the load");
   }
   if (any) {
-    model.notes.push_back(
-        "joints conduct as they touch at this pose; contact areas are integrated by CalculiX itself, by its own rule");
+    model.notes.push_back("joints conduct as at this pose; CalculiX integrates the contact areas by its own rule");
   }
   return pairs.take();
 }

@@ -115,16 +115,15 @@ public:
     const std::vector<Spring> springs = whole ? make_springs() : std::vector<Spring>();
     if (springs.empty()) {
       for (const int body : elastic) support(body);
-      model_.notes.push_back(std::string(whole ? "no joint has stiffness" : "the body is taken by itself") +
+      model_.notes.push_back(std::string(whole ? "no joint has stiffness" : "the body stands alone") +
                              ": it is held at three nodes without strain (3-2-1)");
       return statics_;
     }
     require_held(model_.machine(), elastic, springs);
     for (const Spring& spring : springs) spring.flexibility > 0.0 ? add_spring(spring) : add_scale(spring);
     model_.notes.push_back(
-        fmt::format("joints in static.inp are springs between mean displacements of their pads, as in thermotwin; "
-                    "means over more than "
-                    "{} nodes are taken over {} of them, the same for motions linear in space",
+        fmt::format("joints in static.inp are springs between mean displacements of their pads, as in thermotwin. "
+                    "Means over more than {} nodes use {} of them, which is exact for motions linear in space",
                     most_nodes, kept_nodes));
     return statics_;
   }

@@ -170,18 +170,18 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
       core::write_file(staged / files.back(), core::format_matrix_market(matrix, machine.name + ": " + what));
     };
     add("E", thermal.capacity, "capacities, J/K");
-    add("A", -thermal.conduction, "conduction within the bodies, W/K, with a minus");
+    add("A", -thermal.conduction, "negative conduction within the bodies, W/K");
     for (std::size_t j = 0; j < thermal.terms.size(); ++j) {
       add("A_film_" + made.names.films[j].name, -thermal.terms[j],
-          fmt::format("W/K for 1 {}, with a minus", made.names.films[j].unit));
+          fmt::format("negative, W/K for 1 {}", made.names.films[j].unit));
     }
-    add("B", thermal.inputs, "a column an input, see names.toml");
-    add("C", outputs, "a row an output, see names.toml");
+    add("B", thermal.inputs, "one column per input, see names.toml");
+    add("C", outputs, "one row per output, see names.toml");
     std::string names =
         "# " + machine.name +
-        ": what parameters (films), inputs and outputs of these matrices are; values as the machine stands.\n"
-        "# The state is in K above the machine's reference temperature; of inputs that an ambient drives the value is\n"
-        "# the parameter times the ambient's temperature above the reference.\nschema = 1\n";
+        ": parameters (films), inputs and outputs of these matrices, with their values for the machine at rest.\n# The "
+        "state is in K above the machine's reference temperature. The value of an input that an ambient drives\n# is "
+        "the parameter times the ambient's temperature above the reference.\nschema = 1\n";
     names += table("film", made.names.films, true) + table("input", made.names.inputs, true) +
              table("output", made.names.outputs, false);
     core::write_file(staged / "names.toml", names);
@@ -199,14 +199,14 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   }
   if (thermal.local) {
     made.notes.emplace_back(
-        "radiation = \"exact\" is linearised at the reference temperature here: a part of the films' values");
+        "radiation = \"exact\" is linearised at the reference temperature and included in the values of the films");
   }
   if (OperatingModel(machine, thermal.layout).follows_temperature()) {
     made.notes.emplace_back(
-        "films, conductances or coolers that follow temperatures: the laws are not in the matrices, their values are "
-        "parameters and inputs");
+        "films, conductances or chillers depend on temperatures: the matrices hold their values as parameters and "
+        "inputs, not their laws");
   }
-  if (rows.rows() == sensors) made.notes.emplace_back("no [tcp]: outputs are the sensors alone");
+  if (rows.rows() == sensors) made.notes.emplace_back("no [tcp]: the outputs are the sensors only");
   return made;
 }
 

@@ -185,8 +185,8 @@ public:
     }
     if (common_.data.status == CHOLMOD_NOT_POSDEF) {
       throw SolverError(fmt::format(
-          "sparse factor: the matrix of {} unknowns is not positive definite (at unknown {}); something is not held or "
-          "has no path to a given temperature",
+          "sparse factor: the matrix of {} unknowns is not positive definite (at unknown {}); a body is not held, or a "
+          "part has no path to a given temperature",
           spd.cols(),
           static_cast<typename Api::Index*>(factor_->Perm)[std::min<std::size_t>(factor_->minor, factor_->n - 1)]));
     }

@@ -203,11 +203,10 @@ struct MultigridSolver::Impl {
       left = dots(r, r).transpose();
     }
     const double worst = std::sqrt((left / (goal / (options.tolerance * options.tolerance)).max(1e-300)).maxCoeff());
-    throw core::SolverError(
-        fmt::format("multigrid: {} unknowns have a residual of {:.1e} after {} iterations where {:.1e} is asked for; "
-                    "something is not "
-                    "held or has no path to a given temperature, or elements are badly shaped",
-                    n, worst, options.max_iterations, options.tolerance));
+    throw core::SolverError(fmt::format(
+        "multigrid: {} unknowns have a residual of {:.1e} after {} iterations, above the tolerance of {:.1e}. A body "
+        "is not held, a part has no path to a given temperature, or elements are badly shaped",
+        n, worst, options.max_iterations, options.tolerance));
   }
 };
 
@@ -216,7 +215,8 @@ void MultigridOptions::validate() const {
   core::require_within(of + "block", block, {1.0, 64.0});
   core::require_within(of + "tolerance", tolerance, {1e-16, 1.0});
   core::require_within(of + "max_iterations", max_iterations, {1.0, 1e9});
-  if (!near_null.allFinite()) throw core::InputError(of + "near_null", "an entry that is no number", "finite values");
+  if (!near_null.allFinite())
+    throw core::InputError(of + "near_null", "an entry that is not a number", "finite values");
 }
 
 MultigridSolver::MultigridSolver(const Matrix& spd, const MultigridOptions& options) : impl_(std::make_unique<Impl>()) {
@@ -250,8 +250,8 @@ MultigridSolver::MultigridSolver(const Matrix& spd, const MultigridOptions& opti
   impl.coarsest.compute(last);
   if (impl.coarsest.info() != Eigen::Success) {
     throw core::SolverError(
-        fmt::format("multigrid: the matrix of {} unknowns is not positive definite; something is not held or "
-                    "has no path to a given temperature",
+        fmt::format("multigrid: the matrix of {} unknowns is not positive definite; a body is not held, or a part has "
+                    "no path to a given temperature",
                     spd.rows()));
   }
 }

@@ -23,10 +23,9 @@ Build load_module() {
   constexpr const char* name = "libthermotwin_petsc.so";
   // MPI's start waits without end for a thread of OpenBLAS that finds no memory.
   if (const double available = available_memory(); available < needed_to_load) {
-    throw core::SolverError(
-        fmt::format("multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; "
-                    "--solver direct does without it",
-                    name, needed_to_load / 1e6, available / 1e6));
+    throw core::SolverError(fmt::format(
+        "multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; use --solver direct",
+        name, needed_to_load / 1e6, available / 1e6));
   }
   std::error_code ignored;
   const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / name;
@@ -37,7 +36,7 @@ Build load_module() {
   auto* build = module ? reinterpret_cast<Build>(dlsym(module, "thermotwin_multigrid_levels")) : nullptr;
   if (!build) {
     throw core::SolverError(std::string("multigrid: ") + name + " cannot be loaded (" +
-                            (error ? error : "it is not where the program is") + "); --solver direct does without it");
+                            (error ? error : "it is not where the program is") + "); use --solver direct");
   }
   return build;
 }

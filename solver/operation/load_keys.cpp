@@ -24,13 +24,13 @@ const KeyTable time{
                   "fixed: second order at `time_step_s`; backward_euler: first order at it; adaptive: error control."),
         key::number("tolerance_K", "K", {1e-8, 10.0}, 0.01, "adaptive: largest estimated error of a step at any node."),
         key::number("shortest_step_s", "s", {1e-6, 1e6}, 0.01,
-                    "adaptive: a step of this length is kept whatever its error, and counted in the summary."),
+                    "adaptive: a step of this length is accepted at any error and counted in the summary."),
         key::number("longest_step_s", "s", {1e-6, 1e7}, Absent{"21600, at least the shortest step"},
                     "adaptive: longest step."),
     }};
 
 const KeyTable position{"position",
-                        "Where axes stand until they are moved.",
+                        "Initial positions of the axes.",
                         {
                             key::number("<axis>_mm", "mm", any_number, Absent{"0, or the nearest end of its travel"},
                                         "Position of a linear axis within its travel."),
@@ -53,12 +53,12 @@ const KeyTable axis{
         key::number("high_deg", "deg", any_number, Absent{}, "Its upper end."),
         key::number("feed_deg_min", "deg/min", any_number, Absent{}, "Feed over that range, up to the axis' rapid."),
         key::number("position_deg", "deg", any_number, Absent{}, "Where a rotary axis stands from now on."),
-        key::flag("clamped", false, "The axis is clamped in this phase, where it has that channel."),
+        key::flag("clamped", false, "The axis is clamped in this phase, if it has a clamp."),
     }};
 
 const KeyTable phase{
     "phase",
-    "A stretch of time. What a phase does not say stays as it was, but axes stand. Numbers with *ramp* may be "
+    "A period of time. Keys that a phase leaves out keep their last value, but axes stand. Numbers with *ramp* may be "
     "[from, to].",
     {
         key::text("name", Absent{"phase and its number"}, "Its name in tables."),
@@ -87,11 +87,11 @@ const KeyTable load{
     "A load program: what the machine does, phase by phase.",
     {
         key::schema(),
-        key::text("title", Absent{"the file's name"}, "What it is, in a few words."),
+        key::text("title", Absent{"the file's name"}, "A short description."),
         key::number("initial_C", "degC", any_number, Absent{"reference_C"},
                     "Uniform temperature at the start; within `plausible_C`."),
         key::number("time_step_s", "s", {1e-3, 1e6}, 60.0,
-                    "Longest step of the fixed schemes; corners of the program are met."),
+                    "Longest step of the fixed schemes; steps end at every change of the program."),
         key::number("output_s", "s", {1e-3, 1e7}, 300.0, "Interval of the rows of tcp.csv, sensors.csv and heat.csv."),
         key::table("time", time, Absent{"that of case.toml, else scheme = \"fixed\""}, "How it is taken through time."),
         key::table("position", position, Absent{}, "Where axes stand at the start."),

@@ -120,7 +120,7 @@ double HeatBalance::gap() const { return throughput_ > 0.0 ? std::abs(stored_ - 
 std::string HeatBalance::brief() const {
   double in = 0.0, out = 0.0;
   for (Index i = 0; i < heat_.size(); ++i) (heat_[i] > 0.0 ? in : out) += heat_[i];
-  return fmt::format("heat: {:.1f} kJ in, {:.1f} kJ out, {:.1f} kJ stored; {:.1e} of the throughput unaccounted for",
+  return fmt::format("heat balance: {:.1f} kJ in, {:.1f} kJ out, {:.1f} kJ stored; imbalance {:.1e} of the throughput",
                      1e-3 * in, -1e-3 * out, 1e-3 * stored_, gap());
 }
 

@@ -70,8 +70,7 @@ std::vector<std::string> isolated_parts(const mesh::MachineMesh& mesh, const The
     const Eigen::Vector3d at = 1e3 * part.middle / part.nodes;
     sentences.push_back(fmt::format(
         "nothing takes heat from {} of '{}' ({} nodes around [{:.3g}, {:.3g}, {:.3g}] mm): no film, joint or coolant "
-        "leads from there to an "
-        "ambient or an inlet, and what is let in stays",
+        "connects it to an ambient or an inlet, so its temperature rises without limit",
         part.bodies.size() == 1 ? "a part" : "parts", core::join(part.bodies), part.nodes, at.x(), at.y(), at.z()));
   }
   return sentences;

@@ -255,7 +255,7 @@ TEST(WholeChain, ExtendedMachineStandsByItself) {
   const Result again = toy.run({"diagnose", "--data", toy.path() + "/measurement", "--model",
                                 toy.result("diagnosis/extended/model.rom.h5").string()});
   EXPECT_EQ(again.status, 3);
-  EXPECT_SAYS(again.err, "another --out");
+  EXPECT_SAYS(again.err, "another folder as --out");
   EXPECT_EQ(files_in(toy.result("diagnosis/extended")), before);
   const core::TemporaryFolder elsewhere;
   std::filesystem::copy(toy.result("diagnosis/extended"), elsewhere / "sent", std::filesystem::copy_options::recursive);

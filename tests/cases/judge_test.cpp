@@ -70,7 +70,7 @@ TEST(Evaluate, LeavesLongTablesToTheFileAndSaysWhereTrainingIsShort) {
   write_drift(toy);
   const Result result = toy.run({"evaluate", "--data", toy.file("drift"), "--train-until", "3"});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_SAYS(result.out, "fitted on 2.9 h only: tests of ISO 230-3 last 4 h");
+  EXPECT_SAYS(result.out, "fitted on only 2.9 h; the tests of ISO 230-3 last 4 h");
   const std::string tables = read(toy.result("evaluation/tables.txt"));
   EXPECT_SAYS(tables, "z (um)");
   EXPECT_SAYS(result.out, "tables.txt");
@@ -164,7 +164,7 @@ TEST(Diagnose, AMeshErrorNeedsAMesh) {
   write_drift(toy);
   const Result without = toy.run({"diagnose", "--data", toy.file("drift"), "--temperature-error", "3"});
   EXPECT_EQ(without.status, 2);
-  for (const char* words : {"--temperature-error", "a case or --model"}) EXPECT_SAYS(without.err, words);
+  for (const char* words : {"--temperature-error", "a CASE or --model"}) EXPECT_SAYS(without.err, words);
   const std::string data = (toy_run() / "measurement").string(), model = (toy_run() / "model.rom.h5").string();
   const Result negative = toy.run({"diagnose", "--model", model, "--data", data, "--temperature-error", "-1"});
   EXPECT_EQ(negative.status, 2);

@@ -84,7 +84,7 @@ TEST(Matrices, FilmsHaveNamesAndValues) {
   EXPECT_EQ(unknown.status, 3);
   EXPECT_SAYS(unknown.err, "nearest: air");
   EXPECT_SAYS(matrices.reduce({"--film", "air=9"}).out, "at          air 9\n");
-  EXPECT_SAYS(matrices.reduce().out, "at          every film at its value in names.toml, 1 where it has none\n");
+  EXPECT_SAYS(matrices.reduce().out, "at          every film at its value in names.toml, or 1 without one\n");
   EXPECT_EQ(matrices.reduce({"--film", "air"}).status, 3);
   EXPECT_EQ(matrices.reduce({"--film", "air=x"}).status, 3);
 }
@@ -109,7 +109,7 @@ TEST(Matrices, ASingularAIsNamedOnBothRoutes) {
     write_free_rod(matrices, n);
     const Result result = matrices.reduce();
     EXPECT_EQ(result.status, 3) << result.err;
-    for (const char* words : {"not stable", "A is singular", "zero within rounding", "needs a support"})
+    for (const char* words : {"not stable", "A is singular", "zero within rounding", "a support"})
       EXPECT_SAYS(result.err, words);
   }
 }
@@ -174,8 +174,8 @@ INSTANTIATE_TEST_SUITE_P(
         {"NotANumber", "A", coordinate + "3 3 1\n1 1 nan\n", {"A.mtx:3", "'nan'", "a finite number"}},
         {"NotSquare", "A", coordinate + "3 4 1\n1 1 1\n", {"A.mtx", "3 x 4", "square"}},
         {"OtherSize", "C", coordinate + "1 4 1\n1 1 1\n", {"C.mtx", "1 x 4", "1 x 3"}},
-        {"NoInput", "B", coordinate + "3 1 0\n", {"B.mtx", "nothing drives"}},
-        {"NoOutput", "C", coordinate + "1 3 0\n", {"C.mtx", "nothing is seen"}},
+        {"NoInput", "B", coordinate + "3 1 0\n", {"B.mtx", "has no input"}},
+        {"NoOutput", "C", coordinate + "1 3 0\n", {"C.mtx", "has no output"}},
         {"Unstable", "A", coordinate + "3 3 3\n1 1 -1\n2 2 0.25\n3 3 -1000\n", {"not stable", "eigenvalue 0.25"}},
         {"Oscillating",
          "A",

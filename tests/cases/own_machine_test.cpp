@@ -127,7 +127,7 @@ TEST(OwnMachine, VerbsOfTheTcpErrorNameWhatTheyNeed) {
     const Result result = own.run(arguments);
     EXPECT_EQ(result.status, 3) << verb[0] << result.err;
     EXPECT_SAYS(result.err, "machine.toml [tcp]: missing") << verb[0];
-    EXPECT_SAYS(result.err, "simulate and export do without") << verb[0];
+    EXPECT_SAYS(result.err, "simulate and export work without") << verb[0];
   }
 }
 

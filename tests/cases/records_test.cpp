@@ -157,10 +157,10 @@ TEST(EvaluateRecord, ASelectionWithoutInputFallsBackAndSaysSo) {
   const json board = json::parse(result.out)["leaderboard"];
   for (const json& standing : board) {
     if (standing["model"] != "selected_regression") continue;
-    EXPECT_SAYS(standing["caution"].get<std::string>(), "no input selected, ridge regression on all inputs instead");
+    EXPECT_SAYS(standing["caution"].get<std::string>(), "ridge regression on all inputs is used instead");
     EXPECT_GT(standing["rms_reduction_percent"].get<double>(), 50.0);
   }
-  EXPECT_SAYS(read(toy.result("evaluation/models.txt")), "no input selected");
+  EXPECT_SAYS(read(toy.result("evaluation/models.txt")), "no single input improves");
 }
 
 TEST(EvaluateRecord, ShowsTheFitWhereAllRowsTrain) {
@@ -328,7 +328,7 @@ TEST(EvaluateRecord, TrainsOnSeveralFolders) {
   EXPECT_SAYS(twice.err, "named twice");
   const Result leaked = toy.run({"evaluate", "--data", toy.file("both"), "--train-data", toy.file("both")});
   EXPECT_EQ(leaked.status, 3);
-  EXPECT_SAYS(leaked.err, "--data or --also judges");
+  EXPECT_SAYS(leaked.err, "without the folders of --data and --also");
 }
 
 TEST(EvaluateRecord, AModelThatPredictsNothingOfTheJudgedFolderIsNoted) {
@@ -423,10 +423,10 @@ TEST(DiagnoseRecord, ThatCannotTellSaysSoAndWhatToMeasure) {
   EXPECT_EQ(kinds, (std::set<std::string>{"none", "unknown"}));
   EXPECT_TRUE(d["causes"].empty());
   EXPECT_EQ(d["next_measurement"]["channel"], "z");
-  EXPECT_SAYS(d["next_measurement"]["load"].get<std::string>(), "apart from the other inputs");
+  EXPECT_SAYS(d["next_measurement"]["load"].get<std::string>(), "independently of the other inputs");
   EXPECT_FALSE(d["next_measurement"]["why"].get<std::string>().empty());
   const std::string page = read(toy.result("diagnosis/report.html"));
-  for (const char* words : {"<p>This record cannot tell", "To decide, measure", "none: nothing changed"})
+  for (const char* words : {"<p>Ambiguous: this record does not show", "To decide, measure", "none: nothing changed"})
     EXPECT_SAYS(page, words);
   // The same machine, used in the first third as later, does tell.
   std::mt19937_64 again(3);

@@ -121,7 +121,7 @@ TEST(Stream, AHotStartDoesNotJump) {
   const Result result = thermotwin({"compensate", model()}, rows);
   ASSERT_EQ(result.status, 0);
   double largest = 0, rate = 0, fastest = 0;
-  ASSERT_EQ(std::sscanf(result.err.c_str(), "offsets: at most %lf um, %lf um/s while the axes stand, %lf", &largest,
+  ASSERT_EQ(std::sscanf(result.err.c_str(), "offset limits: %lf um, %lf um/s while the axes stand, %lf", &largest,
                         &rate, &fastest),
             3)
       << result.err;
@@ -208,7 +208,7 @@ TEST(Stream, AWarmStartAccusesNoSensorAndFindsTheError) {
 TEST(Stream, AbsentColumnsAreNamed) {
   const Result result = thermotwin({"compensate", model()}, "time_s,axis.X.position_mm,air.T_C\n0,0,20\n60,0,20\n");
   EXPECT_EQ(result.status, 0);
-  EXPECT_SAYS(result.err, "no column for inputs of the model");
+  EXPECT_SAYS(result.err, "inputs of the model without a column");
   EXPECT_SAYS(result.err, "spindle.speed_rpm = 0");
   EXPECT_EQ(result.err.find("air.T_C ="), std::string::npos) << result.err;
 }
@@ -353,7 +353,7 @@ TEST(Stream, RowsOfAnotherMachineAreNoticed) {
   const Result named = thermotwin({"compensate", model()}, own + "\n" + rows);
   EXPECT_EQ(named.status, 0);
   EXPECT_EQ(named.out, unnamed.out);
-  EXPECT_EQ(named.err.find("does not say"), std::string::npos);
+  EXPECT_EQ(named.err.find("does not name"), std::string::npos);
   const Result other = thermotwin({"compensate", model()}, "# machine vmc5 0123456789abcdef\n" + rows);
   EXPECT_EQ(other.status, 3);
   EXPECT_EQ(other.out, "");

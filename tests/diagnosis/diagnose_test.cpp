@@ -210,7 +210,7 @@ TEST(Diagnose, ACauseBesideSomethingUnknownIsNamedWithTheRestLeftOpen) {
   EXPECT_NEAR(d.causes[0].value, 1.6, 0.25);
   ASSERT_EQ(d.ambiguous_set.size(), 1u);
   EXPECT_EQ(d.ambiguous_set[0].parameter.kind, Kind::unknown);
-  EXPECT_NE(d.sentence.find("something beside it that no kind describes"), std::string::npos) << d.sentence;
+  EXPECT_NE(d.sentence.find("an unknown cause as well"), std::string::npos) << d.sentence;
   EXPECT_TRUE(d.extended_machine_text.empty());
   EXPECT_TRUE(std::any_of(d.notes.begin(), d.notes.end(), [](const std::string& note) {
     return note.find("one channel alone: T4_reading") != std::string::npos;
@@ -411,7 +411,7 @@ TEST(Diagnose, WhatHeldOutTimeContradictsIsNotNamed) {
   EXPECT_TRUE(d.causes.empty() && d.extended_machine_text.empty());
   EXPECT_NEAR(d.heldout_rms_after_um, d.heldout_rms_before_um, 1e-9);
   EXPECT_TRUE(std::any_of(d.warnings.begin(), d.warnings.end(), [](const std::string& note) {
-    return note.find("held-out time") != std::string::npos && note.find("not named") != std::string::npos;
+    return note.find("held-out data") != std::string::npos && note.find("not named") != std::string::npos;
   }));
 }
 

@@ -285,7 +285,7 @@ TEST(HiddenEffects, WhatNoKindDescribesIsNotNamed) {
     EXPECT_EQ(line.verdict, diagnosis::Verdict::unexplained) << line.text();
     const std::vector<std::string> notes = diagnosis::diagnose(bench().model, spoilt.measurement, {}).notes;
     EXPECT_EQ(std::count(notes.begin(), notes.end(),
-                         std::string("What no kind describes shows best in one channel alone: ") + sensor + "."),
+                         std::string("The unexplained residual is concentrated in one channel alone: ") + sensor + "."),
               1);
   }
 }

@@ -75,7 +75,7 @@ TEST(Selection, AnEmptyRuleSaysHowNear) {
   fails({"12.3 mm from the plane", "0.5"});
   rule.plane_point = Vector3d(0, 0, 0.1);
   rule.normal = Vector3d(0, 0, -1);
-  fails({"plane: holds for 32 triangles", "normal: holds for 32 triangles", "all together for none"});
+  fails({"plane: holds for 32 triangles", "normal: holds for 32 triangles", "all conditions together"});
   rule = {};
   rule.place = "m.toml:1";
   rule.box_min = Vector3d(0.45, 0, 0);

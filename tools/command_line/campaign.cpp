@@ -8,32 +8,31 @@ namespace thermotwin::tools {
 void add_campaign(CLI::App& app) {
   const auto options = std::make_shared<CampaignOptions>();
   CampaignOptions& campaign = *options;
-  CLI::App* verb = add_verb(app, "campaign",
-                            "load programs on the full model, or on the reduced one, the TCP error at all poses: "
-                            "tcp.csv, sensors.csv and heat.csv (heat flows, W) per load",
-                            "thermotwin campaign cases/vmc5 --resume\n"
-                            "  thermotwin campaign cases/vmc5 --reduced --model out/model.rom.h5 --out fast",
-                            options, &tools::campaign);
-  verb->add_option("CASE", campaign.case_path, "case folder or case.toml")->required();
-  verb->add_option("--load", campaign.loads, "only these load programs (absent: train and holdout of the case)");
-  auto* resume =
-      verb->add_flag("--resume", campaign.resume, "keep loads that are finished, go on with one that was stopped");
+  CLI::App* verb = add_verb(
+      app, "campaign",
+      "Runs load programs at all poses of the workspace and writes tcp.csv, sensors.csv and heat.csv for each.",
+      "thermotwin campaign cases/vmc5 --resume\n"
+      "  thermotwin campaign cases/vmc5 --reduced --model out/model.rom.h5 --out fast",
+      options, &tools::campaign);
+  verb->add_option("CASE", campaign.case_path, "Case folder or case.toml.")->required();
+  verb->add_option("--load", campaign.loads, "Load programs to run (default: train and holdout of the case).");
+  auto* resume = verb->add_flag("--resume", campaign.resume, "Keep finished loads and continue an interrupted one.");
   auto* reduced = verb->add_flag("--reduced", campaign.reduced,
-                                 "by the reduced model; with its reference, error_estimate.csv per load too")
+                                 "Use the reduced model and write to campaign_reduced/ in --out, without heat.csv.")
                       ->excludes(resume);
-  verb->add_option("--model", campaign.model, "of --reduced: model.rom.h5 (absent: that of --out)")->needs(reduced);
+  verb->add_option("--model", campaign.model, "With --reduced: the reduced model (default: model.rom.h5 in --out).")
+      ->needs(reduced);
   verb->add_flag("--exact", campaign.exact,
-                 "of --reduced: steps without time error where films, contacts and flows stand (those that follow "
-                 "the temperature never do); "
-                 "absent: the full model's time scheme, to compare with it")
+                 "With --reduced: steps without time error while films, contacts and flows are constant (default: time "
+                 "scheme of the full model).")
       ->needs(reduced);
   verb->add_option("--reference", campaign.reference,
-                   "of --reduced: model of larger order that estimates the error "
-                   "(absent: reference.rom.h5 beside the model, if it is there)")
+                   "With --reduced: model of larger order for error_estimate.csv (default: reference.rom.h5 beside the "
+                   "model, if present).")
       ->needs(reduced);
   verb->add_flag("--bound", campaign.bound,
-                 "of --reduced: error_bound.csv per load too, what the error cannot exceed at the poses of "
-                 "bound.rom.h5 beside the model (thermotwin reduce --bound)")
+                 "With --reduced: write error_bound.csv, the guaranteed error bound at the poses of bound.rom.h5 "
+                 "beside the model (see `reduce --bound`).")
       ->needs(reduced);
   add_checkpoint_option(*verb, campaign.checkpoint_every_s);
   add_mesh_options(*verb, campaign.size, campaign.mesh_order);

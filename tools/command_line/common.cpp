@@ -1,32 +1,80 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/command_line/common.h"
 
+#include <sstream>
+
 namespace thermotwin::tools {
+namespace {
+
+constexpr std::size_t name_width = 30, text_width = 70;  ///< columns of --help
+
+std::string wrapped(const std::string& text, std::size_t width) {
+  std::istringstream words(text);
+  std::string lines;
+  std::size_t column = 0;
+  for (std::string word; words >> word; column += word.size()) {
+    if (column > 0) {
+      const bool fits = column + 1 + word.size() <= width;
+      lines += fits ? ' ' : '\n';
+      column = fits ? column + 1 : 0;
+    }
+    lines += word;
+  }
+  return lines;
+}
+
+class HelpFormatter final : public CLI::Formatter {
+public:
+  HelpFormatter() {
+    column_width(name_width);
+    label("SUBCOMMAND", "VERB");
+  }
+  std::string make_description(const CLI::App* app) const override {
+    return wrapped(app->get_description(), name_width + text_width) + "\n";
+  }
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return wrapped(option->get_description(), text_width);
+  }
+  std::string make_subcommand(const CLI::App* verb) const override {
+    std::ostringstream out;
+    CLI::detail::format_help(out, verb->get_display_name(true), wrapped(verb->get_description(), text_width),
+                             column_width_);
+    return out.str();
+  }
+};
+
+}  // namespace
+
+std::shared_ptr<CLI::Formatter> help_formatter() { return std::make_shared<HelpFormatter>(); }
 
 void add_common_options(CLI::App& verb, CommonOptions& options) {
-  verb.add_option("--out", options.out, "folder for results")->capture_default_str();
-  verb.add_option("--threads", options.threads, "threads (0: all cores); results do not depend on it")
+  const std::string common = "Common options";
+  verb.add_option("--out", options.out, "Folder for results.")->capture_default_str()->group(common);
+  verb.add_option("--threads", options.threads, "Number of threads, 0 for all cores; results do not depend on it.")
       ->check(CLI::Range(0, 1024))
-      ->capture_default_str();
-  verb.add_flag("--quiet", options.quiet, "no progress on stderr");
-  verb.add_flag("--json", options.json, "summary as one JSON object on stdout");
+      ->capture_default_str()
+      ->group(common);
+  verb.add_flag("--quiet", options.quiet, "Print no progress to stderr.")->group(common);
+  verb.add_flag("--json", options.json, "Print the summary as one JSON object to stdout.")->group(common);
 }
 
 void add_mesh_options(CLI::App& verb, std::string& size, int& order, const std::string& order_name) {
-  verb.add_option("--size", size, "mesh: coarse, standard, fine, or a factor of the element sizes");
-  verb.add_option(order_name, order, "tetrahedra: 1 linear, 2 quadratic (absent: as machine.toml says)")
+  verb.add_option(
+      "--size", size,
+      "Mesh size: coarse, standard, fine, or a factor on the element sizes (default: size of case.toml, else coarse).");
+  verb.add_option(order_name, order, "Order of the tetrahedra: 1 linear, 2 quadratic (default: order of machine.toml).")
       ->check(CLI::Range(1, 2));
 }
 
 void add_checkpoint_option(CLI::App& verb, double& every_s) {
-  verb.add_option("--checkpoint-every", every_s, "seconds of computing between checkpoints")
+  verb.add_option("--checkpoint-every", every_s, "Computing time between checkpoints, s.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
 
 void add_solver_option(CLI::App& verb, std::string& solver) {
   verb.add_option("--solver", solver,
-                  "linear solver: direct while its factors fit into memory (auto), direct, iterative")
+                  "Linear solver: direct, iterative, or auto: direct while its factors fit into memory.")
       ->check(CLI::IsMember({"auto", "direct", "iterative"}))
       ->capture_default_str();
 }

@@ -14,6 +14,9 @@
 
 namespace thermotwin::tools {
 
+/// Descriptions are broken at 100 columns; a verb is called a verb.
+std::shared_ptr<CLI::Formatter> help_formatter();
+
 void add_common_options(CLI::App& verb, CommonOptions& options);
 /// `reduce` has an --order of its own.
 void add_mesh_options(CLI::App& verb, std::string& size, int& order,

@@ -9,39 +9,40 @@ void add_compensate(CLI::App& app) {
   const auto options = std::make_shared<CompensateOptions>();
   CompensateOptions& compensate = *options;
   CLI::App* verb =
-      add_verb(app, "compensate", "streams rows of what a control knows in, axis offsets out, row by row",
+      add_verb(app, "compensate", "Streams rows of a control's channels in and axis offsets out, row by row.",
                "thermotwin compensate out/model.rom.h5 --in rows.csv --out offsets.csv", options, &tools::compensate);
-  verb->add_option("MODEL", compensate.model, "model.rom.h5")->required();
-  verb->add_option("--in", compensate.in, "CSV file, or - for standard input")->capture_default_str();
-  verb->get_option("--out")->description("CSV file of the offsets, or - for standard output");
-  verb->add_flag("--no-sensors", compensate.no_sensors, "ignore temperature sensors");
-  verb->add_option("--step", compensate.step_s, "longest step of the thermal state, s")
+  verb->add_option("MODEL", compensate.model, "Reduced model model.rom.h5.")->required();
+  verb->add_option("--in", compensate.in, "CSV file of rows, or - for standard input.")->capture_default_str();
+  verb->get_option("--out")->description("CSV file of offsets, or - for standard output.")->group("Options");
+  verb->add_flag("--no-sensors", compensate.no_sensors, "Ignore the temperature sensors.");
+  verb->add_option("--step", compensate.step_s, "Longest step of the thermal state, s.")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 
   verb->add_option("--largest-offset", compensate.largest_um,
-                   "um; no offset is larger (absent: twice what the model's operating points make)")
+                   "Limit of each offset, um (default: twice the largest offset at the model's operating points).")
       ->check(CLI::PositiveNumber);
   verb->add_option("--offset-rate", compensate.rate_um_s,
-                   "um/s; no offset changes faster, from nought at the start (absent: the largest in 300 s, and what "
-                   "moves of the axes account for)")
+                   "Limit of each offset's rate of change, um/s, from 0 at the start (default: the largest offset in "
+                   "300 s, plus axis moves).")
       ->check(CLI::PositiveNumber);
 
-  verb->add_flag("--strict", compensate.strict,
-                 "a cell that cannot be read, or a value that the machine cannot have, ends the run (absent: it counts "
-                 "as missing, and the status says so)");
+  verb->add_flag(
+      "--strict", compensate.strict,
+      "Stop at a cell that is unreadable or that the machine cannot have (default: it counts as missing, and "
+      "the status names it).");
 
   verb->add_option("--probe-std", compensate.probe_std_um,
-                   "um, standard deviation of the values in columns probe_dx_um, probe_dy_um, probe_dz_um")
+                   "Standard deviation of the values in the columns probe_dx_um, probe_dy_um and probe_dz_um, um.")
       ->check(CLI::Range(0.001, 1e5))
       ->capture_default_str();
   verb->add_flag("--probed-compensated", compensate.probed_compensated,
-                 "they were probed while the offsets of the row before were applied");
-  verb->add_option(
-      "--learned", compensate.learned,
-      "CSV file: what sensors and probing told of powers, films, expansions, ..., with its uncertainty, at the end");
+                 "The values were probed with compensation active, that is, with the offsets of the row before.");
+  verb->add_option("--learned", compensate.learned,
+                   "CSV file, written at the end, of the estimated powers, films, expansions and other states with "
+                   "standard deviations.");
   verb->add_option("--explain", compensate.explain,
-                   "text file: which augmented states the sensors can tell (detectability), by name, at the end");
+                   "Text file, written at the end, of the disturbance states and their detectability by the sensors.");
 }
 
 }  // namespace thermotwin::tools

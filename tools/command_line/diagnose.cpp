@@ -14,22 +14,23 @@ void add_diagnose(CLI::App& app) {
   const auto options = std::make_shared<DiagnoseOptions>();
   DiagnoseOptions& diagnose = *options;
   CLI::App* verb =
-      add_verb(app, "diagnose", "what the simulation gets wrong in a measurement, why, the extended model, the gain",
+      add_verb(app, "diagnose",
+               "Compares a measurement with the model, names the cause of a discrepancy, and extends the model.",
                "thermotwin diagnose cases/vmc5 --data measurement --model out/model.rom.h5", options, &tools::diagnose);
   verb->add_option(
       "CASE", diagnose.case_path,
-      "case folder (absent, and no --model: data without a machine, against a lag model of its first day)");
-  verb->add_option("--data", diagnose.data, "measurement folder")->required();
-  verb->add_option("--model", diagnose.model, "model.rom.h5 (absent: made from the case)");
+      "Case folder (default: that of --model; without both, a lag model of the first part of the record).");
+  verb->add_option("--data", diagnose.data, "Measurement folder.")->required();
+  verb->add_option("--model", diagnose.model, "Reduced model model.rom.h5 (default: made from the case).");
   verb->add_option("--accept", diagnose.accept,
-                   "new folder: a copy of the case with the extended machine, diagnosed again, with its gain in "
-                   "compensation");
+                   "New folder for a copy of the case with the extended machine; prints its diagnosis and its gain in "
+                   "compensation.");
   const auto add_error = [&](const std::string& name, std::optional<double>& percent, double otherwise,
                              const std::string& of) {
-    verb->add_option(name, percent,
-                     "percent of each " + of +
-                         "'s own response by which mesh and time steps may be off; where a study of the mesh shows "
-                         "less, more is seen")
+    verb->add_option(
+            name, percent,
+            "Assumed discretisation error, percent of each " + of +
+                "'s own response; a smaller value, known from a mesh study, makes the diagnosis more sensitive.")
         ->check(CLI::Range(0.1, 50.0))
         ->default_str(fmt::format("{}", otherwise));
   };

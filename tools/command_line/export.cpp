@@ -9,35 +9,35 @@ void add_export(CLI::App& app) {
   const auto options = std::make_shared<ExportOptions>();
   ExportOptions& exported = *options;
   CLI::App* verb =
-      add_verb(app, "export",
-               "the machine for another program: a CalculiX deck (heat.inp, static.inp, mesh.inp), or its matrices "
-               "(Matrix Market)",
+      add_verb(app, "export", "Exports a machine to other programs, as a CalculiX deck or as Matrix Market files.",
                "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
                "  cd out/calculix && ccx heat && ccx static\n"
                "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced",
                options, &tools::export_model);
-  verb->add_option("MODEL", exported.model, "case folder, case.toml or machine.toml")->required();
+  verb->add_option("MODEL", exported.model, "Case folder, case.toml or machine.toml.")->required();
   verb->add_flag("--calculix", exported.calculix,
-                 "decks for ccx 2.20: heat transfer, then thermo-elastic displacement, SI units and degC");
+                 "Write decks for CalculiX (ccx 2.20) in SI units and degC: heat.inp, static.inp and mesh.inp.");
   auto* matrices = verb->add_flag(
       "--matrices", exported.matrices,
-      "E, A, a matrix for each film, contact and flow, B, C, and names.toml: what `reduce --matrices` reads");
-  auto* load = verb->add_option("--load", exported.load,
-                                "load program, as amplitudes (absent: steady state of the machine as it stands)");
-  auto* step =
-      verb->add_option("--time-step", exported.time_step_s, "longest increment, s (absent: time_step_s of the load)")
-          ->check(CLI::PositiveNumber)
-          ->needs(load);
+      "Write the matrices E, A, B, C, one for each film, contact and flow, and names.toml, for `reduce --matrices`.");
+  auto* load =
+      verb->add_option("--load", exported.load,
+                       "Load program of the deck, as amplitudes (default: steady state of the machine at rest).");
+  auto* step = verb->add_option("--time-step", exported.time_step_s,
+                                "Longest time increment of the deck, s (default: time_step_s of the load).")
+                   ->check(CLI::PositiveNumber)
+                   ->needs(load);
   verb->add_option("--steady-at", exported.steady_at_s,
-                   "steady state of what the load has at this time, s, instead of a transient")
+                   "Time of the load, s, whose steady state replaces the transient.")
       ->check(CLI::NonNegativeNumber)
       ->needs(load)
       ->excludes(step);
   verb->add_option(
       "--pose", exported.pose,
-      "axis positions, mm and deg, where the bodies are put, and whose TCP error the matrices give (absent: home)");
-  auto* body = verb->add_option("--body", exported.body, "only this body, without its joints to others");
-  auto* heat_only = verb->add_flag("--heat-only", exported.heat_only, "no static.inp");
+      "Axis positions, mm and deg, at which bodies are placed and TCP errors are evaluated (default: home).");
+  auto* body = verb->add_option("--body", exported.body,
+                                "The only body of the deck, without its joints to others (default: all bodies).");
+  auto* heat_only = verb->add_flag("--heat-only", exported.heat_only, "Write no static.inp.");
   for (CLI::Option* of_calculix : {load, body, heat_only}) matrices->excludes(of_calculix);
   add_mesh_options(*verb, exported.size, exported.mesh_order);
 }

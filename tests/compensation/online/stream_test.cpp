@@ -120,7 +120,7 @@ TEST(CompensateStream, MistakesAreNamedWithLineAndColumn) {
   expect_input_error(with("time_s,T_nose_C\n0,1e300\n"), {"rows.csv:2 T_nose_C", "1e300", "at most 1e+10"});
   expect_input_error(with("time_s,cutting_fluid.on\n0,-1\n"),
                      {"rows.csv:2", "cutting_fluid.on = -1", "0 (off) to 1 (on)"});
-  expect_input_error(with("time_s\n0\n1700000000\n"), {"rows.csv:3", "leaps", "1700000000 s after 0 s"});
+  expect_input_error(with("time_s\n0\n1700000000\n"), {"rows.csv:3", "time gap", "1700000000 s after 0 s"});
 }
 
 TEST(CompensateStream, AFullOutputIsAnError) {
