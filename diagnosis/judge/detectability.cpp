@@ -24,7 +24,8 @@ std::vector<Detectable> detectability(const Problem& problem, const SearchResult
     if (h.members.size() != 1 || h.std.size() != 1) continue;
     const Parameter& p = problem.parameters[h.members.front()];
     Detectable& row = of_kind(p);
-    const double size = seen * h.std[0];
+    // What is within its stated uncertainty is no cause, however well it is seen.
+    const double size = seen * std::hypot(h.std[0], p.nominal_std);
     if (row.best.empty() || size < row.least) row.least = size, row.best = p.where;
     if (row.worst.empty() || size > row.most) row.most = size, row.worst = p.where;
   }

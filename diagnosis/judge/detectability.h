@@ -11,7 +11,7 @@
 namespace thermotwin::diagnosis {
 
 /// In the order of the kinds; kinds that the machine does not offer are left out. A size is seen where it is
-/// sqrt(2 ln(e^strong)) = 4.5 standard deviations of its estimate.
+/// sqrt(2 strong) = 4.5 standard deviations, of its estimate and of what is stated together.
 std::vector<Detectable> detectability(const Problem& problem, const SearchResult& found);
 
 }  // namespace thermotwin::diagnosis

@@ -30,9 +30,9 @@ TEST(DiagnoseFiles, JsonHasTheKeysOfTheContract) {
     for (const auto& item : object.items()) result.insert(item.key());
     return result;
   };
-  EXPECT_EQ(keys(json),
-            (std::set<std::string>{"schema", "verdict", "sentence", "causes", "ranking", "ambiguous_set", "residual",
-                                   "gain", "next_measurement", "extended_machine", "warnings", "notes"}));
+  EXPECT_EQ(keys(json), (std::set<std::string>{"schema", "verdict", "sentence", "actions", "causes", "ranking",
+                                               "ambiguous_set", "residual", "detectability", "gain", "next_measurement",
+                                               "extended_machine", "warnings", "notes"}));
   EXPECT_EQ(json["sentence"], d.sentence);
   EXPECT_EQ(json["warnings"], nlohmann::json(d.warnings));
   EXPECT_EQ(json["notes"], nlohmann::json(d.notes));
@@ -49,7 +49,8 @@ TEST(DiagnoseFiles, JsonHasTheKeysOfTheContract) {
   EXPECT_EQ(keys(json["gain"]), (std::set<std::string>{"heldout_rms_before_um", "heldout_rms_after_um",
                                                        "reduction_percent", "ci95_percent"}));
   EXPECT_EQ(json["gain"]["ci95_percent"].size(), 2u);
-  EXPECT_EQ(keys(json["next_measurement"]), (std::set<std::string>{"load", "channel", "why"}));
+  EXPECT_EQ(keys(json["next_measurement"]),
+            (std::set<std::string>{"load", "channel", "why", "duration_h", "outcomes"}));
   EXPECT_EQ(json["extended_machine"], "extended/machine.toml");
 }
 

@@ -64,7 +64,7 @@ TEST(Action, EveryKindHasOneOfItsOwn) {
     if (row.kind == Kind::source_missing) continue;
     const std::string action = diagnosis::action_of(cause(row.kind, "item", 1.5), model);
     EXPECT_TRUE(actions.insert(action).second) << row.name << ": " << action;
-    EXPECT_NE(action.find(row.kind == Kind::ambient_gradient ? "1.5" : "item"), std::string::npos) << action;
+    EXPECT_TRUE(action.find("item") != std::string::npos || action.find("1.5") != std::string::npos) << action;
     EXPECT_TRUE(action.ends_with(".")) << action;
   }
   EXPECT_EQ(diagnosis::action_of(cause(Kind::source_power, "motor", 1.6), model),

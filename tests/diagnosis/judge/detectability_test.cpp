@@ -14,12 +14,13 @@ namespace {
 using namespace thermotwin;
 using diagnosis::Kind;
 
-TEST(Detectability, ASizeIsSeenAtFourAndAHalfDeviationsOfItsEstimate) {
+TEST(Detectability, ASizeIsSeenAtFourAndAHalfDeviationsOfItsEstimateAndOfWhatIsStated) {
   diagnosis::Problem problem;
   diagnosis::SearchResult found;
   found.hypotheses.resize(1);
   const auto add = [&](Kind kind, const std::string& where, double std) {
     problem.parameters.push_back(diagnosis::make_parameter(kind, where));
+    problem.parameters.back().nominal_std = 0.05;
     const int index = static_cast<int>(std::ssize(problem.parameters)) - 1;
     if (std <= 0.0) return found.invisible.push_back(index);
     diagnosis::Hypothesis h;
@@ -34,9 +35,9 @@ TEST(Detectability, ASizeIsSeenAtFourAndAHalfDeviationsOfItsEstimate) {
   const std::vector<diagnosis::Detectable> rows = diagnosis::detectability(problem, found);
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].kind, Kind::film_coefficient);
-  EXPECT_NEAR(rows[0].least, 0.02 * std::sqrt(20.0), 1e-12);
+  EXPECT_NEAR(rows[0].least, std::hypot(0.02, 0.05) * std::sqrt(20.0), 1e-12);
   EXPECT_EQ(rows[0].best, "table");
-  EXPECT_NEAR(rows[0].most, 0.1 * std::sqrt(20.0), 1e-12);
+  EXPECT_NEAR(rows[0].most, std::hypot(0.1, 0.05) * std::sqrt(20.0), 1e-12);
   EXPECT_EQ(rows[0].worst, "skin");
   EXPECT_EQ(rows[0].invisible, 1);
   EXPECT_EQ(rows[1].kind, Kind::sensor_offset);
@@ -57,7 +58,7 @@ TEST(Detectability, IsWhatADiagnosisNames) {
   ASSERT_NE(row, clean.detectable.end());
   const double size = row->best == "motor" ? row->least : row->most;
   ASSERT_LT(size, 1.0);
-  const diagnosis::Diagnosis seen = diagnosed(1.0 + 2.0 * std::max(size, 0.15));
+  const diagnosis::Diagnosis seen = diagnosed(1.0 + 1.6 * size);
   ASSERT_FALSE(seen.causes.empty()) << seen.sentence;
   EXPECT_EQ(seen.causes.front().parameter.where, "motor");
   EXPECT_EQ(diagnosed(1.0 + 0.2 * size).verdict, diagnosis::Verdict::no_discrepancy);

@@ -30,14 +30,18 @@ TEST(Observations, MeansOfAReturnThatTouchASwitchOfItsPumpAreLeftOut) {
   text.replace(text.find(solid), solid.size(), "id = \"T5\"\nreturn_of = \"main\"");
   const mesh::Machine machine = mesh::parse_machine(text, "rods/machine.toml");
   compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 60});
-  const auto pump = std::find_if(m.channels.begin(), m.channels.end(),
-                                 [](const auto& channel) { return channel.input == "coolant.main.on"; });
-  ASSERT_NE(pump, m.channels.end());
+  compensation::MeasuredChannel pump;
+  pump.id = pump.input = "coolant.main.on";
+  pump.kind = compensation::ChannelKind::state;
+  pump.column = m.data.values.cols();
+  m.data.values.conservativeResize(Eigen::NoChange, pump.column + 1);
+  m.data.columns.push_back(pump.id);
+  m.channels.push_back(pump);
   const Eigen::VectorXd time = m.time();
   std::set<Index> switched;
   for (Index i = 0; i < time.size(); ++i) {
-    m.data.values(i, pump->column) = static_cast<Index>(time[i] / 10800.0) % 2 == 0 ? 1.0 : 0.0;
-    if (i > 0 && m.data.values(i, pump->column) != m.data.values(i - 1, pump->column))
+    m.data.values(i, pump.column) = static_cast<Index>(time[i] / 10800.0) % 2 == 0 ? 1.0 : 0.0;
+    if (i > 0 && m.data.values(i, pump.column) != m.data.values(i - 1, pump.column))
       switched.insert({static_cast<Index>(time[i - 1] / 600.0), static_cast<Index>(time[i] / 600.0)});
   }
   ASSERT_EQ(switched.size(), 6U);
