@@ -43,13 +43,13 @@ const KeyTable channel{
         key::word("zero", {"first", "absolute"}, "absolute",
                   "displacement: first: zero at its first value; absolute: against the machine at its reference "
                   "temperature."),
-        key::text("direction", "", "A note of your own."),
+        key::text("direction", "", "Free text; a word such as air or hall marks the surroundings."),
     }};
 
 const KeyTable program{"program",
                        "A part of the record on which models are judged.",
                        {
-                           key::text("name", required, "Its name, not \"training\" or \"day ...\"."),
+                           key::text("name", required, "Its name; \"training\" and \"day ...\" are taken."),
                            key::number("from_s", "s", any_number, required, "Where it begins."),
                            key::number("to_s", "s", any_number, required, "Where it ends."),
                        }};

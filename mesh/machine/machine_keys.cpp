@@ -114,7 +114,7 @@ const KeyTable rule{
     {
         key::text("group", Absent{}, "Name of a group of the file."),
         key::point("plane_point_mm", "mm", Absent{}, "A point of a plane that the triangle's corners lie in."),
-        key::point("plane_normal", "", Absent{}, "The plane's normal; its sign does not matter."),
+        key::point("plane_normal", "", Absent{}, "The plane's normal; its sign has no effect."),
         key::point("cylinder_point_mm", "mm", Absent{}, "A point on the axis of a cylinder."),
         key::point("cylinder_axis", "", Absent{}, "Direction of the cylinder's axis."),
         key::number("cylinder_radius_mm", "mm", positive, Absent{}, "The cylinder's radius."),
@@ -153,7 +153,8 @@ const KeyTable joint{
         key::number("nominal_pressure_MPa", "MPa", pressure, Absent{}, "Pressure at which the conductance holds."),
         key::number("pressure_exponent", "1", {0.0, 2.0}, 0.95,
                     "The conductance rises with this power of the pressure (0.95: rough surfaces)."),
-        key::numbers("pressure_at_MPa", "MPa", pressure, Absent{}, "A table over pressure instead: rising pressures."),
+        key::numbers("pressure_at_MPa", "MPa", pressure, Absent{},
+                     "Rising pressures of a table, instead of the exponent."),
         key::numbers("pressure_factor", "1", {0.0, 1e4}, Absent{}, "Factor on the conductance at each of them."),
         key::numbers("temperature_at_C", "degC", {-100.0, 500.0}, Absent{},
                      "A table over the mean temperature of both sides: rising temperatures."),
@@ -217,24 +218,21 @@ const KeyTable sensor{
         key::reference("volume", "volume", Absent{}, "It reads this volume instead."),
         key::reference("return_of", "coolant", Absent{}, "It reads the mixed return of this coolant instead."),
         key::number("offset_K", "K", {-100.0, 100.0}, 0.0, "Reading minus true temperature."),
-        key::number("drift_K_h", "K/h", {-100.0, 100.0}, 0.0, "Drift of the reading; a diagnosis may write it."),
-        key::number("time_constant_s", "s", {0.0, 1e6}, 0.0, "Time constant of the reading; a diagnosis may write it."),
-        key::number("air_share", "1", share, 0.0,
-                    "Share of the air temperature in the reading; 1: the sensor hangs in the air."),
+        key::number("drift_K_h", "K/h", {-100.0, 100.0}, 0.0, "Drift of the reading, as a diagnosis finds it."),
+        key::number("time_constant_s", "s", {0.0, 1e6}, 0.0, "Lag of the reading, as a diagnosis finds it."),
+        key::number("air_share", "1", share, 0.0, "Share of the air temperature in the reading; 1: detached."),
         key::number("uncertainty_K", "K", positive, 0.05, "One standard deviation of a reading."),
     }};
 
-const KeyTable reading{
-    "reading",
-    "Errors of a recorded channel, as a diagnosis writes them.",
-    {
-        key::text("id", required, "The channel's name in channels.toml."),
-        key::number("drift_1_h", "1/h", {-1e4, 1e4}, 0.0, "Drift, in the channel's unit per hour."),
-        key::number("shift_s", "s", {-1e6, 1e6}, 0.0, "Delay of the channel."),
-        key::number(
-            "offset", "1", {-1e4, 1e4}, 0.0,
-            "Offset in the channel's unit; for a sensor that guides a chiller, the offset of the record alone."),
-    }};
+const KeyTable reading{"reading",
+                       "Error of a recorded channel, as a diagnosis finds it.",
+                       {
+                           key::text("id", required, "The channel's name in channels.toml."),
+                           key::number("drift_1_h", "1/h", {-1e4, 1e4}, 0.0, "Drift, in the channel's unit per hour."),
+                           key::number("shift_s", "s", {-1e6, 1e6}, 0.0, "Delay of the record."),
+                           key::number("offset", "1", {-1e4, 1e4}, 0.0,
+                                       "Offset in the channel's unit; that of a guide sensor affects the record only."),
+                       }};
 
 const KeyTable tcp{
     "tcp",

@@ -16,17 +16,18 @@ const KeyTable film{
     "A matrix A_film_NAME.mtx that a film coefficient multiplies.",
     {
         key::text("name", required, "The NAME of the file."),
-        key::number("value", "its unit", any_number, required, "The coefficient at which the system stands."),
+        key::number("value", "its unit", any_number, required, "Value of the coefficient where `--film` gives none."),
         key::text("unit", "", "Its unit."),
     }};
 
-const KeyTable input{"input",
-                     "A column of B, in order.",
-                     {
-                         key::text("name", required, "Its name."),
-                         key::number("value", "its unit", any_number, Absent{}, "Its size in a load."),
-                         key::text("unit", "", "Its unit."),
-                     }};
+const KeyTable input{
+    "input",
+    "A column of B, in order.",
+    {
+        key::text("name", required, "Its name."),
+        key::number("value", "its unit", any_number, Absent{}, "Value on a machine that stands, for information."),
+        key::text("unit", "", "Its unit."),
+    }};
 
 const KeyTable output{"output",
                       "A row of C, in order.",
@@ -37,7 +38,7 @@ const KeyTable output{"output",
                       }};
 
 const KeyTable names{"names.toml",
-                     "Names of the films, inputs and outputs of matrices; beside them, optional.",
+                     "Names, units and values of films, inputs and outputs; an optional file beside the matrices.",
                      {
                          key::schema(),
                          key::tables("film", film, Absent{}, "None, or one for each film matrix."),

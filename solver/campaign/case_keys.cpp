@@ -16,7 +16,7 @@ namespace {
 const KeyTable reduction{
     "reduction",
     "The reduced model.",
-    {key::number("tolerance_um", "um", positive, 0.1, "Error at the TCP for which its order is chosen.")}};
+    {key::number("tolerance_um", "um", positive, 0.1, "Error at the TCP that decides its order.")}};
 
 const KeyTable check_points{
     "check_points",
@@ -31,8 +31,8 @@ const KeyTable measured_machine{
         key::text("load", required, "The load program that it runs."),
         key::word("kind", {"source_power", "film_coefficient", "contact_conductance"}, required,
                   "Kind of the hidden effect."),
-        key::text("where", required, "Id of the source, film or joint that the effect changes."),
-        key::number("factor", "1", positive, required, "Ratio of the changed value to the nominal one."),
+        key::text("where", required, "Id of the source, film or joint that has it."),
+        key::number("factor", "1", positive, required, "Its value as a ratio to nominal."),
         key::whole("seed", 0, 1'000'000'000, 7.0, "Seed of the perturbed parameters and the noise."),
         key::number("size_factor", "1", positive, 0.8, "Its element sizes relative to the case's mesh."),
         key::number("refine", "1", positive, 0.8, "Its time steps relative to the load's."),
@@ -45,13 +45,14 @@ KeyTable table_of_case() {
               key::schema(),
               key::text("machine", "machine.toml", "The machine's file, relative to case.toml."),
               key::text("size", "coarse", "Default mesh: coarse, standard, fine or a number."),
-              key::texts("train", Absent{}, "Load programs that models are trained on, by file name."),
-              key::texts("holdout", Absent{}, "Held-out load programs, which no training uses."),
+              key::texts("train", Absent{}, "Training load programs, by file name without .toml."),
+              key::texts("holdout", Absent{}, "Held-out load programs, on which errors are stated."),
               key::text("measurement", Absent{}, "A measurement folder that `run` diagnoses."),
               key::table("reduction", reduction, Absent{}, "The reduced model."),
               key::table("time", time_keys(), Absent{}, "For load programs without a [time] of their own."),
-              key::table("check_points", check_points, Absent{}, "Poses off the grid."),
-              key::table("measured_machine", measured_machine, Absent{}, "A measurement to make."),
+              key::table("check_points", check_points, Absent{}, "Poses off the workspace grid."),
+              key::table("measured_machine", measured_machine, Absent{},
+                         "The virtual measurement that `run` makes where `measurement` is absent."),
           }};
 }
 

@@ -53,12 +53,13 @@ const KeyTable axis{
         key::number("high_deg", "deg", any_number, Absent{}, "Its upper end."),
         key::number("feed_deg_min", "deg/min", any_number, Absent{}, "Feed over that range, up to the axis' rapid."),
         key::number("position_deg", "deg", any_number, Absent{}, "Where a rotary axis stands from now on."),
-        key::flag("clamped", false, "The axis is clamped in this phase, if it has a clamp."),
+        key::flag("clamped", false, "The axis is clamped in this phase; it needs the channel `axis.<id>.clamp.on`."),
     }};
 
 const KeyTable phase{
     "phase",
-    "A period of time. Keys that a phase leaves out keep their last value, but axes stand. Numbers with *ramp* may be "
+    "A stretch of time. A key that is absent keeps its value; axes that are not named stand. Numbers with *ramp* may "
+    "be "
     "[from, to].",
     {
         key::text("name", Absent{"phase and its number"}, "Its name in tables."),
