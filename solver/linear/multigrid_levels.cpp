@@ -27,16 +27,18 @@ Build load_module() {
         "multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; use --solver direct",
         name, needed_to_load / 1e6, available / 1e6));
   }
+  // An installed program finds it from its own place; else the run path of the program or library that links this
+  // one tells where it is (build folder, installed library), or LD_LIBRARY_PATH.
   std::error_code ignored;
-  const std::filesystem::path beside = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / name;
-  void* module = nullptr;
-  for (const std::filesystem::path& path : {beside, std::filesystem::path(THERMOTWIN_MODULES) / name})
-    if (!module && std::filesystem::exists(path, ignored)) module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  const char* error = module ? nullptr : dlerror();
+  const std::filesystem::path installed =
+      std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / THERMOTWIN_MODULES / name;
+  const bool is_installed = std::filesystem::exists(installed, ignored);
+  void* module = dlopen(is_installed ? installed.c_str() : name, RTLD_NOW | RTLD_LOCAL);
   auto* build = module ? reinterpret_cast<Build>(dlsym(module, "thermotwin_multigrid_levels")) : nullptr;
   if (!build) {
+    const char* error = dlerror();
     throw core::SolverError(std::string("multigrid: ") + name + " cannot be loaded (" +
-                            (error ? error : "it is not where the program is") + "); use --solver direct");
+                            (error != nullptr ? error : "it is not where the program is") + "); use --solver direct");
   }
   return build;
 }
