@@ -102,6 +102,8 @@ public:
 
   /// Predicted TCP error at a pose for the present state, without the guard; none before the first row.
   solver::TcpError tcp(const mesh::Pose& pose) const;
+  /// (axes) one standard deviation of the offsets that would cancel tcp(), um.
+  Eigen::VectorXd std_um(const mesh::Pose& pose) const;
   mesh::Pose pose() const;  ///< of the last row
   /// Corrected state at the last end of a step.
   const Eigen::VectorXd& state() const;
