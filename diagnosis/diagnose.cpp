@@ -16,7 +16,9 @@
 #include "diagnosis/inference/missing_source_search.h"
 #include "diagnosis/inference/model_search.h"
 #include "diagnosis/inference/switch_times.h"
+#include "diagnosis/judge/action.h"
 #include "diagnosis/judge/decision.h"
+#include "diagnosis/judge/detectability.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/judge/judgement.h"
 #include "diagnosis/judge/next_measurement.h"
@@ -231,8 +233,10 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
   if (const std::string worse = worsened(d); d.verdict == Verdict::explained && !worse.empty()) leave_open(worse, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
-  if (d.verdict == Verdict::ambiguous && d.strained.empty() && !only_unknown_shares(d))
+  d.actions = actions_of(d, model);
+  if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty())
     d.next = next_measurement(problem, model, options.programs, d);
+  d.detectable = detectability(problem, found);
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer) {
     d.notes.push_back(

@@ -16,6 +16,7 @@
 #include "diagnosis/report/write_diagnosis.h"
 #include "reduction/model/model_file.h"
 #include "solver/campaign/case.h"
+#include "tools/accept.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"
@@ -28,6 +29,7 @@ constexpr std::size_t shown_causes = 5;
 }  // namespace
 
 void diagnose(const DiagnoseOptions& options) {
+  require_acceptable(options);
   compensation::Measurement measurement = compensation::read_measurement(options.data);
   const auto folder = options.out / "diagnosis";
   for (const auto& read : {options.model, options.case_path}) {
@@ -40,6 +42,7 @@ void diagnose(const DiagnoseOptions& options) {
   how.displacement_error_percent = options.displacement_error_percent.value_or(how.displacement_error_percent);
   how.temperature_error_percent = options.temperature_error_percent.value_or(how.temperature_error_percent);
   diagnosis::Diagnosis result;
+  std::string accepted;
   const bool without_machine = options.case_path.empty() && options.model.empty();
   if (without_machine) {
     if (options.displacement_error_percent || options.temperature_error_percent)
@@ -57,9 +60,15 @@ void diagnose(const DiagnoseOptions& options) {
       how.programs = programs_of(machine_case, model.machine);
       result = diagnosis::diagnose(model, measurement, how);
       diagnosis::write_diagnosis(folder, result, model, scene_of(machine_case.machine, result, options.out / "cache"));
+      if (!options.accept.empty()) accepted = accept_extension(options, folder, result, model, measurement, how);
     }
   }
   std::string text = result.sentence + "\n";
+  for (const std::string& action : result.actions) text += "to do: " + action + "\n";
+  if (!result.next.channel.empty() && !without_machine) {
+    text += fmt::format("next measurement: {} under {} ({:.3g} h); {}.\n", result.next.channel, result.next.load,
+                        result.next.duration_h, result.next.why);
+  }
   for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
   // Each channel without a machine has a ranking of its own.
   for (std::size_t i = 0; i < result.ranking.size() && (without_machine || i < shown_causes); ++i) {
@@ -77,6 +86,7 @@ void diagnose(const DiagnoseOptions& options) {
                         diagnosis::percent_text(result.ci95_low_percent),
                         diagnosis::percent_text(result.ci95_high_percent));
   }
+  text += accepted;
   text += fmt::format("report: {}\n", (folder / "report.html").string());
   print_summary(options, text, diagnosis::diagnosis_json(result));
 }

@@ -106,6 +106,7 @@ struct EvaluateOptions : CommonOptions {
 };
 struct DiagnoseOptions : CommonOptions {
   std::filesystem::path case_path, data, model;
+  std::filesystem::path accept;                      ///< new folder for the case with the extended machine
   std::optional<double> displacement_error_percent;  ///< absent: of diagnosis::DiagnoseOptions
   std::optional<double> temperature_error_percent;
 };

@@ -169,14 +169,6 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
   return all;
 }
 
-std::vector<Index> TrainingData::complete_rows() const {
-  std::vector<Index> rows;
-  for (Index i = 0; i < target.size(); ++i) {
-    if (std::isfinite(target[i]) && inputs.row(i).allFinite()) rows.push_back(i);
-  }
-  return rows;
-}
-
 double TrainingData::measured_time() const {
   if (time.size() == 0) return 0.0;
   double sum = time[time.size() - 1] - time[0];

@@ -65,9 +65,6 @@ struct TrainingData {
 
   /// s, without pauses
   double measured_time() const;
-
-  /// Rows with a target and all inputs.
-  std::vector<Eigen::Index> complete_rows() const;
 };
 
 /// Means over blocks of equal duration, at most `most` of them, so that a fit's cost does not depend

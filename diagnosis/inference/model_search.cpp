@@ -180,6 +180,53 @@ void fit_leading(const Search& of, std::vector<Hypothesis>& all, std::size_t mem
   sort_by_posterior(all);
 }
 
+/// Of the nominal value: where the tangent at nominal says little, an estimate that begins there does not get back.
+constexpr double ladder[] = {0.4, 2.5};
+constexpr std::size_t most_on_ladder = 12;
+constexpr double least_on_ladder = 2.0;  ///< nats on the tangent at nominal, and by which a rung has to be better
+
+/// A film at half its value does not act as half of what it does when it doubles; heat acts in proportion.
+bool acts_in_proportion(const Parameter& p) {
+  const Effect effect = row_of(p.kind).effect;
+  return !p.ratio || (effect != Effect::coefficient && effect != Effect::part);
+}
+
+/// A single cause on the linear form about one size of it.
+Hypothesis at_size(const Search& of, const Hypothesis& single, double size) {
+  Hypothesis there;
+  there.members = single.members;
+  there.value = VectorXd::Constant(1, size);
+  linearise(there, of.problem, of.response, of.machine);
+  LinearForm form = of.form;
+  const int member = single.members.front();
+  form.columns.col(member) = of.white.of(of.problem, there.sensitivity);
+  const VectorXd off = there.sensitivity * (size - of.problem.nominal[member]);
+  form.residual = of.white.of(of.problem, of.problem.measured - there.predicted + off);
+  return Evidence(form, of.log_none, of.options.evidence_share)
+      .of(of.problem, single.members, std::exp(single.log_prior));
+}
+
+/// The leading single causes that do not act in proportion are tried at several sizes; where one of these describes the
+/// record better than the tangent at nominal, the fit begins there.
+void try_sizes(const Search& of, std::vector<Hypothesis>& all) {
+  std::vector<Hypothesis*> leading;
+  for (Hypothesis& h : all) {
+    if (h.members.size() == 1 && h.log_evidence > least_on_ladder && leading.size() < most_on_ladder &&
+        !acts_in_proportion(of.problem.parameters[h.members.front()]))
+      leading.push_back(&h);
+  }
+  core::parallel_for(0, leading.size(), [&](std::size_t i) {
+    Hypothesis best = *leading[i];
+    for (const double rung : ladder) {
+      Hypothesis there = at_size(of, *leading[i], rung);
+      if (there.log_evidence > std::max(best.log_evidence, leading[i]->log_evidence + least_on_ladder))
+        best = std::move(there);
+    }
+    *leading[i] = std::move(best);
+  });
+  sort_by_posterior(all);
+}
+
 /// Fits pairs in groups until none that is left comes near the best one.
 void fit_pairs(const Search& of, std::vector<Hypothesis>& all) {
   for (int fitted = 0; fitted < of.options.most_refined_pairs; fitted += of.options.pair_group) {
@@ -205,6 +252,7 @@ std::vector<Hypothesis> compared(const Search& of, const std::vector<int>& candi
   for (std::size_t i = 0; i < candidates.size(); ++i)
     all.push_back(nominal.of(of.problem, {candidates[i]}, of.options.prior_single * share[i]));
   sort_by_posterior(all);
+  try_sizes(of, all);
   fit_leading(of, all, 1, of.options.refined_singles);
 
   const std::vector<Hypothesis> pairs = grow_pairs(of.problem, of.response, of.machine, of.white, nominal, of.log_none,

@@ -38,9 +38,22 @@ struct RankedCause {
   core::Table series;  ///< heat over time of a named source_missing; else empty
 };
 
-/// What would tell the causes of an ambiguous set apart; all empty where nothing is left to decide.
+/// The measurement that tells most where something is left to decide; all empty where nothing is.
 struct NextMeasurement {
   std::string load, channel, why;
+  double duration_h = 0;
+  std::vector<std::string> outcomes;  ///< what each cause foretells of the channel, one sentence each
+};
+
+/// From which size on the record would show a cause of a kind. Sizes are changes against nominal in the unit, of a ratio
+/// in shares of the nominal value.
+struct Detectable {
+  Kind kind = Kind::none;
+  std::string unit;
+  bool ratio = false;
+  double least = 0, most = 0;  ///< at the place where it is seen best, and where it is seen worst
+  std::string best, worst;     ///< these places
+  int invisible = 0;           ///< places whose whole prior shows nothing in this record
 };
 
 struct Diagnosis {
@@ -50,9 +63,11 @@ struct Diagnosis {
   std::vector<RankedCause> ambiguous_set;
   std::vector<ChannelResidual> residuals;
   std::vector<ResidualAnalysis> analysis;
+  std::vector<Detectable> detectable;  ///< a row a kind; empty without a machine
   double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
-  std::string sentence;  ///< the verdict in words
+  std::string sentence;              ///< the verdict in words
+  std::vector<std::string> actions;  ///< where to look on the machine, and for what; the leading one first
   std::string strained;  ///< what the named causes alone would ask for that is never expected; empty: nothing
   NextMeasurement next;
   std::string measurement;    ///< name of its folder

@@ -8,6 +8,9 @@
 #include <iterator>
 
 #include "core/thread_pool.h"
+#include "core/units.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/statistics/statistics.h"
 #include "mesh/machine/kinematics.h"
@@ -77,64 +80,114 @@ Observations planned(const solver::LoadProgram& program) {
   return plan;
 }
 
+/// A cause that may be the one, with what it foretells.
+struct Rival {
+  Parameter parameter;  ///< none: the machine as stated
+  double value = 0, probability = 0;
+  std::string name() const { return parameter.name.empty() ? "the machine as stated" : name_of(parameter); }
+};
+
+/// Causes that are named or share; the most probable ones where there are none; the machine as stated beside a single
+/// one. What something unknown does elsewhere nobody knows.
+std::vector<Rival> rivals_of(const Diagnosis& diagnosis) {
+  std::vector<Rival> rivals;
+  const auto add = [&](const std::vector<RankedCause>& causes, std::size_t most) {
+    for (const RankedCause& cause : causes) {
+      const bool known = std::any_of(rivals.begin(), rivals.end(), [&](const Rival& rival) {
+        return rival.parameter.kind == cause.parameter.kind && rival.parameter.where == cause.parameter.where;
+      });
+      if (cause.parameter.kind == Kind::unknown || known || rivals.size() >= most) continue;
+      rivals.push_back({cause.parameter, cause.value, cause.probability});
+    }
+  };
+  add(diagnosis.causes, most_causes);
+  add(diagnosis.ambiguous_set, most_causes);
+  if (rivals.empty()) add(diagnosis.ranking, 2);
+  if (rivals.size() == 1 && !rivals.front().parameter.name.empty()) {
+    Rival stated;
+    stated.probability = std::max(1.0 - rivals.front().probability, 0.01);
+    rivals.push_back(stated);
+  }
+  return rivals;
+}
+
+/// The value that differs most from the first one. @param over_time  (points)
+double furthest(const Eigen::VectorXd& over_time) {
+  Index at = 0;
+  (over_time.array() - over_time[0]).abs().maxCoeff(&at);
+  return over_time[at] - over_time[0];
+}
+
+/// Of one channel under one program.
+struct Merit {
+  double all = 0;         ///< mean over pairs by how probable they are, in units of the uncertainty
+  double difference = 0;  ///< RMS of the pair that counts most
+  std::pair<std::size_t, std::size_t> pair{0, 1};
+};
+Merit merit_of(const std::vector<Rival>& rivals, const std::vector<MatrixXd>& seen, Index channel, double uncertainty) {
+  Merit merit;
+  double sum = 0.0, weights = 0.0, most = -1.0;
+  for (std::size_t i = 0; i < rivals.size(); ++i) {
+    for (std::size_t j = i + 1; j < rivals.size(); ++j) {
+      const double weight = std::max(rivals[i].probability * rivals[j].probability, 1e-12);
+      const double rms = root_mean_square(seen[i].col(channel) - seen[j].col(channel));
+      sum += weight * rms * rms;
+      weights += weight;
+      if (weight * rms > most) most = weight * rms, merit.difference = rms, merit.pair = {i, j};
+    }
+  }
+  merit.all = std::sqrt(sum / weights) / uncertainty;
+  return merit;
+}
+
 }  // namespace
 
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
                                  const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis) {
   NextMeasurement next;
-  std::vector<RankedCause> set = diagnosis.ambiguous_set;
-  std::erase_if(set, [](const RankedCause& cause) {
-    return cause.parameter.name.empty();
-  });  // what something unknown does elsewhere nobody knows
-  if (set.size() < 2) return next;
+  const std::vector<Rival> rivals = rivals_of(diagnosis);
+  if (rivals.size() < 2) return next;
   const mesh::Machine& machine = model.machine;
   const std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);
   const std::vector<Place> places = places_of(problem, machine, poses);
-  const std::size_t causes = std::min(set.size(), most_causes);
 
   double best = 0.0;  // merit
   const auto consider = [&](const Observations& plan, const std::string& load, bool own) {
     const Response response(model, plan);
-    std::vector<MatrixXd> seen(causes);
-    core::parallel_for(0, causes, [&](std::size_t i) {
-      seen[i] = response.elsewhere(with_parameter(machine, set[i].parameter, set[i].value), poses);
+    std::vector<MatrixXd> seen(rivals.size());
+    core::parallel_for(0, rivals.size(), [&](std::size_t i) {
+      const Parameter& p = rivals[i].parameter;
+      seen[i] = response.elsewhere(p.name.empty() ? machine : with_parameter(machine, p, rivals[i].value), poses);
     });
     for (std::size_t c = 0; c < places.size(); ++c) {
       if (own && places[c].measured) continue;
-      // Mean over pairs by how probable they are; the pair that counts most gives the words.
-      double sum = 0.0, weights = 0.0, most = -1.0, difference = 0.0;
-      std::pair<std::size_t, std::size_t> pair{0, 1};
-      for (std::size_t i = 0; i < causes; ++i) {
-        for (std::size_t j = i + 1; j < causes; ++j) {
-          const double weight = std::max(set[i].probability * set[j].probability, 1e-12);
-          const double rms = root_mean_square(seen[i].col(c) - seen[j].col(c));
-          sum += weight * rms * rms;
-          weights += weight;
-          if (weight * rms > most) most = weight * rms, difference = rms, pair = {i, j};
-        }
-      }
-      const double ratio = std::sqrt(sum / weights) / places[c].uncertainty,
-                   merit = own ? own_load_counts * ratio : ratio;
-      if (merit <= best) continue;
-      best = merit;
+      const auto column = static_cast<Index>(c);
+      const Merit merit = merit_of(rivals, seen, column, places[c].uncertainty);
+      const double weighed = own ? own_load_counts * merit.all : merit.all;
+      if (weighed <= best) continue;
+      best = weighed;
       next.load = load;
       next.channel = places[c].name;
-      next.why = fmt::format("{} {} and {} {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
-                             name_of(set[pair.first].parameter.kind), set[pair.first].parameter.where,
-                             name_of(set[pair.second].parameter.kind), set[pair.second].parameter.where, difference,
-                             places[c].unit, difference / places[c].uncertainty);
+      next.duration_h = (plan.end - plan.start) / core::units::hour;
+      next.why = fmt::format("{} and {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
+                             rivals[merit.pair.first].name(), rivals[merit.pair.second].name(), merit.difference,
+                             places[c].unit, merit.difference / places[c].uncertainty);
+      next.outcomes.clear();
+      for (std::size_t i = 0; i < rivals.size(); ++i) {
+        next.outcomes.push_back(fmt::format("{} changes by {:+.3g} {} at most under {}.", places[c].name,
+                                            furthest(seen[i].col(column)), places[c].unit, rivals[i].name()));
+      }
     }
   };
   consider(problem.observations, "the same load as " + diagnosis.measurement, true);
   for (const solver::LoadProgram& program : programs) consider(planned(program), program.name(), false);
   if (best >= tells_apart) return next;
+  next = {};
   next.why = fmt::format(
-      "no load program, sensor or pose of the machine tells {} {} from {} {} (the largest difference is {:.1f} of its "
+      "no load program, sensor or pose of the machine distinguishes {} from {} (the largest difference is {:.1f} of "
+      "its "
       "uncertainty)",
-      name_of(set[0].parameter.kind), set[0].parameter.where, name_of(set[1].parameter.kind), set[1].parameter.where,
-      best);
-  next.load.clear();
-  next.channel.clear();
+      rivals[0].name(), rivals[1].name(), best);
   return next;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <set>
 
 #include "compensation/measurement/channel.h"
 #include "compensation/measurement/measurement_check.h"
@@ -271,6 +272,23 @@ ObservedChannel average_channel(const MeasuredChannel& channel, const Eigen::Vec
   return result;
 }
 
+Index interval_at(double time, const Observations& grid) {
+  return std::min(static_cast<Index>((time - grid.start) / grid.interval), grid.intervals - 1);
+}
+
+/// A coolant's return jumps within seconds when its pump starts or stops, and rows say only about when: means that touch
+/// a switch are left out. @param on  (rows) state of the pump
+void leave_out_switches(const Eigen::VectorXd& time, const Eigen::VectorXd& on, const Observations& grid,
+                        Eigen::VectorXd& values) {
+  std::set<Index> touched;
+  for (Index i = 1; i < time.size(); ++i) {
+    if (on[i] == on[i - 1]) continue;
+    for (Index k = interval_at(time[i - 1], grid); k <= interval_at(time[i], grid); ++k) touched.insert(k);
+  }
+  for (Index i = 0; i < time.size(); ++i)
+    if (touched.count(interval_at(time[i], grid)) > 0) values[i] = std::nan("");
+}
+
 /// Uniform start: mean of the first readings of all temperature channels.
 void find_start(const Measurement& measurement, const mesh::Machine& machine, const Eigen::VectorXd& first_row,
                 const solver::Channels& channels, Observations& out) {
@@ -368,7 +386,13 @@ Observations observe(const Measurement& measurement, const mesh::Machine& machin
   for (const MeasuredChannel& channel : measurement.channels) {
     const bool temperature = channel.kind == ChannelKind::temperature && !channel.sensor.empty();
     if (!temperature && channel.kind != ChannelKind::displacement) continue;
-    ObservedChannel observed = average_channel(channel, time, measurement.values(channel), out);
+    Eigen::VectorXd values = measurement.values(channel);
+    if (const int sensor = temperature ? machine.sensor_index(channel.sensor) : -1; sensor >= 0) {
+      const std::string& coolant = machine.sensors[sensor].return_of;
+      const int on = coolant.empty() ? -1 : channels.index("coolant." + coolant + ".on");
+      if (on >= 0) leave_out_switches(time, rows.col(on), out, values);
+    }
+    ObservedChannel observed = average_channel(channel, time, values, out);
     if (!temperature) {
       observed.pose = channel.pose_text.empty() ? mesh::home_pose(machine)
                                                 : mesh::parse_pose(machine, channel.pose_text, "channel " + channel.id);

@@ -42,6 +42,7 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   json["schema"] = 1;
   json["verdict"] = name_of(diagnosis.verdict);
   json["sentence"] = diagnosis.sentence;
+  json["actions"] = diagnosis.actions;
   json["causes"] = Json::array();
   for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) json["causes"].push_back(named(diagnosis.causes[i], i + 1));
   json["ranking"] = Json::array();
@@ -73,12 +74,25 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
                                             {"delay_s", a.delay_s},
                                             {"correlation", a.correlation}});
   }
+  json["detectability"] = Json::array();
+  for (const Detectable& row : diagnosis.detectable) {
+    json["detectability"].push_back({{"kind", name_of(row.kind)},
+                                     {"unit", row.ratio ? "share of nominal" : row.unit},
+                                     {"least", row.least},
+                                     {"best_where", row.best},
+                                     {"most", row.most},
+                                     {"worst_where", row.worst},
+                                     {"invisible", row.invisible}});
+  }
   json["gain"] = {{"heldout_rms_before_um", diagnosis.heldout_rms_before_um},
                   {"heldout_rms_after_um", diagnosis.heldout_rms_after_um},
                   {"reduction_percent", diagnosis.reduction_percent},
                   {"ci95_percent", {diagnosis.ci95_low_percent, diagnosis.ci95_high_percent}}};
-  json["next_measurement"] = {
-      {"load", diagnosis.next.load}, {"channel", diagnosis.next.channel}, {"why", diagnosis.next.why}};
+  json["next_measurement"] = {{"load", diagnosis.next.load},
+                              {"channel", diagnosis.next.channel},
+                              {"why", diagnosis.next.why},
+                              {"duration_h", diagnosis.next.duration_h},
+                              {"outcomes", diagnosis.next.outcomes}};
   json["extended_machine"] = diagnosis.extended_machine_text.empty() ? Json(nullptr) : Json("extended/machine.toml");
   json["warnings"] = diagnosis.warnings;
   json["notes"] = diagnosis.notes;

@@ -97,6 +97,11 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
           typeset(d.sentence) + "</p>" + warnings + "</section>\n";
   const bool gauged =
       std::any_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.unit == "um"; });
+  if (!d.actions.empty()) {
+    page += "<section class=\"card\" style=\"margin-top:12px\"><b>What to do</b><ul>";
+    for (const std::string& action : d.actions) page += "<li>" + typeset(action) + "</li>";
+    page += "</ul></section>\n";
+  }
   page += "<div class=\"tiles\">\n";
   page += core::html_tile(machine == nullptr ? "most probable before the last part" : "most probable",
                           d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
@@ -111,7 +116,9 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
                             "RMS of all displacement channels");
     page += core::html_tile(words.residual + " after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
                             "same time, with the cause in the model");
-    page += core::html_tile("gain, held out", percent(d.reduction_percent),
+    page += core::html_tile("gain, held out",
+                            d.reduction_percent < 0 ? "<span class=\"bad\">" + percent(d.reduction_percent) + "</span>"
+                                                    : percent(d.reduction_percent),
                             "95 % interval " + percent(d.ci95_low_percent) + " to " + percent(d.ci95_high_percent));
   }
   return page + "</div>\n";
@@ -194,6 +201,19 @@ std::string extension(const Diagnosis& d, const mesh::Machine* machine) {
          difference(machine->text, d.extended_machine_text) + "</pre></section>\n";
 }
 
+/// If only one thing can be done.
+std::string next_section(const Diagnosis& d) {
+  if (d.next.channel.empty() && d.next.why.empty()) return "";
+  std::string page = "<h2>Next measurement</h2>\n<section class=\"card\">";
+  if (d.next.channel.empty()) return page + "<p>" + typeset(d.next.why) + ".</p></section>\n";
+  page += "<p>If you can only do one thing, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
+          typeset(d.next.load) +
+          (d.next.duration_h > 0.0 ? fmt::format(" for {:.3g} h", d.next.duration_h) : std::string()) + ": " +
+          typeset(d.next.why) + ".</p><ul>";
+  for (const std::string& outcome : d.next.outcomes) page += "<li>" + typeset(outcome) + "</li>";
+  return page + "</ul></section>\n";
+}
+
 std::string sets(const Diagnosis& d) {
   std::string page;
   if (!d.ambiguous_set.empty()) {
@@ -205,15 +225,32 @@ std::string sets(const Diagnosis& d) {
                                                   : core::xml_text(name_of(cause.parameter)) + ": " + estimate(cause)) +
               ", probability " + probability(cause.probability) + "</li>";
     }
-    page += "</ul>";
-    if (!d.next.channel.empty()) {
-      page += "<p>To decide, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
-              typeset(d.next.load) + ": " + typeset(d.next.why) + ".</p>";
-    } else if (!d.next.why.empty())
-      page += "<p>To decide: " + core::xml_text(d.next.why) + ".</p>";
-    page += "</section>\n";
+    page += "</ul></section>\n";
   }
-  return page;
+  return page + next_section(d);
+}
+
+/// Kinds against the size from which they would be seen.
+std::string detectability_table(const Diagnosis& d) {
+  if (d.detectable.empty()) return "";
+  std::string page =
+      "<h2>What the record can show</h2>\n<section class=\"card scroll\"><p class=\"sub\">Smallest change of each kind "
+      "that this record would show, at the place where it is seen best and where it is seen worst</p><table>\n"
+      "<tr><th>kind</th><th class=\"n\">from</th><th>at</th><th class=\"n\">to</th><th>at</th>"
+      "<th class=\"n\">places that show nothing</th></tr>\n";
+  const auto size = [](const Detectable& row, double value) {
+    return row.best.empty() ? std::string("–")
+           : row.ratio      ? fmt::format("± {:.2g}&#8239;%", 100.0 * value)
+                            : fmt::format("± {:.2g} {}", value, display_unit(row.unit));
+  };
+  for (const Detectable& row : d.detectable) {
+    page += fmt::format(
+        "<tr><td>{}</td><td class=\"n\">{}</td><td>{}</td><td class=\"n\">{}</td><td>{}</td><td "
+        "class=\"n\">{}</td></tr>\n",
+        name_of(row.kind), size(row, row.least), core::xml_text(row.best), size(row, row.most),
+        core::xml_text(row.worst), row.invisible == 0 ? std::string() : fmt::format("{}", row.invisible));
+  }
+  return page + "</table></section>\n";
 }
 
 std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
@@ -316,7 +353,7 @@ std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const 
   return core::html_document("Diagnosis of " + wording(d, machine).subject,
                              headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
                                  ranking_table(d, machine) + extension(d, machine) + plots(d, machine) +
-                                 channel_table(d, machine) + analysis(d) + notes(d));
+                                 channel_table(d, machine) + detectability_table(d) + analysis(d) + notes(d));
 }
 
 }  // namespace thermotwin::diagnosis

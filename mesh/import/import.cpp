@@ -136,10 +136,6 @@ void ImportOptions::validate() const {
   core::require_within(of + "largest mesh (max_elements)", max_elements, core::positive);
 }
 
-Surface read_surface(const std::filesystem::path& path, const ImportOptions& options) {
-  return read_checked(path, options, true);
-}
-
 TetMesh read_tet_mesh(const std::filesystem::path& path, const ImportOptions& options) {
   options.validate();
   const std::string type = extension(path);

@@ -9,7 +9,6 @@
 #include <string>
 
 #include "mesh/body/tet_mesh.h"
-#include "mesh/surface/surface.h"
 
 namespace thermotwin::mesh {
 
@@ -23,14 +22,11 @@ struct ImportOptions {
   void validate() const;            ///< @throws InputError
 };
 
-/// Reads, welds equal corners and checks. @throws MeshError for holes, flipped or duplicate faces,
-/// self-intersection, a size that suggests a wrong unit (largest extent outside 1 mm .. 50 m)
-Surface read_surface(const std::filesystem::path& path, const ImportOptions& options);
-
 /// Mesh of the body in the file, by the file's extension (see above). Groups: named parts of a
 /// surface file, physical groups, VTK cell or face data "group", *SURFACE and *NSET/*ELSET.
 /// It runs in a child process (see import_process.h), so that a damaged file ends in an error.
-/// @throws InputError for an unknown extension; MeshError as described above
+/// @throws InputError for an unknown extension; MeshError for holes, flipped or duplicate faces, self-intersection, a
+///         size that suggests a wrong unit (largest extent outside 1 mm .. 50 m)
 TetMesh import_body(const std::filesystem::path& path, const ImportOptions& options);
 
 /// Reads an existing tetrahedral mesh (.msh, .vtu, .inp), linear or quadratic as it is; edges of

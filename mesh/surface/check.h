@@ -33,8 +33,8 @@ double winding(const Surface& surface, const Eigen::Vector3d& point);
 /// The triangles with take != 0 and their points.
 Surface select(const Surface& surface, const std::vector<char>& take);
 
-/// The checks of read_surface on a surface at hand. @param file  that it is read from
-/// @throws MeshError, naming body and triangle
+/// Holes, flipped or duplicate faces, self-intersection, a size that suggests a wrong unit (largest extent outside
+/// 1 mm .. 50 m). @param file  that it is read from  @throws MeshError, naming body and triangle
 void check_surface(const Surface& surface, const std::string& body, const std::string& file);
 
 }  // namespace thermotwin::mesh

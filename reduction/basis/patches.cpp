@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "reduction/basis/patches.h"
 
-#include <Eigen/LU>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
 
-#include "core/error.h"
-#include "core/units.h"
-#include "mesh/machine/kinematics.h"
 #include "mesh/selection.h"
-#include "reduction/basis/responses.h"
 #include "solver/campaign/full_model.h"
 #include "solver/thermal/surfaces.h"
 
@@ -150,47 +144,6 @@ solver::SparseMatrix patch_loads(const solver::FullModel& full, const std::vecto
       triplets.emplace_back(node, k, value / set.area);
   }
   return solver::assembly::from_triplets(full.thermal.size, std::ssize(patches), triplets);
-}
-
-PatchErrors patch_errors(const solver::FullModel& full, const ReducedModel& model) {
-  constexpr double sensor_um_K = 5.0;
-  const mesh::Machine& machine = full.mesh.machine;
-  const solver::OperatingModel operating(machine, full.thermal.layout);
-  const OperatingPoint rest = operating_points(operating).front();
-  const Eigen::MatrixXd loads = patch_loads(full, model.patches.items);
-  Eigen::MatrixXd reduced_operator = model.system.conduction;
-  for (Index j = 0; j < rest.c.p.size(); ++j)
-    if (rest.c.p(j) != 0.0) reduced_operator += rest.c.p(j) * model.system.terms[j];
-
-  Eigen::VectorXd difference = Eigen::VectorXd::Zero(loads.cols()), size = difference;
-  const auto sensors = std::ssize(machine.sensors);
-  for (const double shift : {steady_shift, 1.0 / core::units::hour}) {
-    const Eigen::MatrixXd states = solver::solve_shifted(full.thermal, rest.c, shift, loads);
-    const Eigen::MatrixXd small = Eigen::PartialPivLU<Eigen::MatrixXd>(reduced_operator + shift * model.system.capacity)
-                                      .solve(model.patches.inputs);
-    const auto compare = [&](const Eigen::MatrixXd& truth, const Eigen::MatrixXd& guess, double unit) {
-      difference += unit * unit * (guess - truth).colwise().squaredNorm().transpose();
-      size += unit * unit * truth.colwise().squaredNorm().transpose();
-    };
-    compare((full.thermal.sensors * states).topRows(sensors), (model.system.sensors * small).topRows(sensors),
-            sensor_um_K);
-    for (const mesh::Pose& pose : model.outputs.tool_poses) {
-      const solver::OutputRows rows = full.elastic.output_rows(pose);
-      const Eigen::MatrixXd tool = rows.tool * states, axis = rows.table_axis * states, own = rows.table_own * states;
-      const Eigen::MatrixXd sides = side_rows(machine, model.outputs, pose) * small;
-      Eigen::MatrixXd truth(3, loads.cols()), guess(3, loads.cols());
-      for (Index k = 0; k < loads.cols(); ++k) {
-        truth.col(k) = solver::tcp_error(machine, pose, tool.col(k), axis.col(k), own.col(k)).error.head<3>();
-        guess.col(k) =
-            solver::tcp_error(machine, pose, sides.col(k).head<6>(), sides.col(k).segment<6>(6), sides.col(k).tail<7>())
-                .error.head<3>();
-      }
-      compare(truth, guess, 1e6 / std::sqrt(model.outputs.tool_poses.size()));
-    }
-  }
-  Eigen::VectorXd relative = (difference.array() / size.array().max(1e-300)).sqrt();
-  std::sort(relative.begin(), relative.end());
-  return {relative[relative.size() / 2], relative[(95 * relative.size()) / 100]};
 }
 
 }  // namespace thermotwin::reduction

@@ -17,12 +17,4 @@ std::vector<Patch> surface_patches(const mesh::MachineMesh& mesh, int count);
 /// Heat of 1 W spread evenly over each patch, (size x patches).
 solver::SparseMatrix patch_loads(const solver::FullModel& full, const std::vector<Patch>& patches);
 
-/// Reduced against full: responses of TCP (all stored poses) and sensors to each patch, steady and after an
-/// hour of the machine at rest; norm of the difference over that of the full response, all in units in
-/// which 1 K counts as 5 um.
-struct PatchErrors {
-  double median = 0, most95 = 0;  ///< of the patches; 95 of 100 are below the second
-};
-PatchErrors patch_errors(const solver::FullModel& full, const ReducedModel& model);
-
 }  // namespace thermotwin::reduction

@@ -229,15 +229,6 @@ MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b) {
   return c;
 }
 
-MatrixXcd adjoint_product(const MatrixXcd& a, const MatrixXcd& b) {
-  const int m = extent(a.cols()), n = extent(b.cols()), k = extent(a.rows());
-  const ManyCores cores(k);
-  MatrixXcd c(m, n);
-  const Complex one = 1, zero = 0;
-  zgemm_("C", "N", &m, &n, &k, &one, a.data(), &k, b.data(), &k, &zero, c.data(), &m);
-  return c;
-}
-
 Eigen::VectorXd balance(MatrixXd& matrix) {
   const int n = extent(matrix.rows());
   Eigen::VectorXd scale(n);

@@ -48,8 +48,6 @@ MatrixXd product(const MatrixXd& a, const MatrixXd& b);
 /// c := a^T b
 void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<const MatrixXd>& b,
                         Eigen::Ref<MatrixXd> c);
-/// conj(a)^T b
-MatrixXcd adjoint_product(const MatrixXcd& a, const MatrixXcd& b);
 MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b);
 
 /// Powers of 2 with which diag(1/d) M diag(d) has rows and columns of like size.

@@ -351,12 +351,6 @@ void OutputGrid::tool_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) 
   }
 }
 
-Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose, std::size_t stored) {
-  Eigen::VectorXd weights;
-  OutputGrid(machine, stored).tool_weights(pose, weights);
-  return weights;
-}
-
 Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose) {
   Eigen::VectorXd weights;
   OutputGrid(machine).table_weights(pose, weights);

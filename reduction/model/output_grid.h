@@ -83,8 +83,7 @@ private:
   std::size_t grid_count_ = 0, tool_count_ = 0, table_count_ = 0;
 };
 
-/// The same for one pose; many poses want an OutputGrid.
-Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose, std::size_t stored);
+/// Of the table's poses at one pose; many want an OutputGrid.
 Eigen::VectorXd table_weights(const mesh::Machine& machine, const mesh::Pose& pose);
 
 }  // namespace thermotwin::reduction

@@ -52,11 +52,6 @@ Eigen::MatrixXd StressRecovery::nodal(const mesh::Material& material, const Eige
   return stress;
 }
 
-Eigen::MatrixXd nodal_stress(const mesh::TetMesh& mesh, const mesh::Material& material,
-                             const Eigen::VectorXd& displacement, const Eigen::VectorXd& temperature) {
-  return StressRecovery(mesh).nodal(material, displacement, temperature);
-}
-
 Vector6 turned(const Vector6& s, const Eigen::Matrix3d& turn) {
   Eigen::Matrix3d own;
   own << s[0], s[3], s[5], s[3], s[1], s[4], s[5], s[4], s[2];

@@ -35,9 +35,6 @@ private:
   std::unique_ptr<SparseFactor> mass_;
 };
 
-Eigen::MatrixXd nodal_stress(const mesh::TetMesh& mesh, const mesh::Material& material,
-                             const Eigen::VectorXd& displacement, const Eigen::VectorXd& temperature);
-
 /// The same stress in another frame. @param turn  from the old frame to the new one
 Vector6 turned(const Vector6& stress, const Eigen::Matrix3d& turn);
 

@@ -98,11 +98,11 @@ void expect_keys(const json& object, const std::set<std::string>& keys, const st
 TEST(WholeChain, DiagnosisHasItsSchema) {
   const json d = parsed(toy_run() / "diagnosis/diagnosis.json");
   expect_keys(d,
-              {"schema", "verdict", "sentence", "causes", "ranking", "ambiguous_set", "residual", "gain",
-               "next_measurement", "extended_machine", "warnings", "notes"},
+              {"schema", "verdict", "sentence", "actions", "causes", "ranking", "ambiguous_set", "residual", "gain",
+               "detectability", "next_measurement", "extended_machine", "warnings", "notes"},
               "top");
   EXPECT_FALSE(d["sentence"].get<std::string>().empty());
-  for (const char* key : {"warnings", "notes"}) {
+  for (const char* key : {"actions", "warnings", "notes"}) {
     ASSERT_TRUE(d[key].is_array());
     for (const json& text : d[key]) EXPECT_TRUE(text.is_string());
   }
@@ -133,7 +133,10 @@ TEST(WholeChain, DiagnosisHasItsSchema) {
   expect_keys(d["gain"], {"heldout_rms_before_um", "heldout_rms_after_um", "reduction_percent", "ci95_percent"},
               "gain");
   EXPECT_EQ(d["gain"]["ci95_percent"].size(), 2U);
-  expect_keys(d["next_measurement"], {"load", "channel", "why"}, "next_measurement");
+  expect_keys(d["next_measurement"], {"load", "channel", "why", "duration_h", "outcomes"}, "next_measurement");
+  ASSERT_GT(d["detectability"].size(), 10U);
+  for (const json& row : d["detectability"])
+    expect_keys(row, {"kind", "unit", "least", "best_where", "most", "worst_where", "invisible"}, "detectability");
   EXPECT_EQ(d["extended_machine"], "extended/machine.toml");
 }
 
@@ -146,6 +149,34 @@ TEST(WholeChain, DiagnosisFindsWhatWasHidden) {
   EXPECT_EQ(cause["where"], "spindle.bearings");
   EXPECT_NEAR(cause["parameters"]["factor"]["value"], 1.8, 0.2);
   EXPECT_GT(d["gain"]["reduction_percent"], 60.0);
+  ASSERT_EQ(d["actions"].size(), 1U);
+  EXPECT_SAYS(d["actions"][0].get<std::string>(), "Check the power of spindle.bearings");
+}
+
+// The copy is a case of its own; with its machine nothing is left to explain, and compensation gains.
+TEST(WholeChain, AnAcceptedExtensionIsACaseOfItsOwn) {
+  const Toy toy;
+  toy.take_results();
+  toy.take_measurement();
+  const core::TemporaryFolder elsewhere;
+  const std::string accepted = (elsewhere / "better").string();
+  const std::vector<std::string> command{
+      "diagnose", toy.path(), "--data", toy.path() + "/measurement", "--model", toy.result("model.rom.h5").string(),
+      "--accept", accepted};
+  const Result result = toy.run(command);
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_SAYS(result.out, "to do: Check the power of spindle.bearings");
+  EXPECT_SAYS(result.out, "diagnosed again with the extended model: No discrepancy");
+  EXPECT_SAYS(result.out, "extended");
+  EXPECT_SAYS(read(elsewhere / "better/machine.toml"), "diagnosis: source_power factor");
+  EXPECT_FALSE(std::filesystem::exists(accepted + ".part"));
+  std::filesystem::rename(toy.path(), toy.path() + "_gone");
+  const Result mesh = thermotwin({"mesh", accepted, "--out", (elsewhere / "out").string()});
+  EXPECT_EQ(mesh.status, 0) << mesh.err;
+  std::filesystem::rename(toy.path() + "_gone", toy.path());
+  const Result again = toy.run(command);
+  EXPECT_EQ(again.status, 3);
+  EXPECT_SAYS(again.err, "a folder that exists");
 }
 
 TEST(WholeChain, ParaviewFilesOpenAgain) {

@@ -156,10 +156,10 @@ TEST(Patch, RigidMotionAndEvenWarmingLeaveNoStress) {
     // As large a motion as a heated body makes.
     const Eigen::VectorXd rigid = 1e-5 * body.rigid * (Eigen::VectorXd(6) << 1, -2, 3, 0.3, -0.2, 0.1).finished();
     expect_below({named("rigid motion", order), "exact", "largest stress over E alpha 3 K"}, 1e-10,
-                 solver::nodal_stress(box, m, rigid, cold).cwiseAbs().maxCoeff() / scale);
+                 solver::StressRecovery(box).nodal(m, rigid, cold).cwiseAbs().maxCoeff() / scale);
     const Eigen::VectorXd u = free_motion(body, body.thermal_load * warm);
     expect_below({named("even warming of a free body", order), "exact", "largest stress over E alpha 3 K"}, 1e-9,
-                 solver::nodal_stress(box, m, u, warm).cwiseAbs().maxCoeff() / scale);
+                 solver::StressRecovery(box).nodal(m, u, warm).cwiseAbs().maxCoeff() / scale);
     Eigen::VectorXd exact(3 * box.nodes());
     for (Index i = 0; i < box.nodes(); ++i) exact.segment<3>(3 * i) = m.expansion.value * 3.0 * box.points.col(i);
     EXPECT_LT(without_rigid(body, u - exact).cwiseAbs().maxCoeff(), 1e-10 * exact.cwiseAbs().maxCoeff());
@@ -177,7 +177,7 @@ TEST(Patch, LinearStressIsRecoveredAtTheNodes) {
     u.segment<3>(3 * i) = curvature * Vector3d(p.x() * p.z(), -m.poisson * p.y() * p.z(),
                                                -0.5 * (p.x() * p.x() + m.poisson * (p.z() * p.z() - p.y() * p.y())));
   }
-  const Eigen::MatrixXd stress = solver::nodal_stress(bar, m, u, Eigen::VectorXd::Zero(bar.nodes()));
+  const Eigen::MatrixXd stress = solver::StressRecovery(bar).nodal(m, u, Eigen::VectorXd::Zero(bar.nodes()));
   Eigen::MatrixXd exact = Eigen::MatrixXd::Zero(6, bar.nodes());
   exact.row(0) = m.young * curvature * bar.points.row(2);
   expect_below({"bar bent by moments, P2", "exact", "largest error of nodal stress over largest stress"}, 1e-10,

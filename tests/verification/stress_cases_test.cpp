@@ -102,7 +102,7 @@ TEST(Nafems, T1MembraneWithAHotSpot) {
     side.points = plate.points(Eigen::all, old);
     Eigen::VectorXd motion(3 * side.nodes());
     for (std::size_t i = 0; i < old.size(); ++i) motion.segment<3>(3 * i) = u.segment<3>(3 * old[i]);
-    const Eigen::MatrixXd stress = solver::nodal_stress(side, m, motion, Eigen::VectorXd::Zero(side.nodes()));
+    const Eigen::MatrixXd stress = solver::StressRecovery(side).nodal(m, motion, Eigen::VectorXd::Zero(side.nodes()));
     expect_value({of_order("NAFEMS T1", order), "NAFEMS, plane stress", "sigma_yy at D, MPa"}, 50.0,
                  stress(1, node_at(side, {1.0, 0.0, 0.025})), 1.5);
   }
@@ -145,7 +145,7 @@ TEST(Nafems, Le11SolidCylinderTaperSphere) {
         body, 2, [&](const Vector3d& p) { return std::abs(p.z()) < near || std::abs(p.z() - top) < near; }, held);
     const Eigen::VectorXd u =
         solve_held(solver::elastic_stiffness(body, m), solver::thermal_load(body, m) * warm, held);
-    const Eigen::MatrixXd stress = solver::nodal_stress(body, m, u, warm);
+    const Eigen::MatrixXd stress = solver::StressRecovery(body).nodal(m, u, warm);
     expect_value({of_order("NAFEMS LE11", order), "NAFEMS", "sigma_zz at A, MPa"}, -105.0,
                  stress(2, node_at(body, {1, 0, 0})) / 1e6, order == 1 ? 10.0 : 3.5);
   }
@@ -177,11 +177,12 @@ TEST(Vpcs, Hpla100HollowCylinder) {
   Eigen::VectorXd u = solve_held(stiffness, load * gradient, held);
   check("u_r at Ri, T = r - 20, mm", 1.05625e-6, u[3 * inside], 1e-8);
   check("u_r at Re, T = r - 20, mm", 1.110417e-6, u[3 * outside], 1e-8);
-  check("sigma_z at Ri, T = r - 20, MPa", 1.4321429, solver::nodal_stress(ring, m, u, gradient)(2, inside), 0.01);
+  check("sigma_z at Ri, T = r - 20, MPa", 1.4321429, solver::StressRecovery(ring).nodal(m, u, gradient)(2, inside),
+        0.01);
   const Eigen::VectorXd even = Eigen::VectorXd::Constant(ring.nodes(), 0.1);
   u = solve_held(stiffness, load * even, held);
   check("u_r at Ri, T = 0.1, mm", 2.535e-5, u[3 * inside], 1e-9);
-  check("sigma_z at Ri, T = 0.1, MPa", -0.2, solver::nodal_stress(ring, m, u, even)(2, inside), 1e-4);
+  check("sigma_z at Ri, T = 0.1, MPa", -0.2, solver::StressRecovery(ring).nodal(m, u, even)(2, inside), 1e-4);
 }
 
 TEST(Vpcs, Hsla303FreeExpansion) {
@@ -201,7 +202,7 @@ TEST(Vpcs, Hsla303FreeExpansion) {
     expect_below({of_order("HSLA303", order), "VPCS; u = 1.2e-3 x", "largest error of u over largest u"}, 1e-10,
                  error / (1.2e-3 * 0.538));
     expect_below({of_order("HSLA303", order), "VPCS; no stress", "largest stress, Pa"}, 10.0,
-                 solver::nodal_stress(box, m, u, warm).cwiseAbs().maxCoeff());
+                 solver::StressRecovery(box).nodal(m, u, warm).cwiseAbs().maxCoeff());
   }
 }
 

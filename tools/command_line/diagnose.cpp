@@ -21,6 +21,9 @@ void add_diagnose(CLI::App& app) {
       "case folder (absent, and no --model: data without a machine, against a lag model of its first day)");
   verb->add_option("--data", diagnose.data, "measurement folder")->required();
   verb->add_option("--model", diagnose.model, "model.rom.h5 (absent: made from the case)");
+  verb->add_option("--accept", diagnose.accept,
+                   "new folder: a copy of the case with the extended machine, diagnosed again, with its gain in "
+                   "compensation");
   const auto add_error = [&](const std::string& name, std::optional<double>& percent, double otherwise,
                              const std::string& of) {
     verb->add_option(name, percent,

@@ -67,7 +67,9 @@ TEST(Measurement, IsReadAsWritten) {
 
 TEST(Measurement, WrittenAndReadAgainIsTheSame) {
   const Folder folder;
-  const Measurement m = folder.read();
+  Measurement m = folder.read();
+  EXPECT_FALSE(m.rows_at_changes);
+  m.rows_at_changes = true;
   const Scratch other;
   write_measurement(other.path() / "copy", m);
   const Measurement copy = read_measurement(other.path() / "copy");
@@ -83,6 +85,7 @@ TEST(Measurement, WrittenAndReadAgainIsTheSame) {
     EXPECT_EQ(copy.channels[i].pose_text, m.channels[i].pose_text);
     EXPECT_EQ(copy.channels[i].zero, m.channels[i].zero);
   }
+  EXPECT_TRUE(copy.rows_at_changes);
   EXPECT_EQ(copy.data.columns, m.data.columns);
   EXPECT_EQ(copy.time(), m.time());
   EXPECT_EQ(copy.values(copy.channels[2]), m.values(m.channels[2]));

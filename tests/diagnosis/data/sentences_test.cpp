@@ -7,8 +7,9 @@ namespace thermotwin::diagnosis {
 namespace {
 
 TEST(Sentences, AgreeWithTheNumberOfTheirSubjects) {
-  EXPECT_EQ(doubt({"dx"}, 8.0, within_uncertainty(1), {}),
-            "dx follows the lag model of the first 8 h within its uncertainty, but something else may have changed it.");
+  EXPECT_EQ(
+      doubt({"dx"}, 8.0, within_uncertainty(1), {}),
+      "dx follows the lag model of the first 8 h within its uncertainty, but something else may have changed it.");
   EXPECT_EQ(doubt({"dx", "dz"}, 8.0, within_uncertainty(2), {"probe_drift of dx", "time_constant of dz"}),
             "dx, dz follow the lag model of the first 8 h within their uncertainty, but probe_drift of dx or "
             "time_constant of dz may have changed them.");

@@ -168,6 +168,13 @@ TEST(ReducedStepper, AStepWithKeptFactorIsFast) {
 #endif
 }
 
+/// Of the tool's poses that a model stores.
+Eigen::VectorXd pose_weights(const mesh::Machine& machine, const mesh::Pose& pose, std::size_t stored) {
+  Eigen::VectorXd weights;
+  OutputGrid(machine, stored).tool_weights(pose, weights);
+  return weights;
+}
+
 TEST(PoseWeights, ReproduceQuadraticsAndTheirSumIsOne) {
   const mesh::Machine machine = test::small_machine();
   const std::vector<mesh::Pose> grid = mesh::workspace_poses(machine);

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/judge/action.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/text.h"
+#include "core/units.h"
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/missing_source.h"
+#include "diagnosis/causes/parameter.h"
+
+namespace thermotwin::diagnosis {
+
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr double outer_third = 1.0 / 3.0;  ///< of a body's half width: beyond it a place is at a side
+constexpr double near_sensor_m = 0.5;
+
+/// Box about the patches of a body's skin, else about its sensors; empty where it has neither.
+Eigen::AlignedBox3d box_of(const std::string& body, const reduction::ReducedModel& model) {
+  Eigen::AlignedBox3d box;
+  for (const reduction::Patch& patch : model.patches.items)
+    if (patch.surface.body == body) box.extend(patch.centre);
+  for (const mesh::SensorSpec& sensor : model.machine.sensors)
+    if (sensor.body == body) box.extend(sensor.point);
+  return box;
+}
+
+/// "left", "right" along x, "front", "rear" along y (the operator stands on the side of negative y), "bottom", "top".
+std::string side_of(const Eigen::AlignedBox3d& box, const Vector3d& at) {
+  static constexpr const char* names[3][2] = {{"left", "right"}, {"front", "rear"}, {"bottom", "top"}};
+  std::string side;
+  for (const int axis : {2, 0, 1}) {
+    const double half = 0.5 * (box.max()[axis] - box.min()[axis]);
+    if (!(half > 0.0)) continue;
+    const double from_middle = (at[axis] - box.center()[axis]) / half;
+    if (std::abs(from_middle) > outer_third)
+      side += (side.empty() ? "" : " ") + std::string(names[axis][from_middle > 0]);
+  }
+  return side.empty() ? "middle" : side;
+}
+
+std::string nearest_sensor(const std::string& body, const Vector3d& at, const mesh::Machine& machine) {
+  std::string nearest;
+  double least = near_sensor_m;
+  for (const bool same_body : {true, false}) {
+    for (const mesh::SensorSpec& sensor : machine.sensors) {
+      if (sensor.body.empty() || (sensor.body == body) != same_body) continue;
+      const double distance = (sensor.point - at).norm();
+      if (distance < least) least = distance, nearest = sensor.id;
+    }
+    if (!nearest.empty()) break;
+  }
+  return nearest;
+}
+
+std::string surfaces_in_words(const std::vector<std::string>& surfaces) {
+  return surfaces.empty() ? std::string() : " (" + core::join(surfaces) + ")";
+}
+
+/// Surfaces and joints that a source heats.
+std::string places_of(const mesh::SourceSpec& source) {
+  std::vector<std::string> names;
+  for (const mesh::SourcePlace& place : source.places)
+    names.push_back(!place.surface.empty() ? place.surface : !place.joint.empty() ? place.joint : place.volume);
+  return surfaces_in_words(names);
+}
+
+std::string source_action(const RankedCause& cause, const mesh::Machine& machine) {
+  const Parameter& p = cause.parameter;
+  std::string where = p.where;
+  for (const mesh::SourceSpec& source : machine.sources)
+    if (source.id == p.where) where += places_of(source);
+  switch (p.kind) {
+    case Kind::source_speed_law:
+      return fmt::format(
+          "Check lubrication and preload of {}: its power changes with speed by another law than stated (exponent "
+          "{:+.2g}).",
+          where, cause.value);
+    case Kind::standstill_power:
+      return fmt::format("Check the heat of {} while it stands: about {:+.3g} W to what is stated.", where,
+                         cause.value);
+    case Kind::process_heat:
+      return fmt::format("Check the share of the cutting power that enters at {}: it is {:.2g} times as stated.", where,
+                         cause.value);
+    default:
+      return fmt::format(
+          "Check the power of {}: its heat is {:.2g} times as stated. Measure the drive's power, and feel "
+          "for friction.",
+          where, cause.value);
+  }
+}
+
+std::string film_action(const RankedCause& cause, const mesh::Machine& machine) {
+  const Parameter& p = cause.parameter;
+  std::string where = p.where;
+  for (const mesh::FilmSpec& film : machine.films)
+    if (film.id == p.where) where += surfaces_in_words(film.surfaces);
+  if (p.kind == Kind::radiation_load)
+    return fmt::format("Look for sun, a heater or a cold wall facing {}: about {:.3g} W/m2 arrive there.", where,
+                       cause.value);
+  if (p.kind == Kind::film_speed_law) {
+    return fmt::format(
+        "Check what moves the air at {}: the part of the film that speed adds is {:.2g} times as stated.", where,
+        cause.value);
+  }
+  return fmt::format("Check the heat transfer at {} (draught, fan, cover, chips, fluid): it is {:.2g} times as stated.",
+                     where, cause.value);
+}
+
+std::string warmer(double kelvin) {
+  return fmt::format("{:.2g} K {}", std::abs(kelvin), kelvin > 0 ? "warmer" : "colder");
+}
+
+std::string reading_action(const RankedCause& cause) {
+  const Parameter& p = cause.parameter;
+  switch (p.kind) {
+    case Kind::sensor_offset:
+      return fmt::format("Calibrate or exchange the sensor of {}: it reads {:+.2g} K.", p.where, cause.value);
+    case Kind::sensor_drift:
+      return fmt::format("Exchange the sensor of {}: it drifts by {:+.2g} K/h.", p.where, cause.value);
+    case Kind::sensor_lag:
+      return fmt::format("Check the mounting of the sensor of {} (paste, screw, cover): it lags by {:.3g} s.", p.where,
+                         cause.value);
+    case Kind::sensor_detached:
+      return fmt::format("Fix the sensor of {} to its place: {:.0f} % of its reading is the air's temperature.",
+                         p.where, 100.0 * cause.value);
+    case Kind::probe_drift:
+      return fmt::format("Check fixture and probe of {}: it drifts by {:+.2g} {}.", p.where, cause.value, p.unit);
+    default:
+      return fmt::format("Synchronise the clocks: {} is recorded {:.3g} s too {}.", p.where, std::abs(cause.value),
+                         cause.value > 0 ? "late" : "early");
+  }
+}
+
+std::string surroundings_action(const RankedCause& cause) {
+  const Parameter& p = cause.parameter;
+  switch (p.kind) {
+    case Kind::ambient_gradient:
+      return fmt::format(
+          "Measure the air at the foot and at the top of the machine: the gradient differs by {:+.2g} K/m.",
+          cause.value);
+    case Kind::foundation_temperature:
+      return fmt::format("Measure the foundation under the mounts: it is {} than assumed.", warmer(cause.value));
+    case Kind::cutting_fluid:
+      return fmt::format("Measure the cutting fluid {} at its nozzle: it is {} than assumed.", p.where,
+                         warmer(cause.value));
+    default:
+      return fmt::format("Measure the air beside the machine at several places: {} is {} there than its channel says.",
+                         p.where, warmer(cause.value));
+  }
+}
+
+std::string fluid_action(const RankedCause& cause) {
+  const Parameter& p = cause.parameter;
+  switch (p.kind) {
+    case Kind::coolant_flow:
+      return fmt::format("Check the flow of coolant {} (filter, pump, valves): it is {:.2g} times as stated.", p.where,
+                         cause.value);
+    case Kind::coolant_coupling:
+      return fmt::format(
+          "Check the channel {} (deposits, trapped air, share of the flow): its heat transfer is {:.2g} "
+          "times as stated.",
+          p.where, cause.value);
+    case Kind::coolant_inlet:
+      return fmt::format("Compare the inlet sensor of coolant {} with a second one: what enters is {} than it says.",
+                         p.where, warmer(cause.value));
+    case Kind::control_sensor_offset:
+      return fmt::format("Check the guide sensor and the set point of the chiller of {}: they are off by {:+.2g} K.",
+                         p.where, cause.value);
+    case Kind::volume_exchange:
+      return fmt::format(
+          "Check the enclosure at {} (doors, leaks, insulation): it exchanges {:.2g} times the stated heat.", p.where,
+          cause.value);
+    default:
+      return fmt::format("Check the content of {}: its heat capacity is {:.2g} times as stated.", p.where, cause.value);
+  }
+}
+
+std::string structure_action(const RankedCause& cause) {
+  const Parameter& p = cause.parameter;
+  switch (p.kind) {
+    case Kind::contact_conductance:
+      return fmt::format("Check the contact of {} (bolts, preload, paint, shims): it conducts {:.2g} times as stated.",
+                         p.where, cause.value);
+    case Kind::contact_stiffness:
+      return fmt::format("Check preload and bolts of {}: its stiffness is {:.2g} times as stated.", p.where,
+                         cause.value);
+    case Kind::expansion_coefficient:
+      return fmt::format("Check the material of {}: it expands {:.2g} times as stated.", p.where, cause.value);
+    case Kind::heat_capacity:
+      return fmt::format(
+          "Check mass and material of {} (ribs, fillings, attached parts): its heat capacity is {:.2g} times "
+          "as stated.",
+          p.where, cause.value);
+    default:
+      return fmt::format("Check the data sheet of the {} of axis {}: it expands {:.2g} times as stated.",
+                         p.kind == Kind::scale_expansion ? "scale" : "screw", p.where, cause.value);
+  }
+}
+
+}  // namespace
+
+std::string place_in_words(const std::string& body, const Vector3d& at, const reduction::ReducedModel& model) {
+  const mesh::Machine& machine = model.machine;
+  const Eigen::AlignedBox3d box = box_of(body, model);
+  std::string words = (box.isEmpty() ? std::string() : "the " + side_of(box, at) + " of ") + body;
+  if (!machine.tcp.table_body.empty()) {
+    const double height = (at[2] - machine.tcp.table_point[2]) / core::units::mm;
+    words += fmt::format(", {:.0f} mm {} the table", std::abs(height), height < 0 ? "below" : "above");
+  }
+  const std::string sensor = nearest_sensor(body, at, machine);
+  return sensor.empty() ? words : words + ", near sensor " + sensor;
+}
+
+std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model) {
+  const Parameter& p = cause.parameter;
+  if (p.missing) {
+    return fmt::format("Look at {}: about {:.2g} W {} there in proportion to {}.",
+                       place_in_words(p.missing->body, p.missing->centre, model), std::abs(cause.value),
+                       cause.value < 0 ? "leave" : "enter", p.missing->follows);
+  }
+  switch (row_of(p.kind).target) {
+    case Target::source: return source_action(cause, model.machine);
+    case Target::film: return film_action(cause, model.machine);
+    case Target::ambient: return surroundings_action(cause);
+    case Target::coolant:
+    case Target::segment:
+    case Target::volume:
+    case Target::exchange: return fluid_action(cause);
+    case Target::joint:
+    case Target::body:
+    case Target::scale:
+    case Target::screw: return structure_action(cause);
+    case Target::sensor:
+    case Target::reading: return reading_action(cause);
+    case Target::nothing: break;
+  }
+  return "";
+}
+
+std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model) {
+  std::vector<std::string> actions;
+  for (const RankedCause& cause : diagnosis.causes) actions.push_back(action_of(cause, model));
+  if (actions.empty() && !diagnosis.ambiguous_set.empty()) {
+    const std::string first = action_of(diagnosis.ambiguous_set.front(), model);
+    if (!first.empty()) actions.push_back(first);
+  }
+  return actions;
+}
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// What a machine engineer does about a cause: where to look, and for what.
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/judge/diagnosis.h"
+#include "reduction/model/reduced_model.h"
+
+namespace thermotwin::diagnosis {
+
+/// One sentence, such as "Look at the left rear of column, 275 mm above the table, near sensor T8: about 35 W enter
+/// there in proportion to coolant.main.on."
+std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model);
+
+/// Of the causes that are named; else of the most probable one of those that share. Empty: nothing to do.
+std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model);
+
+/// A place on a body in words of the machine: side of the body, height above the table, nearest sensor.
+/// @param at  m, home frame
+std::string place_in_words(const std::string& body, const Eigen::Vector3d& at, const reduction::ReducedModel& model);
+
+}  // namespace thermotwin::diagnosis

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/judge/action.h"
+
+#include <gtest/gtest.h>
+
+#include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/missing_source.h"
+#include "tests/machines/rods_record.h"
+
+namespace {
+
+using namespace thermotwin;
+using diagnosis::Kind;
+
+diagnosis::RankedCause cause(Kind kind, const std::string& where, double value) {
+  diagnosis::RankedCause ranked;
+  ranked.parameter = diagnosis::make_parameter(kind, where);
+  ranked.value = value;
+  return ranked;
+}
+
+reduction::ReducedModel model_with_skin() {
+  reduction::ReducedModel model;
+  model.machine = lumped::machine();
+  for (const double z : {0.0, 1.0}) {
+    for (const double x : {-0.2, 0.2}) {
+      for (const double y : {-0.1, 0.1}) {
+        reduction::Patch patch;
+        patch.surface.body = "column";
+        patch.centre = {x, y, z};
+        model.patches.items.push_back(patch);
+      }
+    }
+  }
+  return model;
+}
+
+TEST(Action, APlaceIsSaidAsAFitterWouldSayIt) {
+  const reduction::ReducedModel model = model_with_skin();
+  EXPECT_EQ(diagnosis::place_in_words("column", {-0.2, 0.1, 0.8}, model),
+            "the top left rear of column, 800 mm above the table, near sensor T3");
+  EXPECT_EQ(diagnosis::place_in_words("column", {0.0, -0.1, 0.5}, model),
+            "the front of column, 500 mm above the table, near sensor T2");
+  EXPECT_EQ(diagnosis::place_in_words("column", {0.2, 0.0, -0.5}, model),
+            "the bottom right of column, 500 mm below the table");
+}
+
+TEST(Action, AMissingSourceIsLookedForWhereItIs) {
+  diagnosis::RankedCause ranked = cause(Kind::source_missing, "column (-200, 100, 800) mm", 35.2);
+  auto missing = std::make_shared<diagnosis::MissingSource>();
+  missing->body = "column";
+  missing->centre = {-0.2, 0.1, 0.8};
+  missing->follows = "coolant.main.on";
+  ranked.parameter.missing = missing;
+  EXPECT_EQ(diagnosis::action_of(ranked, model_with_skin()),
+            "Look at the top left rear of column, 800 mm above the table, near sensor T3: about 35 W enter there in "
+            "proportion to coolant.main.on.");
+}
+
+TEST(Action, EveryKindHasOneOfItsOwn) {
+  const reduction::ReducedModel model = model_with_skin();
+  std::set<std::string> actions;
+  for (const diagnosis::KindRow& row : diagnosis::known_kinds()) {
+    if (row.kind == Kind::source_missing) continue;
+    const std::string action = diagnosis::action_of(cause(row.kind, "item", 1.5), model);
+    EXPECT_TRUE(actions.insert(action).second) << row.name << ": " << action;
+    EXPECT_NE(action.find(row.kind == Kind::ambient_gradient ? "1.5" : "item"), std::string::npos) << action;
+    EXPECT_TRUE(action.ends_with(".")) << action;
+  }
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::source_power, "motor", 1.6), model),
+            "Check the power of motor (head.motor): its heat is 1.6 times as stated. Measure the drive's power, and "
+            "feel for friction.");
+}
+
+TEST(Action, FirstOfThoseThatShareWhereNoneIsNamed) {
+  diagnosis::Diagnosis d;
+  d.ambiguous_set = {cause(Kind::coolant_flow, "main", 0.45), cause(Kind::none, "", 0.0)};
+  const std::vector<std::string> actions = diagnosis::actions_of(d, model_with_skin());
+  ASSERT_EQ(actions.size(), 1U);
+  EXPECT_NE(actions[0].find("flow of coolant main (filter, pump, valves): it is 0.45 times"), std::string::npos);
+  d.ambiguous_set = {cause(Kind::unknown, "", 0.0)};
+  EXPECT_TRUE(diagnosis::actions_of(d, model_with_skin()).empty());
+}
+
+}  // namespace

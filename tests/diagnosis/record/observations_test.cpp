@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "diagnosis/record/observations.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "mesh/machine/file.h"
+#include "tests/machines/rods_record.h"
+
+namespace {
+
+using namespace thermotwin;
+using Eigen::Index;
+
+const diagnosis::ObservedChannel& channel_of(const diagnosis::Observations& seen, const std::string& id) {
+  for (const diagnosis::ObservedChannel& channel : seen.channels)
+    if (channel.channel.id == id) return channel;
+  throw std::logic_error("no channel " + id);
+}
+
+diagnosis::Observations observed(const mesh::Machine& machine, const compensation::Measurement& m) {
+  return diagnosis::observe(m, machine, solver::Channels(machine), {});
+}
+
+/// T5 reads the coolant's return, whose pump switches every three hours.
+TEST(Observations, MeansOfAReturnThatTouchASwitchOfItsPumpAreLeftOut) {
+  std::string text = lumped::machine_text();
+  const std::string solid = "id = \"T5\"\nbody = \"head\"\npoint_mm = [0, 0, 900]";
+  text.replace(text.find(solid), solid.size(), "id = \"T5\"\nreturn_of = \"main\"");
+  const mesh::Machine machine = mesh::parse_machine(text, "rods/machine.toml");
+  compensation::Measurement m = lumped::measure({}, {.hours = 12, .sample_s = 60});
+  const auto pump = std::find_if(m.channels.begin(), m.channels.end(),
+                                 [](const auto& channel) { return channel.input == "coolant.main.on"; });
+  ASSERT_NE(pump, m.channels.end());
+  const Eigen::VectorXd time = m.time();
+  std::set<Index> switched;
+  for (Index i = 0; i < time.size(); ++i) {
+    m.data.values(i, pump->column) = static_cast<Index>(time[i] / 10800.0) % 2 == 0 ? 1.0 : 0.0;
+    if (i > 0 && m.data.values(i, pump->column) != m.data.values(i - 1, pump->column))
+      switched.insert({static_cast<Index>(time[i - 1] / 600.0), static_cast<Index>(time[i] / 600.0)});
+  }
+  ASSERT_EQ(switched.size(), 6U);
+  const diagnosis::Observations seen = observed(machine, m);
+  const auto left_out = [&](const std::string& id) {
+    std::set<Index> all;
+    for (Index k = 0; k < seen.intervals; ++k) all.insert(k);
+    for (const Index k : channel_of(seen, id).interval) all.erase(k);
+    return all;
+  };
+  EXPECT_EQ(left_out("T5_reading"), switched);
+  EXPECT_TRUE(left_out("T4_reading").empty()) << "a sensor in a body does not jump";
+}
+
+TEST(Observations, ARecordWithARowAtEachChangeHasNoChangesOfUncertainTime) {
+  compensation::Measurement m = lumped::measure({}, {.hours = 8, .sample_s = 300});
+  const mesh::Machine machine = lumped::machine();
+  EXPECT_FALSE(observed(machine, m).may_hold.empty());
+  EXPECT_GT(observed(machine, m).told_row_s, 0.0);
+  m.rows_at_changes = true;
+  EXPECT_TRUE(observed(machine, m).may_hold.empty());
+  EXPECT_EQ(observed(machine, m).told_row_s, 0.0);
+}
+
+}  // namespace
