@@ -22,6 +22,11 @@
 #include "solver/campaign/case.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
+#include "solver/export/field_record.h"
+#include "solver/export/machine_scene.h"
+#include "tools/campaign_page.h"
+#include "tools/error_tables.h"
+#include "tools/page.h"
 
 namespace thermotwin::tools {
 
@@ -182,24 +187,9 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path, const 
 }
 
 std::string error_table(const ReducedCase& made) {
-  std::vector<std::vector<std::string>> table{
-      {"held-out load", "peak um", "max error um", "rms um", "of peak %", "estimated um", "estimated/true, median"}};
-  for (const auto& e : made.model.errors) {
-    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.3f}", e.max_um),
-                     fmt::format("{:.3f}", e.rms_um), fmt::format("{:.2f}", 100 * e.max_um / e.peak_um),
-                     e.estimate_max_um > 0 ? fmt::format("{:.3f}", e.estimate_max_um) : "-",
-                     e.estimate_max_um > 0 ? fmt::format("{:.2f}", e.effectivity) : "-"});
-  }
-  std::string text = core::format_table(table);
+  std::string text = core::format_table(heldout_rows(made));
   if (made.off_grid.empty()) return text;
-  table = {{fmt::format("at {} poses between the stored ones", made.off_grid_poses.size()), "peak um", "max error um",
-            "rms um", "of peak %", "with these poses' own rows um"}};
-  for (const auto& e : made.off_grid) {
-    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()),
-                     fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / e.rms.size())),
-                     fmt::format("{:.2f}", 100 * e.max_um() / e.peak_um()), fmt::format("{:.3f}", e.own_rows_um())});
-  }
-  return text + "\n\n" + core::format_table(table);
+  return text + "\n\n" + core::format_table(off_grid_rows(made));
 }
 
 void campaign(const CampaignOptions& options) {
@@ -217,6 +207,10 @@ void campaign(const CampaignOptions& options) {
   campaign_options.out = campaign_options.checkpoints = options.out / "campaign";
   campaign_options.resume = options.resume;
   campaign_options.checkpoint_s = options.checkpoint_every_s;
+  solver::FieldRecord record(solver::scene_modes);
+  campaign_options.on_output = [&](const solver::LoadProgram& load, const solver::OutputState& output) {
+    record.add(load.name(), output.index, std::ssize(load.output_times()), output.state);
+  };
   const auto results = solver::run_campaign(full, programs, campaign_options);
   std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um"}};
   nlohmann::json json = {{"nodes", full.mesh.nodes()}, {"seconds", time.seconds()}, {"peak_GiB", peak_memory_GiB()}};
@@ -228,9 +222,19 @@ void campaign(const CampaignOptions& options) {
     json["loads"].push_back(
         {{"load", result.load}, {"times", result.sensors.rows()}, {"poses", poses}, {"peak_um", peak}});
   }
+  write_page(campaign_options.out / "report.html", [&] {
+    record.close();
+    solver::MachineScene scene =
+        solver::make_scene(full, record.empty() ? Eigen::MatrixXd(full.thermal.size, 0) : record.modes());
+    for (const solver::LoadResult& result : results) {
+      scene.loads.push_back(solver::scene_load(result.load, result.tcp, std::ssize(scene.poses),
+                                               record.coefficients(result.load, result.sensors.rows())));
+    }
+    return campaign_page({options, fmt::format("{} nodes", full.mesh.nodes()), programs, scene, table, &full});
+  });
   print_summary(options,
-                fmt::format("{}\n{} nodes, {:.0f} s; tables in {}\n", core::format_table(table), full.mesh.nodes(),
-                            time.seconds(), campaign_options.out.string()),
+                fmt::format("{}\n{} nodes, {:.0f} s; tables and report.html in {}\n", core::format_table(table),
+                            full.mesh.nodes(), time.seconds(), campaign_options.out.string()),
                 json.dump());
 }
 

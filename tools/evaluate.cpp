@@ -18,8 +18,10 @@
 #include "mesh/machine/plausible_range.h"
 #include "reduction/model/model_file.h"
 #include "tools/chain.h"
+#include "tools/evaluation_page.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"
+#include "tools/page.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -193,6 +195,8 @@ void evaluate(const EvaluateOptions& options) {
     json["cross"] = json_of(cross);
   }
   if (!options.length_study.empty()) study_lengths(options, measurement, json, text);
+  write_page(folder / "report.html", [&] { return evaluation_page(options, evaluation); });
+  text += fmt::format("page in {}\n", (folder / "report.html").string());
   print_summary(options, text, json.dump());
 }
 

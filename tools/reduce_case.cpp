@@ -18,6 +18,7 @@
 #include "solver/campaign/load_result.h"
 #include "tools/chain.h"
 #include "tools/identify_case.h"
+#include "tools/reduced_scene.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -276,6 +277,7 @@ void reduce(const ReduceOptions& options) {
   const std::vector<mesh::Pose> bounded = bounded_poses(options, machine_case.machine);
   const solver::FullModel full = build(machine_case, options.out, options.solver);
   const ReducedCase made = make_reduced_model(full, machine_case, wanted, options.resume, options.out, bounded);
+  write_reduced_scene(options.out / "scene.bin", full, made, machine_case);
   const TransientTime transient = time_transient(full, machine_case);
 
   nlohmann::json json = errors_json(made);

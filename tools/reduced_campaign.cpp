@@ -21,7 +21,10 @@
 #include "reduction/systems/campaign_tables.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/load_result.h"
+#include "tools/campaign_page.h"
 #include "tools/chain.h"
+#include "tools/page.h"
+#include "tools/reduced_scene.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -138,8 +141,8 @@ Outcome run_load(const Runs& runs, const solver::LoadProgram& program, const fs:
   return outcome;
 }
 
-std::string table_of(const Runs& runs, const std::vector<solver::LoadProgram>& programs,
-                     const std::vector<Outcome>& outcomes) {
+std::vector<std::vector<std::string>> table_of(const Runs& runs, const std::vector<solver::LoadProgram>& programs,
+                                               const std::vector<Outcome>& outcomes) {
   std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um", "estimated error um"}};
   if (runs.bound) table[0].insert(table[0].end(), {"estimated at the bound's poses um", "bound there um"});
   table[0].emplace_back("s");
@@ -153,7 +156,7 @@ std::string table_of(const Runs& runs, const std::vector<solver::LoadProgram>& p
     }
     table.back().push_back(fmt::format("{:.3f}", o.seconds));
   }
-  return core::format_table(table);
+  return table;
 }
 
 nlohmann::json json_of(const Runs& runs, const std::vector<solver::LoadProgram>& programs,
@@ -199,8 +202,14 @@ void reduced_campaign(const CampaignOptions& options) {
   nlohmann::json json = json_of(runs, programs, outcomes);
   json["seconds"] = time.seconds();
   const auto& [machine_case, model, reference, bound, poses, how, maker] = runs;
+  const std::vector<std::vector<std::string>> table = table_of(runs, programs, outcomes);
+  write_page(folder / "report.html", [&] {
+    const fs::path beside = (options.model.empty() ? options.out / "model.rom.h5" : options.model).parent_path();
+    const solver::MachineScene scene = reduced_scene(beside / "scene.bin", runs.model, programs);
+    return campaign_page({options, fmt::format("order {}", runs.model.system.order()), programs, scene, table});
+  });
   print_summary(options,
-                fmt::format("{}\norder {}{}{}, {:.1f} s; tables in {}\n", table_of(runs, programs, outcomes),
+                fmt::format("{}\norder {}{}{}, {:.1f} s; tables and report.html in {}\n", core::format_table(table),
                             model.system.order(),
                             reference ? fmt::format(", estimates by order {}", reference->system.order()) : "",
                             bound ? fmt::format(", bounds at {} by order {}",

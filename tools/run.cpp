@@ -37,6 +37,8 @@
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"
+#include "tools/page.h"
+#include "tools/run_page.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -232,15 +234,15 @@ void add_reduced(const ReducedCase& made, Eigen::Index unknowns, Findings& found
 }
 
 /// An unseen program on one machine that is measured virtually.
-void compensate_unseen(const solver::Case& machine_case, const reduction::ReducedModel& model,
-                       const std::filesystem::path& out, Findings& found) {
+compensation::Validation compensate_unseen(const solver::Case& machine_case, const reduction::ReducedModel& model,
+                                           const std::filesystem::path& out, Findings& found) {
   const Stopwatch step;
   compensation::ValidationOptions options;
   options.loads = {machine_case.holdout.front()};
-  options.draws = 1;
+  options.draws = options.traced_draws = 1;
   options.machine.size_factor *= mesh::size_factor(machine_case.machine, machine_case.size);
   options.machine.mesh_cache = out / "cache";
-  const auto validation = compensation::validate_online(machine_case, model, options);
+  compensation::Validation validation = compensation::validate_online(machine_case, model, options);
   const std::string& unseen = options.loads.front();
   const double bare = validation.median_reduction(unseen, false), sensed = validation.median_reduction(unseen, true);
   double before = 0, after = 0;
@@ -255,20 +257,23 @@ void compensate_unseen(const solver::Case& machine_case, const reduction::Reduce
       step.seconds());
   found.json["compensation"] = {
       {"load", unseen}, {"reduction_percent", sensed}, {"reduction_no_sensors_percent", bare}};
+  return validation;
 }
 
-void diagnose_measurement(const solver::Case& machine_case, const solver::FullModel& full,
-                          const reduction::ReducedModel& model, const RunOptions& options, Findings& found) {
+diagnosis::Diagnosis diagnose_measurement(const solver::Case& machine_case, const solver::FullModel& full,
+                                          const reduction::ReducedModel& model, const RunOptions& options,
+                                          Findings& found) {
   const mesh::Machine& machine = machine_case.machine;
   compensation::Measurement measurement = measurement_of(machine_case, options.resume, options.out);
   compensation::blank_implausible(measurement, machine.plausible_range());  // warned of before the long work
   compensation::require_fits(measurement, machine);
-  const diagnosis::Diagnosis diagnosed =
+  diagnosis::Diagnosis diagnosed =
       diagnosis::diagnose(model, measurement, {.programs = programs_of(machine_case, machine)});
   diagnosis::write_diagnosis(options.out / "diagnosis", diagnosed, model,
                              diagnosis::make_scene(full.mesh, diagnosis::marked_causes(diagnosed)));
   found.text += fmt::format("diagnosis   {}\n{}", diagnosed.sentence, hidden_truth(machine_case));
   found.json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(diagnosed));
+  return diagnosed;
 }
 
 }  // namespace
@@ -287,8 +292,8 @@ void run(const RunOptions& options) {
   write_order_picture(options.out / "order.svg", made, machine_case.tolerance_um);
   add_reduced(made, full.thermal.size, found);
 
-  compensate_unseen(machine_case, made.model, options.out, found);
-  diagnose_measurement(machine_case, full, made.model, options, found);
+  const compensation::Validation validation = compensate_unseen(machine_case, made.model, options.out, found);
+  const diagnosis::Diagnosis diagnosed = diagnose_measurement(machine_case, full, made.model, options, found);
   write_pictures(full, machine_case, options.out, machine_case.train.back());
 
   if (const auto drift = measured_drift()) {
@@ -298,9 +303,12 @@ void run(const RunOptions& options) {
     core::write_csv(options.out / "evaluation" / "measured_drift.csv", drift->predictions);
   }
 
+  write_page(options.out / "report.html", [&] {
+    return run_page({machine_case, options, full, made, validation, diagnosed});
+  });
   found.text += fmt::format(
-      "look at     {0}/machine.png, {0}/diagnosis/report.html, {0}/fields/*.pvd and poses.vtp (ParaView),\n"
-      "            {0}/campaign/*/tcp.csv, {0}/model.rom.h5\n"
+      "look at     {0}/report.html, {0}/machine.png, {0}/diagnosis/report.html,\n"
+      "            {0}/fields/*.pvd and poses.vtp (ParaView), {0}/campaign/*/tcp.csv, {0}/model.rom.h5\n"
       "total       {1:.0f} s, peak memory {2:.2f} GiB\n",
       options.out.string(), total.seconds(), peak_memory_GiB());
   found.json["seconds"] = total.seconds();

@@ -17,6 +17,8 @@
 #include "solver/campaign/case.h"
 #include "tools/chain.h"
 #include "tools/options.h"
+#include "tools/page.h"
+#include "tools/validation_page.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -104,6 +106,7 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
     reference = reduction::read_model(options.reference);
     settings.machine.what = compensation::Perturb::thermal;  // all that its coefficients can be
   }
+  settings.traced_draws = 1;
   std::optional<Study> on_full, on_reduced;
   if (!reference || options.full_draws > 0) {
     compensation::ValidationOptions full = settings;
@@ -144,6 +147,11 @@ void on_truths(const ValidateOptions& options, compensation::ValidationOptions s
                           {"reduced, all machines", on_reduced->summary()}}) +
             "\n";
   }
+  write_page(options.out / "validation" / "report.html", [&] {
+    return validation_page({options, model.machine.name, truth, found["perturbed"].get<std::string>()}, main,
+                           on_full && on_reduced ? &*on_full : nullptr);
+  });
+  text += fmt::format("page in {}\n", (options.out / "validation" / "report.html").string());
   print_summary(
       options,
       fmt::format("{}measured machines: {}; {} parameters perturbed; model: {}; {:.0f} s, peak memory {:.2f} GiB\n",

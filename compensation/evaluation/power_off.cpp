@@ -106,10 +106,9 @@ PowerOffStudy PowerOffStudy::first(int draws) const {
   return part;
 }
 
-std::string PowerOffStudy::brief() const {
-  std::vector<std::vector<std::string>> table{{"machine", "hall degC", "worked h", "off h", "RMS um after 5 min",
-                                               "residual %", "after 30 min um", "residual %", "after 2 h um",
-                                               "residual %"}};
+Rows PowerOffStudy::table() const {
+  Rows table{{"machine", "hall degC", "worked h", "off h", "RMS um after 5 min", "residual %", "after 30 min um",
+              "residual %", "after 2 h um", "residual %"}};
   for (const PowerOffRow& row : rows) {
     table.push_back({std::to_string(row.draw + 1), fmt::format("{:.1f}", row.hall_C),
                      fmt::format("{:.1f}", row.worked_h), fmt::format("{:.1f}", row.off_h)});
@@ -125,8 +124,10 @@ std::string PowerOffStudy::brief() const {
       table.back().push_back(fmt::format("{:.1f}", quantile(left_percent(k), share)));
     }
   }
-  return core::format_table(table);
+  return table;
 }
+
+std::string PowerOffStudy::brief() const { return core::format_table(table()); }
 
 PowerOffStudy study_power_off(const solver::Case& machine_case, const reduction::ReducedModel& model,
                               const ValidationOptions& options) {

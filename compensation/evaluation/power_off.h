@@ -27,6 +27,7 @@ struct PowerOffStudy {
   std::vector<PowerOffRow> rows;
   Eigen::Index measured_nodes = 0;
   std::vector<double> left_percent(int moment) const;
+  Rows table() const;  ///< a row a machine; median and 90th percentile last
   std::string brief() const;
   Rows summary() const;  ///< medians and 90th percentiles
   PowerOffStudy first(int draws) const;

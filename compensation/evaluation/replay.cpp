@@ -73,7 +73,8 @@ MatrixXd sensor_readings(const Measurement& measurement, const mesh::Machine& ma
 std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement,
                                                            const reduction::ReducedModel& model,
                                                            const std::vector<mesh::Pose>& poses, const MeasuredRun& how,
-                                                           std::string* explained, std::vector<std::string>* failed) {
+                                                           std::string* explained, std::vector<std::string>* failed,
+                                                           std::vector<Eigen::Matrix3Xd>* std_um) {
   CompensatorOptions options;
   options.use_sensors = options.start_from_sensors = how.sensors;
   const solver::Channels channels(model.machine);
@@ -85,6 +86,7 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
   std::optional<Compensator> compensator;
   std::vector<OffsetGuard> guards;
   const OutputMap map(model);
+  if (std_um != nullptr) std_um->assign(poses.size(), Eigen::Matrix3Xd::Zero(3, time.size() - how.from));
   for (Index i = how.from; i < time.size(); ++i) {
     const bool gap = compensator && time[i] - time[i - 1] > how.longest_gap_s;
     if (!compensator || gap) {
@@ -104,11 +106,23 @@ std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& me
     for (std::size_t p = 0; p < poses.size(); ++p) {
       solver::TcpError error = compensator->tcp(poses[p]);
       const VectorXd wanted_um = how.guarded ? VectorXd(map.offsets(error) / core::units::um) : VectorXd();
-      if (how.guarded)
-        error.error.head<3>() -= map.motion((guards[p].step(time[i], wanted_um) - wanted_um) * core::units::um);
+      VectorXd back_um = VectorXd::Zero(std::ssize(map.axes()));
+      if (how.guarded) {
+        back_um = guards[p].step(time[i], wanted_um) - wanted_um;
+        error.error.head<3>() -= map.motion(back_um * core::units::um);
+      }
+      if (std_um != nullptr) {
+        const VectorXd own_um = compensator->std_um(poses[p]);
+        for (Index a = 0; a < own_um.size(); ++a) {
+          const VectorXd alone = VectorXd::Unit(own_um.size(), a) * std::hypot(own_um[a], back_um[a]);
+          (*std_um)[p].col(i - how.from) += map.motion(alone).cwiseAbs2();
+        }
+      }
       errors[p].push_back(error);
     }
   }
+  if (std_um != nullptr)
+    for (Eigen::Matrix3Xd& deviations : *std_um) deviations = deviations.cwiseSqrt().eval();
   if (explained != nullptr && time.size() - how.from > 1) *explained = compensator->detectability().brief();
   return errors;
 }

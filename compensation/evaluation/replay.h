@@ -34,11 +34,14 @@ double start_temperature(const Measurement& measurement, const mesh::Machine& ma
 
 /// @param explained  if given: gets what the observer's sensors could tell (Detectability::brief)
 /// @param failed     if given: gets Offsets::failed_sensors of each row from `from` on
+/// @param std_um     if given: gets one standard deviation of the predicted translations, (3 x rows) of each pose, with
+///   what the guard keeps back
 /// @return for each pose, as if the machine stood there, the predicted errors at the rows from `from` on
 std::vector<std::vector<solver::TcpError>> run_compensator(const Measurement& measurement,
                                                            const reduction::ReducedModel& model,
                                                            const std::vector<mesh::Pose>& poses, const MeasuredRun& how,
                                                            std::string* explained = nullptr,
-                                                           std::vector<std::string>* failed = nullptr);
+                                                           std::vector<std::string>* failed = nullptr,
+                                                           std::vector<Eigen::Matrix3Xd>* std_um = nullptr);
 
 }  // namespace thermotwin::compensation

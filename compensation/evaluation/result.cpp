@@ -58,24 +58,25 @@ std::string Evaluation::brief() const {
   return text;
 }
 
+std::vector<std::vector<std::string>> Evaluation::table(const std::string& channel) const {
+  std::vector<std::vector<std::string>> table = {{"model", "part", "rows", "RMS before", "after", "removed %",
+                                                  "PK before", "after", "mean before", "after", "max before", "after",
+                                                  "fit %"}};
+  for (const EvaluationRow& row : rows)
+    if (row.channel == channel) table.push_back(line_of(row));
+  return table;
+}
+
 std::string Evaluation::tables() const {
   std::string text;
-  std::vector<std::string> channels;
+  std::vector<std::string> channels, units;
   for (const EvaluationRow& row : rows) {
-    if (std::find(channels.begin(), channels.end(), row.channel) == channels.end()) channels.push_back(row.channel);
+    if (std::find(channels.begin(), channels.end(), row.channel) != channels.end()) continue;
+    channels.push_back(row.channel);
+    units.push_back(row.unit);
   }
-  for (const std::string& channel : channels) {
-    std::vector<std::vector<std::string>> table = {{"model", "part", "rows", "RMS before", "after", "removed %",
-                                                    "PK before", "after", "mean before", "after", "max before", "after",
-                                                    "fit %"}};
-    std::string unit;
-    for (const EvaluationRow& row : rows) {
-      if (row.channel != channel) continue;
-      table.push_back(line_of(row));
-      unit = row.unit;
-    }
-    text += fmt::format("\n{} ({})\n", channel, unit) + core::format_table(table);
-  }
+  for (std::size_t c = 0; c < channels.size(); ++c)
+    text += fmt::format("\n{} ({})\n", channels[c], units[c]) + core::format_table(table(channels[c]));
   return text;
 }
 

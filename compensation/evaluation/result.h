@@ -45,7 +45,8 @@ struct Evaluation {
   double training_hours = 0;       ///< calibration effort: displacements over this time ...
   Eigen::Index inputs = 0;         ///< ... and this many channels that a control has to know
   std::string brief() const;       ///< leaderboard and notes
-  std::string tables() const;      ///< a table a channel
+  std::vector<std::vector<std::string>> table(const std::string& channel) const;  ///< cells, header first
+  std::string tables() const;                                                     ///< a table a channel
 };
 
 /// Fitted on one program (without programs: one day) after the other, judged on each.

@@ -67,13 +67,16 @@ std::vector<Eigen::Matrix3Xd> measured_translations(const Measurement& measureme
 }  // namespace detail
 
 std::vector<ValidationRow> judge_compensation(const Measurement& measurement, const mesh::Machine& machine,
-                                              const reduction::ReducedModel& model, const std::string& load, int draw) {
+                                              const reduction::ReducedModel& model, const std::string& load, int draw,
+                                              std::vector<ValidationTrace>* traces) {
   const std::vector<PoseColumns> columns = pose_columns(measurement, machine);
   std::vector<mesh::Pose> poses;
   const std::vector<Eigen::Matrix3Xd> measured = detail::measured_translations(measurement, machine, poses);
   const auto blind = run_compensator(measurement, model, poses, {false, false, 0, true});
   const auto told = run_compensator(measurement, model, poses, {false, true, 0, true});
-  const auto seeing = run_compensator(measurement, model, poses, {true, false, 0, true});
+  std::vector<Eigen::Matrix3Xd> deviations;
+  const auto seeing = run_compensator(measurement, model, poses, {true, false, 0, true}, nullptr, nullptr,
+                                      traces != nullptr ? &deviations : nullptr);
   const Eigen::VectorXd time = measurement.time();
   std::vector<ValidationRow> rows;
   for (std::size_t p = 0; p < poses.size(); ++p) {
@@ -101,6 +104,11 @@ std::vector<ValidationRow> judge_compensation(const Measurement& measurement, co
     for (double* sum : {&row.rms_before_um, &row.rms_model_um, &row.rms_told_um, &row.rms_sensors_um})
       *sum = std::sqrt(*sum / count);
     rows.push_back(row);
+    if (traces == nullptr) continue;
+    ValidationTrace trace{load, draw, row.pose, time / core::units::hour, measured[p], measured[p], deviations[p]};
+    for (Eigen::Index i = 0; i < time.size(); ++i)
+      trace.left_um.col(i) -= seeing[p][i].error.head<3>() / core::units::um;
+    traces->push_back(std::move(trace));
   }
   return rows;
 }
@@ -125,7 +133,8 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
     for (const solver::LoadProgram& load : loads) {
       const std::string text = core::read_file(machine_case.folder / "loads" / (load.name() + ".toml"));
       const Measurement measurement = machines.measure(options.first_seed + draw, load, text);
-      for (ValidationRow& row : judge_compensation(measurement, machine_case.machine, model, load.name(), draw))
+      std::vector<ValidationTrace>* traces = draw < options.traced_draws ? &validation.traces : nullptr;
+      for (ValidationRow& row : judge_compensation(measurement, machine_case.machine, model, load.name(), draw, traces))
         validation.rows.push_back(std::move(row));
     }
   }
@@ -190,6 +199,7 @@ Rows Validation::summary() const {
 Validation Validation::first(int draws) const {
   Validation part = *this;
   std::erase_if(part.rows, [&](const ValidationRow& row) { return row.draw >= draws; });
+  std::erase_if(part.traces, [&](const ValidationTrace& trace) { return trace.draw >= draws; });
   return part;
 }
 
@@ -197,13 +207,12 @@ double Validation::median_reduction(const std::string& load, bool sensors) const
   return quantile(reductions(load, sensors ? With::sensors : With::model), 0.5);
 }
 
-std::string Validation::brief() const {
+Rows Validation::table() const {
   std::vector<std::string> loads;
   for (const ValidationRow& row : rows)
     if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
-  std::vector<std::vector<std::string>> table{{"program", "machine", "RMS before um", "no sensors",
-                                               "surroundings known", "sensors", "no sensors %", "surroundings known %",
-                                               "sensors %", "cut by sensors %"}};
+  Rows table{{"program", "machine", "RMS before um", "no sensors", "surroundings known", "sensors", "no sensors %",
+              "surroundings known %", "sensors %", "cut by sensors %"}};
   const auto number = [](const char* format, double value) { return fmt::format(fmt::runtime(format), value); };
   for (const std::string& load : loads) {
     for (const auto& [draw, sums] : by_draw(rows, load)) {
@@ -222,7 +231,11 @@ std::string Validation::brief() const {
                        number("{:.1f}", quantile(cuts(load), share))});
     }
   }
-  return core::format_table(table) +
+  return table;
+}
+
+std::string Validation::brief() const {
+  return core::format_table(table()) +
          "surroundings known: without sensors, but with all ambients at the hall temperature\ncut by sensors: share of "
          "that residual which the sensors remove\n";
 }

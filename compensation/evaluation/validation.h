@@ -26,6 +26,7 @@ struct ValidationOptions {
   VirtualOptions machine;                              ///< mesh, steps, noise of the measured machine
   std::filesystem::path keep;                          ///< where full runs are kept; empty: they are not
   const reduction::ReducedModel* reference = nullptr;  ///< truth instead of the full model
+  int traced_draws = 0;                                ///< errors over time of so many draws are kept
   void validate() const;                               ///< @throws InputError
 };
 
@@ -42,17 +43,29 @@ struct ValidationRow {
   double largest_before_um = 0, largest_sensors_um = 0;
 };
 
+/// The translations' error over time at one check point, before and after.
+struct ValidationTrace {
+  std::string load;
+  int draw = 0;
+  std::string pose;
+  Eigen::VectorXd hours;                ///< (rows)
+  Eigen::Matrix3Xd before_um, left_um;  ///< (3 x rows) measured; what the offsets with sensors leave of it
+  Eigen::Matrix3Xd std_um;              ///< (3 x rows) one standard deviation of left_um as the compensator states it
+};
+
 enum class With { model, told, sensors };
 
 struct Validation {
   std::vector<ValidationRow> rows;
-  Eigen::Index measured_nodes = 0;  ///< 0: a reduced model was the truth
+  std::vector<ValidationTrace> traces;  ///< as many as ValidationOptions::traced_draws asks for
+  Eigen::Index measured_nodes = 0;      ///< 0: a reduced model was the truth
   /// For each draw the reduction of the RMS over all check points, percent.
   std::vector<double> reductions(const std::string& load, With with) const;
   /// For each draw how much of what the model leaves without sensors (told) the observer takes away, percent.
   std::vector<double> cuts(const std::string& load) const;
   double median_reduction(const std::string& load, bool sensors) const;
-  std::string brief() const;  ///< table per load and draw; medians and 10th percentiles last
+  Rows table() const;         ///< a row per load and draw; medians and 10th percentiles last
+  std::string brief() const;  ///< the table as text
   Rows summary() const;       ///< medians and 10th percentiles of each load
   Validation first(int draws) const;
 };
@@ -64,9 +77,10 @@ Validation validate_online(const solver::Case& machine_case, const reduction::Re
                            const ValidationOptions& options);
 
 /// Runs the compensator along a measurement: error of the TCP left at each displacement pose.
-/// Rows of RMS for one measured load.
+/// Rows of RMS for one measured load. @param traces  if given: gets the errors over time
 std::vector<ValidationRow> judge_compensation(const Measurement& measurement, const mesh::Machine& machine,
-                                              const reduction::ReducedModel& model, const std::string& load, int draw);
+                                              const reduction::ReducedModel& model, const std::string& load, int draw,
+                                              std::vector<ValidationTrace>* traces = nullptr);
 
 namespace detail {
 /// (3 x rows) of each pose at which dx, dy and dz were measured, um; its poses are appended.

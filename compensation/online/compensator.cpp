@@ -266,6 +266,10 @@ void Compensator::never_told(const std::vector<Eigen::Index>& channels) {
 
 solver::TcpError Compensator::tcp(const mesh::Pose& pose) const { return work_->tcp(pose); }
 
+Eigen::VectorXd Compensator::std_um(const mesh::Pose& pose) const {
+  return work_->output.std_um(work_->observer.errors(), work_->clock.share_ahead(), pose);
+}
+
 void Compensator::probe(const mesh::Pose& pose, const Eigen::Vector3d& error_um, double std_um) {
   work_->probe(pose, error_um, std_um);
 }

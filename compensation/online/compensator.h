@@ -106,6 +106,8 @@ public:
 
   /// @return the predicted TCP error at a pose for the present state, without the guard; 0 before the first row
   solver::TcpError tcp(const mesh::Pose& pose) const;
+  /// (axes) one standard deviation of the offsets that would cancel tcp(), um.
+  Eigen::VectorXd std_um(const mesh::Pose& pose) const;
   mesh::Pose pose() const;  ///< of the last row
   /// @return the corrected state (order) at the end of the last step
   const Eigen::VectorXd& state() const;

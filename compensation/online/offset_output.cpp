@@ -78,11 +78,17 @@ solver::TcpError OffsetOutput::tcp(const ErrorModel& errors, double ahead, const
   return error;
 }
 
+/// @param offset  (axes) m
+VectorXd OffsetOutput::deviation_um(const ErrorModel& errors, const VectorXd& offset, const mesh::Pose& pose) const {
+  const double share = errors.learns() ? probed_error_share : offset_error_share;
+  const VectorXd variance = map_.variance(pose);
+  return (variance.array() + (share * offset.array()).square() + model_error_ * model_error_).sqrt() / core::units::um;
+}
+
 const Offsets& OffsetOutput::write(double time, const mesh::Pose& pose, const ErrorModel& errors, double ahead,
                                    const RowCondition& condition) {
   const VectorXd offset = map_.offsets(tcp(errors, ahead, pose));
-  const VectorXd variance = map_.variance(pose);
-  const double share_not_estimated = errors.learns() ? probed_error_share : offset_error_share;
+  const VectorXd own_um = deviation_um(errors, offset, pose);
   const VectorXd wanted_um = offset / core::units::um;
   const double motion_um = started_ ? limits_.motion_um(last_pose_, pose, time - offsets_.time) : 0.0;
   offsets_.offset_um = guard_.step(time, wanted_um, motion_um);
@@ -91,12 +97,10 @@ const Offsets& OffsetOutput::write(double time, const mesh::Pose& pose, const Er
   offsets_.time = time;
   bool held_back = false, has_failed = false;
   for (Index a = 0; a < offset.size(); ++a) {
-    const double share = share_not_estimated * offset[a];
-    const double deviation_um = std::sqrt(variance[a] + share * share + model_error_ * model_error_) / core::units::um;
     const double back_um = wanted_um[a] - offsets_.offset_um[a];
-    has_failed = has_failed || !std::isfinite(deviation_um) || !std::isfinite(back_um);
-    held_back = held_back || std::abs(back_um) > deviation_um;
-    offsets_.std_um[a] = std::hypot(deviation_um, back_um);
+    has_failed = has_failed || !std::isfinite(own_um[a]) || !std::isfinite(back_um);
+    held_back = held_back || std::abs(back_um) > own_um[a];
+    offsets_.std_um[a] = std::hypot(own_um[a], back_um);
   }
   if (has_failed) offsets_.std_um.setConstant(limits_.largest_um);
   offsets_.failed_sensors = condition.failed_sensors;

@@ -37,6 +37,10 @@ public:
 
   /// @return the TCP error without the guard  @param ahead  a
   solver::TcpError tcp(const ErrorModel& errors, double ahead, const mesh::Pose& pose) const;
+  /// (axes) standard deviation of the offsets at a pose, um, without what the guard keeps back.
+  Eigen::VectorXd std_um(const ErrorModel& errors, double ahead, const mesh::Pose& pose) const {
+    return deviation_um(errors, map_.offsets(tcp(errors, ahead, pose)), pose);
+  }
 
   /// The condition of a row, for its status.
   struct RowCondition {
@@ -47,6 +51,8 @@ public:
                        const RowCondition& condition);
 
 private:
+  Eigen::VectorXd deviation_um(const ErrorModel& errors, const Eigen::VectorXd& offset, const mesh::Pose& pose) const;
+
   OutputMap map_;
   OffsetLimits limits_;
   OffsetGuard guard_;

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "core/plot.h"
+#include "core/html_page.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -22,23 +22,6 @@ using Eigen::Index;
 namespace {
 
 constexpr std::size_t shown_causes = 15;
-
-const char* const style = R"(
-:root { --ink:#1c2430; --soft:#5b6675; --line:#dde2e8; --page:#f6f7f9; --card:#fff; --point:#1b6ca8; --good:#1d7a46; --warn:#a15c00; }
-@media (prefers-color-scheme: dark) { :root { --ink:#e6eaf0; --soft:#9aa6b5; --line:#313a46; --page:#14181e; --card:#1c222a; --point:#6bb3e8; --good:#5cc48a; --warn:#e5a84b; } }
-* { box-sizing:border-box } body { margin:0; background:var(--page); color:var(--ink); font:15px/1.5 system-ui,"Segoe UI","DejaVu Sans",sans-serif }
-main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:22px; margin:0 } h2 { font-size:17px; margin:36px 0 10px }
-.sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px }
-.verdict { border-left:5px solid var(--soft) } .verdict.explained { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained { border-left-color:var(--warn) }
-.verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
-.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(190px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
-.scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
-tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:currentColor }
-tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
-svg { width:100%; height:auto; display:block }
-.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.band { height:12px; border:0; background:currentColor } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.shade { height:12px; border:1px solid var(--line); background:currentColor }
-pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } ul { margin:0; padding-left:20px } li { margin:3px 0 }
-)";
 
 std::string percent(double value) { return percent_text(value, 1) + "&#8239;%"; }
 
@@ -62,15 +45,15 @@ std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K"
 
 /// What a page calls its model and what it expects of a residual.
 struct Wording {
-  std::string subject, below;  ///< title, and what is said below it
+  std::string subject, below;  ///< title, and what is said below it; plain text
   std::string residual;        ///< of all displacement channels
   std::string expected, band;  ///< what an expected standard deviation consists of
 };
 
 Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
-  const std::string measurement = core::xml_text(d.measurement.empty() ? "without a name" : d.measurement);
+  const std::string measurement = d.measurement.empty() ? "without a name" : d.measurement;
   if (machine != nullptr) {
-    return {core::xml_text(machine->name), "measurement " + measurement, "TCP residual",
+    return {machine->name, "measurement " + measurement, "TCP residual",
             "stated uncertainty, discretisation error and noise", "stated uncertainty, discretisation error, noise"};
   }
   return {measurement, "measured record; model: a lag model fitted to its first part", "residual",
@@ -100,17 +83,12 @@ std::string bar(double p) {
                      100.0 * std::clamp(p, 0.0, 1.0), probability(p));
 }
 
-std::string tile(const std::string& label, const std::string& value, const std::string& below) {
-  return "<div class=\"card tile\"><span>" + label + "</span><strong>" + value + "</strong><span>" + below +
-         "</span></div>\n";
-}
-
 /// Without a machine nothing is corrected where nothing is named.
 bool shows_change(const Diagnosis& d, const mesh::Machine* machine) { return machine != nullptr || !d.causes.empty(); }
 
 std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
   const Wording words = wording(d, machine);
-  std::string page = "<h1>Diagnosis of " + words.subject + "</h1>\n<p class=\"sub\">" + words.below + "</p>\n";
+  std::string page = core::html_title("Diagnosis of " + words.subject, words.below);
   std::string name = name_of(d.verdict);
   std::replace(name.begin(), name.end(), '_', ' ');
   std::string warnings;
@@ -125,24 +103,23 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
     page += "</ul></section>\n";
   }
   page += "<div class=\"tiles\">\n";
-  page +=
-      tile(machine == nullptr ? "most probable before the last part" : "most probable",
-           d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
-           d.ranking.empty()
-               ? ""
-               : core::xml_text(name_of(d.ranking.front().parameter.kind) + " " + d.ranking.front().parameter.where));
+  page += core::html_tile(machine == nullptr ? "most probable before the last part" : "most probable",
+                          d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
+                          d.ranking.empty() ? ""
+                                            : core::xml_text(name_of(d.ranking.front().parameter.kind) + " " +
+                                                             d.ranking.front().parameter.where));
   if (gauged && !shows_change(d, machine)) {
-    page += tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
-                 "RMS of all displacement channels");
+    page += core::html_tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
+                            "RMS of all displacement channels");
   } else if (gauged) {
-    page += tile(words.residual + " before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
-                 "RMS of all displacement channels");
-    page += tile(words.residual + " after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
-                 "same data, with the cause in the model");
-    page += tile("gain, held out",
-                 d.reduction_percent < 0 ? "<span class=\"bad\">" + percent(d.reduction_percent) + "</span>"
-                                         : percent(d.reduction_percent),
-                 "95 % interval " + percent(d.ci95_low_percent) + " to " + percent(d.ci95_high_percent));
+    page += core::html_tile(words.residual + " before, held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
+                            "RMS of all displacement channels");
+    page += core::html_tile(words.residual + " after, held out", fmt::format("{:.2f} µm", d.heldout_rms_after_um),
+                            "same data, with the cause in the model");
+    page += core::html_tile("gain, held out",
+                            d.reduction_percent < 0 ? "<span class=\"bad\">" + percent(d.reduction_percent) + "</span>"
+                                                    : percent(d.reduction_percent),
+                            "95 % interval " + percent(d.ci95_low_percent) + " to " + percent(d.ci95_high_percent));
   }
   return page + "</div>\n";
 }
@@ -369,13 +346,10 @@ std::string notes(const Diagnosis& d) {
 }  // namespace
 
 std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene) {
-  return "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-         "content=\"width=device-width,initial-scale=1\">\n"
-         "<meta name=\"color-scheme\" content=\"light dark\"><title>Diagnosis of " +
-         wording(d, machine).subject + "</title><style>" + style + core::plot_style() +
-         "</style></head><body><main>\n" + headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
-         ranking_table(d, machine) + extension(d, machine) + plots(d, machine) + channel_table(d, machine) +
-         detectability_table(d) + analysis(d) + notes(d) + "</main></body></html>\n";
+  return core::html_document("Diagnosis of " + wording(d, machine).subject,
+                             headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
+                                 ranking_table(d, machine) + extension(d, machine) + plots(d, machine) +
+                                 channel_table(d, machine) + detectability_table(d) + analysis(d) + notes(d));
 }
 
 }  // namespace thermotwin::diagnosis

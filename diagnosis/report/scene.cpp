@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <set>
 
+#include "core/base64.h"
 #include "core/text.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
@@ -83,27 +84,11 @@ Where where_of(const mesh::Machine& machine, const Parameter& cause) {
       break;
     case Target::sensor:
     case Target::reading: where.points.insert(cause.item.empty() ? "tool" : cause.item); break;
+    case Target::volume:  // no surface of its own: films name it as their ambient
+    case Target::exchange:
     case Target::nothing: break;
   }
   return where;
-}
-
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t word = 0;
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < left ? bytes[i + k] : 0u);
-    for (std::size_t k = 0; k < 4; ++k) text += k <= left ? digits[word >> (18 - 6 * k) & 63u] : '=';
-  }
-  return text;
-}
-
-template <class T>
-void put(std::vector<std::uint8_t>& bytes, T value) {
-  for (std::size_t k = 0; k < sizeof(T); ++k) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * k)));
 }
 
 }  // namespace
@@ -170,12 +155,12 @@ std::string scene_html(const Scene& scene) {
   for (const Scene::Body& body : scene.bodies) {
     for (Index n = 0; n < body.points.cols(); ++n) {
       for (int c = 0; c < 3; ++c)
-        put<std::uint16_t>(points, std::lround(65535.0F * (body.points(c, n) - low[c]) / size));
+        core::put_bytes<std::uint16_t>(points, std::lround(65535.0F * (body.points(c, n) - low[c]) / size));
     }
     for (Index t = 0; t < body.triangles.cols(); ++t) {
       const bool marked = body.marked[t] != 0;
       if (!marked && t % stride != 0) continue;
-      for (int c = 0; c < 3; ++c) put<std::uint32_t>(triangles, first + body.triangles(c, t));
+      for (int c = 0; c < 3; ++c) core::put_bytes<std::uint32_t>(triangles, first + body.triangles(c, t));
       marks.push_back(marked ? 1 : 0);
     }
     first += body.points.cols();
@@ -197,7 +182,8 @@ std::string scene_html(const Scene& scene) {
          "<script type=\"application/json\" id=\"scene\">{" +
          fmt::format(
              "\"extent\":[{:.5f},{:.5f},{:.5f}],\"points\":\"{}\",\"triangles\":\"{}\",\"marks\":\"{}\",\"dots\":[{}]",
-             extent.x(), extent.y(), extent.z(), base64(points), base64(triangles), base64(marks), dots) +
+             extent.x(), extent.y(), extent.z(), core::base64(points), core::base64(triangles), core::base64(marks),
+             dots) +
          "}</script>\n<script>" + scene_script + "</script>\n";
 }
 

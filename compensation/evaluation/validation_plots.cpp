@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/evaluation/validation_plots.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace thermotwin::compensation {
+namespace {
+
+using core::Ink;
+using Eigen::Index;
+using Eigen::VectorXd;
+
+std::vector<double> finite(const std::vector<double>& values) {
+  std::vector<double> kept;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(kept), [](double v) { return std::isfinite(v); });
+  return kept;
+}
+
+/// Machines side by side, so that equal ones do not hide each other.
+void draw_column(core::Panel& panel, double at, const DotColumn& column) {
+  const std::vector<double> values = finite(column.values);
+  if (values.empty()) return;
+  const auto count = std::ssize(values);
+  if (count > 2)
+    panel.box(at - 0.32, at + 0.32, core::quantile(values, 0.1), core::quantile(values, 0.9), column.ink, 0.16);
+  VectorXd places(count), heights(count);
+  for (Index i = 0; i < count; ++i) {
+    places[i] = at + (count > 1 ? 0.5 * (i / (count - 1.0) - 0.5) : 0.0);
+    heights[i] = values[i];
+  }
+  panel.dots(places, heights, column.ink);
+  const double median = core::quantile(values, 0.5);
+  panel.stroke(at - 0.36, median, at + 0.36, median, column.ink);
+}
+
+}  // namespace
+
+std::string dots_svg(const std::string& name, const std::string& y_title, const std::vector<DotColumn>& columns) {
+  core::Axis value{y_title};
+  std::vector<double> places;  // a gap of one between groups
+  double right = 0.5;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (i > 0 && columns[i].group != columns[i - 1].group) right += 0.8;
+    places.push_back(right + 0.5);
+    right += 1.0;
+    for (const double v : finite(columns[i].values)) value.include(v);
+  }
+  value.close(0.08);
+  const core::Axis across{"", false, 0.0, right + 0.5};
+  core::Plot plot(std::max(620.0, 110.0 + 96.0 * right), 372, name);
+  core::Panel panel(plot, {64, 26, std::max(540.0, 30.0 + 96.0 * right), 280}, across, value);
+  panel.y_axis();
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    draw_column(panel, places[i], columns[i]);
+    plot.text(panel.x(places[i]), 324, columns[i].name, core::Anchor::middle);
+    const std::vector<double> values = finite(columns[i].values);
+    if (!values.empty())
+      plot.text(panel.x(places[i]), 18, fmt::format("{:.1f}", core::quantile(values, 0.5)), core::Anchor::middle);
+  }
+  for (std::size_t first = 0, last = 0; first < columns.size(); first = last) {
+    while (last < columns.size() && columns[last].group == columns[first].group) ++last;
+    plot.text(panel.x(0.5 * (places[first] + places[last - 1])), 346, columns[first].group, core::Anchor::middle);
+  }
+  return plot.inset();
+}
+
+std::string removal_svg(const Validation& validation) {
+  std::vector<std::string> loads;
+  for (const ValidationRow& row : validation.rows)
+    if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
+  std::vector<DotColumn> columns;
+  for (const std::string& load : loads) {
+    columns.push_back({load, "no sensors", validation.reductions(load, With::model), Ink::grey});
+    columns.push_back({load, "told", validation.reductions(load, With::told), Ink::orange});
+    columns.push_back({load, "sensors", validation.reductions(load, With::sensors), Ink::blue});
+  }
+  return dots_svg("RMS of the TCP error removed on each machine", "RMS removed in %", columns);
+}
+
+std::string trace_svg(const ValidationTrace& trace) {
+  constexpr double height = 120.0, apart = 146.0;
+  core::Axis time{"", false};
+  time.include(trace.hours);
+  time.close();
+  core::Plot plot(1080, 3 * apart + 40, fmt::format("TCP error at {}, before and after compensation", trace.pose));
+  constexpr const char* names[] = {"X in \u00b5m", "Y in \u00b5m", "Z in \u00b5m"};
+  for (int k = 0; k < 3; ++k) {
+    const VectorXd before = trace.before_um.row(k), left = trace.left_um.row(k), band = 2.0 * trace.std_um.row(k);
+    core::Axis error{names[k]};
+    for (const VectorXd& values : {before, left}) error.include(values);
+    error.include(0.0);
+    error.close(0.06);
+    if (k == 2) time.title = "time in h";
+    core::Panel panel(plot, {64, 10 + apart * k, 1000, height}, time, error);
+    panel.band(trace.hours, -band, band);
+    panel.y_axis();
+    panel.x_axis();
+    panel.line(trace.hours, before, Ink::orange);
+    panel.line(trace.hours, left, Ink::blue);
+  }
+  return plot.inset();
+}
+
+std::string trace_legend() {
+  return "<div class=\"legend\"><span><i class=\"orange\"></i>measured, without compensation</span><span><i "
+         "class=\"blue\"></i>left with compensation (sensors)</span><span><i class=\"band\"></i>± 2 std_um, as the "
+         "compensator states it</span></div>\n";
+}
+
+}  // namespace thermotwin::compensation

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/export/field_modes.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+
+#include <algorithm>
+
+#include "core/dense_algebra.h"
+
+namespace thermotwin::solver {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+constexpr Index block_size = 32;
+constexpr Index spare = 8;  ///< modes kept beyond the rank while states still come
+
+Index FieldModes::add(const Eigen::Ref<const Eigen::VectorXd>& state) {
+  if (block_.size() == 0) block_.resize(state.size(), block_size);
+  block_.col(pending_++) = state;
+  if (pending_ == block_size) merge();
+  return count_++;
+}
+
+void FieldModes::merge() {
+  if (pending_ == 0) return;
+  const MatrixXd block = block_.leftCols(pending_);
+  const Index known = modes_.cols(), before = coefficients_.cols();
+  MatrixXd seen(known, pending_), rest = block;
+  if (known > 0) {
+    seen = modes_.transpose() * block;
+    rest -= modes_ * seen;
+  }
+  const Index fresh = std::min<Index>(pending_, rest.rows());
+  const Eigen::HouseholderQR<MatrixXd> qr(rest);
+  MatrixXd wide(rest.rows(), known + fresh);
+  if (known > 0) wide.leftCols(known) = modes_;
+  wide.rightCols(fresh) = qr.householderQ() * MatrixXd::Identity(rest.rows(), fresh);
+  MatrixXd small = MatrixXd::Zero(known + fresh, before + pending_);
+  if (known > 0) {
+    small.topLeftCorner(known, before) = coefficients_;
+    small.topRightCorner(known, pending_) = seen;
+  }
+  small.bottomRightCorner(fresh, pending_) = qr.matrixQR().topRows(fresh).triangularView<Eigen::Upper>();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> square(small * small.transpose());
+  const double largest = square.eigenvalues().maxCoeff();
+  Index kept = 0;  // eigenvalues rise
+  while (kept < std::min(rank_ + spare, known + fresh) &&
+         square.eigenvalues()[known + fresh - 1 - kept] > 1e-14 * largest)
+    ++kept;
+  const MatrixXd turn = square.eigenvectors().rightCols(kept).rowwise().reverse();
+  modes_ = wide * turn;
+  coefficients_ = turn.transpose() * small;
+  pending_ = 0;
+}
+
+FieldModes::Result FieldModes::take() {
+  merge();
+  const Index kept = std::min(rank_, modes_.cols());
+  return {modes_.leftCols(kept), coefficients_.topRows(kept)};
+}
+
+}  // namespace thermotwin::solver

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The script of machine_scene_html(): adds modes up, draws by the painter's algorithm, and the error over time below.
+// With a view behind the address, data-picture holds a checksum of the pixels, and data-chart one of the chart's.
+
+namespace thermotwin::solver {
+
+inline const char* const machine_scene_script = R"JS(
+(function () {
+  const $ = id => document.getElementById(id);
+  const canvas = $("machine"), context = canvas.getContext("2d"), chart = $("scene-chart"), plot = chart.getContext("2d");
+  const scene = JSON.parse($("scene").textContent);
+  const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
+  const columns = p => {
+    const raw = new Int16Array(bytes(p.data));
+    return p.scales.map((s, c) => Float32Array.from(raw.subarray(c * p.rows, (c + 1) * p.rows), v => v * s));
+  };
+  const points = columns(scene.points)[0], triangles = new Uint16Array(bytes(scene.triangles)), bodies = new Uint8Array(bytes(scene.bodies));
+  const nodes = bodies.length, count = triangles.length / 3;
+  const heat = columns(scene.temperature), motion = scene.displacement.map(columns);
+  const loads = scene.loads.map(l => ({ name: l.name, hours: l.hours, errors: columns(l.errors), states: l.coefficients ? columns(l.coefficients) : null }));
+  const at = new Float32Array(3 * nodes), moved = new Float32Array(3 * nodes), seen = new Float32Array(3 * nodes), kelvin = new Float32Array(nodes);
+  const depth = new Float32Array(count), order = new Uint32Array(count);
+  let load = 0, pose = Math.floor(scene.poses.length / 2), time = 0, azimuth = -0.75, elevation = 0.35, zoom = 1, drawn = 0, low = 0, high = 1, longest = 1;
+  const ink = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const series = ["blue", "orange", "green"].map(c => getComputedStyle(document.querySelector("." + c)).color), pink = getComputedStyle(document.querySelector(".pink")).color;
+
+  // Box of all that is ever shown: the machine at its poses, the tool's points.
+  const box = [[1e9, 1e9, 1e9], [-1e9, -1e9, -1e9]];
+  const widen = (x, y, z) => [x, y, z].forEach((v, i) => { box[0][i] = Math.min(box[0][i], v); box[1][i] = Math.max(box[1][i], v); });
+  const place = (frames, b, x, y, z) => { const f = 12 * b; return [0, 4, 8].map(r => frames[f + r] * x + frames[f + r + 1] * y + frames[f + r + 2] * z + frames[f + r + 3]); };
+  for (const p of scene.poses) {
+    widen(...p.tool);
+    for (let n = 0; n < nodes; n += 3) widen(...place(p.frames, bodies[n], points[3 * n], points[3 * n + 1], points[3 * n + 2]));
+  }
+  const centre = [0, 1, 2].map(i => (box[0][i] + box[1][i]) / 2), extent = Math.hypot(...[0, 1, 2].map(i => box[1][i] - box[0][i])) || 1;
+
+  // Cold to hot: blue, pale yellow, red.
+  const stops = [[49, 54, 149], [69, 117, 180], [116, 173, 209], [171, 217, 233], [255, 245, 170], [253, 174, 97], [244, 109, 67], [215, 48, 39], [165, 0, 38]];
+  const colour = share => { const s = Math.max(0, Math.min(0.9999, share)) * (stops.length - 1), i = Math.floor(s), r = s - i; return stops[i].map((v, c) => v + r * (stops[i + 1][c] - v)); };
+
+  function warm(state, into) {
+    into.fill(0);
+    for (let k = 0; k < heat.length; ++k) { const a = state[k], m = heat[k]; for (let n = 0; n < nodes; ++n) into[n] += a * m[n]; }
+  }
+  function setLoad() {
+    const l = loads[load];
+    low = Infinity; high = -Infinity; longest = 1e-9;
+    if (l.states && heat.length) for (const s of l.states) { warm(s, kelvin); for (const v of kelvin) { if (v < low) low = v; if (v > high) high = v; } }
+    if (!(high > low + 0.2)) { const m = high > -Infinity ? (low + high) / 2 : 0; low = m - 0.1; high = m + 0.1; }
+    for (const e of l.errors) for (let p = 0; p < scene.poses.length; ++p) longest = Math.max(longest, Math.hypot(e[3 * p], e[3 * p + 1], e[3 * p + 2]));
+    $("scene-time").max = l.hours.length - 1;
+    time = Math.min(time, l.hours.length - 1);
+  }
+  function setFields() {
+    const l = loads[load], state = l.states && heat.length ? l.states[time] : null, factor = Number($("scene-factor").value), frames = scene.poses[pose].frames;
+    if (state) warm(state, kelvin);
+    moved.fill(0);
+    if (state && factor > 0) motion.forEach((field, j) => {
+      const w = factor * scene.poses[pose].weights[j];
+      if (Math.abs(w) > 1e-9) for (let k = 0; k < field.length; ++k) { const a = w * state[k], m = field[k]; for (let i = 0; i < 3 * nodes; ++i) moved[i] += a * m[i]; }
+    });
+    for (let n = 0; n < nodes; ++n) {
+      const f = 12 * bodies[n], x = points[3 * n] + moved[3 * n], y = points[3 * n + 1] + moved[3 * n + 1], z = points[3 * n + 2] + moved[3 * n + 2];
+      for (let i = 0; i < 3; ++i) at[3 * n + i] = frames[f + 4 * i] * x + frames[f + 4 * i + 1] * y + frames[f + 4 * i + 2] * z + frames[f + 4 * i + 3];
+    }
+    return state !== null;
+  }
+
+  let coloured = false;
+  function draw() {
+    const w = canvas.width, h = canvas.height, scale = 1.25 * zoom * Math.min(w, h) / extent;
+    const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
+    const project = (x, y, z) => {
+      x -= centre[0]; y -= centre[1]; z -= centre[2];
+      const right = ca * x + sa * y, away = -sa * x + ca * y;
+      return [w / 2 + scale * right, h / 2 - scale * (ce * z + se * away), ce * away - se * z];
+    };
+    for (let n = 0; n < nodes; ++n) { const p = project(at[3 * n], at[3 * n + 1], at[3 * n + 2]); seen[3 * n] = p[0]; seen[3 * n + 1] = p[1]; seen[3 * n + 2] = p[2]; }
+    let visible = 0;
+    for (let t = 0; t < count; ++t) {
+      const a = 3 * triangles[3 * t], b = 3 * triangles[3 * t + 1], c = 3 * triangles[3 * t + 2];
+      depth[t] = seen[a + 2] + seen[b + 2] + seen[c + 2];
+      if ((seen[b] - seen[a]) * (seen[c + 1] - seen[a + 1]) - (seen[b + 1] - seen[a + 1]) * (seen[c] - seen[a]) < 0) order[visible++] = t;
+    }
+    const front = order.subarray(0, visible).sort((i, j) => depth[j] - depth[i]);
+    context.clearRect(0, 0, w, h);
+    context.lineWidth = 0.7;
+    for (const t of front) {
+      const i = triangles[3 * t], j = triangles[3 * t + 1], k = triangles[3 * t + 2], a = 3 * i, b = 3 * j, c = 3 * k;
+      const u = [seen[b] - seen[a], seen[b + 1] - seen[a + 1], scale * (seen[b + 2] - seen[a + 2])], v = [seen[c] - seen[a], seen[c + 1] - seen[a + 1], scale * (seen[c + 2] - seen[a + 2])];
+      const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]], length = Math.hypot(...n) || 1;
+      const light = 0.62 + 0.42 * Math.abs(0.35 * n[0] / length - 0.55 * n[1] / length - 0.75 * n[2] / length);
+      const rgb = coloured ? colour(((kelvin[i] + kelvin[j] + kelvin[k]) / 3 - low) / (high - low)) : [175, 180, 188];
+      context.fillStyle = context.strokeStyle = "rgb(" + rgb.map(x => Math.round(Math.min(255, x * light))).join(",") + ")";
+      context.beginPath(); context.moveTo(seen[a], seen[a + 1]); context.lineTo(seen[b], seen[b + 1]); context.lineTo(seen[c], seen[c + 1]);
+      context.closePath(); context.fill(); context.stroke();
+    }
+    drawArrows(project, scale);
+    canvas.dataset.drawn = ++drawn;
+    canvas.dataset.angle = azimuth.toFixed(3);
+  }
+  function drawArrows(project, scale) {
+    const e = loads[load].errors[time], size = 0.11 * extent / longest;
+    const stroke = (from, to, width, style) => {
+      const angle = Math.atan2(to[1] - from[1], to[0] - from[0]), head = Math.min(5 + 1.5 * width, 0.6 * Math.hypot(to[0] - from[0], to[1] - from[1]));
+      context.lineWidth = width; context.strokeStyle = style; context.lineCap = "round";
+      context.beginPath(); context.moveTo(from[0], from[1]); context.lineTo(to[0], to[1]);
+      for (const side of [-0.45, 0.45]) { context.moveTo(to[0], to[1]); context.lineTo(to[0] - head * Math.cos(angle + side), to[1] - head * Math.sin(angle + side)); }
+      context.stroke();
+    };
+    scene.poses.forEach((p, i) => {
+      const from = project(...p.tool), to = project(...p.tool.map((v, c) => v + size * e[3 * i + c])), chosen = i === pose;
+      stroke(from, to, chosen ? 6.5 : 4.5, "rgba(255,255,255,0.85)");
+      stroke(from, to, chosen ? 4 : 2, pink);
+      context.fillStyle = chosen ? ink("--ink") : pink;
+      context.beginPath(); context.arc(from[0], from[1], chosen ? 5 : 2.5, 0, 2 * Math.PI); context.fill();
+    });
+  }
+
+  function ticks(from, to, most) {
+    const raw = (to - from) / most, power = Math.pow(10, Math.floor(Math.log10(raw))), step = [1, 2, 5, 10].map(f => f * power).find(s => s >= raw * 0.999), list = [];
+    for (let v = Math.ceil(from / step - 1e-9) * step; v <= to + 1e-9 * step; v += step) list.push(Math.abs(v) < 1e-9 * step ? 0 : v);
+    return { list, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  }
+  const frame = { left: 62, top: 10, right: 1086, bottom: 218 };
+  let hoursTo = 1;
+  function drawChart() {
+    const l = loads[load], rows = l.errors.map(e => [e[3 * pose], e[3 * pose + 1], e[3 * pose + 2]]), all = rows.flat();
+    let min = Math.min(0, ...all), max = Math.max(0, ...all);
+    const margin = 0.06 * (max - min) || 0.5; min -= margin; max += margin;
+    hoursTo = l.hours[l.hours.length - 1] || 1;
+    const x = v => frame.left + (frame.right - frame.left) * v / hoursTo, y = v => frame.bottom - (frame.bottom - frame.top) * (v - min) / (max - min);
+    plot.clearRect(0, 0, chart.width, chart.height);
+    plot.font = "13px system-ui,sans-serif"; plot.fillStyle = ink("--soft"); plot.lineWidth = 1;
+    const vertical = ticks(min, max, 6), across = ticks(0, hoursTo, 12);
+    plot.textAlign = "right";
+    for (const v of vertical.list) { plot.strokeStyle = v === 0 ? ink("--soft") : ink("--line"); plot.beginPath(); plot.moveTo(frame.left, y(v)); plot.lineTo(frame.right, y(v)); plot.stroke(); plot.fillText(v.toFixed(vertical.digits).replace("-", "\u2212"), frame.left - 7, y(v) + 4); }
+    plot.textAlign = "center";
+    for (const v of across.list) plot.fillText(v.toFixed(across.digits), x(v), frame.bottom + 18);
+    plot.fillText("time in h", (frame.left + frame.right) / 2, frame.bottom + 36);
+    plot.save(); plot.translate(14, (frame.top + frame.bottom) / 2); plot.rotate(-Math.PI / 2); plot.fillText("TCP error in \u00b5m", 0, 0); plot.restore();
+    plot.lineWidth = 2;
+    for (let c = 0; c < 3; ++c) { plot.strokeStyle = series[c]; plot.beginPath(); rows.forEach((r, i) => i ? plot.lineTo(x(l.hours[i]), y(r[c])) : plot.moveTo(x(l.hours[i]), y(r[c]))); plot.stroke(); }
+    plot.lineWidth = 1; plot.strokeStyle = ink("--ink"); plot.setLineDash([5, 4]); plot.beginPath(); plot.moveTo(x(l.hours[time]), frame.top); plot.lineTo(x(l.hours[time]), frame.bottom); plot.stroke(); plot.setLineDash([]);
+    for (let c = 0; c < 3; ++c) { plot.fillStyle = series[c]; plot.beginPath(); plot.arc(x(l.hours[time]), y(rows[time][c]), 4, 0, 2 * Math.PI); plot.fill(); }
+  }
+
+  function show() {
+    const l = loads[load], e = l.errors[time], here = [0, 1, 2].map(c => e[3 * pose + c]);
+    coloured = setFields();
+    $("scene-time").value = time;
+    $("scene-hour").textContent = "after " + l.hours[time].toFixed(2) + " h";
+    const bar = "<i style='width:180px;height:12px;border:0;background:linear-gradient(90deg," + stops.map(s => "rgb(" + s.join(",") + ")").join(",") + ")'></i>";
+    $("scene-range").innerHTML = coloured ? (scene.reference + low).toFixed(1) + " \u00b0C " + bar + (scene.reference + high).toFixed(1) + " \u00b0C"
+                                          : "no temperature field of this load is at hand";
+    $("scene-longest").textContent = "longest of this load " + longest.toFixed(1) + " \u00b5m";
+    $("scene-values").textContent = scene.poses[pose].name + ", after " + l.hours[time].toFixed(2) + " h: X " + here[0].toFixed(2) + ", Y " + here[1].toFixed(2) + ", Z " + here[2].toFixed(2) + " \u00b5m; length " + Math.hypot(...here).toFixed(2) + " \u00b5m";
+    draw();
+    drawChart();
+  }
+
+  const options = (list, names) => names.forEach((name, i) => list.add(new Option(name, i)));
+  const text = name => { const e = document.createElement("i"); e.innerHTML = name; return e.textContent; };
+  options($("scene-load"), loads.map(l => text(l.name)));
+  options($("scene-pose"), scene.poses.map(p => text(p.name)));
+  for (const f of [0, 0.2, 1, 3]) if (f === 0 || scene.factor > 0) $("scene-factor").add(new Option(f ? "\u00d7 " + Math.round(f * scene.factor) : "not shown", f * scene.factor, f === 1, f === 1));
+  $("scene-load").addEventListener("change", e => { load = Number(e.target.value); time = 1e9; setLoad(); show(); });
+  $("scene-pose").addEventListener("change", e => { pose = Number(e.target.value); show(); });
+  $("scene-time").addEventListener("input", e => { time = Number(e.target.value); show(); });
+  $("scene-factor").addEventListener("change", show);
+  let playing = null;
+  $("scene-play").addEventListener("click", () => {
+    if (playing) { clearInterval(playing); playing = null; }
+    else {
+      if (time >= loads[load].hours.length - 1) time = -1;
+      playing = setInterval(() => { if (time >= loads[load].hours.length - 1) { clearInterval(playing); playing = null; } else { ++time; show(); } $("scene-play").textContent = playing ? "stop" : "play"; }, 90);
+    }
+    $("scene-play").textContent = playing ? "stop" : "play";
+  });
+  chart.addEventListener("pointerdown", e => {
+    const box = chart.getBoundingClientRect(), hour = ((e.clientX - box.left) * chart.width / box.width - frame.left) / (frame.right - frame.left) * hoursTo;
+    time = loads[load].hours.reduce((best, h, i, all) => Math.abs(h - hour) < Math.abs(all[best] - hour) ? i : best, 0);
+    show();
+  });
+  let last = null;
+  canvas.addEventListener("pointerdown", e => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+  canvas.addEventListener("pointerup", () => { last = null; });
+  canvas.addEventListener("pointermove", e => {
+    if (!last) return;
+    azimuth -= (e.clientX - last[0]) * 0.008;
+    elevation = Math.max(-1.5, Math.min(1.5, elevation + (e.clientY - last[1]) * 0.008));
+    last = [e.clientX, e.clientY];
+    requestAnimationFrame(draw);
+  });
+  canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001); requestAnimationFrame(draw); }, { passive: false });
+
+  const view = new URLSearchParams(location.hash.slice(1)), number = (name, otherwise) => view.has(name) ? Number(view.get(name)) : otherwise;
+  load = Math.min(number("load", loads.findIndex(l => l.states) < 0 ? 0 : loads.findIndex(l => l.states)), loads.length - 1);
+  pose = Math.min(number("pose", pose), scene.poses.length - 1);
+  azimuth += number("turn", 0);
+  time = 1e9;
+  setLoad();
+  // The moment when the error is largest tells most.
+  if (view.has("time")) time = Math.round(number("time", 1) * (loads[load].hours.length - 1));
+  else time = loads[load].errors.map(e => Math.hypot(e[3 * pose], e[3 * pose + 1], e[3 * pose + 2])).reduce((best, v, i, all) => v > all[best] ? i : best, 0);
+  $("scene-load").value = load; $("scene-pose").value = pose;
+  show();
+  if (location.hash) {
+    const checksum = (c, of) => of.getImageData(0, 0, c.width, c.height).data.reduce((sum, v) => (31 * sum + v) % 2147483647, 7);
+    canvas.dataset.picture = checksum(canvas, context); chart.dataset.picture = checksum(chart, plot);
+  }
+})();
+)JS";
+
+}  // namespace thermotwin::solver

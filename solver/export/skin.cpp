@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/export/skin.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace thermotwin::solver {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+
+/// Boundary nodes of a body and the axis that the normal of each points along, 0 to 5.
+struct Boundary {
+  std::vector<int> nodes, sides;
+  double extent = 0;  ///< m, longest side of the body's box
+};
+
+Boundary boundary_of(const mesh::TetMesh& body) {
+  Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, body.nodes());
+  std::vector<char> seen(body.nodes(), 0);
+  for (Index f = 0; f < body.face_count(); ++f) {
+    const Vector3d normal = body.face_area(f) * body.face_normal(f);
+    for (const int node : body.faces.col(f)) {
+      normals.col(node) += normal;
+      seen[node] = 1;
+    }
+  }
+  Boundary boundary;
+  Vector3d low = Vector3d::Constant(1e300), high = -low;
+  for (int n = 0; n < body.nodes(); ++n) {
+    if (seen[n] == 0) continue;
+    Index axis = 0;
+    normals.col(n).cwiseAbs().maxCoeff(&axis);
+    boundary.nodes.push_back(n);
+    boundary.sides.push_back(static_cast<int>(2 * axis + (normals(axis, n) < 0.0 ? 1 : 0)));
+    low = low.cwiseMin(body.points.col(n));
+    high = high.cwiseMax(body.points.col(n));
+  }
+  if (!boundary.nodes.empty()) boundary.extent = (high - low).maxCoeff();
+  return boundary;
+}
+
+/// Cluster of each boundary node, counted from 0; their number.
+Index cluster(const mesh::TetMesh& body, const Boundary& boundary, double cell, std::vector<Index>* clusters) {
+  // Small bodies keep a shape.
+  const double size = std::max(std::min(cell, boundary.extent / 4.0), 1e-9);
+  std::map<std::array<long, 4>, Index> numbers;
+  for (std::size_t i = 0; i < boundary.nodes.size(); ++i) {
+    const Vector3d point = body.points.col(boundary.nodes[i]) / size;
+    const std::array<long, 4> key{std::lround(point.x()), std::lround(point.y()), std::lround(point.z()),
+                                  boundary.sides[i]};
+    const Index number = numbers.try_emplace(key, std::ssize(numbers)).first->second;
+    if (clusters != nullptr) clusters->push_back(number);
+  }
+  return std::ssize(numbers);
+}
+
+/// The node of each cluster that is next to its mean.
+std::vector<int> representatives(const mesh::TetMesh& body, const Boundary& boundary,
+                                 const std::vector<Index>& clusters, Index count) {
+  Eigen::Matrix3Xd mean = Eigen::Matrix3Xd::Zero(3, count);
+  Eigen::VectorXd members = Eigen::VectorXd::Zero(count);
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    mean.col(clusters[i]) += body.points.col(boundary.nodes[i]);
+    members[clusters[i]] += 1.0;
+  }
+  std::vector<int> nodes(count, -1);
+  std::vector<double> distance(count, 1e300);
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    const Index c = clusters[i];
+    const double away = (body.points.col(boundary.nodes[i]) - mean.col(c) / members[c]).squaredNorm();
+    if (away < distance[c]) distance[c] = away, nodes[c] = boundary.nodes[i];
+  }
+  return nodes;
+}
+
+void add_triangles(const mesh::TetMesh& body, const Boundary& boundary, const std::vector<Index>& clusters, Index first,
+                   std::vector<Eigen::Vector3i>& triangles) {
+  std::vector<Index> of_node(body.nodes(), -1);
+  for (std::size_t i = 0; i < clusters.size(); ++i) of_node[boundary.nodes[i]] = first + clusters[i];
+  std::set<std::array<int, 3>> known;
+  for (Index f = 0; f < body.face_count(); ++f) {
+    std::array<int, 3> corners{};
+    for (int c = 0; c < 3; ++c) corners[c] = static_cast<int>(of_node[body.faces(c, f)]);
+    if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    if (known.insert(corners).second) triangles.emplace_back(corners[0], corners[1], corners[2]);
+  }
+}
+
+}  // namespace
+
+Skin make_skin(const mesh::MachineMesh& mesh, Index most) {
+  std::vector<Boundary> boundaries;
+  double extent = 0.0;
+  for (const mesh::TetMesh& body : mesh.bodies) {
+    boundaries.push_back(boundary_of(body));
+    extent = std::max(extent, boundaries.back().extent);
+  }
+  const auto vertices = [&](double cell) {
+    Index count = 0;
+    for (std::size_t b = 0; b < mesh.bodies.size(); ++b) count += cluster(mesh.bodies[b], boundaries[b], cell, nullptr);
+    return count;
+  };
+  double cell = 1e-3 * extent, coarsest = extent;
+  for (int halving = 0; halving < 12 && vertices(cell) > most; ++halving) {
+    // The largest cell gives the fewest vertices: find where the count falls below the limit.
+    const double middle = std::sqrt(cell * coarsest);
+    if (vertices(middle) > most) {
+      cell = middle;
+    } else {
+      coarsest = middle;
+    }
+    if (coarsest < 1.03 * cell) break;
+  }
+  if (vertices(cell) > most) cell = coarsest;
+
+  Skin skin;
+  std::vector<Eigen::Vector3i> triangles;
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+    const mesh::TetMesh& body = mesh.bodies[b];
+    std::vector<Index> clusters;
+    const Index count = cluster(body, boundaries[b], cell, &clusters), first = std::ssize(skin.nodes);
+    skin.first.push_back(first);
+    for (const int node : representatives(body, boundaries[b], clusters, count))
+      skin.nodes.push_back(mesh.first_node[b] + node);
+    add_triangles(body, boundaries[b], clusters, first, triangles);
+  }
+  skin.first.push_back(std::ssize(skin.nodes));
+  skin.points.resize(3, std::ssize(skin.nodes));
+  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+    for (Index v = skin.first[b]; v < skin.first[b + 1]; ++v)
+      skin.points.col(v) = mesh.bodies[b].points.col(skin.nodes[v] - mesh.first_node[b]);
+  }
+  skin.triangles.resize(3, std::ssize(triangles));
+  for (std::size_t t = 0; t < triangles.size(); ++t) skin.triangles.col(t) = triangles[t];
+  return skin;
+}
+
+}  // namespace thermotwin::solver

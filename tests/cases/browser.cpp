@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/cases/browser.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <regex>
+
+#include "core/file.h"
+
+namespace thermotwin::cases {
+
+std::string browser() {
+  for (const char* name : {"chromium", "chromium-browser", "google-chrome"})
+    if (std::system((std::string("command -v ") + name + " >/dev/null 2>&1").c_str()) == 0) return name;
+  return "";
+}
+
+std::string Page::attribute(const std::string& name) const {
+  std::smatch found;
+  return std::regex_search(document, found, std::regex(name + "=\"([^\"]*)\"")) ? found[1].str() : "";
+}
+
+std::string Page::attribute_of(const std::string& id, const std::string& name) const {
+  const auto at = document.find("id=\"" + id + "\"");
+  if (at == std::string::npos) return "";
+  const auto end = document.find('>', at), place = document.find(name + "=\"", at);
+  if (place == std::string::npos || place > end) return "";
+  const auto first = place + name.size() + 2;
+  return document.substr(first, document.find('"', first) - first);
+}
+
+Page opened(const std::filesystem::path& file, const std::string& hash, const std::filesystem::path& folder) {
+  const std::filesystem::path out = folder / "page.html", log = folder / "page.log", home = folder / "browser";
+  const std::string command =
+      browser() +
+      " --headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking "
+      "--disable-component-update --disable-sync --enable-logging=stderr --user-data-dir='" +
+      home.string() + "' --virtual-time-budget=5000 --dump-dom 'file://" + std::filesystem::absolute(file).string() +
+      hash + "' >'" + out.string() + "' 2>'" + log.string() + "'";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  Page page{core::read_file(out), core::read_file(log)};
+  std::filesystem::remove_all(home);
+  return page;
+}
+
+void expect_self_contained(const std::filesystem::path& file) {
+  ASSERT_TRUE(std::filesystem::exists(file)) << file;
+  EXPECT_LT(std::filesystem::file_size(file), 5U * 1024 * 1024) << file;
+  const std::string text = core::read_file(file);
+  // Names of namespaces alone.
+  for (auto at = text.find("http"); at != std::string::npos; at = text.find("http", at + 4)) {
+    const std::string here = text.substr(at, 22);
+    EXPECT_TRUE(here.starts_with("http://www.w3.org/2000") || here.find("://") == std::string::npos) << here;
+  }
+  for (const char* outside : {"src=", "<link", "@import", "url(", "fetch(", "XMLHttpRequest"})
+    EXPECT_EQ(text.find(outside), std::string::npos) << file << " has " << outside;
+  EXPECT_NE(text.find("</html>"), std::string::npos) << file;
+}
+
+void expect_quiet(const Page& page) {
+  EXPECT_EQ(page.log.find(":CONSOLE"), std::string::npos) << page.log;
+  EXPECT_NE(page.document.find("</html>"), std::string::npos);
+}
+
+}  // namespace thermotwin::cases

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/campaign_page.h"
+
+#include <fmt/format.h>
+
+#include "core/html_page.h"
+#include "core/text.h"
+#include "tools/page.h"
+
+namespace thermotwin::tools {
+namespace {
+
+std::string headline(const CampaignResults& r) {
+  double largest = 0.0, hours = 0.0;
+  std::string load;
+  for (const solver::SceneLoad& shown : r.scene.loads) {
+    hours += shown.hours.tail(1).sum();
+    for (Eigen::Index t = 0; t < shown.errors_um.cols(); ++t) {
+      const double here = shown.errors_um.col(t).reshaped(3, std::ssize(r.scene.poses)).colwise().norm().maxCoeff();
+      if (here > largest) largest = here, load = shown.name;
+    }
+  }
+  return core::html_tiles(
+      {core::html_tile("largest TCP error", fmt::format("{:.1f} µm", largest), core::xml_text(load)),
+       core::html_tile("load programs", std::to_string(r.loads.size()), fmt::format("{:.1f} h of the machine", hours)),
+       core::html_tile("poses", std::to_string(r.scene.poses.size()), "of the workspace"),
+       core::html_tile("computed by", core::xml_text(r.model),
+                       r.full != nullptr ? "tetrahedral full model" : "reduced model")});
+}
+
+std::string next_steps(const CampaignResults& r) {
+  const std::string folder = shell_word(r.options.case_path), out = shell_word(r.options.out),
+                    load = r.loads.front().name();
+  const core::NextStep look{"Fields of one load for ParaView:",
+                            fmt::format("thermotwin simulate {} --load {} --out {}", folder, load, out)};
+  if (r.full == nullptr) {
+    return core::html_next_steps(
+        {look,
+         {"The same load by the full model, to compare with:",
+          fmt::format("thermotwin campaign {} --load {} --out {}", folder, load, out)},
+         {"Offsets for the rows of a load:",
+          fmt::format("thermotwin compensate {} --in {}/campaign_reduced/{}/inputs.csv --out offsets.csv",
+                      shell_word(r.options.model.empty() ? r.options.out / "model.rom.h5" : r.options.model), out,
+                      load)}});
+  }
+  return core::html_next_steps(
+      {{"A reduced model from this campaign; finished loads are not run again:",
+        fmt::format("thermotwin reduce {} --resume --out {}", folder, out)},
+       look,
+       {"Other load programs in seconds, once the model is reduced:",
+        fmt::format("thermotwin campaign {} --reduced --load {} --out {}", folder, load, out)}});
+}
+
+}  // namespace
+
+std::string campaign_page(const CampaignResults& r) {
+  const std::string title = "Campaign of " + r.scene.machine.name;
+  return core::html_document(
+      title, core::html_title(title, "load programs, the TCP error at the poses of the workspace") + headline(r) +
+                 solver::machine_scene_html(r.scene) + loads_section(r.loads, r.scene) +
+                 core::html_section("As the verb prints it", "", core::html_table(r.table)) +
+                 (r.full != nullptr ? mesh_section(*r.full) : "") + next_steps(r));
+}
+
+}  // namespace thermotwin::tools

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/error_tables.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace thermotwin::tools {
+
+std::vector<std::vector<std::string>> heldout_rows(const ReducedCase& made) {
+  std::vector<std::vector<std::string>> table{
+      {"held-out load", "peak um", "max error um", "rms um", "of peak %", "estimated um", "estimated/true, median"}};
+  for (const auto& e : made.model.errors) {
+    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um), fmt::format("{:.3f}", e.max_um),
+                     fmt::format("{:.3f}", e.rms_um), fmt::format("{:.2f}", 100 * e.max_um / e.peak_um),
+                     e.estimate_max_um > 0 ? fmt::format("{:.3f}", e.estimate_max_um) : "-",
+                     e.estimate_max_um > 0 ? fmt::format("{:.2f}", e.effectivity) : "-"});
+  }
+  return table;
+}
+
+std::vector<std::vector<std::string>> off_grid_rows(const ReducedCase& made) {
+  std::vector<std::vector<std::string>> table{
+      {fmt::format("at {} poses between the stored ones", made.off_grid_poses.size()), "peak um", "max error um",
+       "rms um", "of peak %", "with these poses' own rows um"}};
+  for (const auto& e : made.off_grid) {
+    table.push_back({e.load, fmt::format("{:.2f}", e.peak_um()), fmt::format("{:.3f}", e.max_um()),
+                     fmt::format("{:.3f}", std::sqrt(e.rms.squaredNorm() / e.rms.size())),
+                     fmt::format("{:.2f}", 100 * e.max_um() / e.peak_um()), fmt::format("{:.3f}", e.own_rows_um())});
+  }
+  return table;
+}
+
+}  // namespace thermotwin::tools

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Errors of a reduced model as cells, for the terminal and for pages.
+
+#include <string>
+#include <vector>
+
+#include "tools/chain.h"
+
+namespace thermotwin::tools {
+
+/// Reduced against full on the held-out loads, at the stored poses.
+std::vector<std::vector<std::string>> heldout_rows(const ReducedCase& made);
+/// The same at poses between the stored ones; only a header where none were judged.
+std::vector<std::vector<std::string>> off_grid_rows(const ReducedCase& made);
+
+}  // namespace thermotwin::tools

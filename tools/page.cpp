@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <exception>
+#include <string_view>
+#include <system_error>
+
+#include "compensation/evaluation/validation_plots.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "core/html_page.h"
+#include "core/progress.h"
+#include "core/units.h"
+
+namespace thermotwin::tools {
+
+void write_page(const std::filesystem::path& file, const std::function<std::string()>& make) {
+  try {
+    core::write_file(file, make());
+  } catch (const core::Interrupted&) {
+    throw;
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);  // of an earlier run: it would contradict the tables
+    core::warn(fmt::format("{} is left out: {}", file.string(), error.what()));
+  }
+}
+
+std::string shell_word(const std::filesystem::path& path) {
+  const std::string text = path.string();
+  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("._-/+").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain && !text.empty()) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string mesh_section(const solver::FullModel& full) {
+  const mesh::Machine& machine = full.mesh.machine;
+  std::vector<std::vector<std::string>> rows{{"body", "material", "moved by", "nodes", "tetrahedra", "deforms"}};
+  for (std::size_t b = 0; b < machine.bodies.size(); ++b) {
+    const mesh::BodySpec& body = machine.bodies[b];
+    rows.push_back({body.id, body.material, body.axis.empty() ? "-" : body.axis,
+                    std::to_string(full.mesh.bodies[b].nodes()), std::to_string(full.mesh.bodies[b].elements()),
+                    body.elastic ? "yes" : "no, carried"});
+  }
+  return core::html_section("Mesh", fmt::format("{} joints between the bodies", machine.joints.size()),
+                            core::html_table(rows));
+}
+
+std::string loads_section(const std::vector<solver::LoadProgram>& loads, const solver::MachineScene& scene) {
+  std::vector<std::vector<std::string>> rows{
+      {"load", "what happens", "duration h", "largest TCP error um", "at pose", "after h"}};
+  for (std::size_t l = 0; l < loads.size(); ++l) {
+    const solver::SceneLoad& shown = scene.loads[l];
+    double largest = 0.0;
+    Eigen::Index pose = 0, time = 0;
+    for (Eigen::Index t = 0; t < shown.errors_um.cols(); ++t) {
+      for (Eigen::Index p = 0; p < std::ssize(scene.poses); ++p) {
+        const double length = shown.errors_um.block<3, 1>(3 * p, t).norm();
+        if (length > largest) largest = length, pose = p, time = t;
+      }
+    }
+    rows.push_back({loads[l].name(), loads[l].title(), fmt::format("{:.2f}", shown.hours.tail(1).sum()),
+                    fmt::format("{:.2f}", largest), mesh::format_pose(scene.machine, scene.poses[pose]),
+                    fmt::format("{:.2f}", shown.hours[time])});
+  }
+  return core::html_section("Load programs", "length of the translations, over the poses of the workspace",
+                            core::html_table(rows));
+}
+
+std::string traces_section(const std::vector<compensation::ValidationTrace>& traces) {
+  if (traces.empty()) return "";
+  std::vector<std::pair<std::string, std::string>> items;
+  for (const compensation::ValidationTrace& trace : traces) {
+    items.emplace_back(fmt::format("{}, machine {}, {}", trace.load, trace.draw + 1, trace.pose),
+                       compensation::trace_svg(trace));
+  }
+  return core::html_section("Error over time, without and with compensation",
+                            "a machine measured virtually; poses off the grid of the model",
+                            compensation::trace_legend() + core::html_choice("trace", "check point", items));
+}
+
+}  // namespace thermotwin::tools

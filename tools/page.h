@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// report.html of a verb: written whole or not at all, never a reason for the verb to fail.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "compensation/evaluation/validation.h"
+#include "solver/campaign/full_model.h"
+#include "solver/export/machine_scene.h"
+#include "solver/operation/load_program.h"
+
+namespace thermotwin::tools {
+
+/// Writes what `make` returns; where that fails, a warning says why and no page is left.
+void write_page(const std::filesystem::path& file, const std::function<std::string()>& make);
+
+/// A path as a word of a command line: in quotes where it has other characters than letters, digits and "._-/+".
+std::string shell_word(const std::filesystem::path& path);
+
+/// Tables as sections of a page.
+std::string mesh_section(const solver::FullModel& full);
+std::string loads_section(const std::vector<solver::LoadProgram>& loads, const solver::MachineScene& scene);
+
+/// Errors over time at the check points of each traced machine and load, chosen by a list.
+std::string traces_section(const std::vector<compensation::ValidationTrace>& traces);
+
+}  // namespace thermotwin::tools

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/validation_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "compensation/evaluation/validation_plots.h"
+#include "core/html_page.h"
+#include "core/text.h"
+#include "tools/page.h"
+
+namespace thermotwin::tools {
+namespace {
+
+using compensation::DotColumn;
+using compensation::quantile;
+
+std::string page_of(const ValidationHead& head, const std::string& subject, const std::string& body) {
+  const std::string title = subject + " of " + head.machine;
+  return core::html_document(
+      title, core::html_title(title, fmt::format("machines measured virtually: {}; {} parameters perturbed", head.truth,
+                                                 head.perturbed)) +
+                 body);
+}
+
+std::string dots_section(const std::string& heading, const std::string& svg) {
+  return core::html_section(heading,
+                            "a dot a machine; the stroke is the median, its number on top, the bar reaches from the "
+                            "10th to the 90th percentile",
+                            svg);
+}
+
+std::string tables(const compensation::Rows& rows, const compensation::Rows* full) {
+  std::string markup = core::html_section("In numbers", "", core::html_table(rows));
+  if (full != nullptr) markup += core::html_section("The same on full models", "", core::html_table(*full));
+  return markup;
+}
+
+std::string model_words(const ValidateOptions& options) {
+  return options.model.empty() ? shell_word(options.out / "model.rom.h5") : shell_word(options.model);
+}
+
+struct Study {
+  const char *why, *flags;
+};
+
+std::string next_steps(const ValidateOptions& options, const std::vector<Study>& studies) {
+  std::vector<core::NextStep> steps;
+  for (const auto& [why, flags] : studies) {
+    steps.push_back({why, fmt::format("thermotwin validate {} --model {} {} --out {}", shell_word(options.case_path),
+                                      model_words(options), flags, shell_word(options.out))});
+  }
+  steps.push_back({"Beside a control, row by row:",
+                   fmt::format("thermotwin compensate {} --in rows.csv --out offsets.csv", model_words(options))});
+  return core::html_next_steps(steps);
+}
+
+constexpr Study more_machines{"More machines make percentiles firm:", "--draws 20"},
+    power_off{"The return from a power-off, when the thermal state is unknown:", "--power-off --draws 20"},
+    failures{"What each failed temperature sensor costs:", "--failed-sensors --draws 3"};
+
+}  // namespace
+
+std::string validation_page(const ValidationHead& head, const compensation::Validation& main,
+                            const compensation::Validation* full) {
+  using compensation::With;
+  std::vector<std::string> loads, tiles, sentences;
+  for (const compensation::ValidationRow& row : main.rows)
+    if (std::find(loads.begin(), loads.end(), row.load) == loads.end()) loads.push_back(row.load);
+  double least = 100.0;
+  for (const std::string& load : loads) {
+    const std::vector<double> removed = main.reductions(load, With::sensors);
+    const double median = quantile(removed, 0.5);
+    least = std::min(least, median);
+    sentences.push_back(fmt::format(
+        "With sensors, {:.1f}&#8239;% of the RMS of {} is removed (median of {} machine{}; "
+        "10th percentile {:.1f}&#8239;%).",
+        median, core::xml_text(load), removed.size(), removed.size() == 1 ? "" : "s", quantile(removed, 0.1)));
+    tiles.push_back(core::html_tile(core::xml_text(load) + ", sensors", fmt::format("{:.1f}&#8239;%", median),
+                                    "median RMS removed"));
+    tiles.push_back(core::html_tile(core::xml_text(load) + ", no sensors",
+                                    fmt::format("{:.1f}&#8239;%", quantile(main.reductions(load, With::model), 0.5)),
+                                    "median RMS removed"));
+  }
+  const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};
+  return page_of(
+      head, "Validation",
+      core::html_finding(least > 50.0 ? core::Tone::good : core::Tone::warn, "compensation", sentences) +
+          core::html_tiles(tiles) + dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
+          traces_section(main.traces) + tables(rows, full != nullptr ? &of_full : nullptr) +
+          "<p class=\"sub\">told: without sensors, but told that what surrounds the machine is as warm as its hall; "
+          "cut: what the sensors remove of what that leaves</p>\n" +
+          next_steps(head.options, {more_machines, power_off}));
+}
+
+std::string validation_page(const ValidationHead& head, const compensation::PowerOffStudy& main,
+                            const compensation::PowerOffStudy* full) {
+  constexpr const char* moments[] = {"after 5 min", "after 30 min", "after 2 h"};
+  std::vector<DotColumn> columns;
+  std::vector<std::string> tiles;
+  for (int k = 0; k < 3; ++k) {
+    columns.push_back({"time since the return", moments[k], main.left_percent(k), core::Ink::blue});
+    tiles.push_back(core::html_tile(
+        std::string("error left, ") + moments[k], fmt::format("{:.1f}&#8239;%", quantile(main.left_percent(k), 0.5)),
+        fmt::format("median; 90th percentile {:.1f}&#8239;%", quantile(main.left_percent(k), 0.9))));
+  }
+  const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};
+  return page_of(head, "Return from a power-off",
+                 core::html_tiles(tiles) +
+                     dots_section("Error left after the return",
+                                  compensation::dots_svg("Error left after the return", "RMS left in %", columns)) +
+                     tables(rows, full != nullptr ? &of_full : nullptr) +
+                     next_steps(head.options, {failures, more_machines}));
+}
+
+std::string validation_page(const ValidationHead& head, const compensation::FailedSensorStudy& main,
+                            const compensation::FailedSensorStudy* full) {
+  std::vector<std::string> faults;
+  for (const auto& row : main.rows)
+    if (std::find(faults.begin(), faults.end(), row.fault) == faults.end()) faults.push_back(row.fault);
+  std::vector<DotColumn> columns;
+  double costliest = 0.0;
+  long named = 0, told = 0;
+  for (const std::string& fault : faults) {
+    DotColumn whole{fault, "all work", {}, core::Ink::blue}, failed{fault, "one failed", {}, core::Ink::orange};
+    for (const auto& row : main.rows) {
+      if (row.fault != fault) continue;
+      whole.values.push_back(row.whole_percent);
+      failed.values.push_back(row.failed_percent);
+      costliest = std::max(costliest, row.cost_percent());
+      told += row.told ? 1 : 0;
+      named += row.told && row.named_min < 1e9 ? 1 : 0;
+    }
+    columns.push_back(whole);
+    columns.push_back(failed);
+  }
+  const compensation::Rows rows = main.summary(), of_full = full != nullptr ? full->summary() : compensation::Rows{};
+  return page_of(
+      head, "Failed sensors",
+      core::html_tiles(
+          {core::html_tile("named", fmt::format("{} of {}", named, told), "failures that readings show"),
+           core::html_tile("largest cost", fmt::format("{:.1f}&#8239;%", costliest), "of the reduction"),
+           core::html_tile("false alarms", std::to_string(main.false_alarms()), "where none had failed")}) +
+          core::html_section("RMS removed after the failure",
+                             "a dot a sensor, machine and program; the stroke is the median, its number on top",
+                             compensation::dots_svg("RMS removed after the failure", "RMS removed in %", columns)) +
+          tables(rows, full != nullptr ? &of_full : nullptr) + next_steps(head.options, {power_off, more_machines}));
+}
+
+}  // namespace thermotwin::tools
