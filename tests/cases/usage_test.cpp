@@ -4,29 +4,12 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <sstream>
 
+#include "tests/cases/help.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {
 namespace {
-
-/// The verbs that the program itself says it has.
-std::vector<std::string> verbs() {
-  std::istringstream help(thermotwin({"--help"}).out);
-  std::vector<std::string> found;
-  bool listed = false;
-  for (std::string line; std::getline(help, line);) {
-    if (line == "Subcommands:") {
-      listed = true;
-    } else if (listed) {
-      std::string word;
-      if (!(std::istringstream(line) >> word)) break;
-      if (line.size() > 2 && line[2] != ' ') found.push_back(word);
-    }
-  }
-  return found;
-}
 
 TEST(Usage, EveryVerbExplainsItselfWithAnExample) {
   const std::vector<std::string> all = verbs();
@@ -42,6 +25,19 @@ TEST(Usage, EveryVerbExplainsItselfWithAnExample) {
     EXPECT_NE(help.out.find("thermotwin " + verb + " ", example), std::string::npos) << verb;
     for (const char* option : {"--out", "--threads", "--quiet", "--json"}) EXPECT_SAYS(help.out, option) << verb;
   }
+}
+
+TEST(Usage, VerbsAreListedInGroups) {
+  const std::string help = thermotwin({"--help"}).out;
+  std::size_t last = 0;
+  for (const char* group : {"Machine:", "Compute:", "Measure:", "Control:"}) {
+    const std::size_t at = help.find(std::string("\n") + group + "\n");
+    ASSERT_NE(at, std::string::npos) << help;
+    EXPECT_GT(at, last) << group;
+    last = at;
+  }
+  EXPECT_EQ(verbs().front(), "mesh");
+  EXPECT_EQ(verbs().back(), "offsets");
 }
 
 TEST(Usage, HelpAndVersionAreNoErrors) {

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Commands of the documentation: a page's blocks run in a folder of their own that holds cases and tests/cases/toy, with
+// the built program as thermotwin. ```sh runs as it stands; ```sh long runs on the toy machine where it names nothing
+// else of a case; all others, and ```sh parse, have verbs, options and paths that exist.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <fstream>
+#include <set>
+
+#include "tests/cases/help.h"
+#include "tests/cases/texts.h"
+#include "tests/cases/toy.h"
+
+namespace thermotwin::cases {
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+constexpr int patience_s = 120;  ///< of one block
+const std::string whole_case = "cases/vmc5", toy = "tests/cases/toy";
+
+bool ends_command(char c) { return std::string_view("|&;<>").find(c) != std::string_view::npos; }
+
+/// Words of a command line as a shell parts them; |, &&, ;, < and > are words of their own.
+Words words_of(const std::string& line) {
+  Words words;
+  std::string word;
+  bool open = false;
+  const auto end = [&] {
+    if (open) words.push_back(std::move(word));
+    word.clear();
+    open = false;
+  };
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"' || c == '\'') {
+      open = true;
+      for (++i; i < line.size() && line[i] != c; ++i) word += line[i];
+    } else if (c == '#' && !open) {
+      break;
+    } else if (std::isspace(static_cast<unsigned char>(c)) != 0) {
+      end();
+    } else if (ends_command(c)) {
+      end();
+      words.emplace_back(1, c);
+    } else {
+      open = true;
+      word += c;
+    }
+  }
+  end();
+  return words;
+}
+
+/// Calls of thermotwin in a line, without the name itself.
+std::vector<Words> calls_in(const std::string& line) {
+  std::vector<Words> calls;
+  bool inside = false;
+  for (const std::string& word : words_of(line)) {
+    if (word.size() == 1 && ends_command(word.front())) {
+      inside = false;
+    } else if (!inside && (word == "thermotwin" || word.ends_with("/thermotwin"))) {
+      inside = true;
+      calls.emplace_back();
+    } else if (inside) {
+      calls.back().push_back(word);
+    }
+  }
+  return calls;
+}
+
+/// One line for each command: continued lines are joined, comments left out.
+std::vector<std::string> commands_of(const CodeBlock& block) {
+  std::vector<std::string> commands;
+  std::string command;
+  for (const std::string& line : block.lines) {
+    const std::size_t begin = line.find_first_not_of(' ');
+    if (begin == std::string::npos || (command.empty() && line[begin] == '#')) continue;
+    command += line.substr(begin);
+    if (command.ends_with("\\")) {
+      command.back() = ' ';
+      continue;
+    }
+    commands.push_back(std::move(command));
+    command.clear();
+  }
+  return commands;
+}
+
+/// VERB, CASE, DATA/drift: to be replaced by the reader.
+bool is_placeholder(const std::string& word) {
+  const std::string first = word.substr(0, word.find('/'));
+  return first == "..." || (first.size() > 1 && std::all_of(first.begin(), first.end(), [](unsigned char c) {
+                              return std::isupper(c) != 0 || c == '_';
+                            }));
+}
+
+std::string fault_of_call(const Words& call) {
+  if (call.empty()) return "thermotwin without a verb";
+  const std::string& verb = call.front();
+  if (verb == "--help" || verb == "--version" || is_placeholder(verb)) return "";
+  static const Words known = verbs();
+  if (std::find(known.begin(), known.end(), verb) == known.end()) return "unknown verb '" + verb + "'";
+  const std::set<std::string> options = options_of(verb);
+  for (const std::string& word : call) {
+    const std::string name = word.substr(0, word.find('='));
+    if (name.size() > 1 && name.starts_with("-") && std::isalpha(static_cast<unsigned char>(name.back())) != 0 &&
+        options.count(name) == 0)
+      return "unknown option '" + name + "' of " + verb;
+  }
+  return "";
+}
+
+/// Verbs, options, and paths of the tree that a command names. @return empty: none is wrong
+std::string fault_of(const std::string& command) {
+  for (const Words& call : calls_in(command))
+    if (const std::string fault = fault_of_call(call); !fault.empty()) return fault;
+  for (const std::string& word : words_of(command)) {
+    const bool of_tree = word.starts_with("cases/vmc5") || word.starts_with("tests/cases/toy") || word.starts_with("tools/");
+    if (of_tree && word.find_first_of("*?{$<") == std::string::npos && !fs::exists(source_tree() / word))
+      return "no '" + word + "' in the tree";
+  }
+  return "";
+}
+
+/// Options whose values mean the same with any case.
+bool is_general(const std::string& option) {
+  static const std::set<std::string> general = {
+      "--out",   "--threads", "--quiet",   "--json", "--size",         "--mesh-order",   "--order",     "--solver",
+      "--bound", "--resume",  "--compare", "--exact", "--fields-every", "--output-times", "--checkpoint-every",
+      "--calculix", "--matrices", "--heat-only", "--reduced", "--perturb", "--first-seed", "--measured-size",
+      "--no-sensors", "--step", "--strict", "--method"};
+  return general.count(option) > 0;
+}
+
+/// The command on the toy machine; empty where it names more of the whole case than its folder, or a file that is not
+/// there.
+std::string on_toy(std::string command, const fs::path& folder) {
+  const std::vector<Words> calls = calls_in(command);
+  if (calls.size() != 1 || words_of(command).front() != "thermotwin") return "";
+  const Words& call = calls.front();
+  if (std::none_of(call.begin(), call.end(), [](const std::string& word) { return word.starts_with(whole_case); }))
+    return "";
+  for (std::size_t i = 1; i < call.size(); ++i) {
+    const std::string& word = call[i];
+    if (!word.starts_with("--") || is_general(word)) continue;
+    static const std::set<std::string> of_files = {"--data", "--model", "--truth", "--reference", "--extended", "--in"};
+    if (of_files.count(word) == 0 || i + 1 == call.size() || !fs::exists(folder / call[i + 1])) return "";
+  }
+  for (std::size_t at = command.find(whole_case); at != std::string::npos; at = command.find(whole_case, at + toy.size()))
+    command.replace(at, whole_case.size(), toy);
+  return command;
+}
+
+/// A folder such as the reader of a page has.
+class ReadersFolder {
+public:
+  ReadersFolder() {
+    fs::create_directories(path() / "tests/cases");
+    fs::copy(source_tree() / "cases", path() / "cases", fs::copy_options::recursive);
+    fs::copy(source_tree() / toy, path() / toy, fs::copy_options::recursive);
+    fs::create_directories(folder_ / "bin");
+    fs::create_symlink(THERMOTWIN_PROGRAM, folder_ / "bin/thermotwin");
+  }
+
+  fs::path path() const { return folder_ / "reader"; }
+
+  /// @return what the commands said where they failed
+  std::string run(const std::vector<std::string>& commands) const {
+    const fs::path script = folder_ / "script.sh", log = folder_ / "log.txt";
+    std::ofstream text(script);
+    text << "set -eo pipefail\n";
+    for (const std::string& command : commands) text << command << "\n";
+    text.close();
+    const std::string bin = (folder_ / "bin").string(), call =
+        "cd '" + path().string() + "' && env -u DISPLAY -u THERMOTWIN_DATA PATH='" + bin + "':\"$PATH\" timeout " +
+        std::to_string(patience_s) + " bash '" + script.string() + "' >'" + log.string() + "' 2>&1 </dev/null";
+    if (std::system(call.c_str()) == 0) return "";
+    const std::string said = read(log);
+    constexpr std::size_t most = 2000;
+    return said.empty() ? "it failed and said nothing" : said.substr(said.size() > most ? said.size() - most : 0);
+  }
+
+private:
+  core::TemporaryFolder folder_;
+};
+
+std::vector<std::string> documentation_pages() {
+  std::vector<std::string> pages;
+  for (const fs::path& file : files_with(".md")) {
+    if (file == "README.md" || file.begin()->string() == "docs") pages.push_back(file.string());
+  }
+  return pages;
+}
+
+/// Whether a command stands in a block that no test would find.
+bool hides_commands(const CodeBlock& block) {
+  if (block.info == "text" || block.info.starts_with("sh")) return false;
+  return std::any_of(block.lines.begin(), block.lines.end(), [](const std::string& line) {
+    return line.starts_with("thermotwin ") || line.starts_with("build/thermotwin ") || line.starts_with("tools/") ||
+           line.starts_with("$ ");
+  });
+}
+
+class Documentation : public testing::TestWithParam<std::string> {};
+
+TEST_P(Documentation, CommandsWork) {
+  const ReadersFolder folder;
+  for (const CodeBlock& block : code_blocks_of(read(source_tree() / GetParam()))) {
+    const std::string place = GetParam() + ":" + std::to_string(block.line);
+    EXPECT_FALSE(hides_commands(block)) << place << ": commands stand in blocks of ```sh, ```sh long or ```sh parse";
+    if (!block.info.starts_with("sh")) continue;
+    EXPECT_TRUE(block.info == "sh" || block.info == "sh long" || block.info == "sh parse") << place << ": " << block.info;
+    const std::vector<std::string> commands = commands_of(block);
+    for (const std::string& command : commands) EXPECT_EQ(fault_of(command), "") << place << ": " << command;
+    if (HasFailure()) continue;
+    if (block.info == "sh") {
+      EXPECT_EQ(folder.run(commands), "") << place;
+    } else if (block.info == "sh long") {
+      for (const std::string& command : commands) {
+        const std::string small = on_toy(command, folder.path());
+        if (small.empty()) continue;
+        EXPECT_EQ(folder.run({small}), "") << place << ": " << small;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Pages, Documentation, testing::ValuesIn(documentation_pages()),
+                         [](const testing::TestParamInfo<std::string>& page) {
+                           std::string name = page.param.substr(0, page.param.rfind(".md"));
+                           for (char& c : name)
+                             if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+                           return name;
+                         });
+
+TEST(DocumentationReader, JoinsLinesAndFindsCalls) {
+  const CodeBlock block{"sh", 1, {"# note", "thermotwin mesh cases/vmc5 \\", "  --size 2 | tee log", "", "ls"}};
+  EXPECT_EQ(commands_of(block), (std::vector<std::string>{"thermotwin mesh cases/vmc5  --size 2 | tee log", "ls"}));
+  EXPECT_EQ(calls_in("X=1 build/thermotwin mesh 'a b' && thermotwin run | cat"),
+            (std::vector<Words>{{"mesh", "a b"}, {"run"}}));
+}
+
+TEST(DocumentationReader, RefusesWhatTheProgramDoesNotKnow) {
+  EXPECT_EQ(fault_of("thermotwin mesh cases/vmc5 --size 2"), "");
+  EXPECT_EQ(fault_of("thermotwin VERB --help"), "");
+  EXPECT_EQ(fault_of("thermotwin offsets --in a.csv --chain 'V [w b X t]' --out -"), "");
+  EXPECT_EQ(fault_of("thermotwin mash cases/vmc5"), "unknown verb 'mash'");
+  EXPECT_EQ(fault_of("thermotwin mesh cases/vmc5 --sise=2"), "unknown option '--sise' of mesh");
+  EXPECT_EQ(fault_of("cat cases/vmc5/nosuch.toml"), "no 'cases/vmc5/nosuch.toml' in the tree");
+}
+
+TEST(DocumentationReader, TakesTheToyWhereTheCommandNamesNoMore) {
+  const fs::path here = source_tree();
+  EXPECT_EQ(on_toy("thermotwin reduce cases/vmc5 --order 30", here), "thermotwin reduce tests/cases/toy --order 30");
+  EXPECT_EQ(on_toy("thermotwin reduce cases/vmc5 --bound-pose X=0", here), "");
+  EXPECT_EQ(on_toy("thermotwin evaluate cases/vmc5 --data nosuch", here), "");
+  EXPECT_EQ(on_toy("thermotwin evaluate cases/vmc5 --data cases", here), "thermotwin evaluate tests/cases/toy --data cases");
+  EXPECT_EQ(on_toy("thermotwin evaluate --data cases", here), "");
+}
+
+}  // namespace
+}  // namespace thermotwin::cases

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The verbs and options of the program as its `--help` lists them.
+
+#include <set>
+#include <string>
+#include <vector>
+
+namespace thermotwin::cases {
+
+std::vector<std::string> verbs();
+
+/// "--out", "-h", ...; empty for an unknown verb
+std::set<std::string> options_of(const std::string& verb);
+
+}  // namespace thermotwin::cases
