@@ -31,14 +31,14 @@ template <class Value, class Map, class Fold>
 Value parallel_reduce(std::size_t begin, std::size_t end, std::size_t block, Value identity, const Map& map,
                       const Fold& fold) {
   const std::size_t count = end > begin ? (end - begin + block - 1) / block : 0;
-  std::vector<Value> parts(count, identity);
+  std::vector<Value> results(count, identity);
   parallel_for(0, count, [&](std::size_t i) {
     const std::size_t first = begin + i * block;
     const std::size_t last = first + block < end ? first + block : end;
-    parts[i] = map(first, last);
+    results[i] = map(first, last);
   });
   Value total = std::move(identity);
-  for (Value& part : parts) total = fold(std::move(total), std::move(part));
+  for (Value& result : results) total = fold(std::move(total), std::move(result));
   return total;
 }
 
