@@ -118,7 +118,7 @@ Condition group_condition(const TetMesh& mesh, const Rule& rule) {
 }
 
 std::string explain(const std::vector<Condition>& conditions, int faces) {
-  std::vector<std::string> parts;
+  std::vector<std::string> words;
   for (const Condition& condition : conditions) {
     double least = std::numeric_limits<double>::infinity();
     int count = 0;
@@ -127,11 +127,11 @@ std::string explain(const std::vector<Condition>& conditions, int faces) {
       count += miss <= 0.0;
       least = std::min(least, miss);
     }
-    parts.push_back(condition.name + ": " +
+    words.push_back(condition.name + ": " +
                     (count > 0 ? fmt::format("holds for {} triangles", count) : condition.describe(least)));
   }
   std::string text =
-      "no triangle (of " + std::to_string(faces) + " of the body) fulfils the rule: " + core::join(parts, "; ");
+      "no triangle (of " + std::to_string(faces) + " of the body) fulfils the rule: " + core::join(words, "; ");
   if (conditions.size() > 1) text += "; no triangle fulfils all conditions together";
   return text;
 }

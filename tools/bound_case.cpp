@@ -29,9 +29,9 @@ std::vector<Eigen::Index> rows_at(const std::vector<mesh::Pose>& poses, const me
   return list;
 }
 
-std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound,
-                                     const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
-                                     const std::vector<solver::LoadResult>& full) {
+std::vector<BoundedLoad> evaluate_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound,
+                                        const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
+                                        const std::vector<solver::LoadResult>& full) {
   std::vector<BoundedLoad> all;
   for (std::size_t i = 0; i < loads.size(); ++i) {
     const std::vector<mesh::Pose> poses = reduction::poses_of(machine, full[i].tcp);

@@ -90,8 +90,8 @@ namespace {
 bool has_reference(const ReducedCase& made) { return made.reference.system.order() > made.model.system.order(); }
 
 /// Errors on held-out loads, of the reference too, and how well they are estimated without the full model.
-void judge(ReducedCase& made, const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
-           const std::vector<solver::LoadResult>& full, const std::vector<mesh::Pose>& poses) {
+void compare_heldout(ReducedCase& made, const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
+                     const std::vector<solver::LoadResult>& full, const std::vector<mesh::Pose>& poses) {
   made.model.errors.clear();
   made.reference.errors.clear();
   for (std::size_t i = 0; i < loads.size(); ++i) {
@@ -103,11 +103,11 @@ void judge(ReducedCase& made, const mesh::Machine& machine, const std::vector<so
     const reduction::EstimatedRun run =
         reduction::simulate_with_estimate(made.model, made.reference, machine, loads[i], poses);
     reduction::ReductionErrors errors = reduction::compare(full[i], run.result);
-    const reduction::Effectivity judged = reduction::effectivity(full[i], run);
-    errors.estimate_max_um = judged.max_um;
-    errors.effectivity = judged.median;
+    const reduction::Effectivity estimated = reduction::effectivity(full[i], run);
+    errors.estimate_max_um = estimated.max_um;
+    errors.effectivity = estimated.median;
     made.model.errors.push_back(errors);
-    made.effectivities.push_back(judged);
+    made.effectivities.push_back(estimated);
     made.reference.errors.push_back(reduction::compare(full[i], run.larger));
   }
 }
@@ -148,7 +148,7 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
                                                       machine_case.machine.order == 2 ? ", quadratic" : "");
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
-  judge(made, machine_case.machine, heldout, held, poses);
+  compare_heldout(made, machine_case.machine, heldout, held, poses);
   for (std::size_t i = 0; moves && i < heldout.size(); ++i) {
     made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i],
                                                        truths[i], between));
@@ -162,7 +162,7 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
     made.bound = reduction::make_bound_model(full, basis, made.model.trained, bounded);
     made.bound_seconds = bound_time.seconds();
     reduction::write_bound(out / "bound.rom.h5", *made.bound);
-    made.bounded = judge_bound(made.model, *made.bound, machine_case.machine, heldout, held);
+    made.bounded = evaluate_bound(made.model, *made.bound, machine_case.machine, heldout, held);
   }
   return made;
 }

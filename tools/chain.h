@@ -77,9 +77,9 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
                                const std::vector<mesh::Pose>& bounded = {});
 
 /// Bound and error of each load at each pose of the bound that the campaign has. @param full  of the loads
-std::vector<BoundedLoad> judge_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound,
-                                     const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
-                                     const std::vector<solver::LoadResult>& full);
+std::vector<BoundedLoad> evaluate_bound(const reduction::ReducedModel& model, const reduction::BoundModel& bound,
+                                        const mesh::Machine& machine, const std::vector<solver::LoadProgram>& loads,
+                                        const std::vector<solver::LoadResult>& full);
 std::string bound_table(const ReducedCase& made);
 
 /// Rows of a tcp table at one pose, in order of time; none if the pose is not one of the table's.

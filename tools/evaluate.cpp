@@ -32,7 +32,7 @@ nlohmann::json json_of(const compensation::EvaluationRow& row) {
   const compensation::Measures& m = row.measures;
   return {{"model", row.model},
           {"channel", row.channel},
-          {"part", row.part},
+          {"part", row.segment},
           {"unit", row.unit},
           {"seen_by_fit", row.training},
           {"from_s", row.from_s},
@@ -111,7 +111,7 @@ void write_tables(const compensation::Evaluation& evaluation, const std::filesys
   core::write_file(folder / "models.toml", models);
   core::write_file(folder / "models.txt", explained);
   core::write_file(folder / "leaderboard.svg", compensation::leaderboard_svg(evaluation));
-  for (const std::string& channel : compensation::judged_channels(evaluation)) {
+  for (const std::string& channel : compensation::scored_channels(evaluation)) {
     core::write_file(folder / (file_name(channel) + ".svg"), compensation::channel_svg(evaluation, channel));
   }
   core::write_file(folder / "tables.txt", evaluation.brief() + evaluation.tables());

@@ -176,7 +176,7 @@ std::string drift_lines(const compensation::Evaluation& drift, nlohmann::json& j
     days += fmt::format("{}{:.0f}", days.empty() ? "" : ", ", row.measures.rms_reduction_percent);
     json["measured_drift"].push_back({{"model", row.model},
                                       {"channel", row.channel},
-                                      {"part", row.part},
+                                      {"part", row.segment},
                                       {"rms_reduction_percent", row.measures.rms_reduction_percent}});
   }
   std::string text;

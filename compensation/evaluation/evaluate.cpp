@@ -67,43 +67,43 @@ void require_same_channels(const Measurement& measurement, const Measurement& ot
 }
 
 /// Rows of the channels that the measurement has: others cannot be compared.
-void add_rows(const std::vector<EvaluationRow>& rows, const Judge& judge, Evaluation& result) {
+void add_rows(const std::vector<EvaluationRow>& rows, const Scorer& scorer, Evaluation& result) {
   for (const EvaluationRow& row : rows) {
-    if (std::any_of(judge.data().targets.begin(), judge.data().targets.end(),
+    if (std::any_of(scorer.data().targets.begin(), scorer.data().targets.end(),
                     [&](const MeasuredChannel& c) { return c.id == row.channel; }))
       result.rows.push_back(row);
   }
 }
 
 /// Another folder is judged as a whole, or by its programs.
-std::vector<EvaluationPart> parts_of_other(const Measurement& other, bool training) {
+std::vector<EvaluationSegment> segments_of_other(const Measurement& other, bool training) {
   const std::string name = std::filesystem::weakly_canonical(other.folder).filename().string();
-  std::vector<EvaluationPart> parts;
+  std::vector<EvaluationSegment> segments;
   for (const Program& program : other.programs)
-    parts.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
-  if (parts.empty()) {
-    parts.push_back(
+    segments.push_back({name + "/" + program.name, program.from_s, program.to_s, training});
+  if (segments.empty()) {
+    segments.push_back(
         {name, -std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), training});
   }
-  return parts;
+  return segments;
 }
 
-void judge_machine(const Measurement& measurement, const reduction::ReducedModel* model, const std::string& name,
-                   Judge& judge) {
+void score_machine(const Measurement& measurement, const reduction::ReducedModel* model, const std::string& name,
+                   Scorer& scorer) {
   if (model == nullptr) return;
-  judge_reduced_model(measurement, *model, name, false, judge);
+  score_reduced_model(measurement, *model, name, false, scorer);
   const bool any_sensor = std::any_of(measurement.channels.begin(), measurement.channels.end(),
                                       [](const MeasuredChannel& channel) { return !channel.sensor.empty(); });
-  if (any_sensor) judge_reduced_model(measurement, *model, name, true, judge);
+  if (any_sensor) score_reduced_model(measurement, *model, name, true, scorer);
 }
 
-double training_hours(const Judge& judge) {
+double training_hours(const Scorer& scorer) {
   double hours = 0.0;
-  for (const EvaluationPart& part : judge.parts()) {
+  for (const EvaluationSegment& segment : scorer.segments()) {
     double first = std::numeric_limits<double>::infinity(), last = -first;
-    for (Index i = 0; part.training && i < judge.data().rows(); ++i) {
-      const double time = judge.data().time[i];
-      if (time < part.from || time >= part.to) continue;
+    for (Index i = 0; segment.training && i < scorer.data().rows(); ++i) {
+      const double time = scorer.data().time[i];
+      if (time < segment.from || time >= segment.to) continue;
       first = std::min(first, time);
       last = std::max(last, time);
     }
@@ -149,48 +149,49 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
   EvaluateOptions own = options;
   // Whoever brings training data wants the measurement judged, but for what is said to train.
   if (!training_data.empty() && own.train_until_s == 0.0) own.train_until_s = nothing_trains;
-  Judge judge(measurement, parts_of(measurement, own));
-  std::vector<Judge> other_judges, training_judges;
-  for (const Measurement& other : others) other_judges.emplace_back(other, parts_of_other(other, false));
-  for (const Measurement& other : training_data) training_judges.emplace_back(other, parts_of_other(other, true));
+  Scorer scorer(measurement, segments_of(measurement, own));
+  std::vector<Scorer> other_scorers, training_scorers;
+  for (const Measurement& other : others) other_scorers.emplace_back(other, segments_of_other(other, false));
+  for (const Measurement& other : training_data) training_scorers.emplace_back(other, segments_of_other(other, true));
 
   Evaluation result;
-  const TrainingRows rows = training_rows(judge, training_judges);
-  const std::vector<bool> training = judge.training();
+  const TrainingRows rows = training_rows(scorer, training_scorers);
+  const std::vector<bool> training = scorer.training();
   if (others.empty() && std::all_of(training.begin(), training.end(), [](bool t) { return t; })) {
-    judge.note("all data are training data; the leaderboard shows the fit, not a prediction of held-out data");
+    scorer.note("all data are training data; the leaderboard shows the fit, not a prediction of held-out data");
   }
   Index incomplete = 0;
-  for (Index i = 0; i < judge.data().rows(); ++i) incomplete += !judge.data().input_values.row(i).allFinite();
-  if (incomplete > 0) judge.note(fmt::format("{} rows lack an input; models that need it skip these rows", incomplete));
+  for (Index i = 0; i < scorer.data().rows(); ++i) incomplete += !scorer.data().input_values.row(i).allFinite();
+  if (incomplete > 0)
+    scorer.note(fmt::format("{} rows lack an input; models that need it skip these rows", incomplete));
   for (const ModelSpec* spec : chosen_models(options)) {
     FittedModel fitted(*spec);
-    if (!fit_and_judge(fitted, options.check, rows, judge, training_judges)) continue;
-    for (Judge& other : other_judges) other.add(fitted.name(), fitted.predict(other.data()), false);
+    if (!fit_and_score(fitted, options.check, rows, scorer, training_scorers)) continue;
+    for (Scorer& other : other_scorers) other.add(fitted.name(), fitted.predict(other.data()), false);
     result.models.push_back(std::move(fitted));
   }
   for (const auto& [name, machine] : {std::pair{"reduced_model", model}, {"extended_model", options.extended}}) {
-    judge_machine(measurement, machine, name, judge);
-    for (std::size_t i = 0; i < others.size(); ++i) judge_machine(others[i], machine, name, other_judges[i]);
+    score_machine(measurement, machine, name, scorer);
+    for (std::size_t i = 0; i < others.size(); ++i) score_machine(others[i], machine, name, other_scorers[i]);
   }
 
-  result.predictions = judge.predictions();
-  result.rows = std::move(judge.rows);
-  result.notes = std::move(judge.notes);
-  result.observer = std::move(judge.observer);
-  result.training_hours = training_hours(judge);
-  result.inputs = judge.data().input_values.cols();
+  result.predictions = scorer.predictions();
+  result.rows = std::move(scorer.rows);
+  result.notes = std::move(scorer.notes);
+  result.observer = std::move(scorer.observer);
+  result.training_hours = training_hours(scorer);
+  result.inputs = scorer.data().input_values.cols();
   for (std::size_t i = 0; i < others.size(); ++i) {
     result.other_predictions.emplace_back(std::filesystem::weakly_canonical(others[i].folder).filename().string(),
-                                          other_judges[i].predictions());
-    add_rows(other_judges[i].rows, judge, result);
+                                          other_scorers[i].predictions());
+    add_rows(other_scorers[i].rows, scorer, result);
   }
-  for (const Judge& other : training_judges) {
+  for (const Scorer& other : training_scorers) {
     result.training_hours += training_hours(other);
-    add_rows(other.rows, judge, result);
+    add_rows(other.rows, scorer, result);
   }
   note_short_training(result);
-  // A channel that no fit may use is held out in every part.
+  // A channel that no fit may use is held out in every segment.
   for (EvaluationRow& row : result.rows) {
     if (std::find(options.check.begin(), options.check.end(), row.channel) != options.check.end()) row.training = false;
   }
@@ -201,29 +202,29 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
 Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> models, const EvaluateOptions& options) {
   options.validate();
   require_displacements(measurement);
-  Judge judge(measurement, parts_of(measurement, options));
+  Scorer scorer(measurement, segments_of(measurement, options));
   for (FittedModel& model : models) {
-    const MatrixXd as_is = model.predict(judge.data());
+    const MatrixXd as_is = model.predict(scorer.data());
     if (known_range(as_is.reshaped()).first < 0) {
-      judge.note(model.name() + " left out: it predicts none of these channels from the inputs present");
+      scorer.note(model.name() + " left out: it predicts none of these channels from the inputs present");
       continue;
     }
-    judge.add(model.name() + "_as_is", as_is, false);
-    judge.note(model.name() + " corrected: " + model.correct(judge.data(), judge.training()));
-    judge.add(model.name() + "_corrected", model.predict(judge.data()), true);
+    scorer.add(model.name() + "_as_is", as_is, false);
+    scorer.note(model.name() + " corrected: " + model.correct(scorer.data(), scorer.training()));
+    scorer.add(model.name() + "_corrected", model.predict(scorer.data()), true);
   }
   Evaluation result;
-  result.predictions = judge.predictions();
-  result.rows = std::move(judge.rows);
-  result.notes = std::move(judge.notes);
-  result.training_hours = training_hours(judge);
-  result.inputs = judge.data().input_values.cols();
+  result.predictions = scorer.predictions();
+  result.rows = std::move(scorer.rows);
+  result.notes = std::move(scorer.notes);
+  result.training_hours = training_hours(scorer);
+  result.inputs = scorer.data().input_values.cols();
   result.models = std::move(models);
   // Both are compared where neither was fitted.
   std::vector<EvaluationRow> comparable;
   for (const EvaluationRow& row : result.rows) {
-    const bool seen = std::any_of(judge.parts().begin(), judge.parts().end(), [&](const EvaluationPart& p) {
-      return p.training && p.name == row.part && p.from == row.from_s;
+    const bool seen = std::any_of(scorer.segments().begin(), scorer.segments().end(), [&](const EvaluationSegment& p) {
+      return p.training && p.name == row.segment && p.from == row.from_s;
     });
     if (!seen) comparable.push_back(row);
   }
@@ -237,9 +238,9 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
   Measurement cut = measurement;
   if (cut.programs.empty()) {
     EvaluateOptions by_day;
-    by_day.train_until_s = nothing_trains;  // every day is a part of its own
-    for (const EvaluationPart& part : parts_of(measurement, by_day)) {
-      if (!part.training) cut.programs.push_back({part.name, part.from, part.to});
+    by_day.train_until_s = nothing_trains;  // every day is a segment of its own
+    for (const EvaluationSegment& segment : segments_of(measurement, by_day)) {
+      if (!segment.training) cut.programs.push_back({segment.name, segment.from, segment.to});
     }
   }
   CrossExperiment cross;
@@ -254,18 +255,18 @@ CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateO
     for (Index from = 0; from < n; ++from) {
       EvaluateOptions one = options;
       one.train_programs = {cross.programs[from]};
-      Judge judge(cut, parts_of(cut, one));
+      Scorer scorer(cut, segments_of(cut, one));
       FittedModel model(*spec);
-      std::vector<Judge> none;
-      const bool fitted = fit_and_judge(model, options.check, training_rows(judge), judge, none);
+      std::vector<Scorer> none;
+      const bool fitted = fit_and_score(model, options.check, training_rows(scorer), scorer, none);
       // A fit that runs away in one channel is refused as a whole: the others alone would look better than it is.
       for (const std::string& reason : model.refused())
         cross.notes.push_back("fitted on " + cross.programs[from] + ", refused: " + reason);
       if (!fitted || !model.refused().empty()) continue;
       for (Index to = 0; to < n; ++to) {
         double shares = 0.0, count = 0.0;
-        for (const EvaluationRow& row : judge.rows) {
-          if (row.part != cross.programs[to] || !(row.measures.rms_before > 0.0)) continue;
+        for (const EvaluationRow& row : scorer.rows) {
+          if (row.segment != cross.programs[to] || !(row.measures.rms_before > 0.0)) continue;
           shares += std::pow(row.measures.rms / row.measures.rms_before, 2);
           count += 1.0;
         }

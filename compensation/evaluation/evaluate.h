@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Every compensation model on the same measurement: fitted on the training part, judged on the
+// Every compensation model on the same measurement: fitted on the training segment, judged on the
 // rest, row by row, so that no prediction knows what comes later. With a reduced model of the
 // machine: its prediction with and without sensors, nothing of it fitted. Every figure is computed
 // from the displacements before and after; what a fit saw and what it did not is said in each row.
@@ -39,7 +39,7 @@ Evaluation evaluate(const Measurement& measurement, const reduction::ReducedMode
                     const std::vector<Measurement>& training_data = {});
 
 /// Models fitted before, on another machine of the type: as they are (`<model>_as_is`) and with one
-/// factor a channel from the training part (`<model>_corrected`); document 002, 5.2.
+/// factor a channel from the training segment (`<model>_corrected`); document 002, 5.2.
 Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> models, const EvaluateOptions& options);
 
 CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateOptions& options);

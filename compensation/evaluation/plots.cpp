@@ -33,7 +33,7 @@ void draw_quartiles(core::Panel& panel, double at, const Quartiles& quarters, In
 
 }  // namespace
 
-std::vector<std::string> judged_channels(const Evaluation& evaluation) {
+std::vector<std::string> scored_channels(const Evaluation& evaluation) {
   std::vector<std::string> channels;
   for (const EvaluationRow& row : evaluation.rows) {
     if (std::find(channels.begin(), channels.end(), row.channel) == channels.end()) channels.push_back(row.channel);

@@ -18,7 +18,7 @@ std::string leaderboard_svg(const Evaluation& evaluation);
 std::string channel_svg(const Evaluation& evaluation, const std::string& channel);
 
 /// Channels that have rows, in order.
-std::vector<std::string> judged_channels(const Evaluation& evaluation);
+std::vector<std::string> scored_channels(const Evaluation& evaluation);
 
 struct Quartiles {
   double low = 0, median = 0, high = 0;

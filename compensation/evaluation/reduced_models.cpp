@@ -37,25 +37,25 @@ void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChanne
 
 }  // namespace
 
-void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
-                         bool with_sensors, Judge& judge) {
+void score_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
+                         bool with_sensors, Scorer& scorer) {
   require_fits(measurement, model.machine);
-  const std::vector<MeasuredChannel>& displacements = judge.data().targets;
+  const std::vector<MeasuredChannel>& displacements = scorer.data().targets;
   std::vector<mesh::Pose> poses;
   for (const MeasuredChannel& channel : displacements) {
     poses.push_back(mesh::parse_pose(model.machine, channel.pose_text, channel.id));
   }
   std::vector<std::vector<solver::TcpError>> errors =
-      run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &judge.observer : nullptr);
+      run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &scorer.observer : nullptr);
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const MeasuredChannel& channel = displacements[k];
     turn_into_frame(errors[k], channel, model.machine, poses[k]);
     const VectorXd predicted = quantity_series(errors[k], channel);
-    judge.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
+    scorer.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
   if (!with_sensors) {
-    judge.note(fmt::format("{}: not fitted; initial temperature uniform at {:.2f} degC", name,
-                           start_temperature(measurement, model.machine)));
+    scorer.note(fmt::format("{}: not fitted; initial temperature uniform at {:.2f} degC", name,
+                            start_temperature(measurement, model.machine)));
   }
 }
 

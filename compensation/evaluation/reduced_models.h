@@ -10,8 +10,8 @@
 
 namespace thermotwin::compensation {
 
-void judge_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
-                         bool with_sensors, Judge& judge);
+void score_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
+                         bool with_sensors, Scorer& scorer);
 
 /// Predicted time series of a displacement channel's quantity by the compensator (um or um/m).
 /// @param errors  TCP error at the channel's pose per time

@@ -21,7 +21,7 @@ std::string number(double value, const char* format = "{:.2f}") {
 std::vector<std::string> line_of(const EvaluationRow& row) {
   const Measures& m = row.measures;
   return {row.model,
-          row.part + (row.training ? " (seen)" : ""),
+          row.segment + (row.training ? " (seen)" : ""),
           std::to_string(m.count),
           number(m.rms_before, "{:.3f}"),
           number(m.rms, "{:.3f}"),

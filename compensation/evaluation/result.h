@@ -16,11 +16,11 @@
 namespace thermotwin::compensation {
 
 struct EvaluationRow {
-  std::string model, channel, part;  ///< part: "training", "day 2", a program or another folder
+  std::string model, channel, segment;  ///< segment: "training", "day 2", a program or another folder
   double from_s = 0, to_s = 0;
   Measures measures;
   std::string unit;
-  bool training = false;  ///< the model's fit saw displacements of this part
+  bool training = false;  ///< the model's fit saw displacements of this segment
 };
 
 /// A model over all displacements that its fit did not see, or where there are none (all rows train), over those that

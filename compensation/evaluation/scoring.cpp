@@ -24,13 +24,13 @@ namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr double day_s = 86400.0;
-constexpr double least_day_s = 3600.0;   // a rest shorter than that belongs to the day before
-constexpr std::size_t most_parts = 100;  // a record of years: the rest in one part
+constexpr double least_day_s = 3600.0;      // a rest shorter than that belongs to the day before
+constexpr std::size_t most_segments = 100;  // a record of years: the rest in one segment
 
-VectorXd within(const VectorXd& time, const VectorXd& values, const EvaluationPart& part) {
+VectorXd within(const VectorXd& time, const VectorXd& values, const EvaluationSegment& segment) {
   VectorXd inside = values;
   for (Index i = 0; i < time.size(); ++i) {
-    if (time[i] < part.from || time[i] >= part.to) inside[i] = missing;
+    if (time[i] < segment.from || time[i] >= segment.to) inside[i] = missing;
   }
   return inside;
 }
@@ -54,16 +54,16 @@ double automatic_training(const Measurement& measurement, const VectorXd& time) 
 
 }  // namespace
 
-std::vector<EvaluationPart> parts_of(const Measurement& measurement, const EvaluateOptions& options) {
+std::vector<EvaluationSegment> segments_of(const Measurement& measurement, const EvaluateOptions& options) {
   constexpr double forever = std::numeric_limits<double>::infinity();
   const VectorXd time = measurement.time();
-  std::vector<EvaluationPart> parts;
+  std::vector<EvaluationSegment> segments;
   if (!options.train_programs.empty()) {
     std::vector<std::string> names;
     for (const Program& program : measurement.programs) {
       const bool training = std::find(options.train_programs.begin(), options.train_programs.end(), program.name) !=
                             options.train_programs.end();
-      parts.push_back({program.name, program.from_s, program.to_s, training});
+      segments.push_back({program.name, program.from_s, program.to_s, training});
       names.push_back(program.name);
     }
     for (const std::string& name : options.train_programs) {
@@ -72,7 +72,7 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
           (measurement.folder / "channels.toml").string(), "no program '" + name + "'",
           names.empty() ? "[[program]] tables with name, from_s and to_s" : "one of: " + core::join(names));
     }
-    return parts;
+    return segments;
   }
   // Hours and days count from the first row: a clock may start anywhere.
   const double origin = time[0];
@@ -84,35 +84,37 @@ std::vector<EvaluationPart> parts_of(const Measurement& measurement, const Evalu
     for (const Program& program : measurement.programs) {
       // A program that the training's end cuts is judged from there on.
       if (program.from_s < until) {
-        parts.push_back(
+        segments.push_back(
             {program.to_s <= until ? program.name : "training", program.from_s, std::min(program.to_s, until), true});
       }
-      if (program.to_s > until) parts.push_back({program.name, std::max(program.from_s, until), program.to_s, false});
+      if (program.to_s > until)
+        segments.push_back({program.name, std::max(program.from_s, until), program.to_s, false});
     }
-    return parts;
+    return segments;
   }
   double day = 0.0;
   for (Index i = 0; i < time.size(); ++i) {
     const bool training = time[i] < until;
     const double at_day = std::floor((time[i] - origin) / day_s);
-    const bool begins = parts.empty() || (!training && (parts.back().training || at_day != day));
-    if (!begins || parts.size() == most_parts) continue;
-    if (!parts.empty()) parts.back().to = parts.back().training ? until : origin + (day + 1.0) * day_s;
+    const bool begins = segments.empty() || (!training && (segments.back().training || at_day != day));
+    if (!begins || segments.size() == most_segments) continue;
+    if (!segments.empty()) segments.back().to = segments.back().training ? until : origin + (day + 1.0) * day_s;
     day = at_day;
-    parts.push_back({training ? "training" : fmt::format("day {:.0f}", day), time[i], forever, training});
+    segments.push_back({training ? "training" : fmt::format("day {:.0f}", day), time[i], forever, training});
   }
-  if (parts.size() > 1 && !parts[parts.size() - 2].training && time[time.size() - 1] - parts.back().from < least_day_s)
-    parts.pop_back();
-  if (!parts.empty()) {
+  if (segments.size() > 1 && !segments[segments.size() - 2].training &&
+      time[time.size() - 1] - segments.back().from < least_day_s)
+    segments.pop_back();
+  if (!segments.empty()) {
     const double end = std::nextafter(time[time.size() - 1], forever);
-    parts.back().to = parts.back().training ? std::min(until, end) : end;
+    segments.back().to = segments.back().training ? std::min(until, end) : end;
   }
-  return parts;
+  return segments;
 }
 
-Judge::Judge(const Measurement& measurement, std::vector<EvaluationPart> parts)
+Scorer::Scorer(const Measurement& measurement, std::vector<EvaluationSegment> segments)
     : data_(make_dataset(measurement)),
-      parts_(std::move(parts)) {
+      segments_(std::move(segments)) {
   names_.push_back("time_s");
   columns_.push_back(data_.time);
   for (std::size_t t = 0; t < data_.targets.size(); ++t) {
@@ -121,17 +123,17 @@ Judge::Judge(const Measurement& measurement, std::vector<EvaluationPart> parts)
   }
 }
 
-std::vector<bool> Judge::training() const {
+std::vector<bool> Scorer::training() const {
   std::vector<bool> used(data_.rows(), false);
-  for (const EvaluationPart& part : parts_) {
-    for (Index i = 0; part.training && i < data_.rows(); ++i) {
-      if (data_.time[i] >= part.from && data_.time[i] < part.to) used[i] = true;
+  for (const EvaluationSegment& segment : segments_) {
+    for (Index i = 0; segment.training && i < data_.rows(); ++i) {
+      if (data_.time[i] >= segment.from && data_.time[i] < segment.to) used[i] = true;
     }
   }
   return used;
 }
 
-void Judge::add(const std::string& model, std::size_t target, const VectorXd& given, bool fitted) {
+void Scorer::add(const std::string& model, std::size_t target, const VectorXd& given, bool fitted) {
   const MeasuredChannel& channel = data_.targets[target];
   const VectorXd measured = data_.target_values.col(target);
   VectorXd predicted = given;
@@ -146,16 +148,17 @@ void Judge::add(const std::string& model, std::size_t target, const VectorXd& gi
       break;
     }
   }
-  for (const EvaluationPart& part : parts_) {
-    const Measures measures = measure(within(data_.time, measured, part), predicted);
+  for (const EvaluationSegment& segment : segments_) {
+    const Measures measures = measure(within(data_.time, measured, segment), predicted);
     if (measures.count == 0) continue;
-    rows.push_back({model, channel.id, part.name, part.from, part.to, measures, channel.unit, fitted && part.training});
+    rows.push_back({model, channel.id, segment.name, segment.from, segment.to, measures, channel.unit,
+                    fitted && segment.training});
   }
   names_.push_back(channel.id + "_" + model);
   columns_.push_back(std::move(predicted));
 }
 
-void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted) {
+void Scorer::add(const std::string& model, const MatrixXd& predicted, bool fitted) {
   if (known_range(predicted.reshaped()).first < 0) {
     note(fmt::format("{} cannot predict {}, which lacks an input that the model was fitted with", model, data_.source));
   }
@@ -165,7 +168,7 @@ void Judge::add(const std::string& model, const MatrixXd& predicted, bool fitted
   }
 }
 
-core::Table Judge::predictions() const {
+core::Table Scorer::predictions() const {
   core::Table table;
   table.source = "predictions";
   table.columns = names_;
@@ -183,42 +186,42 @@ std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options) {
   return chosen;
 }
 
-TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further) {
-  if (further.empty()) return {judge.data(), judge.training()};
-  std::vector<const Judge*> judges;
-  for (const Judge& other : further) judges.push_back(&other);
-  judges.push_back(&judge);
+TrainingRows training_rows(const Scorer& scorer, const std::vector<Scorer>& further) {
+  if (further.empty()) return {scorer.data(), scorer.training()};
+  std::vector<const Scorer*> scorers;
+  for (const Scorer& other : further) scorers.push_back(&other);
+  scorers.push_back(&scorer);
   TrainingRows rows;
-  std::vector<const Dataset*> parts;
-  for (const Judge* one : judges) {
-    parts.push_back(&one->data());
+  std::vector<const Dataset*> segments;
+  for (const Scorer* one : scorers) {
+    segments.push_back(&one->data());
     const std::vector<bool> used = one->training();
     rows.used.insert(rows.used.end(), used.begin(), used.end());
   }
-  rows.data = join_datasets(parts);
+  rows.data = join_datasets(segments);
   return rows;
 }
 
-bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge,
-                   std::vector<Judge>& further) {
+bool fit_and_score(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Scorer& scorer,
+                   std::vector<Scorer>& further) {
   try {
     model.fit(rows.data, rows.used, check);
   } catch (const InputError& error) {
-    judge.note(model.name() + " left out: " + error.what());
+    scorer.note(model.name() + " left out: " + error.what());
     return false;
   }
   // A model that no channel carries says so once.
   if (model.empty() && !model.left_out().empty()) {
-    judge.note("left out: " + model.left_out().front());
+    scorer.note("left out: " + model.left_out().front());
     return false;
   }
   MatrixXd predicted = model.predict(rows.data);
   model.refuse_diverging(rows.data, rows.used, predicted);
-  for (const std::string& reason : model.left_out()) judge.note("left out: " + reason);
-  for (const std::string& reason : model.refused()) judge.note("refused: " + reason);
+  for (const std::string& reason : model.left_out()) scorer.note("left out: " + reason);
+  for (const std::string& reason : model.refused()) scorer.note("refused: " + reason);
   if (model.empty()) return false;
-  judge.add(model.name(), further.empty() ? predicted : model.predict(judge.data()), true);
-  for (Judge& other : further) other.add(model.name(), model.predict(other.data()), true);
+  scorer.add(model.name(), further.empty() ? predicted : model.predict(scorer.data()), true);
+  for (Scorer& other : further) other.add(model.name(), model.predict(other.data()), true);
   return true;
 }
 

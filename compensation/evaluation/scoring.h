@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// One measurement cut into parts, and the predictions that are held against it.
+// One measurement cut into segments, and the predictions that are held against it.
 
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/result.h"
@@ -8,22 +8,22 @@
 
 namespace thermotwin::compensation {
 
-struct EvaluationPart {
+struct EvaluationSegment {
   std::string name;
   double from = 0, to = 0;  ///< [from, to)
   bool training = false;
 };
 
-class Judge {
+class Scorer {
 public:
-  Judge(const Measurement& measurement, std::vector<EvaluationPart> parts);
+  Scorer(const Measurement& measurement, std::vector<EvaluationSegment> segments);
 
   const Dataset& data() const { return data_; }
-  const std::vector<EvaluationPart>& parts() const { return parts_; }
+  const std::vector<EvaluationSegment>& segments() const { return segments_; }
   /// (rows) whether a fit may use it
   std::vector<bool> training() const;
 
-  /// Judges a prediction (rows) of a target. @param fitted  false: no part was seen by a fit
+  /// Scores a prediction (rows) of a target. @param fitted  false: no segment was seen by a fit
   void add(const std::string& model, std::size_t target, const Eigen::VectorXd& predicted, bool fitted);
   /// All channels of a fitted model that it predicts.
   void add(const std::string& model, const Eigen::MatrixXd& predicted, bool fitted);
@@ -36,13 +36,13 @@ public:
 
 private:
   Dataset data_;
-  std::vector<EvaluationPart> parts_;
+  std::vector<EvaluationSegment> segments_;
   std::vector<std::string> names_;
   std::vector<Eigen::VectorXd> columns_;
 };
 
-/// Training part and days, or programs. @throws InputError for an unknown program
-std::vector<EvaluationPart> parts_of(const Measurement& measurement, const EvaluateOptions& options);
+/// Training segment and days, or programs. @throws InputError for an unknown program
+std::vector<EvaluationSegment> segments_of(const Measurement& measurement, const EvaluateOptions& options);
 
 /// Models of the options; all without any. @throws InputError for an unknown name
 std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options);
@@ -53,13 +53,13 @@ struct TrainingRows {
   std::vector<bool> used;  ///< (rows)
 };
 /// @param further  measurements that train beside the judged one; they come first in time
-TrainingRows training_rows(const Judge& judge, const std::vector<Judge>& further = {});
+TrainingRows training_rows(const Scorer& scorer, const std::vector<Scorer>& further = {});
 
-/// Fits a model and judges it, on further measurements that it was trained on too; what could not be done is noted in
+/// Fits a model and scores it, on further measurements that it was trained on too; what could not be done is noted in
 /// the first.
 /// @return whether anything was fitted
-bool fit_and_judge(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Judge& judge,
-                   std::vector<Judge>& further);
+bool fit_and_score(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Scorer& scorer,
+                   std::vector<Scorer>& further);
 
 /// @param models  whose cautions put them last
 std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models);

@@ -63,8 +63,8 @@ bool names_air(const MeasuredChannel& channel) {
   if (channel.input == "air.T_C") return true;
   for (std::string word : {channel.id, channel.sensor, channel.input, channel.direction}) {
     std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-    for (const char* part : {"amb", "air", "hall", "room", "environment"}) {
-      if (word.find(part) != std::string::npos) return true;
+    for (const char* piece : {"amb", "air", "hall", "room", "environment"}) {
+      if (word.find(piece) != std::string::npos) return true;
     }
   }
   return false;
@@ -132,16 +132,16 @@ void add_new(std::vector<Item>& items, const std::vector<Item>& more) {
 
 }  // namespace
 
-Dataset join_datasets(const std::vector<const Dataset*>& parts) {
+Dataset join_datasets(const std::vector<const Dataset*>& pieces) {
   constexpr double pause_s = 2 * 86400.0;
   Dataset all;
   all.starts.clear();
   Index rows = 0;
-  for (const Dataset* part : parts) {
-    all.source += (all.source.empty() ? "" : ", ") + part->source;
-    add_new(all.inputs, part->inputs);
-    add_new(all.targets, part->targets);
-    rows += part->rows();
+  for (const Dataset* piece : pieces) {
+    all.source += (all.source.empty() ? "" : ", ") + piece->source;
+    add_new(all.inputs, piece->inputs);
+    add_new(all.targets, piece->targets);
+    rows += piece->rows();
   }
   all.time.resize(rows);
   all.input_values.resize(rows, std::ssize(all.inputs));
@@ -149,11 +149,11 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
     all.input_values.col(k).setConstant(all.inputs[k].activity ? 0.0 : missing);
   all.target_values = MatrixXd::Constant(rows, std::ssize(all.targets), missing);
   Index row = 0;
-  for (const Dataset* part : parts) {
-    const Index n = part->rows();
-    const double shift = row == 0 ? 0.0 : all.time[row - 1] + pause_s - part->time[0];
-    all.time.segment(row, n) = part->time.array() + shift;
-    for (const Index start : part->starts) all.starts.push_back(row + start);
+  for (const Dataset* piece : pieces) {
+    const Index n = piece->rows();
+    const double shift = row == 0 ? 0.0 : all.time[row - 1] + pause_s - piece->time[0];
+    all.time.segment(row, n) = piece->time.array() + shift;
+    for (const Index start : piece->starts) all.starts.push_back(row + start);
     const auto put = [&](auto& values, const auto& items, const auto& own, const MatrixXd& own_values) {
       for (std::size_t k = 0; k < own.size(); ++k) {
         const auto at =
@@ -162,8 +162,8 @@ Dataset join_datasets(const std::vector<const Dataset*>& parts) {
         values.col(at).segment(row, n) = own_values.col(k);
       }
     };
-    put(all.input_values, all.inputs, part->inputs, part->input_values);
-    put(all.target_values, all.targets, part->targets, part->target_values);
+    put(all.input_values, all.inputs, piece->inputs, piece->input_values);
+    put(all.target_values, all.targets, piece->targets, piece->target_values);
     row += n;
   }
   return all;

@@ -50,8 +50,8 @@ Dataset make_dataset(const Measurement& measurement);
 
 /// Measurements of one machine as one, in this order, each two days after the one before: what a fit sees that is given
 /// several. Inputs and targets are matched by id; a speed or power that one lacks is 0 there, anything else unknown.
-/// @param parts  in which an id means the same everywhere
-Dataset join_datasets(const std::vector<const Dataset*>& parts);
+/// @param pieces  in which an id means the same everywhere
+Dataset join_datasets(const std::vector<const Dataset*>& pieces);
 
 /// One target with the inputs that a fit of it may use. Rows that it may not use have target NaN,
 /// but their inputs drive the states of a dynamic model.

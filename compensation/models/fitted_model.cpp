@@ -203,7 +203,7 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& training, Index target) {
+bool FittedModel::add_member(const Dataset& data, const std::vector<bool>& training, Index target) {
   const MeasuredChannel& channel = data.targets[target];
   const std::vector<Index> used = usable_inputs(data, training, spec_->inputs);
   try {
@@ -215,11 +215,11 @@ bool FittedModel::add_part(const Dataset& data, const std::vector<bool>& trainin
                            : "no input that varies in the training rows",
                        "at least one");
     }
-    const TrainingData part = training_data(data, training, target, used, name());
+    const TrainingData own = training_data(data, training, target, used, name());
     std::unique_ptr<ChannelModel> model = spec_->make();
-    model->fit(part);
+    model->fit(own);
     std::string caution = model->caution();
-    parts_.push_back({channel.id, channel.unit, part.info, std::move(model), std::move(caution)});
+    members_.push_back({channel.id, channel.unit, own.info, std::move(model), std::move(caution)});
     return true;
   } catch (const InputError& error) {
     left_out_.emplace_back(error.what());
@@ -247,9 +247,9 @@ void FittedModel::add_together(const Dataset& data, const std::vector<bool>& tra
     for (std::size_t i = 0; i < models.size(); ++i) {
       if (!models[i]) continue;
       const MeasuredChannel& channel = data.targets[targets[i]];
-      outputs_.push_back({channel.id, {parts_.size()}, MatrixXd::Ones(1, 1)});
+      outputs_.push_back({channel.id, {members_.size()}, MatrixXd::Ones(1, 1)});
       std::string caution = models[i]->caution();
-      parts_.push_back({channel.id, channel.unit, channels[i].data.info, std::move(models[i]), std::move(caution)});
+      members_.push_back({channel.id, channel.unit, channels[i].data.info, std::move(models[i]), std::move(caution)});
     }
   } catch (const InputError& error) {
     left_out_.emplace_back(error.what());
@@ -257,7 +257,7 @@ void FittedModel::add_together(const Dataset& data, const std::vector<bool>& tra
 }
 
 void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, const std::vector<std::string>& check) {
-  parts_.clear();
+  members_.clear();
   outputs_.clear();
   left_out_.clear();
   refused_.clear();
@@ -272,8 +272,8 @@ void FittedModel::fit(const Dataset& data, const std::vector<bool>& training, co
   if (spec_->spatial == Spatial::grid) return add_grid(data, training, checked);
   if (spec_->spatial == Spatial::together) return add_together(data, training, checked);
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
-    if (checked[t] || !add_part(data, training, t)) continue;
-    outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
+    if (checked[t] || !add_member(data, training, t)) continue;
+    outputs_.push_back({data.targets[t].id, {members_.size() - 1}, MatrixXd::Ones(1, 1)});
   }
 }
 
@@ -316,8 +316,8 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
         calibration = known[i];
       }
     }
-    if (!add_part(data, training, calibration)) continue;
-    const std::size_t part = parts_.size() - 1;
+    if (!add_member(data, training, calibration)) continue;
+    const std::size_t member = members_.size() - 1;
     const VectorXd reference = data.target_values.col(calibration);
     double largest = 0.0;
     for (Index i = 0; i < data.rows(); ++i) {
@@ -343,24 +343,24 @@ void FittedModel::add_one_point(const Dataset& data, const std::vector<bool>& tr
       const MatrixXd weights = at != known.end()
                                    ? MatrixXd(ratios.col(at - known.begin()))
                                    : MatrixXd(ratios * workspace_weights(poses, data.targets[t].pose_text));
-      outputs_.push_back({data.targets[t].id, {part}, weights});
+      outputs_.push_back({data.targets[t].id, {member}, weights});
     }
   }
 }
 
 void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked) {
-  std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<std::string>>> grids;  // parts and poses
+  std::map<std::string, std::pair<std::vector<std::size_t>, std::vector<std::string>>> grids;  // members and poses
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
     const std::string group = group_of(data.targets[t]);
-    if (checked[t] || group.empty() || !add_part(data, training, t)) continue;
-    grids[group].first.push_back(parts_.size() - 1);
+    if (checked[t] || group.empty() || !add_member(data, training, t)) continue;
+    grids[group].first.push_back(members_.size() - 1);
     grids[group].second.push_back(data.targets[t].pose_text);
-    outputs_.push_back({data.targets[t].id, {parts_.size() - 1}, MatrixXd::Ones(1, 1)});
+    outputs_.push_back({data.targets[t].id, {members_.size() - 1}, MatrixXd::Ones(1, 1)});
   }
   if (std::all_of(grids.begin(), grids.end(), [](const auto& grid) { return grid.second.first.size() < 2; })) {
     left_out_.push_back(name() + ": no quantity is measured at two poses");
     outputs_.clear();
-    parts_.clear();
+    members_.clear();
     return;
   }
   for (std::size_t t = 0; t < data.targets.size(); ++t) {
@@ -373,18 +373,19 @@ void FittedModel::add_grid(const Dataset& data, const std::vector<bool>& trainin
 
 MatrixXd FittedModel::predict(const Dataset& data) const {
   std::vector<VectorXd> series;
-  for (const Part& part : parts_) {
-    MatrixXd inputs = MatrixXd::Constant(data.rows(), std::ssize(part.inputs), missing);
-    for (std::size_t k = 0; k < part.inputs.size(); ++k) {
-      if (part.inputs[k].activity) inputs.col(k).setZero();  // nothing of the kind ran
+  for (const Member& member : members_) {
+    MatrixXd inputs = MatrixXd::Constant(data.rows(), std::ssize(member.inputs), missing);
+    for (std::size_t k = 0; k < member.inputs.size(); ++k) {
+      if (member.inputs[k].activity) inputs.col(k).setZero();  // nothing of the kind ran
       for (std::size_t column = 0; column < data.inputs.size(); ++column) {
-        if (data.inputs[column].id == part.inputs[k].id) inputs.col(k) = data.input_values.col(column);
+        if (data.inputs[column].id == member.inputs[k].id) inputs.col(k) = data.input_values.col(column);
       }
     }
     VectorXd& whole = series.emplace_back(data.rows());
     for (std::size_t s = 0; s < data.starts.size(); ++s) {
       const Index from = data.starts[s], count = data.stretch_end(s) - from;
-      whole.segment(from, count) = part.model->predict(data.time.segment(from, count), inputs.middleRows(from, count));
+      whole.segment(from, count) =
+          member.model->predict(data.time.segment(from, count), inputs.middleRows(from, count));
     }
   }
   const VectorXd level = levels_of_rows(data, level_input_, levels_);
@@ -398,7 +399,7 @@ MatrixXd FittedModel::predict(const Dataset& data) const {
                 ? Eigen::RowVectorXd(output.weights.row(0))
                 : Eigen::RowVectorXd(level_shares(levels_, level[i]).transpose() * output.weights);
         double sum = 0.0;
-        for (std::size_t p = 0; p < output.parts.size(); ++p) sum += weights[p] * series[output.parts[p]][i];
+        for (std::size_t p = 0; p < output.members.size(); ++p) sum += weights[p] * series[output.members[p]][i];
         sum *= output.factor;
         result(i, t) = std::isfinite(sum) ? sum : missing;
       }
@@ -427,8 +428,8 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
     const auto [low, high] = span_of(data.target_values.col(t), true);
     if (!(high > low)) return false;
     double reach = 1.0;
-    for (const std::size_t p : output.parts) {
-      for (const InputInfo& info : parts_[p].inputs) {
+    for (const std::size_t p : output.members) {
+      for (const InputInfo& info : members_[p].inputs) {
         for (std::size_t k = 0; k < data.inputs.size(); ++k) {
           if (data.inputs[k].id != info.id) continue;
           const auto seen = span_of(data.input_values.col(k), true), all = span_of(data.input_values.col(k), false);
@@ -448,13 +449,13 @@ void FittedModel::refuse_diverging(const Dataset& data, const std::vector<bool>&
     }
     return false;
   });
-  if (outputs_.empty()) parts_.clear();
+  if (outputs_.empty()) members_.clear();
 }
 
 std::vector<std::string> FittedModel::cautions() const {
   std::vector<std::string> all;
-  for (const Part& part : parts_)
-    if (!part.caution.empty()) all.push_back(part.channel + ": " + part.caution);
+  for (const Member& member : members_)
+    if (!member.caution.empty()) all.push_back(member.channel + ": " + member.caution);
   all.insert(all.end(), refused_.begin(), refused_.end());
   return all;
 }
@@ -481,9 +482,9 @@ std::string FittedModel::correct(const Dataset& data, const std::vector<bool>& t
 
 std::vector<std::string> FittedModel::explain() const {
   std::vector<std::string> lines;
-  for (const Part& part : parts_) {
-    lines.push_back(name() + " " + part.channel + ": " + part.model->explain(part.unit) +
-                    (part.caution.empty() ? "" : "; " + part.caution));
+  for (const Member& member : members_) {
+    lines.push_back(name() + " " + member.channel + ": " + member.model->explain(member.unit) +
+                    (member.caution.empty() ? "" : "; " + member.caution));
   }
   if (spec_->spatial != Spatial::one_point) return lines;
   for (const Output& output : outputs_) {
@@ -492,7 +493,7 @@ std::vector<std::string> FittedModel::explain() const {
       text += fmt::format(" {:.3f}", output.weights(l, 0));
       if (!levels_.empty()) text += fmt::format(" at {} {:g}", level_input_, levels_[l]);
     }
-    lines.push_back(text + " of " + parts_[output.parts[0]].channel);
+    lines.push_back(text + " of " + members_[output.members[0]].channel);
   }
   return lines;
 }
@@ -502,10 +503,10 @@ std::string FittedModel::to_toml() const {
       fmt::format("[[model]]\nname = {}\nlevel_input = {}\nlevels = [", quoted(name()), quoted(level_input_));
   for (std::size_t i = 0; i < levels_.size(); ++i) text += fmt::format("{}{:.17e}", i == 0 ? "" : ", ", levels_[i]);
   text += "]\n";
-  for (const Part& part : parts_) {
-    text += fmt::format("[[model.part]]\nchannel = {}\nunit = {}\n", quoted(part.channel), quoted(part.unit));
+  for (const Member& member : members_) {
+    text += fmt::format("[[model.part]]\nchannel = {}\nunit = {}\n", quoted(member.channel), quoted(member.unit));
     std::string ids, kinds;
-    for (const InputInfo& info : part.inputs) {
+    for (const InputInfo& info : member.inputs) {
       const std::string comma = ids.empty() ? "" : ", ";
       ids += comma + quoted(info.id);
       kinds += comma + (info.ambient       ? "\"ambient\""
@@ -515,17 +516,17 @@ std::string FittedModel::to_toml() const {
                                            : "\"state\"");
     }
     text += fmt::format("inputs = [{}]\nkinds = [{}]\n", ids, kinds);
-    if (!part.caution.empty()) text += "caution = " + quoted(part.caution) + "\n";
+    if (!member.caution.empty()) text += "caution = " + quoted(member.caution) + "\n";
     text += "[model.part.values]\n";
     Archive archive;
-    part.model->save(archive);
+    member.model->save(archive);
     for (const auto& [key, values] : archive.values()) text += key + " = " + matrix_text(values) + "\n";
   }
   for (const Output& output : outputs_) {
     text += fmt::format("[[model.output]]\nchannel = {}\nfactor = {:.17e}\nweights = {}\nparts = [",
                         quoted(output.channel), output.factor, matrix_text(output.weights));
-    for (std::size_t i = 0; i < output.parts.size(); ++i)
-      text += fmt::format("{}{}.0", i == 0 ? "" : ", ", output.parts[i]);
+    for (std::size_t i = 0; i < output.members.size(); ++i)
+      text += fmt::format("{}{}.0", i == 0 ? "" : ", ", output.members[i]);
     text += "]\n";
   }
   return text;
@@ -540,44 +541,47 @@ std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
     FittedModel model(model_spec(node.text("name")));
     model.level_input_ = node.text("level_input");
     model.levels_ = node.numbers("levels");
-    for (const core::Node& part_node : node.tables("part")) {
-      Part part{
-          part_node.text("channel"), part_node.text("unit"), {}, model.spec_->make(), part_node.text_or("caution", "")};
-      const std::vector<std::string> ids = part_node.texts_or_empty("inputs"),
-                                     kinds = part_node.texts_or_empty("kinds");
+    for (const core::Node& member_node : node.tables("part")) {
+      Member member{member_node.text("channel"),
+                    member_node.text("unit"),
+                    {},
+                    model.spec_->make(),
+                    member_node.text_or("caution", "")};
+      const std::vector<std::string> ids = member_node.texts_or_empty("inputs"),
+                                     kinds = member_node.texts_or_empty("kinds");
       if (ids.empty() || ids.size() != kinds.size()) {
-        throw InputError(part_node.place("inputs"), fmt::format("{} inputs, {} kinds", ids.size(), kinds.size()),
+        throw InputError(member_node.place("inputs"), fmt::format("{} inputs, {} kinds", ids.size(), kinds.size()),
                          "at least one input, a kind each");
       }
       for (std::size_t i = 0; i < ids.size(); ++i) {
         const bool ambient = kinds[i] == "ambient";
         const bool motion = kinds[i] == "motion";
-        part.inputs.push_back(
+        member.inputs.push_back(
             {ids[i], ambient || kinds[i] == "temperature", motion || kinds[i] == "activity", ambient, motion});
       }
-      const core::Node values = part_node.table("values");
+      const core::Node values = member_node.table("values");
       Archive archive(values.place());
       for (const std::string& key : values.keys()) archive.put(key, matrix_of(values, key));
-      part.model->load(archive, part.inputs);
+      member.model->load(archive, member.inputs);
       values.finish();
-      part_node.finish();
-      model.parts_.push_back(std::move(part));
+      member_node.finish();
+      model.members_.push_back(std::move(member));
     }
     for (const core::Node& output_node : node.tables("output")) {
       Output output{output_node.text("channel"), {}, matrix_of(output_node, "weights"), output_node.number("factor")};
       for (const double index : output_node.numbers("parts")) {
-        if (!(index >= 0.0 && index < model.parts_.size())) {
+        if (!(index >= 0.0 && index < model.members_.size())) {
           throw InputError(output_node.place("parts"), fmt::format("{}", index),
-                           fmt::format("0 to {}", model.parts_.size() - 1.0));
+                           fmt::format("0 to {}", model.members_.size() - 1.0));
         }
-        output.parts.push_back(index);
+        output.members.push_back(index);
       }
       const auto rows = std::max<Index>(std::ssize(model.levels_), 1);
-      if (output.weights.cols() != std::ssize(output.parts) ||
+      if (output.weights.cols() != std::ssize(output.members) ||
           (output.weights.rows() != 1 && output.weights.rows() != rows)) {
         throw InputError(output_node.place("weights"),
                          fmt::format("{} x {}", output.weights.rows(), output.weights.cols()),
-                         fmt::format("1 or {} x {}", rows, output.parts.size()));
+                         fmt::format("1 or {} x {}", rows, output.members.size()));
       }
       output_node.finish();
       model.outputs_.push_back(std::move(output));

@@ -38,7 +38,7 @@ public:
   /// channels become NaN
   void refuse_diverging(const Dataset& data, const std::vector<bool>& training, Eigen::MatrixXd& predicted);
 
-  /// Why fits are doubtful: "<channel>: <reason>" of each part that lies at a bound of its search or fell back on
+  /// Why fits are doubtful: "<channel>: <reason>" of each member that lies at a bound of its search or fell back on
   /// another model;
   /// what was refused.
   std::vector<std::string> cautions() const;
@@ -57,26 +57,26 @@ public:
   static std::vector<FittedModel> read(const std::filesystem::path& file);
 
 private:
-  struct Part {
+  struct Member {
     std::string channel, unit;
     std::vector<InputInfo> inputs;
     std::unique_ptr<ChannelModel> model;
     std::string caution{};  ///< of its fit
   };
-  /// A channel as a weighted sum of parts; the weights may depend on the load level.
+  /// A channel as a weighted sum of members; the weights may depend on the load level.
   struct Output {
     std::string channel;
-    std::vector<std::size_t> parts;
-    Eigen::MatrixXd weights;  ///< (levels x parts)
+    std::vector<std::size_t> members;
+    Eigen::MatrixXd weights;  ///< (levels x members)
     double factor = 1.0;
   };
-  bool add_part(const Dataset& data, const std::vector<bool>& training, Eigen::Index target);
+  bool add_member(const Dataset& data, const std::vector<bool>& training, Eigen::Index target);
   void add_one_point(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
   void add_together(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
   void add_grid(const Dataset& data, const std::vector<bool>& training, const std::vector<bool>& checked);
 
   const ModelSpec* spec_;
-  std::vector<Part> parts_;
+  std::vector<Member> members_;
   std::vector<Output> outputs_;
   std::string level_input_;  ///< activity whose last value above 0 is the load level
   std::vector<double> levels_;

@@ -31,12 +31,12 @@ constexpr double intercept_std = 10.0;      ///< of the intercept, in standard d
 constexpr int most_evaluations = 220;
 
 /// Standard deviations of the parts, as logarithms; which are there depends on the inputs.
-struct Parts {
+struct Deviations {
   double temperature, activity, drift, drift_time, noise, start;
 };
-constexpr Index parts_count = 6;
+constexpr Index deviations_count = 6;
 
-Parts parts_of(const VectorXd& x) {
+Deviations deviations_of(const VectorXd& x) {
   return {std::exp(x[0]), std::exp(x[1]), std::exp(x[2]), std::exp(x[3]), std::exp(x[4]), std::exp(x[5])};
 }
 
@@ -172,8 +172,8 @@ private:
       (info_[k % reference_.size()].temperature ? sampled : others).push_back(k);
     }
     const auto kernel = [&](const std::vector<Index>& columns) {
-      const MatrixXd part = features(Eigen::all, columns);
-      return MatrixXd(part * part.transpose());
+      const MatrixXd chosen = features(Eigen::all, columns);
+      return MatrixXd(chosen * chosen.transpose());
     };
     const MatrixXd by_temperature = kernel(sampled), by_activity = kernel(others);
     MatrixXd by_start = MatrixXd::Zero(n, n), distance(n, n);
@@ -183,25 +183,25 @@ private:
     }
     for (Index j = 0; j < n; ++j) distance.col(j) = (time.array() - time[j]).abs();
 
-    const auto covariance = [&](const Parts& part) {
-      MatrixXd sum = (part.drift * part.drift * (-distance.array() / part.drift_time).exp()).matrix();
-      sum += part.temperature * part.temperature * by_temperature + part.activity * part.activity * by_activity +
-             part.start * part.start * by_start;
+    const auto covariance = [&](const Deviations& deviations) {
+      MatrixXd sum = (deviations.drift * deviations.drift * (-distance.array() / deviations.drift_time).exp()).matrix();
+      sum += deviations.temperature * deviations.temperature * by_temperature +
+             deviations.activity * deviations.activity * by_activity + deviations.start * deviations.start * by_start;
       sum.array() += intercept_std * intercept_std;
-      sum.diagonal().array() += part.noise * part.noise;
+      sum.diagonal().array() += deviations.noise * deviations.noise;
       return sum;
     };
-    VectorXd centre(parts_count);
+    VectorXd centre(deviations_count);
     centre << std::log(1.0), std::log(1.0), std::log(0.2), std::log(std::min(drift_s, span)), std::log(0.05),
         std::log(0.5);
     constexpr double narrowest = -4.6, fast = 300.0, slow = 1e6;  // log of noise over spread; s
     const auto cost = [&](const VectorXd& x) {
-      const Parts part = parts_of(x);
-      if (x[4] < narrowest || part.drift_time < fast || part.drift_time > slow || x.maxCoeff() > 20.0 ||
+      const Deviations deviations = deviations_of(x);
+      if (x[4] < narrowest || deviations.drift_time < fast || deviations.drift_time > slow || x.maxCoeff() > 20.0 ||
           x.minCoeff() < -20.0) {
         return std::numeric_limits<double>::infinity();
       }
-      const Eigen::LLT<MatrixXd> factor(covariance(part));
+      const Eigen::LLT<MatrixXd> factor(covariance(deviations));
       if (factor.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
       const double misfit = factor.matrixL().solve(target).squaredNorm();
       const double volume = factor.matrixLLT().diagonal().array().log().sum();
@@ -209,9 +209,10 @@ private:
       prior[4] = 0.0;
       return 0.5 * misfit + volume + 0.5 * prior.squaredNorm();
     };
-    const Minimum best = simplex_search(cost, centre, VectorXd::Constant(parts_count, 0.7), most_evaluations, 1e-6);
-    const Parts part = parts_of(best.at);
-    const Eigen::LLT<MatrixXd> factor(covariance(part));
+    const Minimum best =
+        simplex_search(cost, centre, VectorXd::Constant(deviations_count, 0.7), most_evaluations, 1e-6);
+    const Deviations deviations = deviations_of(best.at);
+    const Eigen::LLT<MatrixXd> factor(covariance(deviations));
     if (!std::isfinite(best.value) || factor.info() != Eigen::Success) {
       throw InputError(data.label, "a record that does not identify the gains",
                        "finite inputs and displacements of usual size");
@@ -221,14 +222,14 @@ private:
     intercept_ = mean + spread * intercept_std * intercept_std * weights.sum();
     for (Index k = 0; k < features.cols(); ++k) {
       const Index input = k % reference_.size(), m = k / reference_.size();
-      const double std = info_[input].temperature ? part.temperature : part.activity;
+      const double std = info_[input].temperature ? deviations.temperature : deviations.activity;
       const double gain = spread * std * std * features.col(k).dot(weights) / (scale_[input] * std::sqrt(lags));
       gains_(input, m) = gain;
       intercept_ -= gain * reference_[input];
     }
-    noise_ = spread * part.noise;
-    drift_ = spread * part.drift;
-    drift_time_ = part.drift_time;
+    noise_ = spread * deviations.noise;
+    drift_ = spread * deviations.drift;
+    drift_time_ = deviations.drift_time;
   }
 
   std::vector<InputInfo> info_;

@@ -7,7 +7,7 @@
 // Many gains from little data need to be held: they are normal with zero mean, and the residual of
 // the fit is not white but drifts (an exponentially correlated part with a time constant of its
 // own), and the machine does not start in equilibrium (a decaying part for each time constant). The
-// sizes of these parts are where the training data are most probable (evidence, with broad priors),
+// sizes of these contributions are where the training data are most probable (evidence, with broad priors),
 // so nothing is tuned on data that the fit does not see. Ordinary least squares takes neighbouring
 // residuals for independent and trusts gains that a slow drift invented.
 // Only c and g predict: the decays and the drift belong to the training record.

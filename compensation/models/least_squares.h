@@ -28,7 +28,7 @@ Line fit_line(const Eigen::MatrixXd& features, const Eigen::VectorXd& target, co
 /// deviation of feature k; needs three rows only.
 Line fit_ridge(const Eigen::MatrixXd& features, const Eigen::VectorXd& target, double ridge, const std::string& place);
 
-/// Fits on all but one of `folds` consecutive parts of the complete rows, judges on that one, for
+/// Fits on all but one of `folds` consecutive segments of the complete rows, tests on that one, for
 /// each ridge. @return (ridges) mean squared residual
 Eigen::VectorXd block_errors(const Eigen::MatrixXd& features, const Eigen::VectorXd& target,
                              const std::vector<double>& ridges, int folds, const std::string& place);

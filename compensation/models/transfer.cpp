@@ -209,8 +209,8 @@ private:
     SquaresProblem problem;
     problem.residuals = [&](const VectorXd& x, MatrixXd* jacobian) {
       unpack(x);
-      const MatrixXd parts = simulate(set_, grid_.inputs);
-      VectorXd residual = ((parts.rowwise().sum() - target_).array() + set_.constant).matrix();
+      const MatrixXd contributions = simulate(set_, grid_.inputs);
+      VectorXd residual = ((contributions.rowwise().sum() - target_).array() + set_.constant).matrix();
       if (jacobian) jacobian->resize(std::ssize(rows), x.size());
       for (Index i = 0; i < inputs(); ++i) {
         const VectorXd f = set_.f.row(i).transpose(), rest = free_motion(f);
@@ -221,7 +221,7 @@ private:
         residual += free;
         if (!jacobian) continue;
         const VectorXd du = filtered_by_poles(grid_.inputs.col(i).array() - set_.reference[i], f);
-        const VectorXd dy = filtered_by_poles(parts.col(i), f), dfree = filtered_by_poles(free, f, false);
+        const VectorXd dy = filtered_by_poles(contributions.col(i), f), dfree = filtered_by_poles(free, f, false);
         for (std::size_t r = 0; r < rows.size(); ++r) {
           const Index k = rows[r], first = i * width();
           const Index row = r;

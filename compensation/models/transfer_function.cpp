@@ -233,11 +233,11 @@ Grid make_grid(const TrainingData& data, double step) {
 
 MatrixXd simulate(const TransferSet& set, const MatrixXd& inputs) {
   Filters filters(set);
-  MatrixXd parts(inputs.rows(), inputs.cols());
-  if (inputs.rows() == 0) return parts;
+  MatrixXd contributions(inputs.rows(), inputs.cols());
+  if (inputs.rows() == 0) return contributions;
   filters.settle(inputs.row(0));
-  for (Index k = 0; k < inputs.rows(); ++k) parts.row(k) = filters.step(inputs.row(k));
-  return parts;
+  for (Index k = 0; k < inputs.rows(); ++k) contributions.row(k) = filters.step(inputs.row(k));
+  return contributions;
 }
 
 std::unique_ptr<RowPredictor> make_predictor(const TransferSet& set) { return std::make_unique<GridPredictor>(set); }

@@ -50,7 +50,7 @@ struct Grid {
 };
 Grid make_grid(const TrainingData& data, double step);
 
-/// (samples x inputs) parts of the answer, without the constant; starts settled.
+/// (samples x inputs) contributions of the inputs to the answer, without the constant; starts settled.
 Eigen::MatrixXd simulate(const TransferSet& set, const Eigen::MatrixXd& inputs);
 
 /// Row by row at any times; between grid times the last two outputs are carried on.

@@ -50,17 +50,17 @@ double correlation(const VectorXd& a, const VectorXd& b) {
 }
 
 /// A record that cannot tell leaves every probability at its prior: its noise was learnt where too little happened.
-void keep_prior(JudgedChannel& judged) {
-  judged.none = prior_none;
-  judged.unknown = prior_unknown;
-  for (Extension& extension : judged.extensions) extension.probability = prior_cause / std::ssize(judged.extensions);
+void keep_prior(WeighedChannel& weighed) {
+  weighed.none = prior_none;
+  weighed.unknown = prior_unknown;
+  for (Extension& extension : weighed.extensions) extension.probability = prior_cause / std::ssize(weighed.extensions);
 }
 
 std::vector<OnLastPart> on_last_part(const DataRecord& record, const ChannelFinding& finding) {
   const auto block = static_cast<Index>(std::lround(2.0 * hour / record.interval));
-  const VectorXd before = finding.judged.before(finding.last);
+  const VectorXd before = finding.weighed.before(finding.last);
   std::vector<OnLastPart> all;
-  for (const Extension& extension : finding.judged.extensions) {
+  for (const Extension& extension : finding.weighed.extensions) {
     const VectorXd after = (record.targets.col(finding.target) - extension.predicted)(finding.last);
     const double rms = root_mean_square(after);
     all.push_back({rms, reduction_percent(root_mean_square(before), rms),
@@ -78,7 +78,7 @@ std::string described(const Extension& extension) {
 
 std::string residual_in_numbers(const DataRecord& record, const ChannelFinding& finding) {
   const std::vector<Index>& later = finding.later;
-  const VectorXd residual = finding.judged.before(later);
+  const VectorXd residual = finding.weighed.before(later);
   double strongest = 0.0;
   std::string follows;
   for (Index i = 0; i < record.inputs.cols(); ++i) {
@@ -86,7 +86,7 @@ std::string residual_in_numbers(const DataRecord& record, const ChannelFinding& 
       strongest = r, follows = record.input_names[i];
   }
   const VectorXd since = record.time(later).array() - record.time[later.front()];
-  const double memory = memory_of(finding.judged.before, later, record.interval), length = since[since.size() - 1];
+  const double memory = memory_of(finding.weighed.before, later, record.interval), length = since[since.size() - 1];
   double slope = 0.0;
   if (since.size() > 2) {
     const VectorXd time = since.array() - since.mean();
@@ -95,7 +95,7 @@ std::string residual_in_numbers(const DataRecord& record, const ChannelFinding& 
   return fmt::format(
       "{}: RMS after the first part {:.2f} against {:.2f} expected, mean {:+.2f}, {:+.3f} per hour, {}, correlation "
       "{:+.2f} with {}.",
-      finding.channel, finding.judged.seen, finding.judged.expected, residual.mean(), slope,
+      finding.channel, finding.weighed.seen, finding.weighed.expected, residual.mean(), slope,
       memory < length ? fmt::format("correlation time {:.1f} h", memory / hour)
                       : fmt::format("correlation time above {:.1f} h", length / hour),
       strongest, follows);
@@ -128,15 +128,15 @@ bool ChannelFinding::refused() const {
 
 // All hours after the first part refuse none where there is a discrepancy: what the middle part alone gives it is
 // unknown.
-double ChannelFinding::none() const { return clean() || open() ? judged.none : 0.0; }
+double ChannelFinding::none() const { return clean() || open() ? weighed.none : 0.0; }
 
-double ChannelFinding::unknown() const { return judged.unknown + judged.none - none(); }
+double ChannelFinding::unknown() const { return weighed.unknown + weighed.none - none(); }
 
 VectorXd ChannelFinding::after(const DataRecord& record) const {
-  return names() ? record.targets.col(target) - leading().predicted : judged.before;
+  return names() ? record.targets.col(target) - leading().predicted : weighed.before;
 }
 
-ChannelFinding find_in_channel(const DataRecord& record, const RecordParts& parts, Index target,
+ChannelFinding find_in_channel(const DataRecord& record, const RecordSegments& segments, Index target,
                                const std::vector<double>& signals) {
   const auto varies = [&](Index t) { return signals[t] > moves * record.channels[t].uncertainty; };
   bool any_moves = false;
@@ -145,29 +145,29 @@ ChannelFinding find_in_channel(const DataRecord& record, const RecordParts& part
   finding.target = target;
   finding.channel = record.channels[target].id;
   finding.unit = record.channels[target].unit;
-  finding.judged = judge_channel(record, target, parts);
-  JudgedChannel& judged = finding.judged;
-  finding.last = finite_rows(record.targets.col(target), parts.last);
-  finding.later = finite_rows(record.targets.col(target), joined(parts.middle, parts.last));
+  finding.weighed = weigh_channel(record, target, segments);
+  WeighedChannel& weighed = finding.weighed;
+  finding.last = finite_rows(record.targets.col(target), segments.last);
+  finding.later = finite_rows(record.targets.col(target), joined(segments.middle, segments.last));
   finding.signal = signals[target];
-  finding.rms_before = root_mean_square(judged.before(finding.last));
-  finding.discrepancy = judged.p_value < discrepant;
-  finding.untold = judged.expected > too_wide * finding.signal && judged.seen <= 2.0 * judged.expected &&
+  finding.rms_before = root_mean_square(weighed.before(finding.last));
+  finding.discrepancy = weighed.p_value < discrepant;
+  finding.untold = weighed.expected > too_wide * finding.signal && weighed.seen <= 2.0 * weighed.expected &&
                    (varies(target) || !any_moves);
-  finding.doubt = !finding.discrepancy && judged.none < doubtful;
-  for (std::size_t i = 0; i < judged.extensions.size(); ++i)
-    if (judged.extensions[i].probability > finding.leading().probability) finding.best = i;
+  finding.doubt = !finding.discrepancy && weighed.none < doubtful;
+  for (std::size_t i = 0; i < weighed.extensions.size(); ++i)
+    if (weighed.extensions[i].probability > finding.leading().probability) finding.best = i;
   finding.last_part = on_last_part(record, finding);
-  for (std::size_t i = 0; i < judged.extensions.size(); ++i) {
-    if (finding.last_part[i].gain.low > 0.0 && (i == finding.best || judged.extensions[i].probability >= shares))
+  for (std::size_t i = 0; i < weighed.extensions.size(); ++i) {
+    if (finding.last_part[i].gain.low > 0.0 && (i == finding.best || weighed.extensions[i].probability >= shares))
       finding.holding.push_back(i);
   }
-  if (finding.untold && finding.open()) keep_prior(judged);
+  if (finding.untold && finding.open()) keep_prior(weighed);
   return finding;
 }
 
 RankedCause cause_of(const ChannelFinding& finding, std::size_t index) {
-  const Extension& extension = finding.judged.extensions[index];
+  const Extension& extension = finding.weighed.extensions[index];
   RankedCause cause;
   cause.parameter.kind = extension.kind;
   cause.parameter.where = finding.channel;
@@ -196,9 +196,9 @@ RankedCause no_cause(Kind kind, const std::string& channel, double probability, 
 
 std::vector<RankedCause> ranking_of(const ChannelFinding& finding) {
   std::vector<RankedCause> rows;
-  for (std::size_t i = 0; i < finding.judged.extensions.size(); ++i) rows.push_back(cause_of(finding, i));
+  for (std::size_t i = 0; i < finding.weighed.extensions.size(); ++i) rows.push_back(cause_of(finding, i));
   rows.push_back(no_cause(Kind::none, finding.channel, finding.none()));
-  rows.push_back(no_cause(Kind::unknown, finding.channel, finding.unknown(), finding.judged.unknown_log_evidence));
+  rows.push_back(no_cause(Kind::unknown, finding.channel, finding.unknown(), finding.weighed.unknown_log_evidence));
   std::stable_sort(rows.begin(), rows.end(),
                    [](const auto& a, const auto& b) { return a.probability > b.probability; });
   return rows;
@@ -215,33 +215,33 @@ std::vector<std::string> notes_of(const DataRecord& record, const ChannelFinding
       residual_in_numbers(record, finding)};
 }
 
-NextMeasurement needed(const DataRecord& record, const RecordParts& parts, const ChannelFinding& finding) {
-  const JudgedChannel& judged = finding.judged;
-  const std::vector<Index> later = joined(parts.middle, parts.last);
-  const MatrixXd columns = judged.model.columns(record)(later, Eigen::all), told = columns * judged.model.covariance;
+NextMeasurement needed(const DataRecord& record, const RecordSegments& segments, const ChannelFinding& finding) {
+  const WeighedChannel& weighed = finding.weighed;
+  const std::vector<Index> later = joined(segments.middle, segments.last);
+  const MatrixXd columns = weighed.model.columns(record)(later, Eigen::all), told = columns * weighed.model.covariance;
   const double by_gains = std::sqrt(told.cwiseProduct(columns).rowwise().sum().mean());
   NextMeasurement next;
   next.channel = finding.channel;
   const std::string goal = fmt::format(
       "the expected standard deviation has to fall from {:.3g} um below {:.3g} um, half of the variation of {}",
-      judged.expected, too_wide * finding.signal, finding.channel);
-  if (by_gains < std::hypot(judged.model.wander_std, root_mean_square(judged.model.noise_std(later)))) {
+      weighed.expected, too_wide * finding.signal, finding.channel);
+  if (by_gains < std::hypot(weighed.model.wander_std, root_mean_square(weighed.model.noise_std(later)))) {
     next.load = "the same operation with one more temperature sensor on the path of its heat";
-    next.why =
-        fmt::format("no recorded input explains {:.3g} um of it in the fitted part; {}", judged.model.wander_std, goal);
+    next.why = fmt::format("no recorded input explains {:.3g} um of it in the fitted part; {}",
+                           weighed.model.wander_std, goal);
     return next;
   }
-  const Index input = least_known_input(record, judged.model, columns),
-              elements = std::ssize(judged.model.time_constants);
-  const VectorXd all = record.inputs.col(input), first = all(parts.first);
+  const Index input = least_known_input(record, weighed.model, columns),
+              elements = std::ssize(weighed.model.time_constants);
+  const VectorXd all = record.inputs.col(input), first = all(segments.first);
   next.load = fmt::format(
       "a longer operation in which {} varies over {:.4g} to {:.4g} {} independently of the other inputs while the "
       "model is fitted (here {:.4g} to {:.4g} in the first {:.0f} h)",
       record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(),
-      first.maxCoeff(), (parts.first_end - record.time[0]) / hour);
-  const auto own = judged.model.covariance.block(input * elements, input * elements, elements, elements);
+      first.maxCoeff(), (segments.first_end - record.time[0]) / hour);
+  const auto own = weighed.model.covariance.block(input * elements, input * elements, elements, elements);
   next.why = fmt::format("its steady gain is only known as {:.3g} +- {:.2g} um per {}; {}",
-                         judged.model.step_response(input, std::numeric_limits<double>::infinity()),
+                         weighed.model.step_response(input, std::numeric_limits<double>::infinity()),
                          std::sqrt(std::max(own.sum(), 0.0)), record.input_units[input], goal);
   return next;
 }

@@ -21,7 +21,7 @@ struct OnLastPart {
 struct ChannelFinding {
   Eigen::Index target = 0;
   std::string channel, unit;
-  JudgedChannel judged;
+  WeighedChannel weighed;
   std::vector<Eigen::Index> last, later;  ///< rows with a value: of the last part, of all after the first
   double signal = 0, rms_before = 0;      ///< spread over the record; RMS of the residual in the last part
   bool discrepancy = false;               ///< the residual after the first part is not by chance
@@ -32,20 +32,20 @@ struct ChannelFinding {
   std::vector<std::size_t> holding;       ///< extensions that gain on the last part and are not negligible
 
   bool clean() const { return !(discrepancy || untold || doubt); }
-  const Extension& leading() const { return judged.extensions[best]; }
+  const Extension& leading() const { return weighed.extensions[best]; }
   bool names() const;    ///< the leading extension is sure and holds in the last part
   bool open() const;     ///< neither clean nor explained nor surely off
   bool refused() const;  ///< the leading extension is sure before the last part and does not hold there
   double none() const;   ///< probability that nothing changed, as the ranking has it
   double unknown() const;
   /// RMS after the first part over the expected one.
-  double strays() const { return judged.seen / std::max(judged.expected, 1e-12); }
+  double strays() const { return weighed.seen / std::max(weighed.expected, 1e-12); }
   /// (n) the residual, with the leading extension in the model where it is named.
   Eigen::VectorXd after(const DataRecord& record) const;
 };
 
 /// @param signals  spread of every displacement; a still one beside others that move cannot be untold
-ChannelFinding find_in_channel(const DataRecord& record, const RecordParts& parts, Eigen::Index target,
+ChannelFinding find_in_channel(const DataRecord& record, const RecordSegments& segments, Eigen::Index target,
                                const std::vector<double>& signals);
 
 /// The extension as a cause of the channel.
@@ -60,6 +60,6 @@ std::vector<std::string> notes_of(const DataRecord& record, const ChannelFinding
 
 /// The measurement that would let the next record tell: the input whose gain is least known, or a further sensor
 /// where no input follows the channel.
-NextMeasurement needed(const DataRecord& record, const RecordParts& parts, const ChannelFinding& finding);
+NextMeasurement needed(const DataRecord& record, const RecordSegments& segments, const ChannelFinding& finding);
 
 }  // namespace thermotwin::diagnosis

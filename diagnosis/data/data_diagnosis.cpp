@@ -32,9 +32,9 @@ using core::units::hour;
 constexpr double worth_saying = 1.25;
 
 /// @throws InputError where a displacement has no value to fit, to compare or to judge
-void refuse_empty_parts(const DataRecord& record, const RecordParts& parts, const std::string& place) {
+void refuse_empty_segments(const DataRecord& record, const RecordSegments& segments, const std::string& place) {
   for (Index t = 0; t < record.targets.cols(); ++t) {
-    for (const std::vector<Index>* part : {&parts.first, &parts.middle, &parts.last}) {
+    for (const std::vector<Index>* part : {&segments.first, &segments.middle, &segments.last}) {
       if (finite_rows(record.targets.col(t), *part).empty()) {
         throw core::InputError(place,
                                fmt::format("no value of {} from hour {:.3g} to {:.3g}", record.channels[t].id,
@@ -53,7 +53,7 @@ std::string box_in_words(const DataRecord& record, const ChannelFinding& finding
   for (Index i = 0; i < record.inputs.cols(); ++i) {
     steps += fmt::format("{}per {} of {}", i > 0 ? "; " : "", record.input_units[i], record.input_names[i]);
     for (const double share : {1.0 / 24.0, 0.25, 1.0}) {
-      steps += fmt::format(" {:+.2f} ({:.3g} h)", finding.judged.model.step_response(i, share * fitted_hours * hour),
+      steps += fmt::format(" {:+.2f} ({:.3g} h)", finding.weighed.model.step_response(i, share * fitted_hours * hour),
                            share * fitted_hours);
     }
   }
@@ -64,10 +64,11 @@ std::string box_in_words(const DataRecord& record, const ChannelFinding& finding
 /// What all channels say together.
 class Record {
 public:
-  Record(const DataRecord& record, const RecordParts& parts) : record_(record), parts_(parts) {
+  Record(const DataRecord& record, const RecordSegments& segments) : record_(record), segments_(segments) {
     std::vector<double> signals;
     for (Index t = 0; t < record.targets.cols(); ++t) signals.push_back(spread_of(record.targets.col(t)));
-    for (Index t = 0; t < record.targets.cols(); ++t) findings_.push_back(find_in_channel(record, parts, t, signals));
+    for (Index t = 0; t < record.targets.cols(); ++t)
+      findings_.push_back(find_in_channel(record, segments, t, signals));
   }
 
   void add_channels(Diagnosis& d) const {
@@ -95,7 +96,7 @@ public:
     for (const ChannelFinding& finding : findings_) {
       for (const char* suffix : {"", "_before", "_after", "_std"}) d.series.columns.push_back(finding.channel + suffix);
       d.series.values.middleCols(1 + 4 * finding.target, 4) << record_.targets.col(finding.target),
-          finding.judged.before, finding.after(record_), finding.judged.expected_std;
+          finding.weighed.before, finding.after(record_), finding.weighed.expected_std;
     }
   }
 
@@ -107,9 +108,9 @@ public:
     for (const ChannelFinding& finding : findings_) {
       const VectorXd after = finding.after(record_);
       for (const Index row : finding.last) {
-        pooled_before[row] += finding.judged.before[row] * finding.judged.before[row];
+        pooled_before[row] += finding.weighed.before[row] * finding.weighed.before[row];
         pooled_after[row] += after[row] * after[row];
-        square_before += finding.judged.before[row] * finding.judged.before[row];
+        square_before += finding.weighed.before[row] * finding.weighed.before[row];
         square_after += after[row] * after[row];
         count += 1.0;
       }
@@ -117,7 +118,7 @@ public:
     d.heldout_rms_before_um = std::sqrt(square_before / std::max(count, 1.0));
     d.heldout_rms_after_um = std::sqrt(square_after / std::max(count, 1.0));
     d.reduction_percent = reduction_percent(d.heldout_rms_before_um, d.heldout_rms_after_um);
-    const Interval ci = reduction_interval(pooled_before(parts_.last), pooled_after(parts_.last),
+    const Interval ci = reduction_interval(pooled_before(segments_.last), pooled_after(segments_.last),
                                            static_cast<Index>(std::lround(2.0 * hour / record_.interval)));
     d.ci95_low_percent = ci.low;
     d.ci95_high_percent = ci.high;
@@ -128,11 +129,11 @@ public:
     const auto off = [](const ChannelFinding& f) { return !f.clean() && !f.open() && !f.names(); };
     const bool unexplained = !all([&](const ChannelFinding& f) { return !off(f); });
     const bool all_shared =
-        all([&](const ChannelFinding& f) { return !off(f) || (!f.holding.empty() && f.judged.unknown < 0.5); });
+        all([&](const ChannelFinding& f) { return !off(f) || (!f.holding.empty() && f.weighed.unknown < 0.5); });
     const std::vector<RankedCause> rivals = rivals_of();
     const std::vector<std::string> untold = channels([](const ChannelFinding&f) { return f.open() && f.untold; }),
                                    open = channels([](const ChannelFinding&f) { return f.open(); });
-    if (!untold.empty()) d.next = needed(record_, parts_, widest_untold());
+    if (!untold.empty()) d.next = needed(record_, segments_, widest_untold());
     if (all([](const ChannelFinding& f) { return f.clean(); })) {
       d.verdict = Verdict::no_discrepancy;
       d.sentence = fmt::format("No discrepancy: the record follows the lag model of its first {:.0f} h {}.",
@@ -152,7 +153,7 @@ public:
       d.sentence = fmt::format(
           "Ambiguous: this record does not show whether {} changed after its first {:.0f} h. {} is predicted within +- "
           "{:.3g} {} and varies by {:.3g} {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
-          core::join(untold), fitted_hours(), widest.channel, widest.judged.expected, widest.unit, widest.signal,
+          core::join(untold), fitted_hours(), widest.channel, widest.weighed.expected, widest.unit, widest.signal,
           widest.unit, beside(d), d.next.channel, d.next.load, d.next.why);
     } else if (!open.empty()) {
       d.verdict = Verdict::ambiguous;
@@ -169,7 +170,7 @@ public:
   }
 
 private:
-  double fitted_hours() const { return (parts_.first_end - record_.time[0]) / hour; }
+  double fitted_hours() const { return (segments_.first_end - record_.time[0]) / hour; }
 
   static std::vector<std::string> names_of(const std::vector<RankedCause>& causes) {
     std::vector<std::string> named;
@@ -194,7 +195,7 @@ private:
       if (about(finding) && (worst == nullptr || finding.strays() > worst->strays())) worst = &finding;
     if (worst == nullptr || worst->strays() <= worth_saying) return within_uncertainty(subjects);
     return fmt::format("with a residual of {} that is {:.2g} times the expected one (p = {:.2g})", worst->channel,
-                       worst->strays(), worst->judged.p_value);
+                       worst->strays(), worst->weighed.p_value);
   }
 
   /// Causes that hold in the last part without being sure.
@@ -209,7 +210,7 @@ private:
 
   const ChannelFinding& widest_untold() const {
     const ChannelFinding* widest = nullptr;
-    const auto width = [](const ChannelFinding& f) { return f.judged.expected / std::max(f.signal, 1e-12); };
+    const auto width = [](const ChannelFinding& f) { return f.weighed.expected / std::max(f.signal, 1e-12); };
     for (const ChannelFinding& finding : findings_)
       if (finding.open() && finding.untold && (widest == nullptr || width(finding) > width(*widest))) widest = &finding;
     return *widest;
@@ -242,7 +243,7 @@ private:
       d.notes.push_back(
           fmt::format("{}: its expected standard deviation after the first part, {:.3g} {}, exceeds half of its "
                       "variation, {:.3g} {}; a discrepancy would not show.",
-                      finding.channel, finding.judged.expected, finding.unit, finding.signal, finding.unit));
+                      finding.channel, finding.weighed.expected, finding.unit, finding.signal, finding.unit));
     } else {
       d.notes.push_back(fmt::format(
           "{}: the later data lie within their expected spread, but the probability of no change is only {:.2f}.",
@@ -252,15 +253,15 @@ private:
 
   ChannelResidual residual_of(const ChannelFinding& finding) const {
     const compensation::MeasuredChannel& channel = record_.channels[finding.target];
-    const std::vector<Index> first = finite_rows(record_.targets.col(finding.target), parts_.first);
+    const std::vector<Index> first = finite_rows(record_.targets.col(finding.target), segments_.first);
     ChannelResidual residual;
     residual.id = channel.id;
     residual.unit = channel.unit;
     residual.uncertainty = channel.uncertainty;
     residual.rms_before = finding.rms_before;
     residual.rms_after = root_mean_square(finding.after(record_)(finding.last));
-    residual.explained_std = root_mean_square(finding.judged.expected_std(finding.last));
-    residual.p_value_white = white_noise_p_value(finding.judged.before(first));
+    residual.explained_std = root_mean_square(finding.weighed.expected_std(finding.last));
+    residual.p_value_white = white_noise_p_value(finding.weighed.before(first));
     return residual;
   }
 
@@ -280,7 +281,7 @@ private:
   }
 
   const DataRecord& record_;
-  const RecordParts& parts_;
+  const RecordSegments& segments_;
   std::vector<ChannelFinding> findings_;
 };
 
@@ -289,12 +290,12 @@ private:
 Diagnosis diagnose_data(const compensation::Measurement& measurement, const DiagnoseOptions& options) {
   options.validate();
   const DataRecord data = data_record(measurement, options.interval_s);
-  const RecordParts parts = divide(data);
-  refuse_empty_parts(data, parts, measurement.folder.string());
+  const RecordSegments segments = divide(data);
+  refuse_empty_segments(data, segments, measurement.folder.string());
   Diagnosis d;
   d.measurement = measurement.folder.filename().string();
-  d.heldout_from_s = parts.last_start;
-  const Record record(data, parts);
+  d.heldout_from_s = segments.last_start;
+  const Record record(data, segments);
   record.add_channels(d);
   record.add_series(d);
   record.add_gain(d);

@@ -24,7 +24,7 @@ using core::units::hour;
 
 constexpr double day = 24.0 * hour;
 constexpr double daily_days = 3.0;  ///< length of a record that tells a daily swing from a drift
-constexpr int drift_starts = 48;    ///< of a drift, evenly over the parts that are fitted
+constexpr int drift_starts = 48;    ///< of a drift, evenly over the segments that are fitted
 constexpr double gain_width = 2.0;  ///< prior of a slow element's gain: this times target's spread over input's spread
 constexpr double slower[] = {2.0, 4.0};  ///< time constants of slow elements, times the longest of the model
 constexpr double unknown_sizes[] = {0.03, 0.1, 0.3,
@@ -90,9 +90,9 @@ private:
   Whitener white_;
 };
 
-std::vector<Variant> drifts(const DataRecord& record, const RecordParts& parts, double size) {
+std::vector<Variant> drifts(const DataRecord& record, const RecordSegments& segments, double size) {
   std::vector<Variant> all;
-  const double start = record.time[0] - 0.5 * record.interval, fitted = parts.last_start - start;
+  const double start = record.time[0] - 0.5 * record.interval, fitted = segments.last_start - start;
   // A drift that begins in the last intervals has no rows to show in.
   constexpr double rows_to_show = 3.0;
   const double latest = fitted - rows_to_show * record.interval;
@@ -175,14 +175,14 @@ Extension averaged(const Fitted& fitted, const std::vector<Variant>& variants, K
 }
 
 /// Of the residual after the first part, see the header.
-double discrepancy_p_value(const DataRecord& record, const JudgedChannel& judged, const MatrixXd& columns,
+double discrepancy_p_value(const DataRecord& record, const WeighedChannel& weighed, const MatrixXd& columns,
                            const std::vector<Index>& later) {
   const MatrixXd used = columns(later, Eigen::all);
-  const Eigen::LLT<MatrixXd> factor(judged.model.left_over(record, later).matrix() +
-                                    used * judged.model.covariance * used.transpose());
-  const VectorXd white = factor.matrixL().solve(judged.before(later));
-  const auto n = static_cast<double>(later.size()), fitted = static_cast<double>(judged.model.fitted);
-  const double variance = std::max(1.0, judged.model.chi_square / fitted);
+  const Eigen::LLT<MatrixXd> factor(weighed.model.left_over(record, later).matrix() +
+                                    used * weighed.model.covariance * used.transpose());
+  const VectorXd white = factor.matrixL().solve(weighed.before(later));
+  const auto n = static_cast<double>(later.size()), fitted = static_cast<double>(weighed.model.fitted);
+  const double variance = std::max(1.0, weighed.model.chi_square / fitted);
   const double all = f_tail(white.squaredNorm() / n / variance, n, fitted);
   MatrixXd slow(later.size(), 2);
   slow << VectorXd::Ones(slow.rows()), (record.time(later).array() - record.time[later.front()]).matrix() / hour;
@@ -194,20 +194,20 @@ double discrepancy_p_value(const DataRecord& record, const JudgedChannel& judged
 
 }  // namespace
 
-RecordParts divide(const DataRecord& record) {
+RecordSegments divide(const DataRecord& record) {
   const double start = record.time[0] - 0.5 * record.interval,
                length = record.time[record.time.size() - 1] - record.time[0];
-  RecordParts parts;
+  RecordSegments segments;
   const double part = length >= 2.25 * day ? day : length / 3.0;
-  parts.first_end = start + part;
-  parts.last_start = start + 2.0 * part;
+  segments.first_end = start + part;
+  segments.last_start = start + 2.0 * part;
   for (Index i = 0; i < record.time.size(); ++i) {
-    (record.time[i] < parts.first_end    ? parts.first
-     : record.time[i] < parts.last_start ? parts.middle
-                                         : parts.last)
+    (record.time[i] < segments.first_end    ? segments.first
+     : record.time[i] < segments.last_start ? segments.middle
+                                            : segments.last)
         .push_back(i);
   }
-  return parts;
+  return segments;
 }
 
 std::vector<Index> joined(const std::vector<Index>& a, const std::vector<Index>& b) {
@@ -223,33 +223,34 @@ std::vector<Index> finite_rows(const VectorXd& values, const std::vector<Index>&
   return good;
 }
 
-JudgedChannel judge_channel(const DataRecord& record, Index target, const RecordParts& parts) {
-  JudgedChannel judged;
+WeighedChannel weigh_channel(const DataRecord& record, Index target, const RecordSegments& segments) {
+  WeighedChannel weighed;
   const VectorXd value = record.targets.col(target);
-  const std::vector<Index> first = finite_rows(value, parts.first), middle = finite_rows(value, parts.middle),
-                           later = joined(middle, finite_rows(value, parts.last));
-  judged.model = fit_lag_model(record, target, first);
-  const LagModel& model = judged.model;
+  const std::vector<Index> first = finite_rows(value, segments.first), middle = finite_rows(value, segments.middle),
+                           later = joined(middle, finite_rows(value, segments.last));
+  weighed.model = fit_lag_model(record, target, first);
+  const LagModel& model = weighed.model;
   const MatrixXd columns = model.columns(record);
-  judged.before = value - columns * model.gains;
-  judged.expected_std = ((columns * model.covariance).cwiseProduct(columns).rowwise().sum().array() +
-                         model.wander_std * model.wander_std + model.noise_std.array().square())
-                            .sqrt();
+  weighed.before = value - columns * model.gains;
+  weighed.expected_std = ((columns * model.covariance).cwiseProduct(columns).rowwise().sum().array() +
+                          model.wander_std * model.wander_std + model.noise_std.array().square())
+                             .sqrt();
   // A model that fits its own part worse than stated foretells worse, too.
-  judged.expected_std *= std::sqrt(std::max(1.0, model.chi_square / model.fitted));
-  judged.expected = root_mean_square(judged.expected_std(later));
-  judged.seen = root_mean_square(judged.before(later));
-  judged.p_value = discrepancy_p_value(record, judged, columns, later);
+  weighed.expected_std *= std::sqrt(std::max(1.0, model.chi_square / model.fitted));
+  weighed.expected = root_mean_square(weighed.expected_std(later));
+  weighed.seen = root_mean_square(weighed.before(later));
+  weighed.p_value = discrepancy_p_value(record, weighed, columns, later);
 
   const Fitted fitted(record, model, columns, value, joined(first, middle));
-  const double size = std::max({root_mean_square(judged.before(middle)), spread_of(value(first)), 1e-6});
+  const double size = std::max({root_mean_square(weighed.before(middle)), spread_of(value(first)), 1e-6});
   const std::string& unit = record.channels[target].unit;
-  judged.extensions.push_back(averaged(fitted, drifts(record, parts, size), Kind::probe_drift, "drift", unit + "/h"));
+  weighed.extensions.push_back(
+      averaged(fitted, drifts(record, segments, size), Kind::probe_drift, "drift", unit + "/h"));
   if (static_cast<double>(record.time.size()) * record.interval >= daily_days * day) {
-    judged.extensions.push_back(
+    weighed.extensions.push_back(
         averaged(fitted, {daily_swing(record, size)}, Kind::unmeasured_temperature, "daily_amplitude", unit));
   }
-  judged.extensions.push_back(
+  weighed.extensions.push_back(
       averaged(fitted, slow_elements(record, model, first, size), Kind::time_constant, "slowest", "s"));
 
   const double log_none = fitted.with({MatrixXd(record.time.size(), 0), VectorXd(0), 0.0}).log_evidence;
@@ -257,18 +258,18 @@ JudgedChannel judge_channel(const DataRecord& record, Index target, const Record
   for (const double share : unknown_sizes)
     for (const double time : unknown_times) unknown.push_back(fitted.log_evidence_of({share * size, time}));
   const double log_unknown = log_mean_exp(unknown);
-  judged.unknown_log_evidence = log_unknown - log_none;
+  weighed.unknown_log_evidence = log_unknown - log_none;
   std::vector<double> logs = {std::log(prior_none) + log_none, std::log(prior_unknown) + log_unknown};
-  for (Extension& extension : judged.extensions) {
-    logs.push_back(std::log(prior_cause / static_cast<double>(judged.extensions.size())) + extension.log_evidence);
+  for (Extension& extension : weighed.extensions) {
+    logs.push_back(std::log(prior_cause / static_cast<double>(weighed.extensions.size())) + extension.log_evidence);
     extension.log_evidence -= log_none;
   }
   const double total = log_mean_exp(logs) + std::log(logs.size());
-  judged.none = std::exp(logs[0] - total);
-  judged.unknown = std::exp(logs[1] - total);
-  for (std::size_t i = 0; i < judged.extensions.size(); ++i)
-    judged.extensions[i].probability = std::exp(logs[i + 2] - total);
-  return judged;
+  weighed.none = std::exp(logs[0] - total);
+  weighed.unknown = std::exp(logs[1] - total);
+  for (std::size_t i = 0; i < weighed.extensions.size(); ++i)
+    weighed.extensions[i].probability = std::exp(logs[i + 2] - total);
+  return weighed;
 }
 
 }  // namespace thermotwin::diagnosis

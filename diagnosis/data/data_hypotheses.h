@@ -13,11 +13,11 @@
 namespace thermotwin::diagnosis {
 
 /// Days of a record of 54 h or more (all after the second is the last part), else thirds.
-struct RecordParts {
+struct RecordSegments {
   std::vector<Eigen::Index> first, middle, last;  ///< rows
   double first_end = 0, last_start = 0;           ///< s
 };
-RecordParts divide(const DataRecord& record);
+RecordSegments divide(const DataRecord& record);
 std::vector<Eigen::Index> joined(const std::vector<Eigen::Index>& a, const std::vector<Eigen::Index>& b);
 /// Those of the rows in which something was measured.
 std::vector<Eigen::Index> finite_rows(const Eigen::VectorXd& values, const std::vector<Eigen::Index>& rows);
@@ -32,11 +32,11 @@ struct Extension {
   Eigen::VectorXd predicted;                 ///< (n) the target
 };
 
-struct JudgedChannel {
+struct WeighedChannel {
   LagModel model;
   Eigen::VectorXd before, expected_std;  ///< (n) residuals, and what the first part makes one expect
   double expected = 0, seen = 0;         ///< RMS after the first part: of expected_std, of the residual
-  double p_value = 1;                    ///< of the residual after the first part, see judge_channel
+  double p_value = 1;                    ///< of the residual after the first part, see weigh_channel
   double none = 1, unknown = 0;          ///< probabilities
   double unknown_log_evidence = 0;       ///< against none
   std::vector<Extension> extensions;
@@ -48,6 +48,6 @@ inline constexpr double prior_none = 0.5, prior_cause = 0.45,
 /// p value: of two F tests under the posterior of the first part, all values after it and their mean and slope
 /// (one slow direction hardly moves the sum over all), twice the smaller. The variance is that of the stated
 /// uncertainty or, where larger, of the first part's fit.
-JudgedChannel judge_channel(const DataRecord& record, Eigen::Index target, const RecordParts& parts);
+WeighedChannel weigh_channel(const DataRecord& record, Eigen::Index target, const RecordSegments& segments);
 
 }  // namespace thermotwin::diagnosis

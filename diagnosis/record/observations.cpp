@@ -55,9 +55,9 @@ struct Span {
 };
 
 /// Joins sample intervals of equal operation up to the longest and divides longer ones.
-std::vector<Span> equal_parts(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
+std::vector<Span> equal_spans(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
                               const std::vector<bool>& average) {
-  std::vector<Span> parts;
+  std::vector<Span> spans;
   for (Index i = 0; i + 1 < time.size();) {
     Index j = i + 1;
     Eigen::RowVectorXd sum = rows.row(i) * (time[j] - time[i]);
@@ -69,22 +69,22 @@ std::vector<Span> equal_parts(const Eigen::VectorXd& time, const Eigen::MatrixXd
     const double span = time[j] - time[i];
     const auto pieces = std::max<Index>(1, static_cast<Index>(std::ceil(span / longest - 1e-9)));
     const auto end_of = [&](Index k) { return k >= pieces ? time[j] : time[i] + span * k / pieces; };
-    for (Index k = 0; k < pieces; ++k) parts.push_back({end_of(k), end_of(k + 1), sum / span});
+    for (Index k = 0; k < pieces; ++k) spans.push_back({end_of(k), end_of(k + 1), sum / span});
     i = j;
   }
-  return parts;
+  return spans;
 }
 
 /// Mean over a step; what is not measured in all of it is what was.
-Eigen::RowVectorXd mean_row(const std::vector<Span>& parts, std::size_t first, std::size_t last) {
-  if (last - first == 1) return parts[first].row;
-  Eigen::RowVectorXd mean = parts[first].row;
+Eigen::RowVectorXd mean_row(const std::vector<Span>& spans, std::size_t first, std::size_t last) {
+  if (last - first == 1) return spans[first].row;
+  Eigen::RowVectorXd mean = spans[first].row;
   for (Index c = 0; c < mean.size(); ++c) {
     double sum = 0.0, weight = 0.0;
     for (std::size_t i = first; i < last; ++i) {
-      if (!std::isfinite(parts[i].row[c])) continue;
-      sum += (parts[i].end - parts[i].begin) * parts[i].row[c];
-      weight += parts[i].end - parts[i].begin;
+      if (!std::isfinite(spans[i].row[c])) continue;
+      sum += (spans[i].end - spans[i].begin) * spans[i].row[c];
+      weight += spans[i].end - spans[i].begin;
     }
     if (weight > 0.0) mean[c] = sum / weight;
   }
@@ -148,7 +148,7 @@ std::vector<Watched> switched_channels(const Eigen::MatrixXd& rows, const std::v
 /// heat is not in proportion to a pump that runs for a part of the time.
 void make_steps(const Eigen::VectorXd& time, const Eigen::MatrixXd& rows, double longest,
                 const std::vector<bool>& average, const std::vector<Watched>& switched, Observations& out) {
-  const std::vector<Span> all = equal_parts(time, rows, longest, average);
+  const std::vector<Span> all = equal_spans(time, rows, longest, average);
   const auto may_change = [&](double at) {
     return std::any_of(out.may_hold.begin(), out.may_hold.end(),
                        [at](const auto& may) { return std::abs((may.earlier ? may.to : may.from) - at) < 1e-6; });

@@ -62,15 +62,15 @@ Polygon common_part(const Polygon& a, const Polygon& b) {
 }
 
 std::vector<Polygon> less(const Polygon& a, const Polygon& b) {
-  std::vector<Polygon> parts;
+  std::vector<Polygon> pieces;
   Polygon rest = a, spare;
   for (const Eigen::Vector3d& line : sides(b)) {
     Polygon beyond = rest;
     cut(beyond, -line, spare);
-    if (beyond.size() > 2) parts.push_back(std::move(beyond));
+    if (beyond.size() > 2) pieces.push_back(std::move(beyond));
     cut(rest, line, spare);
   }
-  return parts;
+  return pieces;
 }
 
 }  // namespace thermotwin::mesh

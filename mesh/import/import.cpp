@@ -61,27 +61,27 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
     return;
   }
   // One tree a part: the distance to each part tells the nearest even where parts meet.
-  struct Part {
+  struct Named {
     Eigen::Matrix3Xi triangles;
     std::unique_ptr<TriangleTree> tree;
   };
-  std::vector<Part> parts(surface.part_names.size());
-  for (int p = 0; p < std::ssize(parts); ++p) {
+  std::vector<Named> named(surface.part_names.size());
+  for (int p = 0; p < std::ssize(named); ++p) {
     const auto count = std::count(surface.part.begin(), surface.part.end(), p);
-    parts[p].triangles.resize(3, count);
+    named[p].triangles.resize(3, count);
     Eigen::Index next = 0;
     for (std::size_t t = 0; t < surface.part.size(); ++t)
-      if (surface.part[t] == p) parts[p].triangles.col(next++) = surface.triangles.col(t);
-    parts[p].tree = std::make_unique<TriangleTree>(surface.points, parts[p].triangles);
+      if (surface.part[t] == p) named[p].triangles.col(next++) = surface.triangles.col(t);
+    named[p].tree = std::make_unique<TriangleTree>(surface.points, named[p].triangles);
   }
   for (int f = 0; f < mesh.face_count(); ++f) {
     const Eigen::Vector3d centre = mesh.face_centre(f), normal = mesh.face_normal(f);
     double best = std::numeric_limits<double>::infinity();
     std::size_t owner = 0;
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      const TriangleTree::Nearest near = parts[p].tree->nearest(centre);
+    for (std::size_t p = 0; p < named.size(); ++p) {
+      const TriangleTree::Nearest near = named[p].tree->nearest(centre);
       if (near.triangle < 0) continue;
-      const Eigen::Vector3i corner = parts[p].triangles.col(near.triangle);
+      const Eigen::Vector3i corner = named[p].triangles.col(near.triangle);
       const Eigen::Vector3d a = surface.points.col(corner[0]), b = surface.points.col(corner[1]),
                             c = surface.points.col(corner[2]);
       const double facing = (b - a).cross(c - a).normalized().dot(normal);

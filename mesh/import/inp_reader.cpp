@@ -69,14 +69,14 @@ private:
     std::vector<std::string> of;  ///< upper case names of sets in it
     int line = 0;
   };
-  struct SurfacePart {
+  struct SurfaceEntry {
     std::string set;  ///< upper case; or empty
     long label = 0;
     int face = 0, line = 0;
   };
   struct FaceSurface {
     std::string name;
-    std::vector<SurfacePart> parts;
+    std::vector<SurfaceEntry> entries;
     bool nodes = false;
   };
 
@@ -263,23 +263,23 @@ private:
     surface->name = *name;
     surface->nodes = kind == "NODE";
     data_ = [this, surface](const std::vector<std::string_view>& cells) {
-      SurfacePart part;
-      part.line = line_;
+      SurfaceEntry entry;
+      entry.line = line_;
       if (cells.empty() || cells[0].empty()) fail("an empty entry", "element or set, side");
       if (cells[0].front() >= '0' && cells[0].front() <= '9')
-        part.label = integer(cells[0]);
+        entry.label = integer(cells[0]);
       else
-        part.set = core::upper(cells[0]);
+        entry.set = core::upper(cells[0]);
       if (!surface->nodes && cells.size() > 1) {
         const std::string side = core::upper(cells[1]);
         if (side == "SPOS" || side == "SNEG")
-          part.face = 0;
+          entry.face = 0;
         else if (side.size() == 2 && side[0] == 'S' && side[1] >= '1' && side[1] <= '4')
-          part.face = side[1] - '0';
+          entry.face = side[1] - '0';
         else
           fail("side '" + std::string(cells[1].substr(0, 40)) + "'", "S1, S2, S3 or S4");
       }
-      surface->parts.push_back(std::move(part));
+      surface->entries.push_back(std::move(entry));
     };
   }
 
@@ -321,30 +321,30 @@ private:
       }
     }
     for (const auto& [key, surface] : surfaces_)
-      for (const SurfacePart& part : surface.parts) add_part(surface, part);
+      for (const SurfaceEntry& entry : surface.entries) add_entry(surface, entry);
   }
 
-  void add_part(const FaceSurface& surface, const SurfacePart& part) {
+  void add_entry(const FaceSurface& surface, const SurfaceEntry& entry) {
     if (surface.nodes) {
       const std::vector<long> labels =
-          part.set.empty() ? std::vector<long>{part.label} : labels_of(node_sets_, part.set, part.line);
-      for (const long label : labels) raw_.node_sets[surface.name].push_back(node(label, part.line));
+          entry.set.empty() ? std::vector<long>{entry.label} : labels_of(node_sets_, entry.set, entry.line);
+      for (const long label : labels) raw_.node_sets[surface.name].push_back(node(label, entry.line));
       return;
     }
     // Sides of the tetrahedron in the manual's numbering: S1 = 1-2-3, S2 = 1-4-2, S3 = 2-4-3, S4 = 3-4-1.
     static constexpr std::size_t side[4][3] = {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}};
     const std::vector<long> labels =
-        part.set.empty() ? std::vector<long>{part.label} : labels_of(element_sets_, part.set, part.line);
+        entry.set.empty() ? std::vector<long>{entry.label} : labels_of(element_sets_, entry.set, entry.line);
     for (const long label : labels) {
       if (const auto triangle = triangle_index_.find(label); triangle != triangle_index_.end()) {
         raw_.face_sets[surface.name].push_back(triangles_[triangle->second]);
         continue;
       }
       const auto tet = tet_index_.find(label);
-      if (tet == tet_index_.end()) fail(fmt::format("element {}", label), "an element of this file", part.line);
+      if (tet == tet_index_.end()) fail(fmt::format("element {}", label), "an element of this file", entry.line);
       const auto& corner = raw_.tets[tet->second];
       for (int f = 0; f < 4; ++f) {  // no side given: the free sides, which finish() keeps
-        if (part.face == 0 || part.face == f + 1)
+        if (entry.face == 0 || entry.face == f + 1)
           raw_.face_sets[surface.name].push_back({corner[side[f][0]], corner[side[f][1]], corner[side[f][2]]});
       }
     }

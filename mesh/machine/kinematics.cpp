@@ -119,12 +119,12 @@ Pose parse_pose(const Machine& machine, const std::string& text, const std::stri
 
 std::string format_pose(const Machine& machine, const Pose& pose) {
   const Eigen::VectorXd values = pose_values(machine, pose);
-  std::vector<std::string> parts;
+  std::vector<std::string> words;
   for (std::size_t i = 0; i < machine.axes.size(); ++i) {
     const double value = values[i];
-    parts.push_back(fmt::format("{}={:.7g}", machine.axes[i].id, std::abs(value) < 1e-9 ? 0.0 : value));
+    words.push_back(fmt::format("{}={:.7g}", machine.axes[i].id, std::abs(value) < 1e-9 ? 0.0 : value));
   }
-  return core::join(parts, ",");
+  return core::join(words, ",");
 }
 
 std::vector<std::string> pose_columns(const Machine& machine) {

@@ -95,16 +95,16 @@ int split_at_slivers(const Surface& s, Triangles& triangles) {
 }  // namespace
 
 std::string Healing::brief() const {
-  std::vector<std::string> parts;
-  if (duplicates > 0) parts.push_back(fmt::format("{} duplicate triangles dropped", duplicates));
-  if (opposites > 0) parts.push_back(fmt::format("{} pairs of opposite triangles in one place dropped", opposites));
-  if (slivers > 0) parts.push_back(fmt::format("{} triangles without area merged into a neighbour", slivers));
-  if (cracks > 0) parts.push_back(fmt::format("cracks closed at {} corners and edges", cracks));
-  if (flipped > 0) parts.push_back(fmt::format("{} flipped triangles turned over", flipped));
-  if (holes > 0) parts.push_back(fmt::format("{} small holes closed by {} triangles", holes, triangles));
-  if (cuts > 0) parts.push_back(fmt::format("{} triangles that cut each other, or are next to such, replaced", cuts));
-  if (shells > 0) parts.push_back(fmt::format("{} shells that were inside out turned over", shells));
-  return core::join(parts);
+  std::vector<std::string> words;
+  if (duplicates > 0) words.push_back(fmt::format("{} duplicate triangles dropped", duplicates));
+  if (opposites > 0) words.push_back(fmt::format("{} pairs of opposite triangles in one place dropped", opposites));
+  if (slivers > 0) words.push_back(fmt::format("{} triangles without area merged into a neighbour", slivers));
+  if (cracks > 0) words.push_back(fmt::format("cracks closed at {} corners and edges", cracks));
+  if (flipped > 0) words.push_back(fmt::format("{} flipped triangles turned over", flipped));
+  if (holes > 0) words.push_back(fmt::format("{} small holes closed by {} triangles", holes, triangles));
+  if (cuts > 0) words.push_back(fmt::format("{} triangles that cut each other, or are next to such, replaced", cuts));
+  if (shells > 0) words.push_back(fmt::format("{} shells that were inside out turned over", shells));
+  return core::join(words);
 }
 
 std::vector<std::vector<int>> holes_of(const Triangles& triangles) {

@@ -81,14 +81,14 @@ Eigen::MatrixXd chosen_snapshots(const solver::ThermalSystem& thermal, const sol
 Eigen::MatrixXd scaled_columns(const solver::ThermalSystem& thermal, const Candidates& groups,
                                const Eigen::MatrixXd& snapshots) {
   const double size = groups.responses.cols() > 0 ? mean_square(thermal.capacity, groups.responses) : 1.0;
-  const std::pair<const Eigen::MatrixXd*, double> parts[] = {{&groups.responses, 1.0},
-                                                             {&groups.adjoints, adjoint_weight},
-                                                             {&groups.changes, change_weight},
-                                                             {&snapshots, snapshot_weight}};
+  const std::pair<const Eigen::MatrixXd*, double> blocks[] = {{&groups.responses, 1.0},
+                                                              {&groups.adjoints, adjoint_weight},
+                                                              {&groups.changes, change_weight},
+                                                              {&snapshots, snapshot_weight}};
   Eigen::Index count = 0, at = 0;
-  for (const auto& [block, weight] : parts) count += block->cols();
+  for (const auto& [block, weight] : blocks) count += block->cols();
   Eigen::MatrixXd all(thermal.size, count);
-  for (const auto& [block, weight] : parts) {
+  for (const auto& [block, weight] : blocks) {
     const double own = mean_square(thermal.capacity, *block);
     all.middleCols(at, block->cols()) = (own > 0.0 ? weight * std::sqrt(size / own) : 1.0) * *block;
     at += block->cols();

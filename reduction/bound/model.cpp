@@ -36,15 +36,15 @@ constexpr double short_time_s = 30.0;
 constexpr double least_dual_direction = 1e-8;
 
 /// Fields of 1 K in one body, one fluid node, and in parts that nothing holds.
-MatrixXd stored_heat(const solver::FullModel& full, const MatrixXd& parts) {
+MatrixXd stored_heat(const solver::FullModel& full, const MatrixXd& loose_fields) {
   const Index bodies = std::ssize(full.mesh.machine.bodies), fluids = full.thermal.size - full.thermal.nodes;
-  MatrixXd fields = MatrixXd::Zero(full.thermal.size, bodies + fluids + parts.cols());
+  MatrixXd fields = MatrixXd::Zero(full.thermal.size, bodies + fluids + loose_fields.cols());
   for (Index b = 0; b < bodies; ++b) {
     const auto first = full.mesh.first_node[b], last = full.mesh.first_node[b + 1];
     fields.col(b).segment(first, last - first).setOnes();
   }
   fields.block(full.thermal.nodes, bodies, fluids, fluids).setIdentity();
-  fields.rightCols(parts.cols()) = parts;
+  fields.rightCols(loose_fields.cols()) = loose_fields;
   return fields;
 }
 
@@ -166,9 +166,9 @@ BoundModel make_bound_model(const solver::FullModel& full, const MatrixXd& basis
   for (Index i = 0; i < std::ssize(poses); ++i) outputs.middleCols(6 * i, 6) = error_rows(full, poses[i]);
   const solver::OperatingModel operating(full.mesh.machine, thermal.layout);
   const std::vector<OperatingPoint> points = operating_points(operating);
-  MatrixXd parts;
-  const solver::SparseMatrix least = least_conduction(thermal, model.least, parts);
-  const MatrixXd heat = stored_heat(full, parts);
+  MatrixXd loose_fields;
+  const solver::SparseMatrix least = least_conduction(thermal, model.least, loose_fields);
+  const MatrixXd heat = stored_heat(full, loose_fields);
   const MatrixXd responses =
       leading(least, thermal.capacity, output_responses(thermal, points, outputs, options.steps_s),
               std::min(options.most_dual, options.dual * std::ssize(poses)));

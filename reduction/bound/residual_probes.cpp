@@ -48,7 +48,7 @@ double certain_share(Eigen::Index count, double failure) {
 }
 
 solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& least,
-                                      Eigen::MatrixXd& parts) {
+                                      Eigen::MatrixXd& loose_fields) {
   solver::SparseMatrix m = symmetric_conduction(thermal, least);
   m = solver::SparseMatrix(0.5 * (m + solver::SparseMatrix(m.transpose())));
   const std::vector<int> part = connected_parts(m);
@@ -70,10 +70,10 @@ solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, cons
   ground.setFromTriplets(springs.begin(), springs.end());
   m = solver::SparseMatrix(m + ground);
   m.makeCompressed();
-  parts = Eigen::MatrixXd::Zero(m.rows(), std::ssize(loose));
+  loose_fields = Eigen::MatrixXd::Zero(m.rows(), std::ssize(loose));
   for (std::size_t k = 0; k < loose.size(); ++k) {
     for (Eigen::Index i = 0; i < m.rows(); ++i)
-      if (part[i] == loose[k]) parts(i, k) = 1.0;
+      if (part[i] == loose[k]) loose_fields(i, k) = 1.0;
   }
   return m;
 }

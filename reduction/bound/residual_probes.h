@@ -31,9 +31,9 @@ double certain_share(Eigen::Index count, double failure);
 
 /// Largest M below K(p)'s symmetric part for all p >= least: K0 + sum least_j K_j without coolant flows. Parts
 /// that no term holds get one spring to nothing: residuals that have no net heat there do not feel it.
-/// @param parts  receives the temperature fields of 1 K in these parts (size x parts)
+/// @param loose_fields  receives the temperature fields of 1 K in these parts (size x parts)
 solver::SparseMatrix least_conduction(const solver::ThermalSystem& thermal, const Eigen::VectorXd& least,
-                                      Eigen::MatrixXd& parts);
+                                      Eigen::MatrixXd& loose_fields);
 
 /// Columns g, (size x count or size). @param m  symmetric, positive definite
 Eigen::MatrixXd residual_probes(const solver::SparseMatrix& m, const ProbeOptions& options);

@@ -37,9 +37,9 @@ std::vector<double> with_more(const std::vector<double>& positions, std::size_t 
 std::vector<double> with_angles(const std::vector<double>& angles) {
   std::vector<double> fine{angles.front()};
   for (std::size_t cell = 0; cell + 1 < angles.size(); ++cell) {
-    const auto parts = static_cast<std::size_t>(std::ceil((angles[cell + 1] - angles[cell]) / widest_angle - 1e-9));
+    const auto divisions = static_cast<std::size_t>(std::ceil((angles[cell + 1] - angles[cell]) / widest_angle - 1e-9));
     const std::vector<double> inside =
-        with_more({angles[cell], angles[cell + 1]}, std::clamp<std::size_t>(parts, 1, most_angles_more + 1) - 1);
+        with_more({angles[cell], angles[cell + 1]}, std::clamp<std::size_t>(divisions, 1, most_angles_more + 1) - 1);
     fine.insert(fine.end(), inside.begin() + 1, inside.end());
   }
   return fine;

@@ -141,7 +141,7 @@ std::vector<Complex> choose(const std::vector<Complex>& candidates, std::size_t 
 }
 
 MatrixXd newest_columns(std::vector<Side>& sides, Index most, std::mt19937& engine) {
-  std::vector<MatrixXd> parts;
+  std::vector<MatrixXd> blocks;
   Index columns = 0;
   // Sides in turn from the newest block back, so that both have their say.
   for (std::size_t back = 0; columns < most; ++back) {
@@ -149,17 +149,17 @@ MatrixXd newest_columns(std::vector<Side>& sides, Index most, std::mt19937& engi
     for (Side& side : sides) {
       if (back >= side.newest.size()) continue;
       any = true;
-      parts.push_back(thinned(side.newest[side.newest.size() - 1 - back], 12, engine));
-      columns += parts.back().cols();
+      blocks.push_back(thinned(side.newest[side.newest.size() - 1 - back], 12, engine));
+      columns += blocks.back().cols();
     }
     if (!any) break;
   }
   for (Side& side : sides) side.newest.clear();
   MatrixXd all(sides.front().rest.rows(), columns);
   columns = 0;
-  for (const MatrixXd& part : parts) {
-    all.middleCols(columns, part.cols()) = part;
-    columns += part.cols();
+  for (const MatrixXd& block : blocks) {
+    all.middleCols(columns, block.cols()) = block;
+    columns += block.cols();
   }
   return all;
 }

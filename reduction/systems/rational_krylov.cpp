@@ -33,14 +33,14 @@ struct Small {
 
 /// Columns of the real span of columns that belong to shifts; of conjugates only one is kept.
 MatrixXd real_span(const Points& points, const MatrixXcd& columns) {
-  std::vector<Eigen::VectorXd> parts;
+  std::vector<Eigen::VectorXd> real_columns;
   for (Index k = 0; k < columns.cols(); ++k) {
     if (points.shifts(k).imag() < 0.0) continue;
-    parts.push_back(columns.col(k).real());
-    if (points.shifts(k).imag() > 0.0) parts.push_back(columns.col(k).imag());
+    real_columns.push_back(columns.col(k).real());
+    if (points.shifts(k).imag() > 0.0) real_columns.push_back(columns.col(k).imag());
   }
-  MatrixXd span(columns.rows(), std::ssize(parts));
-  for (std::size_t k = 0; k < parts.size(); ++k) span.col(k) = parts[k].normalized();
+  MatrixXd span(columns.rows(), std::ssize(real_columns));
+  for (std::size_t k = 0; k < real_columns.size(); ++k) span.col(k) = real_columns[k].normalized();
   return span;
 }
 

@@ -54,7 +54,7 @@ struct Settings {
                   status == UMFPACK_ERROR_out_of_memory ? "out of memory" : fmt::format("UMFPACK status {}", status)));
 }
 
-const double* parts(const std::vector<Complex>& values) { return reinterpret_cast<const double*>(values.data()); }
+const double* as_reals(const std::vector<Complex>& values) { return reinterpret_cast<const double*>(values.data()); }
 
 }  // namespace
 
@@ -71,7 +71,7 @@ struct PencilLu::Impl {
     int status = umfpack_di_symbolic(pencil.n, pencil.n, pencil.outer.data(), pencil.inner.data(), values.data(),
                                      &real_analysis, real.control, nullptr);
     if (status < 0) fail(status, pencil.n, "the analysis");
-    status = umfpack_zi_symbolic(pencil.n, pencil.n, pencil.outer.data(), pencil.inner.data(), parts(complex_values),
+    status = umfpack_zi_symbolic(pencil.n, pencil.n, pencil.outer.data(), pencil.inner.data(), as_reals(complex_values),
                                  nullptr, &complex_analysis, complex_numbers.control, nullptr);
     if (status < 0) fail(status, pencil.n, "the analysis");
   }
@@ -131,7 +131,7 @@ PencilLu::Factor PencilLu::factorise(Complex s) const {
   } else {
     const Settings settings(true);
     to.complex_values = pencil.values(s);
-    status = umfpack_zi_numeric(pencil.outer.data(), pencil.inner.data(), parts(to.complex_values), nullptr,
+    status = umfpack_zi_numeric(pencil.outer.data(), pencil.inner.data(), as_reals(to.complex_values), nullptr,
                                 impl_->complex_analysis, &to.complex_numbers, settings.control, info);
   }
   if (status < 0) fail(status, pencil.n, "the factorisation");
@@ -166,7 +166,7 @@ Eigen::MatrixXcd PencilLu::Factor::solve(const Eigen::MatrixXcd& b, bool transpo
     const Eigen::Index j = column;
     const Settings settings(true);
     const int status = umfpack_zi_solve(
-        transposed ? UMFPACK_Aat : UMFPACK_A, pencil.outer.data(), pencil.inner.data(), parts(impl_->complex_values),
+        transposed ? UMFPACK_Aat : UMFPACK_A, pencil.outer.data(), pencil.inner.data(), as_reals(impl_->complex_values),
         nullptr, reinterpret_cast<double*>(x.col(j).data()), nullptr, reinterpret_cast<const double*>(b.col(j).data()),
         nullptr, impl_->complex_numbers, settings.control, nullptr);
     if (status < 0) fail(status, pencil.n, "a solve");

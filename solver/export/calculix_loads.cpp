@@ -313,15 +313,15 @@ private:
     std::vector<std::string> lines(point_fluxes_.size()), shared;
     std::vector<Value> values;
     for (const Flux& flux : point_fluxes_) values.push_back(value("POWER", flux.id, flux.power));
-    for (const auto& [node, parts] : points_) {
-      if (parts.size() == 1) {
-        const auto [flux, share] = parts.front();
+    for (const auto& [node, fluxes] : points_) {
+      if (fluxes.size() == 1) {
+        const auto [flux, share] = fluxes.front();
         lines[flux] += fmt::format("{}, 11, {:.10g}\n", node, share * values[flux].magnitude);
         continue;
       }
       std::vector<Series> all;
       std::vector<double> weights;
-      for (const auto& [flux, share] : parts) {
+      for (const auto& [flux, share] : fluxes) {
         all.push_back(point_fluxes_[flux].power);
         weights.push_back(share);
       }

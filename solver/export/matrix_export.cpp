@@ -154,10 +154,10 @@ MatrixFiles write_matrices(const fs::path& folder, const FullModel& full, const 
   Eigen::MatrixXd rows(std::ssize(made.names.outputs), thermal.size);
   rows.topRows(sensors) = Eigen::MatrixXd(thermal.sensors.topRows(sensors));
   if (rows.rows() > sensors) {
-    const OutputRows parts = full.elastic.output_rows(pose);
+    const OutputRows of_pose = full.elastic.output_rows(pose);
     for (Index i = 0; i < thermal.size; ++i) {
       const Vector6 error =
-          tcp_error(machine, pose, parts.tool.col(i), parts.table_axis.col(i), parts.table_own.col(i)).error;
+          tcp_error(machine, pose, of_pose.tool.col(i), of_pose.table_axis.col(i), of_pose.table_own.col(i)).error;
       rows.col(i).tail(6) << error.head<3>() / core::units::um, error.tail<3>() / core::units::um_per_m;
     }
   }

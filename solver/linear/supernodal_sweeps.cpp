@@ -19,7 +19,7 @@ namespace {
 
 using Int = std::int64_t;
 
-constexpr Int parts = 24;             // a subtree holds at most this share of the factor
+constexpr Int fewest_subtrees = 24;   // a subtree holds at most this share of the factor
 constexpr Int rows_at_once = 128;     // of a block that stays in the nearest cache
 constexpr Int split_above = 1 << 17;  // values of a supernode that several threads share
 
@@ -223,7 +223,7 @@ void SupernodalSweeps::plan() {
     members[at(up)] += members[at(s)];
     weight[at(up)] += weight[at(s)];
   }
-  const Int limit = p.value_begin.back() / parts;
+  const Int limit = p.value_begin.back() / fewest_subtrees;
   target_ = p.row;
   work_rows_ = size();
   Int next = count - 1;

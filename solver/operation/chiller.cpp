@@ -14,8 +14,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double parts_of_lag = 8.0;
-constexpr int most_parts = 4096;
+constexpr double steps_of_lag = 8.0;
+constexpr int most_steps = 4096;
 
 double at(const VectorXd& value, const VectorXd& slope, const VectorXd& curve, int place, double s) {
   double result = value[place];
@@ -122,17 +122,17 @@ double Chiller::slope(std::size_t i, const VectorXd& row, const Readings& readin
   return (target - walk.outlet) / circuit.time_constant;
 }
 
-/// Heun's method in parts of the lag; compressors switch at the end of a part if they may.
+/// Heun's method in steps of the lag; compressors switch at the end of a step if they may.
 void Chiller::walk(std::size_t i, const VectorXd& row, const Readings& readings, double span, bool switches,
                    Walk& walk) const {
   const Circuit& circuit = circuits_[i];
   const double quickest = circuit.control == mesh::ChillerControl::pi
                               ? std::min(circuit.time_constant / (1.0 + circuit.gain), circuit.integral_time)
                               : circuit.time_constant;
-  const int parts =
-      std::clamp(static_cast<int>(std::ceil(parts_of_lag * span / quickest)), switches ? 16 : 1, most_parts);
-  const double h = span / parts;
-  for (int k = 0; k < parts; ++k) {
+  const int steps =
+      std::clamp(static_cast<int>(std::ceil(steps_of_lag * span / quickest)), switches ? 16 : 1, most_steps);
+  const double h = span / steps;
+  for (int k = 0; k < steps; ++k) {
     const double s = h * k;
     double integral_0, integral_1;
     const double slope_0 = slope(i, row, readings, s, walk, integral_0);

@@ -196,52 +196,52 @@ Eigen::VectorXd OperatingModel::guide_K(const Eigen::VectorXd& row) const {
   return guide;
 }
 
-OperatingModel::FilmParts OperatingModel::film_parts(std::size_t i, const Eigen::VectorXd& row,
-                                                     const Eigen::VectorXd& readings_K) const {
+OperatingModel::FilmCoefficients OperatingModel::film_coefficients(std::size_t i, const Eigen::VectorXd& row,
+                                                                   const Eigen::VectorXd& readings_K) const {
   const mesh::FilmSpec& spec = machine_.films[i];
   const FilmChannels& c = film_channels_[i];
   const Eigen::Index film = i;
   const double reference_K = machine_.reference_C + units::zero_C_in_K;
-  FilmParts parts{still_film_[film], radiation_film_[film], spec.emissivity, 0.0, 0.0};
-  if (c.ambient >= 0) parts.ambient_K = ambient_K(c.ambient, row);
+  FilmCoefficients of_film{still_film_[film], radiation_film_[film], spec.emissivity, 0.0, 0.0};
+  if (c.ambient >= 0) of_film.ambient_K = ambient_K(c.ambient, row);
   if (c.surroundings >= 0)
-    parts.surroundings_K = c.surroundings == c.ambient ? parts.ambient_K : ambient_K(c.surroundings, row);
+    of_film.surroundings_K = c.surroundings == c.ambient ? of_film.ambient_K : ambient_K(c.surroundings, row);
   if (c.own >= 0 && readings_K.size() > 0) {
     const double own = readings_K[c.own];
     if (spec.of_temperature) {
-      const double ambient = c.volume >= 0 ? readings_K[c.volume] : parts.ambient_K, delta = own - ambient;
+      const double ambient = c.volume >= 0 ? readings_K[c.volume] : of_film.ambient_K, delta = own - ambient;
       // Cold air sinks: under a plate that is colder than the air it behaves as over a warm one.
       mesh::Orientation orientation = spec.orientation;
       if (delta < 0.0 && orientation != mesh::Orientation::vertical)
         orientation = orientation == mesh::Orientation::up ? mesh::Orientation::down : mesh::Orientation::up;
-      parts.convection =
+      of_film.convection =
           free_convection(orientation, spec.length, std::max(std::abs(delta), least_delta_K), ambient + reference_K);
     }
     if (spec.exact_radiation)
-      parts.radiation = radiation_between(spec.emissivity, own + reference_K, parts.surroundings_K + reference_K);
+      of_film.radiation = radiation_between(spec.emissivity, own + reference_K, of_film.surroundings_K + reference_K);
   }
   if (c.table >= 0) {
     const double value = row[c.table];
     // An input that nobody gives: its law has nothing to say.
     const double lowest = spec.table.power.front();
-    parts.convection = std::isfinite(value)
-                           ? core::linear_at(spec.table.at, spec.table.power,
-                                             spec.table.input.ends_with(".T_C") ? value : std::abs(value))
-                           : 0.0;
+    of_film.convection = std::isfinite(value)
+                             ? core::linear_at(spec.table.at, spec.table.power,
+                                               spec.table.input.ends_with(".T_C") ? value : std::abs(value))
+                             : 0.0;
     if (std::isfinite(value) && spec.speed_factor != 1.0)
-      parts.convection = std::max(0.0, lowest + spec.speed_factor * (parts.convection - lowest));
+      of_film.convection = std::max(0.0, lowest + spec.speed_factor * (of_film.convection - lowest));
   }
   if (c.speed >= 0) {
     const double forced = spec.speed_factor * spec.fraction * rotating_disc(row[c.speed] * c.to_rad_s, spec.radius),
-                 still = parts.convection;
-    parts.convection = std::cbrt(still * still * still + forced * forced * forced);
+                 still = of_film.convection;
+    of_film.convection = std::cbrt(still * still * still + forced * forced * forced);
   }
   double factor = spec.kind != mesh::FilmKind::constant ? spec.coefficient.value : 1.0;
   if (c.state >= 0) factor *= row[c.state];
-  parts.convection *= factor;
-  parts.radiation *= factor;
-  parts.emissivity *= factor;
-  return parts;
+  of_film.convection *= factor;
+  of_film.radiation *= factor;
+  of_film.emissivity *= factor;
+  return of_film;
 }
 
 double OperatingModel::source_power(std::size_t i, const Eigen::VectorXd& row) const {
@@ -312,16 +312,16 @@ void OperatingModel::coefficients(const Eigen::VectorXd& row, const Eigen::Vecto
     const std::size_t item = term.item;
     switch (term.kind) {
       case TermKind::film: {
-        const FilmParts parts = film_parts(item, row, readings_K);
-        out.p[t] = parts.convection + parts.radiation;
+        const FilmCoefficients of_film = film_coefficients(item, row, readings_K);
+        out.p[t] = of_film.convection + of_film.radiation;
         if (film_channels_[item].ambient < 0) break;
         const Eigen::Index k = film_first_input_[item];
-        out.q[k] = parts.convection * parts.ambient_K + parts.radiation * parts.surroundings_K +
+        out.q[k] = of_film.convection * of_film.ambient_K + of_film.radiation * of_film.surroundings_K +
                    machine_.films[item].radiation_load;
         if (gradient_channels_[film_channels_[item].ambient] >= 0)
-          out.q[k + 1] = parts.convection * gradient_K_m(film_channels_[item].ambient, row);
-        if (machine_.films[item].exact_radiation && parts.emissivity > 0.0)
-          out.radiation.push_back({term.item, parts.emissivity, parts.radiation, parts.surroundings_K});
+          out.q[k + 1] = of_film.convection * gradient_K_m(film_channels_[item].ambient, row);
+        if (machine_.films[item].exact_radiation && of_film.emissivity > 0.0)
+          out.radiation.push_back({term.item, of_film.emissivity, of_film.radiation, of_film.surroundings_K});
         break;
       }
       case TermKind::contact: out.p[t] = conductance(item, row, readings_K) * out.occupancy[t]; break;

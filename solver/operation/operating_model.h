@@ -62,22 +62,25 @@ public:
   /// Film coefficient in W/(m^2 K) at this row: constant + radiation, or factor times (law +
   /// radiation); convection at rest and by a disc blend as the root of cubes; times the state.
   double film_coefficient(int film, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K = {}) const {
-    const FilmParts parts = film_parts(film, row, readings_K);
-    return parts.convection + parts.radiation;
+    const FilmCoefficients of_film = film_coefficients(film, row, readings_K);
+    return of_film.convection + of_film.radiation;
   }
   /// What a film radiates to, K above the reference.
-  double surroundings_K(int film, const Eigen::VectorXd& row) const { return film_parts(film, row, {}).surroundings_K; }
+  double surroundings_K(int film, const Eigen::VectorXd& row) const {
+    return film_coefficients(film, row, {}).surroundings_K;
+  }
   /// Pose in the row's axis positions (SI).
   mesh::Pose pose(const Eigen::VectorXd& row) const;
   const mesh::Machine& machine() const { return machine_; }
 
 private:
-  struct FilmParts {
+  struct FilmCoefficients {
     double convection, radiation;      // W/(m^2 K), with factor and state
     double emissivity;                 // with factor and state
     double ambient_K, surroundings_K;  // above the reference
   };
-  FilmParts film_parts(std::size_t film, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const;
+  FilmCoefficients film_coefficients(std::size_t film, const Eigen::VectorXd& row,
+                                     const Eigen::VectorXd& readings_K) const;
   double source_power(std::size_t source, const Eigen::VectorXd& row) const;
   double gradient_K_m(int ambient, const Eigen::VectorXd& row) const;
   double conductance(std::size_t joint, const Eigen::VectorXd& row, const Eigen::VectorXd& readings_K) const;

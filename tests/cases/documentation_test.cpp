@@ -120,7 +120,8 @@ std::string fault_of(const std::string& command) {
   for (const Words& call : calls_in(command))
     if (const std::string fault = fault_of_call(call); !fault.empty()) return fault;
   for (const std::string& word : words_of(command)) {
-    const bool of_tree = word.starts_with("cases/vmc5") || word.starts_with("tests/cases/toy") || word.starts_with("tools/");
+    const bool of_tree =
+        word.starts_with("cases/vmc5") || word.starts_with("tests/cases/toy") || word.starts_with("tools/");
     if (of_tree && word.find_first_of("*?{$<") == std::string::npos && !fs::exists(source_tree() / word))
       return "no '" + word + "' in the tree";
   }
@@ -130,10 +131,12 @@ std::string fault_of(const std::string& command) {
 /// Options whose values mean the same with any case.
 bool is_general(const std::string& option) {
   static const std::set<std::string> general = {
-      "--out",   "--threads", "--quiet",   "--json", "--size",         "--mesh-order",   "--order",     "--solver",
-      "--bound", "--resume",  "--compare", "--exact", "--fields-every", "--output-times", "--checkpoint-every",
-      "--calculix", "--matrices", "--heat-only", "--reduced", "--perturb", "--first-seed", "--measured-size",
-      "--no-sensors", "--step", "--strict", "--method"};
+      "--out",        "--threads",       "--quiet",        "--json",         "--size",
+      "--mesh-order", "--order",         "--solver",       "--bound",        "--resume",
+      "--compare",    "--exact",         "--fields-every", "--output-times", "--checkpoint-every",
+      "--calculix",   "--matrices",      "--heat-only",    "--reduced",      "--perturb",
+      "--first-seed", "--measured-size", "--no-sensors",   "--step",         "--strict",
+      "--method"};
   return general.count(option) > 0;
 }
 
@@ -151,7 +154,8 @@ std::string on_toy(std::string command, const fs::path& folder) {
     static const std::set<std::string> of_files = {"--data", "--model", "--truth", "--reference", "--extended", "--in"};
     if (of_files.count(word) == 0 || i + 1 == call.size() || !fs::exists(folder / call[i + 1])) return "";
   }
-  for (std::size_t at = command.find(whole_case); at != std::string::npos; at = command.find(whole_case, at + toy.size()))
+  for (std::size_t at = command.find(whole_case); at != std::string::npos;
+       at = command.find(whole_case, at + toy.size()))
     command.replace(at, whole_case.size(), toy);
   return command;
 }
@@ -176,9 +180,10 @@ public:
     text << "set -eo pipefail\n";
     for (const std::string& command : commands) text << command << "\n";
     text.close();
-    const std::string bin = (folder_ / "bin").string(), call =
-        "cd '" + path().string() + "' && env -u DISPLAY -u THERMOTWIN_DATA PATH='" + bin + "':\"$PATH\" timeout " +
-        std::to_string(patience_s) + " bash '" + script.string() + "' >'" + log.string() + "' 2>&1 </dev/null";
+    const std::string bin = (folder_ / "bin").string(),
+                      call = "cd '" + path().string() + "' && env -u DISPLAY -u THERMOTWIN_DATA PATH='" + bin +
+                             "':\"$PATH\" timeout " + std::to_string(patience_s) + " bash '" + script.string() +
+                             "' >'" + log.string() + "' 2>&1 </dev/null";
     if (std::system(call.c_str()) == 0) return "";
     const std::string said = read(log);
     constexpr std::size_t most = 2000;
@@ -214,7 +219,8 @@ TEST_P(Documentation, CommandsWork) {
     const std::string place = GetParam() + ":" + std::to_string(block.line);
     EXPECT_FALSE(hides_commands(block)) << place << ": commands stand in blocks of ```sh, ```sh long or ```sh parse";
     if (!block.info.starts_with("sh")) continue;
-    EXPECT_TRUE(block.info == "sh" || block.info == "sh long" || block.info == "sh parse") << place << ": " << block.info;
+    EXPECT_TRUE(block.info == "sh" || block.info == "sh long" || block.info == "sh parse")
+        << place << ": " << block.info;
     const std::vector<std::string> commands = commands_of(block);
     for (const std::string& command : commands) EXPECT_EQ(fault_of(command), "") << place << ": " << command;
     if (HasFailure()) continue;
@@ -259,7 +265,8 @@ TEST(DocumentationReader, TakesTheToyWhereTheCommandNamesNoMore) {
   EXPECT_EQ(on_toy("thermotwin reduce cases/vmc5 --order 30", here), "thermotwin reduce tests/cases/toy --order 30");
   EXPECT_EQ(on_toy("thermotwin reduce cases/vmc5 --bound-pose X=0", here), "");
   EXPECT_EQ(on_toy("thermotwin evaluate cases/vmc5 --data nosuch", here), "");
-  EXPECT_EQ(on_toy("thermotwin evaluate cases/vmc5 --data cases", here), "thermotwin evaluate tests/cases/toy --data cases");
+  EXPECT_EQ(on_toy("thermotwin evaluate cases/vmc5 --data cases", here),
+            "thermotwin evaluate tests/cases/toy --data cases");
   EXPECT_EQ(on_toy("thermotwin evaluate --data cases", here), "");
 }
 

@@ -203,7 +203,8 @@ std::vector<std::pair<std::size_t, std::size_t>> sentences_of(const std::string&
     begin = end;
   };
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '<' && i + 1 < text.size() && (std::isalpha(static_cast<unsigned char>(text[i + 1])) || text[i + 1] == '/')) {
+    if (text[i] == '<' && i + 1 < text.size() &&
+        (std::isalpha(static_cast<unsigned char>(text[i + 1])) || text[i + 1] == '/')) {
       const std::size_t close = text.find('>', i);
       if (close == std::string::npos) continue;
       end_at(i);

@@ -94,7 +94,8 @@ std::vector<std::string> phrases_in(const Passage& passage) {
   std::vector<std::string> found;
   const std::string text = lower(passage.text);
   for (const Phrase& phrase : phrases()) {
-    for (std::size_t at = text.find(phrase.not_this); at != std::string::npos; at = text.find(phrase.not_this, at + 1)) {
+    for (std::size_t at = text.find(phrase.not_this); at != std::string::npos;
+         at = text.find(phrase.not_this, at + 1)) {
       if (!is_at(text, at, phrase)) continue;
       found.push_back(passage.file + ":" + std::to_string(passage.line_at(at)) + ": '" + phrase.not_this +
                       "'; say: " + phrase.say);
@@ -173,7 +174,8 @@ TEST(Words, FinderFindsWholePhrasesWithTheirLine) {
 
 TEST(Words, LiteralsAreJoinedAndKnowTheirLine) {
   const std::vector<Passage> found = literals_of(
-      "#include \"core/a.h\"\nf(\"one \" // \"no\"\n  \"two\\nthree\", '\"', R\"x(\"raw)x\", \"a \\\"b\\\"\");\n", "a.cpp");
+      "#include \"core/a.h\"\nf(\"one \" // \"no\"\n  \"two\\nthree\", '\"', R\"x(\"raw)x\", \"a \\\"b\\\"\");\n",
+      "a.cpp");
   ASSERT_EQ(found.size(), 3U);
   EXPECT_EQ(found[0].text, "one two");
   EXPECT_EQ(found[0].line_at(0), 2);
@@ -184,7 +186,8 @@ TEST(Words, LiteralsAreJoinedAndKnowTheirLine) {
 
 TEST(Words, PagesAreReadWithoutCodeAndAddresses) {
   const std::vector<Passage> found = paragraphs_of(
-      "<!-- note -->\n# Head\nOne [two](http://a.b) `x y`\nthree.\n\n```sh\nwhat is left\n```\n- item\n  more\n| a | b |\n",
+      "<!-- note -->\n# Head\nOne [two](http://a.b) `x y`\nthree.\n\n```sh\nwhat is left\n```\n- item\n  more\n| a | b "
+      "|\n",
       "a.md");
   ASSERT_EQ(found.size(), 4U);
   EXPECT_EQ(found[0].text, "# Head");

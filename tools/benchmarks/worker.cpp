@@ -120,18 +120,18 @@ void heat(const Options& options) {
 
 /// How fast the machine reads memory: what bounds solves with a factor that no cache holds.
 void memory(const Options& options) {
-  constexpr std::size_t parts = 64, each = 1 << 20;  // 512 MiB
-  const std::vector<double> values(parts * each, 1.0);
-  std::vector<double> sums(parts), seconds;
+  constexpr std::size_t chunks = 64, each = 1 << 20;  // 512 MiB
+  const std::vector<double> values(chunks * each, 1.0);
+  std::vector<double> sums(chunks), seconds;
   for (int i = 0; i < 8; ++i) {
     const Watch time(options.threads, options.wall);
-    core::parallel_for(0, parts, [&](std::size_t part) {
-      sums[part] = Eigen::Map<const Eigen::VectorXd>(values.data() + part * each, each).sum();
+    core::parallel_for(0, chunks, [&](std::size_t chunk) {
+      sums[chunk] = Eigen::Map<const Eigen::VectorXd>(values.data() + chunk * each, each).sum();
     });
     seconds.push_back(time.seconds());
   }
-  print("GB_s", 8e-9 * (parts * each) / bench::median(seconds));
-  print("checksum", Eigen::Map<const Eigen::VectorXd>(sums.data(), parts).sum());
+  print("GB_s", 8e-9 * (chunks * each) / bench::median(seconds));
+  print("checksum", Eigen::Map<const Eigen::VectorXd>(sums.data(), chunks).sum());
 }
 
 void elastic(const Options& options) {

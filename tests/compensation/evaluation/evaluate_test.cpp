@@ -27,11 +27,11 @@ std::filesystem::path data_folder(const std::string& name) {
 }
 
 const EvaluationRow& row_of(const Evaluation& evaluation, const std::string& model, const std::string& channel,
-                            const std::string& part) {
+                            const std::string& segment) {
   for (const EvaluationRow& row : evaluation.rows) {
-    if (row.model == model && row.channel == channel && row.part == part) return row;
+    if (row.model == model && row.channel == channel && row.segment == segment) return row;
   }
-  throw std::runtime_error("no row " + model + " " + channel + " " + part);
+  throw std::runtime_error("no row " + model + " " + channel + " " + segment);
 }
 
 TEST(Evaluate, MeasuredDriftIsJudgedOnDaysThatTheFitDidNotSee) {
@@ -45,9 +45,9 @@ TEST(Evaluate, MeasuredDriftIsJudgedOnDaysThatTheFitDidNotSee) {
   ASSERT_EQ(evaluation.rows.size(), 3U * 3U * 3U);
   EXPECT_EQ(evaluation.predictions.rows(), measurement.data.rows());
   for (const EvaluationRow& row : evaluation.rows) {
-    EXPECT_GT(row.measures.count, 3000) << row.model << row.channel << row.part;
+    EXPECT_GT(row.measures.count, 3000) << row.model << row.channel << row.segment;
     EXPECT_EQ(row.unit, "um");
-    EXPECT_EQ(row.training, row.part == "training");
+    EXPECT_EQ(row.training, row.segment == "training");
     if (row.training) {
       EXPECT_LE(row.to_s, 86400.0);
     } else {
@@ -133,7 +133,7 @@ TEST(Evaluate, AClockMayStartAnywhere) {
   ASSERT_EQ(found[0].rows.size(), 3U) << "a day of training, two to judge on";
   ASSERT_EQ(found[1].rows.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_EQ(found[0].rows[i].part, found[1].rows[i].part);
+    EXPECT_EQ(found[0].rows[i].segment, found[1].rows[i].segment);
     EXPECT_EQ(found[0].rows[i].measures.count, found[1].rows[i].measures.count);
     EXPECT_NEAR(found[0].rows[i].measures.rms, found[1].rows[i].measures.rms, 1e-9);
   }

@@ -48,8 +48,8 @@ struct Result {
 };
 
 /// @param probe_every_s  0: never. RMS over the second day at poses that were not probed.
-Result judge(const test::Truth& truth, const std::vector<mesh::Pose>& probed, const std::vector<mesh::Pose>& judged,
-             double probe_every_s, bool sensors, std::uint64_t seed) {
+Result probed_day(const test::Truth& truth, const std::vector<mesh::Pose>& probed,
+                  const std::vector<mesh::Pose>& judged, double probe_every_s, bool sensors, std::uint64_t seed) {
   test::Uniform noise(seed);
   Compensator compensator(nominal());
   Result result;
@@ -97,10 +97,10 @@ TEST(Probing, EveryFourHoursHalvesTheErrorOfAMachineThatDiffers) {
   double with_probing = 0.0, sensors_only = 0.0, blind = 0.0, blind_probing = 0.0;
   for (const std::uint64_t seed : {501U, 502U, 503U, 504U}) {
     const test::Truth truth = two_days(seed, all);
-    const Result none = judge(truth, probed, judged, 0.0, true, seed),
-                 some = judge(truth, probed, judged, 4 * 3600.0, true, seed);
-    const Result no_sensors = judge(truth, probed, judged, 0.0, false, seed),
-                 alone = judge(truth, probed, judged, 4 * 3600.0, false, seed);
+    const Result none = probed_day(truth, probed, judged, 0.0, true, seed),
+                 some = probed_day(truth, probed, judged, 4 * 3600.0, true, seed);
+    const Result no_sensors = probed_day(truth, probed, judged, 0.0, false, seed),
+                 alone = probed_day(truth, probed, judged, 4 * 3600.0, false, seed);
     std::printf(
         "  machine %d: second day, poses that were not probed: %.2f um, with probing %.2f; without sensors %.2f and "
         "%.2f; residual over stated %.2f; step %.2f um\n",

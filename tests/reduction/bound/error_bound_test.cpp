@@ -153,13 +153,13 @@ struct Draw {
   }
 };
 
-struct Judged {
+struct Compared {
   std::vector<double> ratios;  // bound over error, where the error is no rounding
   std::size_t statements = 0, broken = 0;
   double worst_bound_um = 0, worst_error_um = 0;
 };
 
-void judge(const BoundModel& bound, unsigned seed, Judged& all) {
+void compare(const BoundModel& bound, unsigned seed, Compared& all) {
   const Draw draw(seed, 3);
   const Boxes& b = boxes();
   const MatrixXd truth = draw.run_full();
@@ -192,8 +192,8 @@ double median(std::vector<double> values) {
 }
 
 TEST(ErrorBound, HoldsForEveryOutputOfHundredsOfDraws) {
-  Judged all;
-  for (unsigned seed = 1; seed <= 200; ++seed) judge(exact_bound(), seed, all);
+  Compared all;
+  for (unsigned seed = 1; seed <= 200; ++seed) compare(exact_bound(), seed, all);
   std::printf(
       "order %d, bound on order %d with %d duals: %zu statements, bound over error: least %.2f, median %.2f; largest "
       "error %.3f, bound %.3f um\n",
@@ -209,8 +209,8 @@ TEST(ErrorBound, HoldsForEveryOutputOfHundredsOfDraws) {
 TEST(ErrorBound, HoldsWithRandomProbes) {
   const BoundModel bound = make_bound_model(boxes().full, boxes().basis, boxes().range, boxes().poses,
                                             {.dual = 25, .probes = {.count = 60}});
-  Judged all;
-  for (unsigned seed = 1; seed <= 60; ++seed) judge(bound, seed, all);
+  Compared all;
+  for (unsigned seed = 1; seed <= 60; ++seed) compare(bound, seed, all);
   std::printf("60 probes: %zu statements, bound over error: least %.2f, median %.2f\n", all.statements,
               *std::min_element(all.ratios.begin(), all.ratios.end()), median(all.ratios));
   EXPECT_EQ(all.broken, 0u);
