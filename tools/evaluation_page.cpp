@@ -35,7 +35,7 @@ std::string headline(const compensation::Evaluation& e) {
 
 std::string channels(const compensation::Evaluation& e) {
   std::vector<std::pair<std::string, std::string>> items;
-  for (const std::string& channel : compensation::judged_channels(e)) {
+  for (const std::string& channel : compensation::scored_channels(e)) {
     items.emplace_back(
         channel, (e.predictions.find(channel + "_measured") ? compensation::channel_svg(e, channel) : "") + "<br>" +
                      core::html_table(e.table(channel)));
