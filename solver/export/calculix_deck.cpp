@@ -135,6 +135,20 @@ std::string heat_steps(Model& model, const Program& program, const Loads& loads,
   return text;
 }
 
+/// Differences of the two programs in space and time that stay on one mesh.
+void note_schemes(const mesh::Machine& machine, const DeckOptions& options, bool steady,
+                  std::vector<std::string>& notes) {
+  if (machine.lumped_capacity)
+    notes.push_back("the capacity matrix is lumped in thermotwin and consistent in CalculiX");
+  notes.push_back(std::string("CalculiX integrates capacity and films with ") +
+                  (machine.order == 1 ? "one point (C3D4)" : "four and three points (C3D10)") +
+                  ", thermotwin exactly; both converge, but on one mesh they differ by their discretisation errors");
+  if (!steady && options.program->time().scheme != TimeScheme::backward_euler) {
+    notes.push_back(
+        "CalculiX steps by implicit Euler, first order; thermotwin's own scheme of this load is of second order");
+  }
+}
+
 }  // namespace
 
 calculix::Program::Program(const Model& model) : operating(model.machine(), layout_at_pose(model)) {
@@ -185,17 +199,7 @@ DeckSummary write_calculix_deck(const std::filesystem::path& folder, const mesh:
   const bool with_static = with_elastic && !options.heat_only;
   if (!with_elastic) model.notes.push_back("no body of the deck is elastic: there is no static.inp");
   const Statics elastic = with_static ? statics(model) : Statics{};
-  if (machine.lumped_capacity)
-    model.notes.push_back("the capacity matrix is lumped in thermotwin and consistent in CalculiX");
-  model.notes.push_back(
-      std::string("CalculiX integrates capacity and films with ") +
-      (machine.order == 1 ? "one point (C3D4)" : "four and three points (C3D10)") +
-      ", thermotwin exactly; both converge, but on one mesh they differ by their discretisation errors");
-  if (!program.steady() && options.program->time().scheme != TimeScheme::backward_euler) {
-    model.notes.push_back(
-        "CalculiX steps by implicit Euler, first order; thermotwin's own scheme of this load is of second order");
-  }
-
+  note_schemes(machine, options, program.steady(), model.notes);
   if (!machine.volumes.empty())
     model.notes.push_back("volumes (tanks, working areas) and their exchanges are not in the deck");
   const std::string sensors = sensors_text(model);
