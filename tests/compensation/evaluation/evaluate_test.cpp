@@ -103,7 +103,7 @@ TEST(Evaluate, AFewLastRowsAreNoDayOfTheirOwn) {
     scratch.write("data.csv", data);
     EvaluateOptions options;
     options.train_until_s = 43200;
-    return parts_of(read_measurement(scratch.path()), options);
+    return segments_of(read_measurement(scratch.path()), options);
   };
   const auto short_rest = parts(2 * 144 + 1), long_rest = parts(2 * 144 + 8);
   ASSERT_EQ(short_rest.size(), 3U);
