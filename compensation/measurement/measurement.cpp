@@ -54,12 +54,12 @@ std::string read_pose(const core::Node& node) {
   if (!pose) return "";
   std::string text;
   for (const std::string& key : pose->keys()) {
-    const double value = pose->number(key);
     const bool known_unit = key.ends_with("_mm") || key.ends_with("_deg");
     const std::string axis = key.substr(0, key.find('_'));
     if (!known_unit || axis.empty() || axis.size() + (key.ends_with("_mm") ? 3U : 4U) != key.size()) {
       throw InputError(pose->place(key), "'" + key + "'", "an axis with its unit, such as X_mm or B_deg");
     }
+    const double value = pose->number(key);
     text += fmt::format("{}{}={}", text.empty() ? "" : ",", axis, value);
   }
   pose->finish();
