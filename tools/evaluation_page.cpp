@@ -17,8 +17,7 @@ namespace {
 std::string headline(const compensation::Evaluation& e) {
   if (e.leaderboard.empty()) return core::html_finding(core::Tone::warn, "result", {"No model could be judged."});
   const compensation::Standing& best = e.leaderboard.front();
-  const std::string where =
-      best.seen_by_fit ? "in the rows that its fit saw; nothing was held out" : "where no fit saw it";
+  const std::string where = best.seen_by_fit ? "on its training rows; nothing was held out" : "on held-out data";
   const core::Tone tone = best.seen_by_fit || best.reduction_percent < 20.0 ? core::Tone::warn : core::Tone::good;
   return core::html_finding(tone, "best model",
                             {fmt::format("{} removes {:.1f}&#8239;% of the RMS of the thermal error {}.",

@@ -172,7 +172,7 @@ std::string fluid_action(const RankedCause& cause) {
       return fmt::format("Compare the inlet sensor of coolant {} with a second one: what enters is {} than it says.",
                          p.where, warmer(cause.value));
     case Kind::control_sensor_offset:
-      return fmt::format("Check the guide sensor and the set point of the chiller of {}: they are off by {:+.2g} K.",
+      return fmt::format("Check the guide sensor and the set point of the chiller of {}: their error is {:+.2g} K.",
                          p.where, cause.value);
     case Kind::volume_exchange:
       return fmt::format(

@@ -11,7 +11,7 @@
 #include <set>
 #include <tuple>
 
-#include "core/svg.h"
+#include "core/text.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {

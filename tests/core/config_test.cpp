@@ -155,7 +155,9 @@ TEST(Config, WrongTypesAreRefused) {
 }
 
 TEST(Config, RangesAreInclusiveAndNeverHoldNan) {
-  const auto within = [](double low, double high) { return [=](const Node& root) { root.number("a", Range{low, high}); }; };
+  const auto within = [](double low, double high) {
+    return [=](const Node& root) { root.number("a", Range{low, high}); };
+  };
   EXPECT_EQ(refusal("a = 0", within(0, 1)), "");
   EXPECT_EQ(refusal("a = 1.0", within(0, 1)), "");
   expect_holds(refusal("a = 1.01", within(0, 1)), {"1.01", "a number from 0 to 1"});
