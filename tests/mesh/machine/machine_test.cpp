@@ -226,7 +226,7 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"unit = \"m\"", "unit = \"ft\"", {"ft", "mm"}},
         Mistake{"element_size_mm = 90", "element_size_mm = 0", {"element_size_mm"}},
         Mistake{"parent = \"slide\"", "parent = \"sldie\"", {"sldie", "slide"}},
-        Mistake{"cad = \"bed.stl\"", "cad = \"bed.stl\"\nparent = \"table\"", {"circle"}},
+        Mistake{"cad = \"bed.stl\"", "cad = \"bed.stl\"\nparent = \"table\"", {"circular chain"}},
         Mistake{"parent = \"swivel\"\naxis = \"C\"", "parent = \"swivel\"\naxis = \"B\"", {"'B'", "twice"}},
         Mistake{"direction = [2, 0, 0]", "direction = [0, 0, 0]", {"direction", "length 0"}},
         Mistake{"travel_mm = [-400, 400]", "travel_mm = [400, -400]", {"travel_mm", "low < high"}},
