@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 namespace thermotwin::reduction {
@@ -51,7 +52,7 @@ void write_parts(StoreWriter& writer, const Parts& parts, const ReducedModel& mo
   IntRows items(std::ssize(named), 2);
   for (Index i = 0; i < items.rows(); ++i) items.row(i) << named[i].first, named[i].second;
   writer.group("/parts");
-  const auto split = parts.capacity.begin() + std::ssize(parts.bodies);
+  const auto split = parts.capacity.begin() + std::min(std::ssize(parts.bodies), std::ssize(parts.capacity));
   writer.stack("/parts/capacity", {parts.capacity.begin(), split}, r, r);
   writer.describe("/parts/capacity", "(body, state, state)", "J/K");
   if (split != parts.capacity.end()) {
