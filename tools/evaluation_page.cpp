@@ -54,7 +54,8 @@ std::string notes(const compensation::Evaluation& e) {
   std::string markup;
   if (!list.empty()) markup += core::html_section("Notes", "", "<ul>" + list + "</ul>");
   if (!e.observer.empty())
-    markup += core::html_section("What the sensors tell", "", "<pre>" + core::xml_text(e.observer) + "</pre>");
+    markup += core::html_section("Observability of the disturbance states", "",
+                                 "<pre>" + core::xml_text(e.observer) + "</pre>");
   return markup;
 }
 

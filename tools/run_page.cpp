@@ -56,7 +56,7 @@ std::string headline(const RunResults& r, double before, double after) {
 }
 
 std::string compensation_section(const RunResults& r) {
-  std::vector<std::vector<std::string>> rows{{"check point", "RMS before um", "model alone um", "told of the hall um",
+  std::vector<std::vector<std::string>> rows{{"check point", "RMS before um", "model alone um", "surroundings known um",
                                               "with sensors um", "largest before um", "largest after um"}};
   for (const compensation::ValidationRow& row : r.validation.rows) {
     rows.push_back({row.pose, fmt::format("{:.2f}", row.rms_before_um), fmt::format("{:.2f}", row.rms_model_um),

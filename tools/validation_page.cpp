@@ -85,14 +85,14 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
                                     "median RMS removed"));
   }
   const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};
-  return page_of(
-      head, "Validation",
-      core::html_finding(least > 50.0 ? core::Tone::good : core::Tone::warn, "compensation", sentences) +
-          core::html_tiles(tiles) + dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
-          traces_section(main.traces) + tables(rows, full != nullptr ? &of_full : nullptr) +
-          "<p class=\"sub\">told: without sensors, but told that what surrounds the machine is as warm as its hall; "
-          "cut: what the sensors remove of what that leaves</p>\n" +
-          next_steps(head.options, {more_machines, power_off}));
+  return page_of(head, "Validation",
+                 core::html_finding(least > 50.0 ? core::Tone::good : core::Tone::warn, "compensation", sentences) +
+                     core::html_tiles(tiles) +
+                     dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
+                     traces_section(main.traces) + tables(rows, full != nullptr ? &of_full : nullptr) +
+                     "<p class=\"sub\">surroundings known: without sensors, but with all ambients at the hall "
+                     "temperature; cut: share of that residual which the sensors remove</p>\n" +
+                     next_steps(head.options, {more_machines, power_off}));
 }
 
 std::string validation_page(const ValidationHead& head, const compensation::PowerOffStudy& main,
@@ -103,16 +103,16 @@ std::string validation_page(const ValidationHead& head, const compensation::Powe
   for (int k = 0; k < 3; ++k) {
     columns.push_back({"time since the return", moments[k], main.left_percent(k), core::Ink::blue});
     tiles.push_back(core::html_tile(
-        std::string("error left, ") + moments[k], fmt::format("{:.1f}&#8239;%", quantile(main.left_percent(k), 0.5)),
+        std::string("residual, ") + moments[k], fmt::format("{:.1f}&#8239;%", quantile(main.left_percent(k), 0.5)),
         fmt::format("median; 90th percentile {:.1f}&#8239;%", quantile(main.left_percent(k), 0.9))));
   }
   const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};
-  return page_of(head, "Return from a power-off",
-                 core::html_tiles(tiles) +
-                     dots_section("Error left after the return",
-                                  compensation::dots_svg("Error left after the return", "RMS left in %", columns)) +
-                     tables(rows, full != nullptr ? &of_full : nullptr) +
-                     next_steps(head.options, {failures, more_machines}));
+  return page_of(
+      head, "Return from a power-off",
+      core::html_tiles(tiles) +
+          dots_section("Residual after the return",
+                       compensation::dots_svg("Residual after the return", "residual in % of the RMS", columns)) +
+          tables(rows, full != nullptr ? &of_full : nullptr) + next_steps(head.options, {failures, more_machines}));
 }
 
 std::string validation_page(const ValidationHead& head, const compensation::FailedSensorStudy& main,

@@ -93,7 +93,7 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
   const double half = 0.5 * (value.high - value.low);
   core::Plot plot(960, 610, channel + ", measured and predicted");
   core::Panel above(plot, {70, 44, 860, 276}, time, value),
-      below(plot, {70, 350, 860, 216}, time, {fmt::format("measured less predicted in {}", unit), false, -half, half});
+      below(plot, {70, 350, 860, 216}, time, {fmt::format("measured minus predicted in {}", unit), false, -half, half});
   for (const EvaluationRow& row : evaluation.rows) {
     if (shown.empty() || !row.training || row.channel != channel || row.model != shown.front()) continue;
     for (core::Panel* panel : {&above, &below})

@@ -74,7 +74,7 @@ std::string removal_svg(const Validation& validation) {
   std::vector<DotColumn> columns;
   for (const std::string& load : loads) {
     columns.push_back({load, "no sensors", validation.reductions(load, With::model), Ink::grey});
-    columns.push_back({load, "told", validation.reductions(load, With::told), Ink::orange});
+    columns.push_back({load, "surroundings known", validation.reductions(load, With::told), Ink::orange});
     columns.push_back({load, "sensors", validation.reductions(load, With::sensors), Ink::blue});
   }
   return dots_svg("RMS of the TCP error removed on each machine", "RMS removed in %", columns);
@@ -106,7 +106,7 @@ std::string trace_svg(const ValidationTrace& trace) {
 
 std::string trace_legend() {
   return "<div class=\"legend\"><span><i class=\"orange\"></i>measured, without compensation</span><span><i "
-         "class=\"blue\"></i>left with compensation (sensors)</span><span><i class=\"band\"></i>± 2 std_um, as the "
+         "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 std_um, as the "
          "compensator states it</span></div>\n";
 }
 

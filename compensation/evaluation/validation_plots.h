@@ -19,7 +19,7 @@ struct DotColumn {
 /// Dots, a bar from the 10th to the 90th percentile, a stroke at the median. Values that are not finite are left out.
 std::string dots_svg(const std::string& name, const std::string& y_title, const std::vector<DotColumn>& columns);
 
-/// RMS removed on each machine, for each load without sensors, told of the hall, and with sensors.
+/// RMS removed on each machine, for each load without sensors, with known surroundings, and with sensors.
 std::string removal_svg(const Validation& validation);
 
 /// X, Y and Z of one check point over time: before, after, and two stated standard deviations about zero.

@@ -21,7 +21,7 @@ namespace thermotwin::compensation {
 /// value that is stated as uncertain, also expansions, capacities and stiffnesses, which no thermometer sees.
 enum class Perturb { all, thermal };
 
-/// Standard deviations that a machine of the type is off by, at the most: what is further off is a fault.
+/// Largest deviation of a machine of the type in its standard deviations; a larger one is a fault.
 inline constexpr double farthest_std = 2.5;
 
 /// Multiplies every Uncertain nominal by 1 + std_percent/100 * N(0,1) (films, powers, contact

@@ -67,7 +67,7 @@ DataRecord data_record(const compensation::Measurement& measurement, double inte
   if (count < 36) {
     throw InputError(
         place, fmt::format("a record of {:.0f} s", time[time.size() - 1] - start),
-        fmt::format("at least 36 intervals of {:.0f} s: a part to fit, one to compare and one to judge", interval_s));
+        fmt::format("at least 36 intervals of {:.0f} s, for three parts: fitting, comparison, judgement", interval_s));
   }
   record.time = VectorXd::LinSpaced(count, start + 0.5 * interval_s, start + (count - 0.5) * interval_s);
   std::vector<VectorXd> inputs, targets, counts;
@@ -88,10 +88,10 @@ DataRecord data_record(const compensation::Measurement& measurement, double inte
     }
   }
   if (targets.empty())
-    throw InputError(place, "no channel of kind displacement with data", "one or more displacements to explain");
+    throw InputError(place, "no channel of kind displacement with data", "one or more channels of kind displacement");
   if (inputs.empty()) {
     throw InputError(place, "no temperature or other input that changes",
-                     "one or more channels that displacements may follow");
+                     "one or more temperatures, speeds, powers or states that vary");
   }
   record.inputs.resize(count, std::ssize(inputs));
   for (std::size_t i = 0; i < inputs.size(); ++i) record.inputs.col(i) = inputs[i];

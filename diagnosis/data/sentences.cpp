@@ -12,7 +12,7 @@ std::string doubt(const std::vector<std::string>& channels, double fitted_hours,
   const bool one = channels.size() == 1;
   return fmt::format("{} {} the lag model of the first {:.0f} h {}, but {} may have changed {}.", core::join(channels),
                      one ? "follows" : "follow", fitted_hours, how_well,
-                     rivals.empty() ? "something else" : core::join(rivals, " or "), one ? "it" : "them");
+                     rivals.empty() ? "an unknown cause" : core::join(rivals, " or "), one ? "it" : "them");
 }
 
 std::string within_uncertainty(std::size_t channels) {
@@ -25,7 +25,7 @@ std::string explain_the_rest(const std::vector<std::string>& causes) {
 }
 
 std::string hold_in_the_last_part(const std::vector<std::string>& causes) {
-  if (causes.empty()) return "nothing proposed holds in the last part";
+  if (causes.empty()) return "no proposed cause holds in the last part";
   return fmt::format("only {} {} in the last part", core::join(causes), causes.size() == 1 ? "holds" : "hold");
 }
 

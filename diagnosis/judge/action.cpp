@@ -84,8 +84,7 @@ std::string source_action(const RankedCause& cause, const mesh::Machine& machine
           "{:+.2g}).",
           where, cause.value);
     case Kind::standstill_power:
-      return fmt::format("Check the heat of {} while it stands: about {:+.3g} W to what is stated.", where,
-                         cause.value);
+      return fmt::format("Check the heat of {} while it stands: about {:+.3g} W more than stated.", where, cause.value);
     case Kind::process_heat:
       return fmt::format("Check the share of the cutting power that enters at {}: it is {:.2g} times as stated.", where,
                          cause.value);
@@ -106,9 +105,8 @@ std::string film_action(const RankedCause& cause, const mesh::Machine& machine) 
     return fmt::format("Look for sun, a heater or a cold wall facing {}: about {:.3g} W/m2 arrive there.", where,
                        cause.value);
   if (p.kind == Kind::film_speed_law) {
-    return fmt::format(
-        "Check what moves the air at {}: the part of the film that speed adds is {:.2g} times as stated.", where,
-        cause.value);
+    return fmt::format("Check the air flow at {}: the speed-dependent part of the film is {:.2g} times as stated.",
+                       where, cause.value);
   }
   return fmt::format("Check the heat transfer at {} (draught, fan, cover, chips, fluid): it is {:.2g} times as stated.",
                      where, cause.value);
@@ -169,7 +167,7 @@ std::string fluid_action(const RankedCause& cause) {
           "times as stated.",
           p.where, cause.value);
     case Kind::coolant_inlet:
-      return fmt::format("Compare the inlet sensor of coolant {} with a second one: what enters is {} than it says.",
+      return fmt::format("Compare the inlet sensor of coolant {} with a second one: the inlet is {} than it reads.",
                          p.where, warmer(cause.value));
     case Kind::control_sensor_offset:
       return fmt::format("Check the guide sensor and the set point of the chiller of {}: their error is {:+.2g} K.",

@@ -51,7 +51,7 @@ struct Detectable {
   Kind kind = Kind::none;
   std::string unit;
   bool ratio = false;
-  double least = 0, most = 0;  ///< at the place where it is seen best, and where it is seen worst
+  double least = 0, most = 0;  ///< at the most and at the least observable place
   std::string best, worst;     ///< these places
   int invisible = 0;           ///< places whose whole prior shows nothing in this record
 };

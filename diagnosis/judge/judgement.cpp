@@ -142,12 +142,12 @@ std::string heldout_objection(const Diagnosis& d, double chi_square) {
 
 std::string worsened(const Diagnosis& d) {
   if (d.heldout_rms_before_um > 0.0 && d.ci95_high_percent < surely_worse) {
-    return fmt::format("correcting {} worsens the displacements on held-out time ({:.2f} um RMS after, {:.2f} before)",
+    return fmt::format("correcting {} worsens the displacements on held-out data ({:.2f} um RMS after, {:.2f} before)",
                        d.causes.size() == 1 ? "it" : "them", d.heldout_rms_after_um, d.heldout_rms_before_um);
   }
   for (const ChannelResidual& r : d.residuals) {
     if (r.rms_after > much_worse * std::max(r.rms_before, r.explained_std)) {
-      return fmt::format("correcting {} takes {} further off on held-out time ({:.3g} {} RMS after, {:.3g} before)",
+      return fmt::format("correcting {} worsens {} on held-out data ({:.3g} {} RMS after, {:.3g} before)",
                          d.causes.size() == 1 ? "it" : "them", r.id, r.rms_after, r.unit, r.rms_before);
     }
   }

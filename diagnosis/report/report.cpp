@@ -235,7 +235,7 @@ std::string detectability_table(const Diagnosis& d) {
   if (d.detectable.empty()) return "";
   std::string page =
       "<h2>What the record can show</h2>\n<section class=\"card scroll\"><p class=\"sub\">Smallest change of each kind "
-      "that this record would show, at the place where it is seen best and where it is seen worst</p><table>\n"
+      "that this record would show, at the most and at the least observable place</p><table>\n"
       "<tr><th>kind</th><th class=\"n\">from</th><th>at</th><th class=\"n\">to</th><th>at</th>"
       "<th class=\"n\">places that show nothing</th></tr>\n";
   const auto size = [](const Detectable& row, double value) {

@@ -24,8 +24,8 @@ struct Phrase {
 };
 
 /// Lower case. Left out of the style guide's list, because they are right in other contexts: "is seen" (a picture, a
-/// file), "what was expected" (of a test), "pattern", "piece" (a body has pieces), "late" and "slow" (a slow mode), "log
-/// lines" (the program's own).
+/// file), "what was expected" (of a test), "pattern", "piece" (a body has pieces), "late" and "slow" (a slow mode),
+/// "log lines" (the program's own).
 const std::vector<Phrase>& phrases() {
   static const std::string observable = "is observable, identifiable", distinguish = "distinguishes, is identifiable",
                            assumed = "is assumed", residual = "the residual", prior = "prior: the uncertainty of ...",

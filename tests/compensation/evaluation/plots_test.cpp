@@ -64,7 +64,7 @@ TEST(Plots, AChannelShowsTheBestModelsAndTheStaticRegression) {
   EXPECT_EQ(count(svg, "class=\"line grey\""), 2) << "prediction and residual of the static regression";
   EXPECT_EQ(count(svg, "class=\"line "), 1 + 2 * 4) << svg;
   EXPECT_EQ(count(svg, "class=\"area shade\""), 2) << "the training hour in both panels";
-  for (const char* text : {">measured<", ">grey_box<", ">arx<", ">z in um<", ">measured less predicted in um<",
+  for (const char* text : {">measured<", ">grey_box<", ">arx<", ">z in um<", ">measured minus predicted in um<",
                            ">time in h<", "shaded: training data"})
     EXPECT_EQ(count(svg, text), 1) << text;
   EXPECT_EQ(count(svg, "nan"), 0);
