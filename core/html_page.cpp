@@ -19,14 +19,14 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
 .sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px } .card .sub:first-child { margin-bottom:12px }
 .verdict { border-left:5px solid var(--soft) } .verdict.explained,.verdict.good { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained,.verdict.warn { border-left-color:var(--warn) }
 .verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
-.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(190px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
+.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(165px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
 .scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:currentColor }
 tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
 svg { width:100%; height:auto; display:block }
 .legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.band { height:12px; border:0; background:currentColor } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.shade { height:12px; border:1px solid var(--line); background:currentColor }
 pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } ul,ol { margin:0; padding-left:20px } li { margin:3px 0 }
-.controls { display:flex; flex-wrap:wrap; gap:8px 18px; align-items:center; margin:0 0 12px } .controls label { color:var(--soft); font-size:13px; display:flex; gap:7px; align-items:center } .controls input[type=range] { width:260px } select,button { font:inherit; font-size:14px; color:var(--ink); background:var(--page); border:1px solid var(--line); border-radius:6px; padding:3px 8px; max-width:100% }
+.controls { display:flex; flex-wrap:wrap; gap:8px 18px; align-items:center; margin:0 0 12px } .controls label { color:var(--soft); font-size:13px; display:flex; gap:7px; align-items:center } .controls input[type=range] { width:200px } select,button { font:inherit; font-size:14px; color:var(--ink); background:var(--page); border:1px solid var(--line); border-radius:6px; padding:3px 8px; max-width:100% }
 .next pre { background:var(--page); border:1px solid var(--line); border-radius:6px; padding:7px 10px; margin:4px 0 10px }
 )";
 
@@ -51,7 +51,7 @@ std::string table_row(const std::vector<std::string>& row, const std::vector<cha
   std::string markup = "<tr>";
   for (std::size_t c = 0; c < row.size(); ++c) {
     markup += fmt::format("<{}{}>{}</{}>", tag, c < right.size() && right[c] != 0 ? " class=\"n\"" : "",
-                          xml_text(row[c]), tag);
+                          html_sentence(row[c]), tag);
   }
   return markup + "</tr>\n";
 }
@@ -67,6 +67,18 @@ std::string html_document(std::string_view title, std::string_view body_markup) 
   if (body_markup.find("data-choice") != std::string_view::npos)
     page += std::string("<script>") + choice_script + "</script>\n";
   return page + "</main></body></html>\n";
+}
+
+std::string html_sentence(std::string_view words) {
+  std::string text = xml_text(words);
+  const auto replace = [&](const std::string& old, const std::string& with) {
+    for (auto at = text.find(old); at != std::string::npos; at = text.find(old, at + with.size()))
+      text.replace(at, old.size(), with);
+  };
+  replace("+-", "±");
+  for (const char* after : {" (", " ", ",", ".", ";"}) replace(std::string(" um") + after, std::string(" µm") + after);
+  if (text.ends_with(" um")) text.replace(text.size() - 2, 2, "µm");
+  return text;
 }
 
 std::string html_title(std::string_view title, std::string_view below) {

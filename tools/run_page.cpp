@@ -82,7 +82,7 @@ std::string reduced_section(const RunResults& r) {
 
 std::string diagnosis_section(const RunResults& r) {
   return core::html_section("Diagnosis of the measurement", "",
-                            "<p>" + core::xml_text(r.diagnosed.sentence) +
+                            "<p>" + core::html_sentence(r.diagnosed.sentence) +
                                 "</p><p><a href=\"diagnosis/report.html\">diagnosis/report.html</a> shows residuals, "
                                 "causes and the extension of the model.</p>");
 }
@@ -110,15 +110,16 @@ std::string run_page(const RunResults& r) {
   solver::write_scene(r.options.out / "scene.bin", scene, scene_stamp(r.made.model));
   const double before = rms(r.validation.rows, &compensation::ValidationRow::rms_before_um),
                after = rms(r.validation.rows, &compensation::ValidationRow::rms_sensors_um);
+  const bool judged = !r.validation.rows.empty();
   const std::string& name = r.machine_case.machine.name;
   return core::html_document(
       "Thermal twin of " + name,
       core::html_title("Thermal twin of " + name,
                        fmt::format("mesh size {}; fields and errors by the reduced model of order {}",
                                    r.machine_case.size, r.made.summary.order)) +
-          headline(r, before, after) + solver::machine_scene_html(scene) + traces_section(r.validation.traces) +
-          compensation_section(r) + diagnosis_section(r) + reduced_section(r) + loads_section(loads, scene) +
-          mesh_section(r.full) + next_steps(r));
+          (judged ? headline(r, before, after) : "") + solver::machine_scene_html(scene) +
+          traces_section(r.validation.traces) + (judged ? compensation_section(r) : "") + diagnosis_section(r) +
+          reduced_section(r) + loads_section(loads, scene) + mesh_section(r.full) + next_steps(r));
 }
 
 }  // namespace thermotwin::tools

@@ -89,17 +89,23 @@ std::string trace_svg(const ValidationTrace& trace) {
   constexpr const char* names[] = {"X in \u00b5m", "Y in \u00b5m", "Z in \u00b5m"};
   for (int k = 0; k < 3; ++k) {
     const VectorXd before = trace.before_um.row(k), left = trace.left_um.row(k), band = 2.0 * trace.std_um.row(k);
-    core::Axis error{names[k]};
-    for (const VectorXd& values : {before, left}) error.include(values);
+    core::Axis error{names[k]}, rest{""};
     error.include(0.0);
+    for (const VectorXd& values : {before, left}) error.include(values);
+    for (const VectorXd& values : {left, band, VectorXd(-band)}) rest.include(values);
     error.close(0.06);
+    rest.close(0.06);
     if (k == 2) time.title = "time in h";
-    core::Panel panel(plot, {64, 10 + apart * k, 1000, height}, time, error);
-    panel.band(trace.hours, -band, band);
-    panel.y_axis();
-    panel.x_axis();
-    panel.line(trace.hours, before, Ink::orange);
-    panel.line(trace.hours, left, Ink::blue);
+    core::Panel both(plot, {64, 10 + apart * k, 560, height}, time, error),
+        after(plot, {690, 10 + apart * k, 376, height}, time, rest);
+    after.band(trace.hours, -band, band);
+    for (core::Panel* panel : {&both, &after}) {
+      panel->y_axis();
+      panel->x_axis();
+    }
+    both.line(trace.hours, before, Ink::orange);
+    both.line(trace.hours, left, Ink::blue);
+    after.line(trace.hours, left, Ink::blue);
   }
   return plot.inset();
 }
@@ -107,7 +113,7 @@ std::string trace_svg(const ValidationTrace& trace) {
 std::string trace_legend() {
   return "<div class=\"legend\"><span><i class=\"orange\"></i>measured, without compensation</span><span><i "
          "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 std_um, as the "
-         "compensator states it</span></div>\n";
+         "compensator states it (right: what is left, enlarged)</span></div>\n";
 }
 
 }  // namespace thermotwin::compensation

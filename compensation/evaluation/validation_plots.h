@@ -22,7 +22,8 @@ std::string dots_svg(const std::string& name, const std::string& y_title, const 
 /// RMS removed on each machine, for each load without sensors, with known surroundings, and with sensors.
 std::string removal_svg(const Validation& validation);
 
-/// X, Y and Z of one check point over time: before, after, and two stated standard deviations about zero.
+/// X, Y and Z of one check point over time: before and after, and beside it what is left, enlarged, with two stated
+/// standard deviations about zero.
 std::string trace_svg(const ValidationTrace& trace);
 /// What the colours of trace_svg() mean, as markup of a page.
 std::string trace_legend();

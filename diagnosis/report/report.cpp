@@ -66,18 +66,6 @@ std::string estimate(const RankedCause& cause) {
                      unit.empty() ? "" : " ", unit);
 }
 
-/// The sentence is plain ASCII for terminals.
-std::string typeset(const std::string& sentence) {
-  std::string text = core::xml_text(sentence);
-  const auto replace = [&](const std::string& old, const std::string& with) {
-    for (auto at = text.find(old); at != std::string::npos; at = text.find(old, at + with.size()))
-      text.replace(at, old.size(), with);
-  };
-  replace("+-", "±");
-  for (const char* after : {" (", " ", ",", ".", ";"}) replace(std::string(" um") + after, std::string(" µm") + after);
-  return text;
-}
-
 std::string bar(double p) {
   return fmt::format("<span class=\"bar\"><i class=\"blue\" style=\"width:{:.1f}%\"></i></span>{}",
                      100.0 * std::clamp(p, 0.0, 1.0), probability(p));
@@ -92,14 +80,15 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
   std::string name = name_of(d.verdict);
   std::replace(name.begin(), name.end(), '_', ' ');
   std::string warnings;
-  for (const std::string& warning : d.warnings) warnings += "<p class=\"warning\">" + typeset(warning) + "</p>";
+  for (const std::string& warning : d.warnings)
+    warnings += "<p class=\"warning\">" + core::html_sentence(warning) + "</p>";
   page += "<section class=\"card verdict " + name_of(d.verdict) + "\"><b>" + core::xml_text(name) + "</b><p>" +
-          typeset(d.sentence) + "</p>" + warnings + "</section>\n";
+          core::html_sentence(d.sentence) + "</p>" + warnings + "</section>\n";
   const bool gauged =
       std::any_of(d.residuals.begin(), d.residuals.end(), [](const ChannelResidual& r) { return r.unit == "um"; });
   if (!d.actions.empty()) {
     page += "<section class=\"card\" style=\"margin-top:12px\"><b>What to do</b><ul>";
-    for (const std::string& action : d.actions) page += "<li>" + typeset(action) + "</li>";
+    for (const std::string& action : d.actions) page += "<li>" + core::html_sentence(action) + "</li>";
     page += "</ul></section>\n";
   }
   page += "<div class=\"tiles\">\n";
@@ -205,12 +194,12 @@ std::string extension(const Diagnosis& d, const mesh::Machine* machine) {
 std::string next_section(const Diagnosis& d) {
   if (d.next.channel.empty() && d.next.why.empty()) return "";
   std::string page = "<h2>Next measurement</h2>\n<section class=\"card\">";
-  if (d.next.channel.empty()) return page + "<p>" + typeset(d.next.why) + ".</p></section>\n";
+  if (d.next.channel.empty()) return page + "<p>" + core::html_sentence(d.next.why) + ".</p></section>\n";
   page += "<p>If you can only do one thing, measure <strong>" + core::xml_text(d.next.channel) + "</strong> under " +
-          typeset(d.next.load) +
+          core::html_sentence(d.next.load) +
           (d.next.duration_h > 0.0 ? fmt::format(" for {:.3g} h", d.next.duration_h) : std::string()) + ": " +
-          typeset(d.next.why) + ".</p><ul>";
-  for (const std::string& outcome : d.next.outcomes) page += "<li>" + typeset(outcome) + "</li>";
+          core::html_sentence(d.next.why) + ".</p><ul>";
+  for (const std::string& outcome : d.next.outcomes) page += "<li>" + core::html_sentence(outcome) + "</li>";
   return page + "</ul></section>\n";
 }
 

@@ -201,7 +201,8 @@ MachineScene make_scene(const FullModel& full, const MatrixXd& modes) {
     const std::size_t key = i / modes.cols();
     const Index mode = i % modes.cols();
     const Eigen::Matrix3Xd all = full.elastic.displacement(modes.col(mode), scene.keys.poses[key]);
-    scene.displacement[key].col(mode) = all(Eigen::all, scene.skin.nodes).reshaped();
+    const Eigen::Matrix3Xd there = all(Eigen::all, scene.skin.nodes);
+    scene.displacement[key].col(mode) = there.reshaped();
   });
   return scene;
 }

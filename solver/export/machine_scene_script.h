@@ -21,7 +21,7 @@ inline const char* const machine_scene_script = R"JS(
   const loads = scene.loads.map(l => ({ name: l.name, hours: l.hours, errors: columns(l.errors), states: l.coefficients ? columns(l.coefficients) : null }));
   const at = new Float32Array(3 * nodes), moved = new Float32Array(3 * nodes), seen = new Float32Array(3 * nodes), kelvin = new Float32Array(nodes);
   const depth = new Float32Array(count), order = new Uint32Array(count);
-  let load = 0, pose = Math.floor(scene.poses.length / 2), time = 0, azimuth = -0.75, elevation = 0.35, zoom = 1, drawn = 0, low = 0, high = 1, longest = 1;
+  let load = 0, pose = Math.floor(scene.poses.length / 2), time = 0, azimuth = -0.75, elevation = 0.35, zoom = 1, drawn = 0, low = 0, high = 1, longest = 1, capped = false;
   const ink = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const series = ["blue", "orange", "green"].map(c => getComputedStyle(document.querySelector("." + c)).color), pink = getComputedStyle(document.querySelector(".pink")).color;
 
@@ -35,8 +35,20 @@ inline const char* const machine_scene_script = R"JS(
   }
   const centre = [0, 1, 2].map(i => (box[0][i] + box[1][i]) / 2), extent = Math.hypot(...[0, 1, 2].map(i => box[1][i] - box[0][i])) || 1;
 
+  // The largest scale at which the machine stays in the picture from all sides at the first elevation.
+  const fit = (() => {
+    const ce = Math.cos(elevation), se = Math.sin(elevation), half = [0, 1, 2].map(i => (box[1][i] - box[0][i]) / 2);
+    let wide = 1e-9, tall = 1e-9;
+    for (let a = 0; a < Math.PI; a += 0.1) {
+      const c = Math.abs(Math.cos(a)), s = Math.abs(Math.sin(a));
+      wide = Math.max(wide, c * half[0] + s * half[1]);
+      tall = Math.max(tall, ce * half[2] + se * (s * half[0] + c * half[1]));
+    }
+    return 0.92 * Math.min(canvas.width / 2 / wide, canvas.height / 2 / tall);
+  })();
+
   // Cold to hot: blue, pale yellow, red.
-  const stops = [[49, 54, 149], [69, 117, 180], [116, 173, 209], [171, 217, 233], [255, 245, 170], [253, 174, 97], [244, 109, 67], [215, 48, 39], [165, 0, 38]];
+  const stops = [[62, 88, 170], [74, 126, 190], [112, 168, 211], [168, 211, 230], [250, 240, 176], [253, 188, 104], [244, 121, 72], [219, 59, 44], [176, 12, 44]];
   const colour = share => { const s = Math.max(0, Math.min(0.9999, share)) * (stops.length - 1), i = Math.floor(s), r = s - i; return stops[i].map((v, c) => v + r * (stops[i + 1][c] - v)); };
 
   function warm(state, into) {
@@ -46,7 +58,15 @@ inline const char* const machine_scene_script = R"JS(
   function setLoad() {
     const l = loads[load];
     low = Infinity; high = -Infinity; longest = 1e-9;
-    if (l.states && heat.length) for (const s of l.states) { warm(s, kelvin); for (const v of kelvin) { if (v < low) low = v; if (v > high) high = v; } }
+    capped = false;
+    if (l.states && heat.length && nodes) {
+      // A small hot spot would leave all else in one colour: the scale ends where 97 % of the skin over all times do.
+      const seenHeat = [];
+      l.states.forEach(s => { warm(s, kelvin); for (let n = 0; n < nodes; n += 2) seenHeat.push(kelvin[n]); });
+      const sorted = Float32Array.from(seenHeat).sort(), last = sorted.length - 1;
+      low = sorted[0]; high = sorted[Math.floor(0.97 * last)];
+      if (sorted[last] < low + 1.25 * (high - low)) high = sorted[last]; else capped = true;
+    }
     if (!(high > low + 0.2)) { const m = high > -Infinity ? (low + high) / 2 : 0; low = m - 0.1; high = m + 0.1; }
     for (const e of l.errors) for (let p = 0; p < scene.poses.length; ++p) longest = Math.max(longest, Math.hypot(e[3 * p], e[3 * p + 1], e[3 * p + 2]));
     $("scene-time").max = l.hours.length - 1;
@@ -69,7 +89,7 @@ inline const char* const machine_scene_script = R"JS(
 
   let coloured = false;
   function draw() {
-    const w = canvas.width, h = canvas.height, scale = 1.25 * zoom * Math.min(w, h) / extent;
+    const w = canvas.width, h = canvas.height, scale = zoom * fit;
     const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
     const project = (x, y, z) => {
       x -= centre[0]; y -= centre[1]; z -= centre[2];
@@ -90,7 +110,7 @@ inline const char* const machine_scene_script = R"JS(
       const i = triangles[3 * t], j = triangles[3 * t + 1], k = triangles[3 * t + 2], a = 3 * i, b = 3 * j, c = 3 * k;
       const u = [seen[b] - seen[a], seen[b + 1] - seen[a + 1], scale * (seen[b + 2] - seen[a + 2])], v = [seen[c] - seen[a], seen[c + 1] - seen[a + 1], scale * (seen[c + 2] - seen[a + 2])];
       const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]], length = Math.hypot(...n) || 1;
-      const light = 0.62 + 0.42 * Math.abs(0.35 * n[0] / length - 0.55 * n[1] / length - 0.75 * n[2] / length);
+      const light = 0.74 + 0.3 * Math.abs(0.35 * n[0] / length - 0.55 * n[1] / length - 0.75 * n[2] / length);
       const rgb = coloured ? colour(((kelvin[i] + kelvin[j] + kelvin[k]) / 3 - low) / (high - low)) : [175, 180, 188];
       context.fillStyle = context.strokeStyle = "rgb(" + rgb.map(x => Math.round(Math.min(255, x * light))).join(",") + ")";
       context.beginPath(); context.moveTo(seen[a], seen[a + 1]); context.lineTo(seen[b], seen[b + 1]); context.lineTo(seen[c], seen[c + 1]);
@@ -152,7 +172,7 @@ inline const char* const machine_scene_script = R"JS(
     $("scene-time").value = time;
     $("scene-hour").textContent = "after " + l.hours[time].toFixed(2) + " h";
     const bar = "<i style='width:180px;height:12px;border:0;background:linear-gradient(90deg," + stops.map(s => "rgb(" + s.join(",") + ")").join(",") + ")'></i>";
-    $("scene-range").innerHTML = coloured ? (scene.reference + low).toFixed(1) + " \u00b0C " + bar + (scene.reference + high).toFixed(1) + " \u00b0C"
+    $("scene-range").innerHTML = coloured ? (scene.reference + low).toFixed(1) + " \u00b0C " + bar + (capped ? "above " : "") + (scene.reference + high).toFixed(1) + " \u00b0C"
                                           : "no temperature field of this load is at hand";
     $("scene-longest").textContent = "longest of this load " + longest.toFixed(1) + " \u00b5m";
     $("scene-values").textContent = scene.poses[pose].name + ", after " + l.hours[time].toFixed(2) + " h: X " + here[0].toFixed(2) + ", Y " + here[1].toFixed(2) + ", Z " + here[2].toFixed(2) + " \u00b5m; length " + Math.hypot(...here).toFixed(2) + " \u00b5m";

@@ -44,10 +44,15 @@ Boundary boundary_of(const mesh::TetMesh& body) {
   return boundary;
 }
 
+/// Size of the cells: that of large bodies, and into how many the longest side of a small one is cut at least, so that
+/// it keeps a shape.
+struct Cells {
+  double size, least;
+};
+
 /// Cluster of each boundary node, counted from 0; their number.
-Index cluster(const mesh::TetMesh& body, const Boundary& boundary, double cell, std::vector<Index>* clusters) {
-  // Small bodies keep a shape.
-  const double size = std::max(std::min(cell, boundary.extent / 4.0), 1e-9);
+Index cluster(const mesh::TetMesh& body, const Boundary& boundary, const Cells& cells, std::vector<Index>* clusters) {
+  const double size = std::max(std::min(cells.size, boundary.extent / cells.least), 1e-9);
   std::map<std::array<long, 4>, Index> numbers;
   for (std::size_t i = 0; i < boundary.nodes.size(); ++i) {
     const Vector3d point = body.points.col(boundary.nodes[i]) / size;
@@ -92,6 +97,27 @@ void add_triangles(const mesh::TetMesh& body, const Boundary& boundary, const st
   }
 }
 
+/// The finest cells with at most so many vertices; where even the coarsest have more, those.
+Cells cells_for(const mesh::MachineMesh& mesh, const std::vector<Boundary>& boundaries, double extent, Index most) {
+  const auto fits = [&](const Cells& cells) {
+    Index count = 0;
+    for (std::size_t b = 0; b < mesh.bodies.size(); ++b)
+      count += cluster(mesh.bodies[b], boundaries[b], cells, nullptr);
+    return count <= most;
+  };
+  for (const double least : {4.0, 2.0, 1.0}) {
+    double fine = 1e-3 * extent, coarse = extent;
+    if (fits({fine, least})) return {fine, least};
+    if (!fits({coarse, least})) continue;
+    while (coarse > 1.03 * fine) {
+      const double middle = std::sqrt(fine * coarse);
+      (fits({middle, least}) ? coarse : fine) = middle;
+    }
+    return {coarse, least};
+  }
+  return {extent, 1.0};
+}
+
 }  // namespace
 
 Skin make_skin(const mesh::MachineMesh& mesh, Index most) {
@@ -101,30 +127,14 @@ Skin make_skin(const mesh::MachineMesh& mesh, Index most) {
     boundaries.push_back(boundary_of(body));
     extent = std::max(extent, boundaries.back().extent);
   }
-  const auto vertices = [&](double cell) {
-    Index count = 0;
-    for (std::size_t b = 0; b < mesh.bodies.size(); ++b) count += cluster(mesh.bodies[b], boundaries[b], cell, nullptr);
-    return count;
-  };
-  double cell = 1e-3 * extent, coarsest = extent;
-  for (int halving = 0; halving < 12 && vertices(cell) > most; ++halving) {
-    // The largest cell gives the fewest vertices: find where the count falls below the limit.
-    const double middle = std::sqrt(cell * coarsest);
-    if (vertices(middle) > most) {
-      cell = middle;
-    } else {
-      coarsest = middle;
-    }
-    if (coarsest < 1.03 * cell) break;
-  }
-  if (vertices(cell) > most) cell = coarsest;
+  const Cells cells = cells_for(mesh, boundaries, extent, most);
 
   Skin skin;
   std::vector<Eigen::Vector3i> triangles;
   for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
     const mesh::TetMesh& body = mesh.bodies[b];
     std::vector<Index> clusters;
-    const Index count = cluster(body, boundaries[b], cell, &clusters), first = std::ssize(skin.nodes);
+    const Index count = cluster(body, boundaries[b], cells, &clusters), first = std::ssize(skin.nodes);
     skin.first.push_back(first);
     for (const int node : representatives(body, boundaries[b], clusters, count))
       skin.nodes.push_back(mesh.first_node[b] + node);

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "solver/export/machine_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "core/table.h"
+#include "solver/export/scene_file.h"
+#include "tests/core/temporary_folder.h"
+#include "tests/machines/box_machine.h"
+
+namespace thermotwin::solver {
+namespace {
+
+using Eigen::Index;
+
+TEST(Skin, KeepsNodesOfTheBoundaryAndTheShapeOfBodies) {
+  const mesh::MachineMesh mesh = test::box_machine_mesh({.finer = 3});
+  for (const Index most : {500, 3000}) {
+    const Skin skin = make_skin(mesh, most);
+    EXPECT_LE(skin.vertices(), most);
+    ASSERT_EQ(skin.first.size(), mesh.bodies.size() + 1);
+    EXPECT_EQ(skin.first.back(), skin.vertices());
+    EXPECT_LT(skin.triangles.maxCoeff(), skin.vertices());
+    EXPECT_GE(skin.triangles.minCoeff(), 0);
+    for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
+      const Eigen::Matrix3Xd& all = mesh.bodies[b].points;
+      const auto own = skin.points.middleCols(skin.first[b], skin.first[b + 1] - skin.first[b]);
+      ASSERT_GT(own.cols(), 7) << b;
+      const Eigen::Vector3d size = all.rowwise().maxCoeff() - all.rowwise().minCoeff();
+      EXPECT_LT((own.rowwise().maxCoeff() - all.rowwise().maxCoeff()).norm(), 0.3 * size.norm());
+      EXPECT_LT((own.rowwise().minCoeff() - all.rowwise().minCoeff()).norm(), 0.3 * size.norm());
+      for (Index v = skin.first[b]; v < skin.first[b + 1]; ++v)
+        EXPECT_EQ(skin.points.col(v), all.col(skin.nodes[v] - mesh.first_node[b]));
+    }
+  }
+}
+
+TEST(KeyPoses, AreCornersWhoseWeightsAreLinearInEachAxis) {
+  const mesh::Machine machine = test::box_machine();
+  std::vector<mesh::Pose> grid;
+  for (const double x : {-0.2, 0.0, 0.1})
+    for (const double z : {-0.1, 0.1}) grid.push_back(test::box_pose(x, z, 0.0));
+  const KeyPoses keys = key_poses(machine, grid);
+  ASSERT_EQ(keys.poses.size(), 4U);
+  for (std::size_t p = 0; p < grid.size(); ++p) {
+    EXPECT_NEAR(keys.weights.row(p).sum(), 1.0, 1e-12);
+    mesh::Pose mean = mesh::Pose::Zero(grid[p].size());
+    for (std::size_t k = 0; k < keys.poses.size(); ++k) mean += keys.weights(p, k) * keys.poses[k];
+    EXPECT_LT((mean - grid[p]).norm(), 1e-12);
+  }
+}
+
+core::Table table_of(Index times, Index poses) {
+  core::Table tcp{"test", {"time_s", "dx_um", "dy_um", "dz_um"}, Eigen::MatrixXd::Zero(times * poses, 4)};
+  for (Index t = 0; t < times; ++t) {
+    for (Index p = 0; p < poses; ++p) tcp.values.row(t * poses + p) << 600.0 * t, 1.0 * t, 2.0 * t + p, -3.0 * t;
+  }
+  return tcp;
+}
+
+TEST(SceneLoad, HasErrorsOfAllPosesAtThinnedTimes) {
+  const SceneLoad load = scene_load("a", table_of(500, 3), 3, {});
+  ASSERT_EQ(load.hours.size(), FieldRecord::most_times);
+  EXPECT_NEAR(load.hours.tail(1)[0], 499.0 / 6.0, 1e-9);
+  EXPECT_EQ(load.errors_um.rows(), 9);
+  EXPECT_EQ(load.errors_um(3 * 2 + 1, load.hours.size() - 1), 2.0 * 499.0 + 2.0);
+}
+
+TEST(SceneFile, ComesBackForTheSameModelOnly) {
+  const mesh::MachineMesh mesh = test::box_machine_mesh();
+  MachineScene scene;
+  scene.machine = mesh.machine;
+  scene.machine.hash = "abc";
+  scene.skin = make_skin(mesh, 300);
+  scene.temperature = Eigen::MatrixXd::Random(scene.skin.vertices(), 3);
+  scene.displacement.assign(2, Eigen::MatrixXd::Random(3 * scene.skin.vertices(), 3));
+  scene.turn = Eigen::MatrixXd::Random(8, 3);
+  const core::TemporaryFolder folder;
+  const auto file = folder.path() / "scene.bin";
+  EXPECT_FALSE(read_scene(file, scene.machine, "model").has_value());
+  write_scene(file, scene, "model");
+  EXPECT_FALSE(read_scene(file, scene.machine, "another").has_value());
+  const auto back = read_scene(file, scene.machine, "model");
+  ASSERT_TRUE(back.has_value());
+  EXPECT_EQ(back->skin.triangles, scene.skin.triangles);
+  EXPECT_EQ(back->skin.first, scene.skin.first);
+  EXPECT_LT((back->temperature - scene.temperature).norm(), 1e-5);
+  EXPECT_LT((back->displacement[1] - scene.displacement[1]).norm(), 1e-4);
+  EXPECT_LT((back->turn - scene.turn).norm(), 1e-5);
+}
+
+}  // namespace
+}  // namespace thermotwin::solver
