@@ -19,7 +19,7 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
 .sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px } .card .sub:first-child { margin-bottom:12px }
 .verdict { border-left:5px solid var(--soft) } .verdict.explained,.verdict.good { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained,.verdict.warn { border-left-color:var(--warn) }
 .verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
-.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(165px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; font-variant-numeric:tabular-nums }
+.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(165px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; overflow-wrap:anywhere; line-height:1.3; font-variant-numeric:tabular-nums }
 .scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:currentColor }
 tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
@@ -106,6 +106,10 @@ std::string html_section(std::string_view heading, std::string_view below_markup
   std::string markup = "<h2>" + xml_text(heading) + "</h2>\n<section class=\"card scroll\">";
   if (!below_markup.empty()) markup += fmt::format("<p class=\"sub\">{}</p>", below_markup);
   return markup + "\n" + std::string(content_markup) + "</section>\n";
+}
+
+std::string html_wide(int most_px, std::string_view picture_markup) {
+  return fmt::format("<div style=\"max-width:{}px\">\n{}</div>\n", most_px, picture_markup);
 }
 
 std::string html_figure(std::string_view caption, std::string_view note, std::string_view picture_markup) {

@@ -31,6 +31,9 @@ std::string html_finding(Tone tone, std::string_view label, const std::vector<st
 /// Heading and a card. @param below_markup  a line that explains the content; may be empty
 std::string html_section(std::string_view heading, std::string_view below_markup, std::string_view content_markup);
 
+/// A picture that is no wider than this on a wide page.
+std::string html_wide(int most_px, std::string_view picture_markup);
+
 /// A picture as a card of its own, to stand in a grid. @param note  short, on the right; may be empty
 std::string html_figure(std::string_view caption, std::string_view note, std::string_view picture_markup);
 std::string html_figures(const std::vector<std::string>& figures);

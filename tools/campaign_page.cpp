@@ -56,10 +56,11 @@ std::string next_steps(const CampaignResults& r) {
 std::string campaign_page(const CampaignResults& r) {
   const std::string title = "Campaign of " + r.scene.machine.name;
   return core::html_document(
-      title, core::html_title(title, "load programs, the TCP error at the poses of the workspace") + headline(r) +
-                 solver::machine_scene_html(r.scene) + loads_section(r.loads, r.scene) +
-                 core::html_section("As the verb prints it", "", core::html_table(r.table)) +
-                 (r.full != nullptr ? mesh_section(*r.full) : "") + next_steps(r));
+      title,
+      core::html_title(title, "load programs, the TCP error at the poses of the workspace") + headline(r) +
+          solver::machine_scene_html(r.scene) + loads_section(r.loads, r.scene) +
+          (r.full == nullptr ? core::html_section("Loads and estimated error", "", core::html_table(r.table)) : "") +
+          (r.full != nullptr ? mesh_section(*r.full) : "") + next_steps(r));
 }
 
 }  // namespace thermotwin::tools

@@ -19,9 +19,14 @@ std::string headline(const compensation::Evaluation& e) {
   const compensation::Standing& best = e.leaderboard.front();
   const std::string where = best.seen_by_fit ? "on its training rows; nothing was held out" : "on held-out data";
   const core::Tone tone = best.seen_by_fit || best.reduction_percent < 20.0 ? core::Tone::warn : core::Tone::good;
-  return core::html_finding(tone, "best model",
-                            {fmt::format("{} removes {:.1f}&#8239;% of the RMS of the thermal error {}.",
-                                         core::xml_text(best.model), best.reduction_percent, where)}) +
+  std::vector<std::string> sentences{fmt::format("{} removes {:.1f}&#8239;% of the RMS of the thermal error {}.",
+                                                 core::xml_text(best.model), best.reduction_percent, where)};
+  for (const compensation::Standing& standing : e.leaderboard) {
+    if (&standing == &best || standing.model != "reduced_model_sensors") continue;
+    sentences.push_back(fmt::format("The reduced model with sensors, none of it fitted, removes {:.1f}&#8239;%.",
+                                    standing.reduction_percent));
+  }
+  return core::html_finding(tone, "best model", sentences) +
          core::html_tiles(
              {core::html_tile("best", core::xml_text(best.model), fmt::format("of {} models", e.leaderboard.size())),
               core::html_tile("removed", fmt::format("{:.1f}&#8239;%", best.reduction_percent),
@@ -79,7 +84,7 @@ std::string evaluation_page(const EvaluateOptions& options, const compensation::
   return core::html_document(
       title, core::html_title(title, "compensation models on one measurement") + headline(e) +
                  core::html_section("RMS removed", "orange: the twin of the machine; grey: the static regression",
-                                    compensation::leaderboard_svg(e)) +
+                                    core::html_wide(880, compensation::leaderboard_svg(e))) +
                  channels(e) + notes(e) + next_steps(options));
 }
 

@@ -74,7 +74,7 @@ std::string reduced_section(const RunResults& r) {
   if (!r.made.off_grid.empty()) tables += "<br>" + core::html_table(off_grid_rows(r.made));
   std::string picture;
   const auto file = r.options.out / "order.svg";
-  if (std::filesystem::exists(file)) picture = "<div style=\"max-width:760px\">" + core::read_file(file) + "</div>\n";
+  if (std::filesystem::exists(file)) picture = core::html_wide(760, core::read_file(file));
   return core::html_section("Order and error of the reduced model", "against the full model; held-out loads as dots",
                             picture) +
          core::html_section("The reduced model on held-out loads", "none of these loads formed the basis", tables);
@@ -106,7 +106,8 @@ std::string run_page(const RunResults& r) {
   std::vector<std::string> names = r.machine_case.train;
   names.insert(names.end(), r.machine_case.holdout.begin(), r.machine_case.holdout.end());
   const std::vector<solver::LoadProgram> loads = load_programs(r.machine_case, names);
-  const solver::MachineScene scene = reduced_scene(r.full, r.made.model, r.made.summary.basis, loads);
+  solver::MachineScene scene = reduced_scene(r.full, r.made.model, r.made.summary.basis, loads);
+  scene.first_load = r.machine_case.train.back();  // that of machine.png
   solver::write_scene(r.options.out / "scene.bin", scene, scene_stamp(r.made.model));
   const double before = rms(r.validation.rows, &compensation::ValidationRow::rms_before_um),
                after = rms(r.validation.rows, &compensation::ValidationRow::rms_sensors_um);

@@ -90,8 +90,8 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
                      core::html_tiles(tiles) +
                      dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
                      traces_section(main.traces) + tables(rows, full != nullptr ? &of_full : nullptr) +
-                     "<p class=\"sub\">surroundings known: without sensors, but with all ambients at the hall "
-                     "temperature; cut: share of that residual which the sensors remove</p>\n" +
+                     "<p class=\"sub\">surroundings known: without sensors, ambients that nobody measures as warm as "
+                     "the hall; cut: share of that residual which the sensors remove</p>\n" +
                      next_steps(head.options, {more_machines, power_off}));
 }
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/html_page.h"
+
 namespace thermotwin::compensation {
 namespace {
 
@@ -50,8 +52,9 @@ std::string dots_svg(const std::string& name, const std::string& y_title, const 
   }
   value.close(0.08);
   const core::Axis across{"", false, 0.0, right + 0.5};
-  core::Plot plot(std::max(620.0, 110.0 + 96.0 * right), 372, name);
-  core::Panel panel(plot, {64, 26, std::max(540.0, 30.0 + 96.0 * right), 280}, across, value);
+  const double width = std::max(540.0, 30.0 + 124.0 * right);
+  core::Plot plot(width + 80.0, 358, name);
+  core::Panel panel(plot, {64, 26, width, 280}, across, value);
   panel.y_axis();
   for (std::size_t i = 0; i < columns.size(); ++i) {
     draw_column(panel, places[i], columns[i]);
@@ -64,7 +67,7 @@ std::string dots_svg(const std::string& name, const std::string& y_title, const 
     while (last < columns.size() && columns[last].group == columns[first].group) ++last;
     plot.text(panel.x(0.5 * (places[first] + places[last - 1])), 346, columns[first].group, core::Anchor::middle);
   }
-  return plot.inset();
+  return core::html_wide(static_cast<int>(width) + 160, plot.inset());
 }
 
 std::string removal_svg(const Validation& validation) {

@@ -22,7 +22,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index skin_vertices = 3200;
+constexpr Index skin_vertices = 4400;
 constexpr std::size_t most_key_axes = 3;
 
 /// Numbers as 16-bit integers, column after column, each column with its own scale.
@@ -98,7 +98,7 @@ double exaggeration(const MachineScene& scene) {
   for (const SceneLoad& load : scene.loads) {
     if (load.coefficients.cols() == 0) continue;
     for (Index v = 0; v < scene.skin.vertices(); v += 7) {
-      const MatrixXd motion = field.middleRows<3>(3 * v) * load.coefficients;
+      const MatrixXd motion = field.middleRows<3>(3 * v) * load.coefficients.topRows(field.cols());
       largest = std::max(largest, motion.colwise().norm().maxCoeff());
     }
   }
@@ -116,14 +116,28 @@ std::string skin_json(const Skin& skin) {
                      core::base64(triangles), core::base64(bodies));
 }
 
+std::size_t first_load(const MachineScene& scene) {
+  std::size_t first = 0;
+  double largest = -1.0;
+  for (std::size_t l = 0; l < scene.loads.size(); ++l) {
+    const SceneLoad& load = scene.loads[l];
+    if (load.name == scene.first_load) return l;
+    const bool fields = load.coefficients.cols() > 0 || scene.temperature.cols() == 0;
+    const double error = load.errors_um.size() > 0 && fields ? load.errors_um.cwiseAbs().maxCoeff() : 0.0;
+    if (error > largest) largest = error, first = l;
+  }
+  return first;
+}
+
 std::string scene_json(const MachineScene& scene) {
   std::string displacement;
   for (const MatrixXd& field : scene.displacement) displacement += (displacement.empty() ? "" : ",") + packed(field);
   return fmt::format(
-      "{{\"reference\":{:.4g},\"factor\":{:.4g},{},\"temperature\":{},\"displacement\":[{}],\n\"poses\":[{}],\n"
+      "{{\"reference\":{:.4g},\"factor\":{:.4g},\"first\":{},{},\"temperature\":{},\"displacement\":[{}],\n\"poses\":[{"
+      "}],\n"
       "\"loads\":[{}]}}",
-      scene.machine.reference_C, exaggeration(scene), skin_json(scene.skin), packed(scene.temperature), displacement,
-      poses_json(scene), loads_json(scene));
+      scene.machine.reference_C, exaggeration(scene), first_load(scene), skin_json(scene.skin),
+      packed(scene.temperature), displacement, poses_json(scene), loads_json(scene));
 }
 
 /// Positions that an axis takes in the grid, rising.
@@ -196,10 +210,11 @@ MachineScene make_scene(const FullModel& full, const MatrixXd& modes) {
   scene.temperature = modes(scene.skin.nodes, Eigen::all);
   if (std::none_of(scene.machine.bodies.begin(), scene.machine.bodies.end(), [](const auto& b) { return b.elastic; }))
     return scene;
-  scene.displacement.assign(scene.keys.poses.size(), MatrixXd(3 * scene.skin.vertices(), modes.cols()));
-  core::parallel_for(0, scene.keys.poses.size() * modes.cols(), [&](std::size_t i) {
-    const std::size_t key = i / modes.cols();
-    const Index mode = i % modes.cols();
+  const Index displaced = std::min(modes.cols(), displaced_modes);
+  scene.displacement.assign(scene.keys.poses.size(), MatrixXd(3 * scene.skin.vertices(), displaced));
+  core::parallel_for(0, scene.keys.poses.size() * displaced, [&](std::size_t i) {
+    const std::size_t key = i / displaced;
+    const Index mode = i % displaced;
     const Eigen::Matrix3Xd all = full.elastic.displacement(modes.col(mode), scene.keys.poses[key]);
     const Eigen::Matrix3Xd there = all(Eigen::all, scene.skin.nodes);
     scene.displacement[key].col(mode) = there.reshaped();

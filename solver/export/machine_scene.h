@@ -42,13 +42,16 @@ struct MachineScene {
   Skin skin;  ///< may be empty: arrows only
   std::vector<mesh::Pose> poses;
   KeyPoses keys;
-  Eigen::MatrixXd temperature;                ///< (vertices x modes) K
-  std::vector<Eigen::MatrixXd> displacement;  ///< one a key pose: (3 vertices x modes) m, home frames; empty: none
-  Eigen::MatrixXd turn;                       ///< (order x modes): coefficients = turn^T reduced state; may be empty
+  Eigen::MatrixXd temperature;  ///< (vertices x modes) K
+  std::vector<Eigen::MatrixXd>
+      displacement;      ///< one a key pose: (3 vertices x first modes) m, home frames; empty: none
+  Eigen::MatrixXd turn;  ///< (order x modes): coefficients = turn^T reduced state; may be empty
   std::vector<SceneLoad> loads;
+  std::string first_load{};  ///< that the page shows first; empty: the one with the largest error
 };
 
 inline constexpr Eigen::Index scene_modes = 14;
+inline constexpr Eigen::Index displaced_modes = 10;  ///< of them, at most
 
 /// Skin, poses of the workspace grid, and modes on the skin; no loads yet. @param modes (size x m) K
 MachineScene make_scene(const FullModel& full, const Eigen::MatrixXd& modes);

@@ -216,7 +216,7 @@ inline const char* const machine_scene_script = R"JS(
   canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001); requestAnimationFrame(draw); }, { passive: false });
 
   const view = new URLSearchParams(location.hash.slice(1)), number = (name, otherwise) => view.has(name) ? Number(view.get(name)) : otherwise;
-  load = Math.min(number("load", loads.findIndex(l => l.states) < 0 ? 0 : loads.findIndex(l => l.states)), loads.length - 1);
+  load = Math.min(number("load", scene.first), loads.length - 1);
   pose = Math.min(number("pose", pose), scene.poses.length - 1);
   azimuth += number("turn", 0);
   time = 1e9;

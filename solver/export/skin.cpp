@@ -13,30 +13,32 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-/// Boundary nodes of a body and the axis that the normal of each points along, 0 to 5.
+/// Boundary nodes of a body. A node's sides are a set of bits: along which axes and ways the normals of its triangles
+/// point, so one on a face has one bit, on an edge two, in a corner three.
 struct Boundary {
-  std::vector<int> nodes, sides;
+  std::vector<int> nodes;
+  std::vector<long> sides;
   double extent = 0;  ///< m, longest side of the body's box
 };
 
+long side_of(const Vector3d& normal) {
+  Index axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return 1L << (2 * axis + (normal[axis] < 0.0 ? 1 : 0));
+}
+
 Boundary boundary_of(const mesh::TetMesh& body) {
-  Eigen::Matrix3Xd normals = Eigen::Matrix3Xd::Zero(3, body.nodes());
-  std::vector<char> seen(body.nodes(), 0);
+  std::vector<long> sides(body.nodes(), 0);
   for (Index f = 0; f < body.face_count(); ++f) {
-    const Vector3d normal = body.face_area(f) * body.face_normal(f);
-    for (const int node : body.faces.col(f)) {
-      normals.col(node) += normal;
-      seen[node] = 1;
-    }
+    const long side = side_of(body.face_normal(f));
+    for (const int node : body.faces.col(f)) sides[node] |= side;
   }
   Boundary boundary;
   Vector3d low = Vector3d::Constant(1e300), high = -low;
   for (int n = 0; n < body.nodes(); ++n) {
-    if (seen[n] == 0) continue;
-    Index axis = 0;
-    normals.col(n).cwiseAbs().maxCoeff(&axis);
+    if (sides[n] == 0) continue;
     boundary.nodes.push_back(n);
-    boundary.sides.push_back(static_cast<int>(2 * axis + (normals(axis, n) < 0.0 ? 1 : 0)));
+    boundary.sides.push_back(sides[n]);
     low = low.cwiseMin(body.points.col(n));
     high = high.cwiseMax(body.points.col(n));
   }
