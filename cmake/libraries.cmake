@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Libraries without a CMake package of their own, for the build and for find_package(thermotwin).
-# HDF5's own module wants a C compiler, which a C++ program need not have.
+# Of HDF5 the library alone is linked: its own module adds what a static one would need.
 set(thermotwin_missing "")
 foreach(library gmsh cholmod umfpack hdf5)
   string(TOUPPER ${library} upper)
