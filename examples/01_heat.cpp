@@ -29,7 +29,7 @@ using namespace thermotwin;
 
 namespace {
 
-constexpr double power_W = 200.0, film_W_m2K = 15.0, air_C = 20.0;
+constexpr double power_W = 30.0, film_W_m2K = 15.0, air_C = 20.0;
 
 int run(const char* file) {
   // 1. A tetrahedral mesh. Everything inside the library is in SI units: unit_m is the length of one unit of the file.

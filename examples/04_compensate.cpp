@@ -72,7 +72,7 @@ int run(const char* folder, const char* file) {
     }
   }
 
-  // 4. What the observer has learnt of the machine beside the model's nominal values.
+  // 4. What the observer has learnt: deviations from nominal values, unit 1 a share of the nominal value.
   for (const compensation::ErrorModel::State& state : compensator.learned()) {
     if (state.std < 0.7 * state.prior_std)
       std::printf("learned     %s: %.3f +- %.3f %s\n", state.name.c_str(), state.value, state.std, state.unit.c_str());
