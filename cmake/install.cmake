@@ -26,7 +26,7 @@ function(thermotwin_install_files)
   # As in the repository's root: the commands of the documents run in a copy of this folder.
   install(DIRECTORY cases DESTINATION ${thermotwin_data_dir} COMPONENT program)
   install(DIRECTORY tests/cases/toy DESTINATION ${thermotwin_data_dir}/tests/cases COMPONENT program)
-  install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+  install(FILES README.md LICENSE cmake/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
   install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
   install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)
 endfunction()

@@ -12,8 +12,7 @@
 //
 // and linear tetrahedra represent it exactly. The example checks that, and that a transient conserves heat.
 //
-// Usage: 01_heat [FILE]    FILE: CAD, surface or mesh file in millimetres (.step .stl .obj .msh .vtu .inp ...);
-//                          default: the column of the toy machine, a box
+// Usage: 01_heat [FILE]    FILE: CAD, surface or mesh file in mm; default: the column of the toy machine, a box
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -33,11 +32,7 @@ constexpr double power_W = 30.0, film_W_m2K = 15.0, air_C = 20.0;
 
 int run(const char* file) {
   // 1. A tetrahedral mesh. Everything inside the library is in SI units: unit_m is the length of one unit of the file.
-  mesh::ImportOptions import;
-  import.body = "wall";
-  import.unit_m = 0.001;
-  import.element_size_m = 0.06;
-  const mesh::TetMesh wall = mesh::import_body(file, import);
+  const mesh::TetMesh wall = mesh::import_body(file, {.body = "wall", .unit_m = 0.001, .element_size_m = 0.06});
   std::printf("mesh        %td nodes, %td tetrahedra, %.4f m3\n", wall.nodes(), wall.elements(), wall.total_volume());
 
   // 2. Faces by a geometric rule: all conditions of a rule have to hold; here the outward normal is the only one.

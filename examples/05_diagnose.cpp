@@ -52,7 +52,7 @@ int run(const char* folder, const char* file, const char* out) {
     std::printf("%9.1f %%   %s = %.3f +- %.3f\n", 100.0 * cause.probability, name_of(cause.parameter).c_str(),
                 cause.value, cause.std);
   }
-  std::printf("hidden        %s x %.3g\n", name_of(deviation).c_str(), hidden.factor);
+  std::printf("hidden        %s x %.3g of a perturbed value\n", name_of(deviation).c_str(), hidden.factor);
 
   // 4. The page, the JSON and the extended machine, in files.
   diagnosis::write_diagnosis(out, result, model);
