@@ -32,7 +32,7 @@ int run(const char* folder, const char* file) {
     throw core::InputError(folder, "does not fit", "the case of the model, with a held-out load and check points");
   const mesh::Pose pose = machine_case.check_points.front();
 
-  // 1. The machine, and what is recorded of it under a load that no model has seen. The displacements dx, dy, dz at
+  // 1. The machine, and what is recorded of it under a held-out load. The displacements dx, dy, dz at
   //    the pose serve as the truth below; the compensator does not get them.
   compensation::VirtualOptions truth;
   truth.seed = 11;

@@ -2,7 +2,7 @@
 // Example 5: what a measurement shows to be wrong with the model.
 //
 // Each possible cause is a change to the same equation: a power, a film coefficient, a contact conductance, a sensor's
-// offset. diagnose() weighs them by their evidence, judges the best on time that no estimate has used, and writes the
+// offset. diagnose() weighs them by their evidence, judges the best on held-out time, and writes the
 // extended machine. The case's [measured_machine] says which deviation is hidden in the machine that is measured here.
 //
 // Usage: 05_diagnose [CASE [MODEL [OUT]]]    OUT: folder for diagnosis.json, report.html, ...; default diagnosis
