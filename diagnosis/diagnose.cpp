@@ -235,7 +235,7 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   d.actions = actions_of(d, model);
   if (d.verdict != Verdict::no_discrepancy && d.extended_machine_text.empty())
-    d.next = next_measurement(problem, model, options.programs, d);
+    d.next = next_measurement(problem, model, options.programs, d, options);
   d.detectable = detectability(problem, found);
   d.analysis = analyse(problem, solver::Channels(machine));
   if (longer) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <optional>
 
 #include "core/error.h"
@@ -24,7 +25,7 @@
 namespace thermotwin::tools {
 namespace {
 
-constexpr std::size_t shown_causes = 5;
+constexpr std::size_t shown_explanations = 5;
 
 }  // namespace
 
@@ -72,9 +73,13 @@ void diagnose(const DiagnoseOptions& options) {
                         result.next.duration_h, result.next.why);
   }
   for (const std::string& warning : result.warnings) text += "warning: " + warning + "\n";
+  for (std::size_t i = 0; i < std::min(result.explanations.size(), shown_explanations); ++i) {
+    const diagnosis::Explanation& one = result.explanations[i];
+    text += fmt::format("  {:5.1f} %  {}\n", 100 * one.probability, one.name);
+  }
   // Each channel without a machine has a ranking of its own.
-  for (std::size_t i = 0; i < result.ranking.size() && (without_machine || i < shown_causes); ++i) {
-    if (const diagnosis::RankedCause& cause = result.ranking[i]; !without_machine || cause.probability >= 0.01) {
+  for (const diagnosis::RankedCause& cause : result.ranking) {
+    if (without_machine && cause.probability >= 0.01) {
       text += fmt::format("  {:5.1f} %  {} {}\n", 100 * cause.probability, name_of(cause.parameter.kind),
                           cause.parameter.where);
     }

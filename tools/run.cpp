@@ -148,7 +148,7 @@ void write_pictures(const solver::FullModel& full, const solver::Case& machine_c
     solver::write_pvd(staged / series, {{time, name}});
     return std::vector<std::filesystem::path>{name, "poses.vtp", series};
   });
-  if (std::getenv("DISPLAY")) {
+  if (solver::has_display()) {
     solver::write_picture(
         out / "machine.png", full.mesh, pose, temperature_C, displacement, 3000,
         fmt::format("{}: {} after {:.1f} h, deformation x 3000", machine.name, load, time / core::units::hour));

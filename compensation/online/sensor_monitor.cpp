@@ -72,7 +72,6 @@ bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eig
   }
   const double usual = differences.empty() ? 0.0 : core::median(std::move(differences));
   bool changed = false;
-  faults_ = 0;
   for (Index s = 0; s < reading.size(); ++s) {
     Sensor& sensor = sensors_[s];
     const SensorFault before = sensor.fault;
@@ -86,7 +85,6 @@ bool SensorMonitor::judge(double time, const Eigen::VectorXd& reading, const Eig
         sensor.fault = SensorFault::absent;
     }
     changed = changed || sensor.fault != before;
-    faults_ += sensor.fault != SensorFault::none;
   }
   return changed;
 }

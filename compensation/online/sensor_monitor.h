@@ -46,7 +46,6 @@ public:
   /// @return whether the last reading may correct the model
   bool trusted(Eigen::Index sensor) const { return sensors_[sensor].trusted; }
   SensorFault fault(Eigen::Index sensor) const { return sensors_[sensor].fault; }
-  bool any_fault() const { return faults_ > 0; }
 
 private:
   struct Sample {
@@ -98,7 +97,6 @@ private:
   Eigen::VectorXd deviation_;
   std::vector<char> explained_;
   std::vector<Sensor> sensors_;
-  int faults_ = 0;
 };
 
 }  // namespace thermotwin::compensation

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <set>
 
+#include "core/text.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -29,6 +30,9 @@ constexpr double within_nominal = 3.0;  ///< stated standard deviations that are
 constexpr double likely =
     0.5;  ///< a second cause is named where the model with it is more likely than all without, and which one is sure
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
+
+constexpr std::size_t most_explanations = 8;
+constexpr double least_shown = 0.002;
 
 /// Two digits of the standard deviation are what an estimate is worth.
 double rounded(double value, double std) {
@@ -109,6 +113,26 @@ void sort_by_lead(std::vector<RankedCause>& causes) {
   });
 }
 
+std::vector<Explanation> explanations_of(const Problem& problem, const SearchResult& found) {
+  std::vector<Explanation> all;
+  for (const Hypothesis& h : found.hypotheses) {
+    std::vector<std::string> names;
+    for (const int member : h.members) names.push_back(name_of(problem.parameters[member]));
+    all.push_back({names.empty() ? "no cause: the machine as stated" : core::join(names, " and "), h.probability,
+                   h.log_evidence});
+  }
+  all.push_back({"something unknown, alone or beside a cause", found.probability_unknown, found.log_evidence_unknown});
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Explanation& a, const Explanation& b) { return a.probability > b.probability; });
+  std::size_t shown = 0;
+  double rest = 1.0;
+  for (; shown < std::min(all.size(), most_explanations) && all[shown].probability >= least_shown; ++shown)
+    rest -= all[shown].probability;
+  all.resize(shown);
+  if (rest > 0.5 * least_shown) all.push_back({"all others together", rest, 0.0});
+  return all;
+}
+
 /// Fills the ranking of what the record can show, none and unknown. @return causes, the leading one first
 std::vector<RankedCause> rank(const Problem& problem, const SearchResult& found, Diagnosis& out) {
   const std::set<int> hidden(found.invisible.begin(), found.invisible.end());
@@ -117,6 +141,7 @@ std::vector<RankedCause> rank(const Problem& problem, const SearchResult& found,
   std::vector<RankedCause> causes = out.ranking;
   out.ranking.push_back(no_parameter(Kind::none, found.probability_none, 0.0));
   out.ranking.push_back(something_unknown(found));
+  out.explanations = explanations_of(problem, found);
   sort_by_lead(out.ranking);
   sort_by_lead(causes);
   return causes;

@@ -56,17 +56,25 @@ struct Detectable {
   int invisible = 0;           ///< places whose whole prior shows nothing in this record
 };
 
+/// One answer to what differs: no cause, one, two together, something unknown, or all others. Probabilities add to 1.
+struct Explanation {
+  std::string name;
+  double probability = 0, log_evidence = 0;  ///< against none; of all others 0
+};
+
 struct Diagnosis {
   Verdict verdict = Verdict::unexplained;
-  std::vector<RankedCause> ranking;  ///< most probable first; none and unknown take part
-  std::vector<RankedCause> causes;   ///< named ones
+  std::vector<Explanation> explanations;  ///< most probable first, the others last; empty without a machine
+  std::vector<RankedCause> ranking;       ///< most probable first; none and unknown take part
+  std::vector<RankedCause> causes;        ///< named ones
   std::vector<RankedCause> ambiguous_set;
   std::vector<ChannelResidual> residuals;
   std::vector<ResidualAnalysis> analysis;
   std::vector<Detectable> detectable;  ///< a row a kind; empty without a machine
   double heldout_rms_before_um = 0, heldout_rms_after_um = 0;
   double reduction_percent = 0, ci95_low_percent = 0, ci95_high_percent = 0;
-  std::string sentence;              ///< the verdict in words
+  double effect_fitted_um = 0, effect_heldout_um = 0;  ///< RMS of what the causes change in the displacements
+  std::string sentence;                                ///< the verdict in words
   std::vector<std::string> actions;  ///< where to look on the machine, and for what; the leading one first
   std::string strained;              ///< why the named causes alone are implausible; empty: they are not
   NextMeasurement next;

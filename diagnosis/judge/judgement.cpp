@@ -7,6 +7,8 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "core/text.h"
 #include "core/units.h"
@@ -61,6 +63,23 @@ Interval interval_of(const Problem& problem, const Squares& squares) {
 }
 
 bool is_gauge(const ObservedChannel& channel) { return channel.is_gauge(); }
+
+/// RMS of what the hypothesis changes in the displacements, um: fitted, held out.
+std::pair<double, double> effects_um(const Problem& problem, const Hypothesis& best) {
+  double sums[2] = {0.0, 0.0}, counts[2] = {0.0, 0.0};
+  for (std::size_t k = 0; k < problem.observations.channels.size(); ++k) {
+    const ObservedChannel& channel = problem.observations.channels[k];
+    if (!is_gauge(channel)) continue;
+    const VectorXd change =
+        (best.predicted - problem.predicted).segment(problem.first_row(k), channel.size()).cwiseAbs2();
+    sums[0] += change.head(channel.fitted).sum();
+    sums[1] += change.tail(channel.size() - channel.fitted).sum();
+    counts[0] += static_cast<double>(channel.fitted);
+    counts[1] += static_cast<double>(channel.size() - channel.fitted);
+  }
+  const auto rms = [&](int i) { return counts[i] > 0.0 ? std::sqrt(sums[i] / counts[i]) : 0.0; };
+  return {rms(0), rms(1)};
+}
 
 void fill_series(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
   const Observations& obs = problem.observations;
@@ -124,6 +143,7 @@ void judge(const Problem& problem, const Hypothesis& best, Diagnosis& out) {
     out.ci95_low_percent = ci.low;
     out.ci95_high_percent = ci.high;
   }
+  std::tie(out.effect_fitted_um, out.effect_heldout_um) = effects_um(problem, best);
   fill_series(problem, best, out);
 }
 

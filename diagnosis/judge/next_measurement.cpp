@@ -35,6 +35,7 @@ struct Place {
   double uncertainty = 1;
   const char* unit = "K";
   bool measured = false;  ///< in the measurement at hand
+  bool is_sensor = false;
 };
 
 /// The machine's sensors, then dx, dy, dz of each pose: columns of Response::elsewhere.
@@ -48,7 +49,7 @@ std::vector<Place> places_of(const Problem& problem, const mesh::Machine& machin
   for (const mesh::SensorSpec& sensor : machine.sensors) {
     const bool read = std::any_of(channels.begin(), channels.end(),
                                   [&](const ObservedChannel& c) { return c.channel.sensor == sensor.id; });
-    places.push_back({sensor.id, std::max(sensor.uncertainty, least_K), "K", read});
+    places.push_back({sensor.id, std::max(sensor.uncertainty, least_K), "K", read, true});
   }
   for (const mesh::Pose& pose : poses) {
     for (const char* direction : {"dx", "dy", "dz"}) {
@@ -120,13 +121,18 @@ double furthest(const Eigen::VectorXd& over_time) {
 
 /// Of one channel under one program.
 struct Merit {
-  double all = 0;         ///< mean over pairs by how probable they are, in units of the uncertainty
+  double all = 0;         ///< mean over pairs by how probable they are, in units of expected
   double difference = 0;  ///< RMS of the pair that counts most
+  double expected = 0;    ///< deviation of a reading from a right model: uncertainty and discretisation error
   std::pair<std::size_t, std::size_t> pair{0, 1};
 };
-Merit merit_of(const std::vector<Rival>& rivals, const std::vector<MatrixXd>& seen, Index channel, double uncertainty) {
+/// @param mesh_error  of what a channel changes by, as a share
+Merit merit_of(const std::vector<Rival>& rivals, const std::vector<MatrixXd>& seen, Index channel, double uncertainty,
+               double mesh_error) {
   Merit merit;
-  double sum = 0.0, weights = 0.0, most = -1.0;
+  double sum = 0.0, weights = 0.0, most = -1.0, change = 0.0;
+  for (const MatrixXd& of : seen) change = std::max(change, root_mean_square(of.col(channel).array() - of(0, channel)));
+  merit.expected = std::hypot(uncertainty, mesh_error * change);
   for (std::size_t i = 0; i < rivals.size(); ++i) {
     for (std::size_t j = i + 1; j < rivals.size(); ++j) {
       const double weight = std::max(rivals[i].probability * rivals[j].probability, 1e-12);
@@ -136,14 +142,15 @@ Merit merit_of(const std::vector<Rival>& rivals, const std::vector<MatrixXd>& se
       if (weight * rms > most) most = weight * rms, merit.difference = rms, merit.pair = {i, j};
     }
   }
-  merit.all = std::sqrt(sum / weights) / uncertainty;
+  merit.all = std::sqrt(sum / weights) / merit.expected;
   return merit;
 }
 
 }  // namespace
 
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
-                                 const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis) {
+                                 const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis,
+                                 const DiagnoseOptions& options) {
   NextMeasurement next;
   const std::vector<Rival> rivals = rivals_of(diagnosis);
   if (rivals.size() < 2) return next;
@@ -162,16 +169,20 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     for (std::size_t c = 0; c < places.size(); ++c) {
       if (own && places[c].measured) continue;
       const auto column = static_cast<Index>(c);
-      const Merit merit = merit_of(rivals, seen, column, places[c].uncertainty);
+      const double percent =
+          places[c].is_sensor ? options.temperature_error_percent : options.displacement_error_percent;
+      const Merit merit = merit_of(rivals, seen, column, places[c].uncertainty, 0.01 * percent);
       const double weighed = own ? own_load_counts * merit.all : merit.all;
       if (weighed <= best) continue;
       best = weighed;
       next.load = load;
       next.channel = places[c].name;
       next.duration_h = (plan.end - plan.start) / core::units::hour;
-      next.why = fmt::format("{} and {} differ there by {:.2g} {} RMS, {:.1f} times its uncertainty",
-                             rivals[merit.pair.first].name(), rivals[merit.pair.second].name(), merit.difference,
-                             places[c].unit, merit.difference / places[c].uncertainty);
+      next.why = fmt::format(
+          "{} and {} differ there by {:.2g} {} RMS, {:.1f} times what it is uncertain by, "
+          "the discretisation error included",
+          rivals[merit.pair.first].name(), rivals[merit.pair.second].name(), merit.difference, places[c].unit,
+          merit.difference / merit.expected);
       next.outcomes.clear();
       for (std::size_t i = 0; i < rivals.size(); ++i) {
         next.outcomes.push_back(fmt::format("{} changes by {:+.3g} {} at most under {}.", places[c].name,

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Proposes the next measurement for an ambiguous set of causes: of all load programs, sensors and poses of the machine,
-// those at which the predictions of the causes differ most, in units of the channel's uncertainty.
+// those at which the predictions of the causes differ most, in units of what a reading is
+// uncertain by: the channel's uncertainty and the discretisation error of its response.
 
 #include <vector>
 
 #include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/record/diagnose_options.h"
 #include "diagnosis/response/problem.h"
 #include "solver/operation/load_program.h"
 
@@ -13,6 +15,7 @@ namespace thermotwin::diagnosis {
 
 /// @param programs  possible load programs, in addition to a repetition of the measured load with more channels
 NextMeasurement next_measurement(const Problem& problem, const reduction::ReducedModel& model,
-                                 const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis);
+                                 const std::vector<solver::LoadProgram>& programs, const Diagnosis& diagnosis,
+                                 const DiagnoseOptions& options);
 
 }  // namespace thermotwin::diagnosis

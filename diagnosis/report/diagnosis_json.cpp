@@ -52,6 +52,11 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
     row["log_evidence"] = cause.log_evidence;
     json["ranking"].push_back(std::move(row));
   }
+  json["explanations"] = Json::array();
+  for (const Explanation& one : diagnosis.explanations) {
+    json["explanations"].push_back(
+        {{"name", one.name}, {"probability", one.probability}, {"log_evidence", one.log_evidence}});
+  }
   json["ambiguous_set"] = Json::array();
   for (const RankedCause& cause : diagnosis.ambiguous_set) json["ambiguous_set"].push_back(identity(cause));
   json["residual"]["per_channel"] = Json::array();

@@ -74,6 +74,17 @@ std::string bar(double p) {
 /// Without a machine nothing is corrected where nothing is named.
 bool shows_change(const Diagnosis& d, const mesh::Machine* machine) { return machine != nullptr || !d.causes.empty(); }
 
+std::string most_probable_tile(const Diagnosis& d) {
+  if (!d.explanations.empty()) {
+    return core::html_tile("most probable", probability(d.explanations.front().probability),
+                           core::xml_text(d.explanations.front().name));
+  }
+  if (d.ranking.empty()) return core::html_tile("most probable before the last part", "–", "");
+  const RankedCause& first = d.ranking.front();
+  return core::html_tile("most probable before the last part", probability(first.probability),
+                         core::xml_text(name_of(first.parameter.kind) + " " + first.parameter.where));
+}
+
 std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
   const Wording words = wording(d, machine);
   std::string page = core::html_title("Diagnosis of " + words.subject, words.below);
@@ -92,11 +103,7 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
     page += "</ul></section>\n";
   }
   page += "<div class=\"tiles\">\n";
-  page += core::html_tile(machine == nullptr ? "most probable before the last part" : "most probable",
-                          d.ranking.empty() ? "–" : probability(d.ranking.front().probability),
-                          d.ranking.empty() ? ""
-                                            : core::xml_text(name_of(d.ranking.front().parameter.kind) + " " +
-                                                             d.ranking.front().parameter.where));
+  page += most_probable_tile(d);
   if (gauged && !shows_change(d, machine)) {
     page += core::html_tile(words.residual + ", held out", fmt::format("{:.2f} µm", d.heldout_rms_before_um),
                             "RMS of all displacement channels");
@@ -113,11 +120,27 @@ std::string headline(const Diagnosis& d, const mesh::Machine* machine) {
   return page + "</div>\n";
 }
 
+/// One column that adds to 1.
+std::string explanations_table(const Diagnosis& d) {
+  if (d.explanations.empty()) return "";
+  std::string page =
+      "<h2>Possible explanations</h2>\n<section class=\"card scroll\"><p class=\"sub\">Exactly one of these holds; the "
+      "probabilities add to 1</p><table>\n<tr><th>explanation</th><th>probability</th><th class=\"n\">log "
+      "evidence</th></tr>\n";
+  for (const Explanation& one : d.explanations) {
+    page += fmt::format("<tr{}><td>{}</td><td>{}</td><td class=\"n\">{:.1f}</td></tr>\n",
+                        one.probability < 0.01 ? " class=\"quiet\"" : "", core::xml_text(one.name),
+                        bar(one.probability), one.log_evidence);
+  }
+  return page + "</table></section>\n";
+}
+
 /// Stated uncertainties are those of machine.toml.
 std::string ranking_table(const Diagnosis& d, const mesh::Machine* machine) {
-  std::string page =
-      "<h2>Ranking of causes</h2>\n<section class=\"card "
-      "scroll\"><table>\n<tr><th>kind</th><th>where</th><th>probability";
+  std::string page = "<h2>Each cause by itself</h2>\n<section class=\"card scroll\">";
+  if (machine != nullptr)
+    page += "<p class=\"sub\">Probability that a cause takes part, alone or in a pair: a pair counts for both</p>";
+  page += "<table>\n<tr><th>kind</th><th>where</th><th>probability";
   page += machine == nullptr ? " before the last part, of each channel" : "";
   page += "</th><th class=\"n\">log evidence</th><th>estimate</th>";
   page += machine != nullptr ? "<th class=\"n\">stated uncertainty</th><th class=\"n\">explains, held out</th></tr>\n"
@@ -337,8 +360,9 @@ std::string notes(const Diagnosis& d) {
 std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene) {
   return core::html_document("Diagnosis of " + wording(d, machine).subject,
                              headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
-                                 ranking_table(d, machine) + extension(d, machine) + plots(d, machine) +
-                                 channel_table(d, machine) + detectability_table(d) + analysis(d) + notes(d));
+                                 explanations_table(d) + ranking_table(d, machine) + extension(d, machine) +
+                                 plots(d, machine) + channel_table(d, machine) + detectability_table(d) + analysis(d) +
+                                 notes(d));
 }
 
 }  // namespace thermotwin::diagnosis

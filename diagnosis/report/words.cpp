@@ -26,6 +26,27 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double long_between_rows_s = 180.0;
+constexpr double shows_little = 0.25;  ///< of the fitted data's share: held-out data with less cannot judge a gain
+
+/// After a named cause: what becomes of the machine's description.
+std::string extension_in_words(const Diagnosis& d) {
+  if (!d.extended_machine_text.empty()) return " The correction is in extended/machine.toml.";
+  const std::string them = d.causes.size() == 1 ? "it" : "them";
+  if (d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0) {
+    return fmt::format(
+        " Correcting {0} alone worsens the prediction, because another deviation within its uncertainty "
+        "had compensated {0}. No extension is recommended.",
+        them);
+  }
+  if (d.heldout_rms_before_um > 0 && d.effect_heldout_um < shows_little * d.effect_fitted_um) {
+    return fmt::format(
+        " The held-out data cannot judge the gain: the correction changes their displacements by {:.2g} "
+        "um RMS, those of the fitted data by {:.2g} um. No extension is recommended. A record that ends "
+        "with the load that shows the effect decides.",
+        d.effect_heldout_um, d.effect_fitted_um);
+  }
+  return " The gain is not significant; no extension is recommended.";
+}
 
 std::string in_words(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
@@ -69,8 +90,8 @@ std::string sentence_of(const Diagnosis& d) {
                                      percent_text(d.ci95_low_percent), percent_text(d.ci95_high_percent))
                                : "";
   if (d.verdict == Verdict::no_discrepancy) {
-    return "No discrepancy: measurement and model agree within stated uncertainty, discretisation error and noise. No "
-           "change of the model is needed.";
+    return "No discrepancy: measurement and model agree within stated uncertainty, discretisation error and noise. "
+           "Effects too small for this record remain possible.";
   }
   if (d.verdict == Verdict::unexplained)
     return "Unexplained: measurement and model differ, and no known kind of cause describes the difference. "
@@ -99,14 +120,7 @@ std::string sentence_of(const Diagnosis& d) {
            list_in_words(d.ambiguous_set, 4) + "." +
            (d.next.channel.empty() ? "" : fmt::format(" To decide, measure {} under {}.", d.next.channel, d.next.load));
   }
-  const bool one = d.causes.size() == 1;
-  return "Explained by " + list_in_words(d.causes, 3) + "." + gain +
-         (!d.extended_machine_text.empty() ? " The correction is in extended/machine.toml."
-          : d.heldout_rms_before_um > 0 && d.ci95_high_percent < 0
-              ? fmt::format(" Correcting {} alone worsens the prediction, because another deviation within its "
-                            "uncertainty had compensated {}. No extension is recommended.",
-                            one ? "it" : "them", one ? "it" : "them")
-              : " The gain is not significant; no extension is recommended.");
+  return "Explained by " + list_in_words(d.causes, 3) + "." + gain + extension_in_words(d);
 }
 
 std::vector<std::string> warnings_of(const mesh::Machine& machine, const compensation::Measurement& measurement,
@@ -180,8 +194,6 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
   d.notes.push_back(fmt::format(
       "{} means over {:.0f} s of {} channels; {} of them were fitted (until {:.2f} h), the others were held out.",
       obs.size(), obs.interval, obs.channels.size(), found.fitted, (obs.split - obs.start) / core::units::hour));
-  d.notes.push_back(fmt::format("Uniform start at {:.2f} degC (median of the first readings), uncertain by {:.2f} K.",
-                                obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));
   d.notes.push_back(fmt::format(
       "Initial temperature: uniform, {:.2f} degC (median of the first readings), standard deviation {:.2f} K.",
       obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/progress.h"
 #include "core/range.h"
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
@@ -164,6 +165,8 @@ void ElasticModel::Impl::solve_units(int body) {
   BodyResponse& response = responses[b];
   response.gram.setZero(count, count);
   response.rigid.setZero(6, count);
+  response.centre = bodies[b].centre;
+  response.length = bodies[b].length;
   thermal[b].resize(nodes(body), count);
   for (Eigen::Index u = 0; u < count; ++u) {
     for (const auto& [dof, weight] : functionals[u])
@@ -207,6 +210,7 @@ ElasticModel::ElasticModel(const mesh::MachineMesh& mesh, const ThermalSystem& t
   if (impl.elastic.empty()) return;
   const SmallSystem home = impl.small_system(mesh::home_pose(mesh.machine));
   impl.summary.springs = home.springs().size();
+  if (const std::string text = home.hardly_held(mesh.machine); !text.empty()) core::warn(text);
 }
 
 ElasticModel::~ElasticModel() = default;

@@ -6,15 +6,38 @@
 
 #include <cmath>
 #include <iterator>
+#include <set>
 
 #include "core/error.h"
 #include "core/text.h"
+#include "solver/elastic/loosest_motion.h"
 
 namespace thermotwin::solver {
 
 namespace {
-constexpr double singular_below = 1e-13;  // reciprocal condition of the scaled system
+constexpr double singular_below = 1e-13;    // reciprocal condition of the scaled system
+constexpr double hardly_held_below = 1e-4;  // of the usual stiffness: a lever of a hundredth of the body's length
+
+/// The joints with the pads that they have.
+std::string joints_of(const mesh::Machine& machine, const std::vector<int>& joints) {
+  std::vector<std::string> texts;
+  for (const int joint : joints) {
+    const mesh::JointSpec& spec = machine.joints[joint];
+    texts.push_back("'" + spec.id + "' with " +
+                    (spec.sectors > 0
+                         ? fmt::format("sectors = {}", spec.sectors)
+                         : fmt::format("divide = [{}, {}, {}]", spec.divide[0], spec.divide[1], spec.divide[2])));
+  }
+  return texts.empty() ? "no joint with stiffness touches it" : "its joints with stiffness: " + core::join(texts);
 }
+
+std::string names_of(const mesh::Machine& machine, const std::vector<int>& bodies) {
+  std::vector<std::string> names;
+  for (const int body : bodies) names.push_back("'" + machine.bodies[body].id + "'");
+  return core::join(names);
+}
+
+}  // namespace
 
 void require_held(const mesh::Machine& machine, const std::vector<int>& elastic, const std::vector<Spring>& springs) {
   std::set<int> held;
@@ -74,22 +97,14 @@ std::vector<SmallSystem::Entry> SmallSystem::entries(std::size_t elastic,
   return found;
 }
 
-/// Joints that put springs on the bodies, with the pads that they have.
-std::string SmallSystem::joints_of(const mesh::Machine& machine, const std::set<int>& bodies) const {
-  std::set<int> joints;
-  for (const Spring& spring : springs_) {
-    for (const UnitTerm& term : spring.gap)
-      if (spring.joint >= 0 && bodies.contains(term.body)) joints.insert(spring.joint);
-  }
-  std::vector<std::string> texts;
-  for (const int joint : joints) {
-    const mesh::JointSpec& spec = machine.joints[joint];
-    texts.push_back("'" + spec.id + "' with " +
-                    (spec.sectors > 0
-                         ? fmt::format("sectors = {}", spec.sectors)
-                         : fmt::format("divide = [{}, {}, {}]", spec.divide[0], spec.divide[1], spec.divide[2])));
-  }
-  return texts.empty() ? "no joint with stiffness touches it" : "its joints with stiffness: " + core::join(texts);
+std::string SmallSystem::hardly_held(const mesh::Machine& machine) const {
+  const LoosestMotion loosest = loosest_motion(elastic_, responses_, springs_);
+  if (loosest.ratio > hardly_held_below) return "";
+  return fmt::format(
+      "{} body {}: hardly held; free {} but for {:.1g} of the usual stiffness; {}; displacements depend on the mesh "
+      "there; allowed: pads apart from each other across that line (divide, sectors), or stiffness along that motion",
+      machine.path.filename().string(), names_of(machine, loosest.bodies), loosest.motion, loosest.ratio,
+      joints_of(machine, loosest.joints));
 }
 
 void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::MatrixXd& matrix) const {
@@ -97,38 +112,24 @@ void SmallSystem::require_regular(const mesh::Machine& machine, const Eigen::Mat
   Eigen::Index loose = 0;
   const double smallest = eigen.eigenvalues().cwiseAbs().minCoeff(&loose);
   if (smallest > singular_below * eigen.eigenvalues().cwiseAbs().maxCoeff()) return;
-  const auto count = std::ssize(springs_);
   const Eigen::VectorXd mode = eigen.eigenvectors().col(loose);
-  std::vector<double> share;
-  for (std::size_t i = 0; i < elastic_.size(); ++i) share.push_back(mode.segment<6>(count + 6 * i).norm());
-  double largest = 0.0;
-  for (double value : share) largest = std::max(largest, value);
-  if (largest < 1e-3) {
+  if (mode.tail(6 * std::ssize(elastic_)).cwiseAbs().maxCoeff() < 1e-3) {
     throw core::MeshError(machine.path.filename().string() + " scale", "two constraints hold the same motion",
                           "one scale an axis");
   }
-  std::vector<std::string> names;
-  std::set<int> loose_bodies;
-  Eigen::Matrix<double, 6, 1> motion = Eigen::Matrix<double, 6, 1>::Zero();
-  for (std::size_t i = 0; i < share.size(); ++i) {
-    if (share[i] < 0.3 * largest) continue;
-    loose_bodies.insert(elastic_[i]);
-    names.push_back("'" + machine.bodies[elastic_[i]].id + "'");
-    if (names.size() == 1) motion = mode.segment<6>(count + 6 * i);
-  }
-  Eigen::Index direction = 0;
-  motion.cwiseAbs().maxCoeff(&direction);
-  static const char* const words[] = {"along x", "along y", "along z", "about x", "about y", "about z"};
-  const bool turns = direction >= 3;
+  const LoosestMotion loosest = loosest_motion(elastic_, responses_, springs_);
   throw core::MeshError(
-      machine.path.filename().string() + " body " + core::join(names),
-      fmt::format("nothing holds it, mainly {}; {}{}", words[direction], joints_of(machine, loose_bodies),
-                  turns ? "; a pad carries the mean motion of its surface, so one pad holds no rotation" : ""),
-      turns ? "joints that hold rotations: divide of 2 x 2 or more cells across the contact ([2, 2, 1] where it is "
-              "normal to z), "
-              "sectors of 3 or more, or several pads or joints apart from each other"
-            : "joints or a scale that hold every body in all six directions: stiffness_normal_N_mm3 across a contact, "
-              "stiffness_tangential_N_mm3 along it; a guide is free along its axis");
+      machine.path.filename().string() + " body " + names_of(machine, loosest.bodies),
+      fmt::format("nothing holds it: it is free {}; {}{}", loosest.motion, joints_of(machine, loosest.joints),
+                  loosest.turns ? "; a pad carries the mean motion of its surface, so one pad holds no rotation, and "
+                                  "pads on one line hold none about that line"
+                                : ""),
+      loosest.turns
+          ? "joints that hold rotations: divide of 2 x 2 or more cells across the contact ([2, 2, 1] where it is "
+            "normal to z), "
+            "sectors of 3 or more, or several pads or joints apart from each other"
+          : "joints or a scale that hold every body in all six directions: stiffness_normal_N_mm3 across a contact, "
+            "stiffness_tangential_N_mm3 along it; a guide is free along its axis");
 }
 
 Eigen::MatrixXd SmallSystem::solve_scaled(const Eigen::MatrixXd& right_hand_side) const {

@@ -7,7 +7,6 @@
 #include <Eigen/LU>
 
 #include <functional>
-#include <set>
 #include <string>
 
 #include "solver/elastic/springs.h"
@@ -16,8 +15,10 @@ namespace thermotwin::solver {
 
 /// Answers of one body to its unit functionals.
 struct BodyResponse {
-  Eigen::MatrixXd gram;   ///< (units x units) w^T K^+ w'
-  Eigen::MatrixXd rigid;  ///< (6 x units) R^T w
+  Eigen::MatrixXd gram;                              ///< (units x units) w^T K^+ w'
+  Eigen::MatrixXd rigid;                             ///< (6 x units) R^T w
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, of the rotations in R
+  double length = 1.0;                               ///< m, by which R divides them
 };
 
 /// @throws MeshError naming an elastic body that no spring touches
@@ -32,6 +33,9 @@ public:
               std::vector<Spring> springs);
 
   const std::vector<Spring>& springs() const { return springs_; }
+
+  /// What holds bodies so little that their displacements cannot be trusted; empty: nothing.
+  std::string hardly_held(const mesh::Machine& machine) const;
 
   /// Spring part of the adjoint solutions, (springs x outputs).
   Eigen::MatrixXd adjoint_forces(const std::vector<Combination>& outputs) const;
@@ -58,7 +62,6 @@ private:
     double weight;
   };
   std::vector<Entry> entries(std::size_t elastic, const std::vector<Combination>& columns) const;
-  std::string joints_of(const mesh::Machine& machine, const std::set<int>& bodies) const;
   void require_regular(const mesh::Machine& machine, const Eigen::MatrixXd& matrix) const;
   Eigen::MatrixXd solve_scaled(const Eigen::MatrixXd& right_hand_side) const;
 

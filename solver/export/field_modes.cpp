@@ -34,15 +34,25 @@ void FieldModes::merge() {
   }
   const Index fresh = std::min<Index>(pending_, rest.rows());
   const Eigen::HouseholderQR<MatrixXd> qr(rest);
+  MatrixXd directions = qr.householderQ() * MatrixXd::Identity(rest.rows(), fresh);
+  MatrixXd triangle = qr.matrixQR().topRows(fresh).triangularView<Eigen::Upper>();
+  if (known > 0) {
+    // A rest of rounding errors has directions that are not at right angles to the modes: once more.
+    const MatrixXd leaning = modes_.transpose() * directions;
+    seen += leaning * triangle;
+    const Eigen::HouseholderQR<MatrixXd> again(directions - modes_ * leaning);
+    directions = again.householderQ() * MatrixXd::Identity(rest.rows(), fresh);
+    triangle = MatrixXd(again.matrixQR().topRows(fresh).triangularView<Eigen::Upper>()) * triangle;
+  }
   MatrixXd wide(rest.rows(), known + fresh);
   if (known > 0) wide.leftCols(known) = modes_;
-  wide.rightCols(fresh) = qr.householderQ() * MatrixXd::Identity(rest.rows(), fresh);
+  wide.rightCols(fresh) = directions;
   MatrixXd small = MatrixXd::Zero(known + fresh, before + pending_);
   if (known > 0) {
     small.topLeftCorner(known, before) = coefficients_;
     small.topRightCorner(known, pending_) = seen;
   }
-  small.bottomRightCorner(fresh, pending_) = qr.matrixQR().topRows(fresh).triangularView<Eigen::Upper>();
+  small.bottomRightCorner(fresh, pending_) = triangle;
   const Eigen::SelfAdjointEigenSolver<MatrixXd> square(small * small.transpose());
   const double largest = square.eigenvalues().maxCoeff();
   Index kept = 0;  // eigenvalues rise

@@ -234,12 +234,16 @@ void write_png(const std::filesystem::path& png, vtkRenderer* renderer) {
 
 }  // namespace
 
+bool has_display() {
+  const char* display = std::getenv("DISPLAY");
+  return display != nullptr && *display != '\0';
+}
+
 void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
                    const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,
                    const std::string& title) {
   // VTK ends the program where it cannot open a display.
-  if (const char* display = std::getenv("DISPLAY"); !display || !*display)
-    throw core::SolverError("no display to draw pictures on; run under: xvfb-run -a");
+  if (!has_display()) throw core::SolverError("no display to draw pictures on; run under: xvfb-run -a");
   const auto skin = deformed_skin(mesh, pose, temperature_C, displacement, exaggeration);
   const auto [low, high] = colour_range(temperature_C.head(mesh.nodes()));
   const auto map = colours(low, high);

@@ -12,8 +12,11 @@
 
 namespace thermotwin::solver {
 
+/// @return whether there is a display to draw on (DISPLAY is set and not empty)
+bool has_display();
+
 /// Picture of temperature on the deformed machine. @param exaggeration of the displacement
-/// @throws SolverError where there is no display to draw on (DISPLAY is not set)
+/// @throws SolverError where there is no display to draw on (has_display)
 void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
                    const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,
                    const std::string& title);

@@ -182,7 +182,7 @@ TEST(Import, AnExtentThatCannotBeNamesItsFile) {
   for (const auto& [own, file] : {std::pair{&surface, "cad/block.stl: "}, {&mesh, "cad/plate.inp: "}}) {
     const Result result = own->run({"mesh", own->path()});
     EXPECT_EQ(result.status, 3) << result.err;
-    EXPECT_SAYS(result.err, std::string(file) + "a largest extent of 100 m: is the unit right?");
+    EXPECT_SAYS(result.err, std::string(file) + "a largest extent of 100 m; the unit may be wrong");
     EXPECT_SAYS(result.err, "0.001 m .. 50 m (key unit");
   }
 }

@@ -346,7 +346,7 @@ TEST(EvaluateRecord, AModelThatPredictsNothingOfTheJudgedFolderIsNoted) {
   const Result result =
       toy.run({"evaluate", "--data", toy.file("judged"), "--train-data", toy.file("trained"), "--models", "arx"});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_SAYS(result.out, "arx predicts nothing of");
+  EXPECT_SAYS(result.out, "arx cannot predict " + toy.file("judged") + ", which lacks an input");
 }
 
 // Neither the length of a pause nor the number of folders makes a fit coarser.

@@ -78,6 +78,16 @@ std::map<std::string, std::string> files_in(const fs::path& folder) {
   return files;
 }
 
+std::map<std::string, std::string> results_in(const fs::path& folder) {
+  auto files = files_in(folder);
+  const std::string own = folder.string();
+  for (auto& [name, bytes] : files) {
+    if (!name.ends_with(".html")) continue;
+    for (std::size_t at = 0; (at = bytes.find(own, at)) != std::string::npos;) bytes.replace(at, own.size(), "OUT");
+  }
+  return files;
+}
+
 bool is_checkpoint(const std::string& name) {
   const std::string own = fs::path(name).filename().string();
   return own.starts_with("checkpoint_") || own.starts_with("snapshots_");

@@ -56,6 +56,8 @@ private:
 
 /// Bytes of all files below, by their relative names.
 std::map<std::string, std::string> files_in(const std::filesystem::path& folder);
+/// The same, where pages, which print commands, say OUT instead of the folder's path.
+std::map<std::string, std::string> results_in(const std::filesystem::path& folder);
 
 /// Whether the file serves to go on with a stopped campaign and is no result.
 bool is_checkpoint(const std::string& name);
