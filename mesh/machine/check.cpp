@@ -19,7 +19,7 @@ using core::InputError;
 
 namespace {
 
-/// Channels of cases/README.md that this machine has.
+/// Channels of docs/reference/machine_channels.md that this machine has.
 std::vector<std::string> channels(const Machine& machine) {
   std::vector<std::string> names = {"spindle.speed_rpm", "cutting_fluid.on", "machine.on"};
   for (const Axis& axis : machine.axes) {

@@ -160,7 +160,7 @@ const KeyTable coolant{
 
 const KeyTable law{
     "source.law",
-    "A table of a channel (`input`), or a loss by kind (`kind`); docs/reference/losses.md has the equations.",
+    "A table of a channel (`input`), or a loss by kind (`kind`); [losses.md](losses.md) has the equations.",
     {
         key::reference("input", "channel", Absent{"a kind"}, "table: the channel whose absolute value it is over."),
         key::numbers("at", "", any_number, Absent{"a kind"},

@@ -50,8 +50,7 @@ struct CandidateOptions {
   std::vector<double> adjoint_shifts;  ///< 1/s, of the outputs
   void validate() const;               ///< @throws InputError
 };
-/// Steady state and five time
-/// constants from ten days to two minutes.
+/// Inputs: steady state (1000 days), 8 h, 100 min, 20 min and 2 min as 1/s. Outputs: steady state, 8 h and 20 min.
 CandidateOptions default_candidates();
 
 /// K0 + sum p K without the coolant's transport, which is not symmetric.

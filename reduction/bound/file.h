@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// bound.rom.h5: a BoundModel as HDF5, documented in reduction/README.md. It belongs to a model.rom.h5 of the
-// same machine and mesh, which knows its terms and inputs.
+// bound.rom.h5: a BoundModel as HDF5, documented in docs/reference/result_files.md. It belongs to a model.rom.h5 of the
+// same machine and mesh, which holds the list of terms and inputs.
 
 #include <filesystem>
 

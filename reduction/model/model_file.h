@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Reads and writes model.rom.h5, the reduced model as HDF5, which h5py and MATLAB read as well. reduction/README.md
-// documents its content. The file keeps the text of machine.toml, so a model needs no other file.
+// Reads and writes model.rom.h5, the reduced model as HDF5, which h5py and MATLAB read as well.
+// docs/reference/result_files.md documents its content. The file keeps the text of machine.toml, so a model needs no
+// other file.
 
 #include <filesystem>
 

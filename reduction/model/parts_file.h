@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Reads and writes the optional groups of model.rom.h5 that a diagnosis uses; reduction/README.md documents them.
+// Reads and writes the optional groups of model.rom.h5 that a diagnosis uses.
+// docs/reference/result_files.md documents them.
 
 #include "reduction/linear/hdf5_store.h"
 #include "reduction/model/reduced_model.h"

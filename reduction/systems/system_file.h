@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A reduced system as files: E.mtx, A.mtx, B.mtx, C.mtx, D.mtx and A_film_NAME.mtx where the full
-// system had them, in Matrix Market's array format, and system.rom.h5 (HDF5, documented in
-// reduction/README.md). All appear together or not at all.
+// A reduced system as files: E.mtx, A.mtx, B.mtx, C.mtx, D.mtx and A_film_NAME.mtx where the full system had them, in
+// Matrix Market's array format, and system.rom.h5 (HDF5). docs/reference/result_files.md documents both. All appear
+// together or not at all.
 
 #include <filesystem>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What a control knows, as a row of numbers: speeds, positions, powers, states, temperatures, each
-// in the unit of its name. cases/README.md lists the names. Rows are means over a time step.
+// The input channels of a machine as a row of numbers: speeds, positions, powers, states, temperatures, each in the
+// unit of its name. docs/reference/machine_channels.md lists the names. A row holds means over a time step.
 
 #include <Eigen/Core>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// loads/*.toml, key by key as cases/README.md says.
+// Reads a load program from loads/*.toml. docs/reference/load.md documents its keys.
 
 #include <filesystem>
 
@@ -9,7 +9,7 @@
 
 namespace thermotwin::solver {
 
-/// The only one that writes a program's fields.
+/// The only class that sets the fields of a LoadProgram.
 class LoadReader {
 public:
   /// @param path  name for messages; its stem is the program's name

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// model.rom.h5 as another program reads it: h5py and what reduction/README.md says suffice for a step.
+// model.rom.h5 as another program reads it: h5py and docs/reference/result_files.md suffice for a time step.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

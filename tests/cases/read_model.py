@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One step of model.rom.h5 by what reduction/README.md says of the file, without the program.
+"""One time step from model.rom.h5 by its format in docs/reference/result_files.md, without the program.
 
 usage: read_model.py model.rom.h5 step.json
 step.json has p, q, initial_K and step_s; the answer goes to standard output as JSON."""
