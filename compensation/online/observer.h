@@ -35,37 +35,41 @@ public:
   /// Sets implausible temperatures to NaN. @param given  (channels)
   void take_out_inputs(Eigen::VectorXd& given) { trust_.take_out_inputs(given); }
 
-  /// Readings of a row. @param sensors_C  (sensors) NaN where missing; empty: none  @param row  (channels) as it holds
+  /// Takes the readings of a row. @param sensors_C  (sensors) degC, NaN where missing; empty: no readings
+  /// @param row  (channels) inputs that hold at that time
   void read(const Eigen::VectorXd& sensors_C, const Eigen::VectorXd& row);
   bool any_reading() const { return reading_K_.array().isFinite().any(); }
 
-  /// The first row: starts the clock too.
+  /// Sets the initial state from the readings of the first row, and starts the clock. @param time  s
   void start(double time, const Eigen::VectorXd& row);
   /// @return the readings that the chillers use, (sensors + observed) K, valid until the next call: measured ones if
   ///   present and trusted, else predicted ones. A reading that jumps is taken for a transmission fault; if the chiller
   ///   does follow it, the other sensors show that
   const Eigen::VectorXd& guide_readings();
-  /// Innovations of the last row. @param inputs_leapt  since the row before
+  /// Adds the innovations of the last row. @param inputs_leapt  whether inputs changed abruptly since the row before
   void add_readings(bool inputs_leapt);
 
   /// @return whether a correction is due at this end of a step
   bool due() const { return clock_.interval_s() >= correction_after(); }
   void correct();
-  /// See ErrorModel::learn.
+  /// See ErrorModel::learn. @param error  (3) probed TCP error, m, NaN where not measured
   void learn(const ErrorModel::ErrorRows& rows, const Eigen::Vector3d& error, double std_m);
-  /// Lets the corrections of learn() take effect.
+  /// Lets the corrections of learn() take effect gradually. @param duration  s since the last call
   void show(double duration) { errors_.show(duration); }
 
-  /// Of the end of the last step.
+  /// @return the corrected state at the end of the last step, (order) K
   const Eigen::VectorXd& corrected() const { return corrected_; }
   void set_corrected();
+  /// See ErrorModel::air_is_untold.
   void air_is_untold() { errors_.air_is_untold(); }
-  /// Accounts for the drives since the row before. @param untold  (drives) 1: the drive is not recorded, else 0
+  /// Accounts for the heat of unrecorded drives since the row before. @param untold  (drives) 1: speed not recorded,
+  /// else 0  @param duration  s
   void add_drives(const std::vector<char>& untold, const Eigen::VectorXd& row, double duration);
   const Eigen::VectorXd& correction_rate() const { return correction_rate_; }  ///< of the state, K/s
 
   /// @return the readings predicted before the last correction, degC
   Eigen::VectorXd predicted_sensors_C() const;
+  /// See detectability.h; at the mean operating point of the run so far. @throws InputError before the first step ends
   Detectability detectability() const;
 
 private:
@@ -95,7 +99,7 @@ private:
 
   Eigen::VectorXd reading_C_, reading_K_, guide_K_;
   Eigen::VectorXd sensors_start_, shift_;
-  Eigen::VectorXd bias_K_, bias_rate_, unsure_rate_;  ///< what is added to predicted readings; K/s; its deviation
+  Eigen::VectorXd bias_K_, bias_rate_, unsure_rate_;  ///< correction of predicted readings; its rate; its std
   Eigen::VectorXd correction_rate_, corrected_;
   double corrected_at_ = 0;  ///< s
 
@@ -104,14 +108,14 @@ private:
   std::vector<ErrorModel::Innovation> innovations_;
 
   struct Untold {
-    Eigen::VectorXd energy;  ///< (order) J at half speed while nobody told of it; empty: told
-    double way = 0;          ///< integral of the nominal run's speed meanwhile, in the channel's unit times s
+    Eigen::VectorXd energy;  ///< (order) heat at half speed while the speed was not recorded, J; empty: recorded
+    double way = 0;          ///< integral of the nominal run's speed over that time, channel's unit times s
   };
-  double drives_s_ = 0;         ///< time that untold_ is of: rows since the last one that began after a correction
-  bool drives_taken_ = false;   ///< a correction has had them; they hold until the next row
+  double drives_s_ = 0;         ///< s, duration of the rows that untold_ sums over
+  bool drives_taken_ = false;   ///< a correction has used untold_; the next row resets it
   std::vector<Untold> untold_;  ///< (drives)
 
-  ErrorModel::Interval whole_;  ///< over the whole run, for what its sensors can tell
+  ErrorModel::Interval whole_;  ///< sums over the whole run, for detectability()
   Eigen::VectorXi reading_counts_;
 };
 

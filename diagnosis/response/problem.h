@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// One diagnosis as numbers: measured means, the nominal prediction with its sensitivities, what is
-// uncertain without being a cause (nuisances), and what noise and mesh explain.
+// The linear-Gaussian problem of a diagnosis: measured means, the nominal prediction, its sensitivities to candidate
+// and nuisance parameters with their priors, and the covariance of noise and discretisation error.
 
 #include <Eigen/Core>
 
@@ -20,25 +20,27 @@ struct Problem {
   Observations observations;
   std::vector<Parameter> parameters;  ///< candidates; the first columns
   Eigen::VectorXd nominal;            ///< (parameters)
-  /// (first parameters) Where they are linearised, less nominal. Few deviations of the stated uncertainty already
-  /// change how fast and how far another parameter acts.
+  /// (parameters) Point of linearisation minus nominal. It matters because a change of one parameter by a few stated
+  /// standard deviations changes the effect of another.
   Eigen::VectorXd around;
-  Eigen::VectorXd measured, predicted;  ///< (observations) with all parameters at nominal, on the linear form
+  Eigen::VectorXd measured, predicted;  ///< (observations); predicted: at nominal, by the linearisation
   Eigen::MatrixXd columns;              ///< (observations x (parameters + start + surroundings + zeros + late changes))
-  Eigen::VectorXd prior_std;            ///< (columns) nominal
-  /// Of parameters whose place is not known for sure: what their column may be off by, (observations x few), per unit;
-  /// one standard deviation each.
+  Eigen::VectorXd prior_std;            ///< (columns) prior standard deviation of a machine without faults
+  /// By index of a parameter whose place is uncertain: errors of its column, (observations x few) per unit of the
+  /// parameter, each of one standard deviation.
   std::map<int, Eigen::MatrixXd> place_freedom;
   std::vector<ChannelCovariance> covariance;  ///< per channel, all its times
-  Eigen::VectorXd amplitude;                  ///< (channels) how far a channel moves, its unit
-  Eigen::VectorXd expected_std;               ///< (observations) of measured minus predicted, no cause
+  Eigen::VectorXd amplitude;                  ///< (channels) RMS change from the start, in the channel's unit
+  Eigen::VectorXd expected_std;               ///< (observations) of measured minus predicted without a cause
 
-  /// The rows that are fitted, channel after channel.
+  /// @return the rows that are not held out, channel after channel  @param stacked  (observations x any)
   Eigen::MatrixXd fitted(const Eigen::MatrixXd& stacked) const;
   std::vector<ChannelCovariance> fitted_covariance() const;
+  /// @return the first observation of a channel
   Eigen::Index first_row(std::size_t channel) const;
-  /// A machine with all parameters but these where the problem is linearised, and what that moves. (observations)
+  /// @return the machine with all parameters at the point of linearisation, except those of `but`
   mesh::Machine machine_around(const mesh::Machine& machine, const std::vector<int>& but) const;
+  /// @return change of the prediction by these parameters, (observations)
   Eigen::VectorXd moved_around(const std::vector<int>& but) const;
 };
 

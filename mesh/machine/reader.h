@@ -18,7 +18,7 @@ namespace thermotwin::mesh::reader {
 inline constexpr double millimetre = core::units::mm;
 inline constexpr double degree = core::units::deg;
 
-/// A machine that is being read.
+/// A machine that is being read, with the ids found so far.
 struct Draft {
   struct Reference {
     std::string kind, id, place;  ///< kind: "material", "body", "axis", "surface", ...

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Triangles and shells that turn the wrong way.
+// Repairs the orientation of triangles (order of their corners) and of closed shells.
 
 #include "mesh/surface/surface.h"
 
 namespace thermotwin::mesh {
 
-/// Turns the smaller area of each connected sheet over, so that neighbours agree. A sheet on which they cannot stays.
-/// @return triangles turned
+/// Makes neighbouring triangles agree. In each connected sheet the part with the smaller area is reversed; a sheet that
+/// is not orientable stays as it is. @return triangles reversed
 int make_consistent(Surface& surface);
 
-/// Turns outermost shells over whose normals point inwards, and those in them that do not turn as their depth asks.
-/// Closed, consistent shells only.
-/// @return shells turned
+/// Reverses outermost shells whose normals point inwards. Within such a shell it also reverses those of wrong
+/// orientation: normals point outwards at even depth and inwards at odd depth (cavities). All shells have to be
+/// consistent; if one has a hole, nothing changes. @return shells reversed
 int turn_outward(Surface& surface);
 
 }  // namespace thermotwin::mesh

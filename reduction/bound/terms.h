@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The terms of K(p) on the spaces of a bound (model.h), with the residuals that they leave there, and their
-// sum at coefficients. A term acts on few nodes, the pads of a joint or a wetted surface, so what it does on
-// U is of low rank: both are kept as products of thin matrices, complete to rounding. A sum follows changes of p
-// by the terms that change.
+// K(p) = K0 + sum_j p_j K_j projected on the trial space U and the dual space W of a bound (model.h), and the residuals
+// of the projections, seen through the probes G. E is the capacity. A term K_j acts on few nodes (the pads of a joint,
+// a wetted surface), so its projection has low rank and is stored as a product of thin matrices, exact to rounding.
+// A change of p updates the sum by the changed terms only.
 
 #include <Eigen/Core>
 
@@ -14,13 +14,13 @@
 
 namespace thermotwin::reduction {
 
-/// With probes G, U (m columns) and its leading columns W.
+/// U has m columns, of which the leading `dual` ones are W.
 struct BoundTerms {
   Eigen::MatrixXd base;  ///< (m + probes) x m, of K0: U^T K0 U above G^T (E U U^T K0 U - K0 U)
-  /// left right^T is the same of a term: its columns from first[j] to first[j + 1]. (m + probes) x r and m x r
+  /// The same for term j: left right^T over the columns first[j] to first[j + 1]. (m + probes) x r and m x r
   Eigen::MatrixXd left, right;
   std::vector<Eigen::Index> first;  ///< (terms + 1)
-  Eigen::MatrixXd stored;           ///< probes x (m - dual), G^T E of the columns beside W
+  Eigen::MatrixXd stored;           ///< probes x (m - dual), G^T E times the columns of U outside W
 
   Eigen::Index order() const { return base.cols(); }
   Eigen::Index dual() const { return base.cols() - stored.cols(); }
@@ -28,18 +28,17 @@ struct BoundTerms {
   Eigen::Index count() const { return std::ssize(first) - 1; }
 };
 
-/// @param u  (size x m), U^T E U = 1   @param dual  columns of W, which hold every fluid node   @param probes  G (size
-///   x probes)
-/// @param stored  G^T E U
+/// @param u  (size x m), U^T E U = 1   @param dual  number of columns of W, whose span contains every fluid node
+/// @param probes  G (size x probes)   @param stored  G^T E U (probes x m)
 BoundTerms bound_terms(const solver::ThermalSystem& thermal, const Eigen::MatrixXd& u, Eigen::Index dual,
                        const RowMajorMatrix& probes, const Eigen::MatrixXd& stored);
 
-/// K(p) on U and W, and its residuals.
+/// K(p) on U and W with its residuals, at coefficients p.
 class BoundSum {
 public:
   explicit BoundSum(const BoundTerms& terms);
 
-  /// Coefficients of all terms from now on.
+  /// Sets p. @param p  (terms)
   void set(const Eigen::VectorXd& p);
 
   /// U^T K(p) U

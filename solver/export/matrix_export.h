@@ -3,9 +3,9 @@
 // The affine equation of a machine as Matrix Market files, for programs that know nothing of machine.toml:
 //   E x' = (A + sum_j p_j A_film_j) x + B q,   y = C x,   x in K above the machine's reference temperature.
 // E.mtx (J/K), A.mtx = -K0 (W/K), A_film_NAME.mtx = -K_j for p_j = 1, B.mtx = s_k for q_k = 1, C.mtx: temperatures of
-// the sensors, then the TCP error at one pose. names.toml says what each parameter, input and output is, with its unit
-// and, of parameters and inputs, the value that it has on a machine that stands at this pose. `reduce --matrices` reads
-// the folder back.
+// the sensors (K), then the TCP error at one pose (um, um/m). names.toml states each parameter, input and output with
+// its unit. For parameters and inputs it also states their value for a machine that stands at this pose.
+// `reduce --matrices` reads the folder.
 
 #include <filesystem>
 #include <string>
@@ -19,7 +19,7 @@ namespace thermotwin::solver {
 
 struct NamedValue {
   std::string name, unit;
-  double value = 0;  ///< on the machine that stands
+  double value = 0;  ///< for the standing machine, in the unit
 };
 
 /// What names.toml holds.
@@ -27,16 +27,17 @@ struct MatrixNames {
   std::vector<NamedValue> films, inputs;
   std::vector<NamedValue> outputs;  ///< without values
 };
-/// Names are unique and fit a file's name: "film.hall", "contact.guide.3", "source.motor".
+/// Names are unique and valid in a file name: "film.hall", "contact.guide.3" (grid node), "source.motor.1.1" (place,
+/// grid node).
 MatrixNames matrix_names(const ThermalSystem& thermal, const mesh::Machine& machine, const mesh::Pose& pose);
 
 struct MatrixFiles {
   MatrixNames names;
   std::vector<std::string> files;
-  std::vector<std::string> notes;  ///< what the matrices leave out
-  Eigen::Index size = 0;
+  std::vector<std::string> notes;  ///< parts of the model that the matrices do not contain
+  Eigen::Index size = 0;           ///< number of unknowns
 };
-/// All files or none. @param pose  of the outputs and of the contacts' values
+/// Writes all files or none. @param pose  of the TCP error and of the values in names.toml
 /// @throws InputError (disk full, no permission)
 MatrixFiles write_matrices(const std::filesystem::path& folder, const FullModel& full, const mesh::Pose& pose);
 

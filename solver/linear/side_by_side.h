@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Vectors of several loads side by side, a row for each unknown: one pass over a matrix serves all.
-// Loops over rows run on the pool in fixed parts, inner loops over loads have constant width.
+// Vectors of several load cases side by side, (unknowns x load cases) by rows: one pass over a matrix serves them all.
+// Loops over rows run on the thread pool in fixed parts. Inner loops over load cases have a width that the compiler
+// knows.
 
 #include <Eigen/Core>
 
@@ -18,7 +19,7 @@ using SideBySide = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::
 /// alignment that an alias states.
 typedef double Four __attribute__((vector_size(32), aligned(8), may_alias));
 
-/// Sums of W loads, in registers.
+/// Sums of W load cases, in registers.
 template <int W>
 struct RowSum {
   static constexpr int fours = W / 4, rest = W % 4;
@@ -29,7 +30,7 @@ struct RowSum {
     for (int k = 0; k < fours; ++k) four[k] += factor * reinterpret_cast<const Four*>(x)[k];
     for (int k = 0; k < rest; ++k) one[k] += factor * x[4 * fours + k];
   }
-  /// Load by load.
+  /// A factor for each load case.
   void add(const double* factor, const RowSum& x) {
     for (int k = 0; k < fours; ++k) four[k] += reinterpret_cast<const Four*>(factor)[k] * x.four[k];
     for (int k = 0; k < rest; ++k) one[k] += factor[4 * fours + k] * x.one[k];
@@ -44,7 +45,7 @@ struct RowSum {
   }
 };
 
-/// body(first, last) for parts of the rows.
+/// Calls body(first, last) in parallel for parts of at most at_once rows.
 template <class Body>
 void over_rows(Eigen::Index rows, const Body& body, Eigen::Index at_once = 2048) {
   core::parallel_for(0, (rows + at_once - 1) / at_once, [&](std::size_t part) {
@@ -53,7 +54,8 @@ void over_rows(Eigen::Index rows, const Body& body, Eigen::Index at_once = 2048)
   });
 }
 
-/// body(width, first column) for columns in turns of at most so many, the width a constant.
+/// Calls body(width, first column) one after another for blocks of at most `most` columns. The width is an
+/// integral_constant, so that the body's loop over it is unrolled.
 template <int most = 12, class Body>
 void over_columns(Eigen::Index columns, const Body& body) {
   const auto constant = [&]<int... W>(std::integer_sequence<int, W...>, int width, Eigen::Index first) {
@@ -66,7 +68,8 @@ void over_columns(Eigen::Index columns, const Body& body) {
   }
 }
 
-/// Sums of body(row, sum[width], first column) over all rows, column by column in a fixed order.
+/// Sums over all rows: body(row, sum, width, first column) adds its row to sum[width]. The order of summation does not
+/// depend on the threads. @return (columns)
 template <class Body>
 Eigen::ArrayXd sum_rows(Eigen::Index rows, Eigen::Index columns, const Body& body) {
   constexpr std::size_t at_once = 4096;
@@ -85,7 +88,7 @@ Eigen::ArrayXd sum_rows(Eigen::Index rows, Eigen::Index columns, const Body& bod
   return total;
 }
 
-/// Column by column.
+/// @return the inner product of each column of a with that of b, (columns)
 inline Eigen::ArrayXd dots(const SideBySide& a, const SideBySide& b) {
   const double *x = a.data(), *y = b.data();
   const Eigen::Index stride = a.cols();
@@ -96,13 +99,13 @@ inline Eigen::ArrayXd dots(const SideBySide& a, const SideBySide& b) {
 
 inline Eigen::VectorXd norms(const SideBySide& a) { return dots(a, a).sqrt(); }
 
-/// body(first, last) for parts of the numbers of blocks of one shape.
+/// Calls body(first, last) in parallel for parts of the entries of a block, numbered as in memory.
 template <class Body>
 void over_entries(const SideBySide& shape, const Body& body) {
   over_rows(shape.size(), body, 16384);
 }
 
-/// rows := columns
+/// Copies columns (n x loads, by columns) to rows (n x loads, by rows).
 inline void put_side_by_side(const Eigen::MatrixXd& columns, SideBySide& rows) {
   rows.resize(columns.rows(), columns.cols());
   over_rows(
