@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The simulation of data that no machine model belongs to, fitted on the first part of the record. Each displacement
-// is a sum of first-order elements
+// The lag model, which replaces the simulation where no machine is given. It is fitted to the first part of the record.
+// Each displacement is a sum of first-order elements
 //   d(t) = c + sum_i sum_k g_ik y_ik(t),   tau_k dy_ik/dt = u_i - y_ik,
 // with every time constant of a grid for each measured temperature (or other input), since heat reaches
 // a tool by several ways. Gains have independent Gaussian priors, one width for all elements of an input;
-// what is left is an Ornstein-Uhlenbeck process and noise. Widths, process and noise have the largest
-// marginal likelihood; gains keep their whole posterior, so that what the first part does not tell widens
-// what is expected of the others. The grey box of compensation has the same elements for another end: it predicts
-// online with the mean of each gain, from fewer time constants, and takes a start out of balance into account.
+// the residual is an Ornstein-Uhlenbeck process and noise. Widths, process and noise maximise the marginal likelihood
+// on a grid. Gains keep their whole posterior, so that gains which the first part does not determine widen the
+// predicted spread of the rest. The grey box of compensation/models has the same elements for prediction: with the
+// mean of each gain, fewer time constants, and a start out of equilibrium.
 
 #include <Eigen/Core>
 
@@ -19,7 +19,7 @@
 
 namespace thermotwin::diagnosis {
 
-/// One target's elements with the process that is left.
+/// The elements of one target, and the process of its residual.
 struct LagModel {
   std::vector<double> time_constants;      ///< s, of each input's elements; 0: follows at once
   Eigen::VectorXd prior_std;               ///< (inputs * time constants + 1) of the gains, the constant last
@@ -32,9 +32,9 @@ struct LagModel {
 
   /// (n x gains) columns of the elements and of the constant.
   Eigen::MatrixXd columns(const DataRecord& record) const;
-  /// What the elements leave over in these rows, without the uncertainty of gains.
+  /// @return the covariance of the residual process and the noise in these rows, without the uncertainty of the gains
   ChannelCovariance left_over(const DataRecord& record, const std::vector<Eigen::Index>& rows) const;
-  /// What the target moves, seconds after a step of one unit of the input.
+  /// @return the change of the target some seconds after a unit step of the input, in the target's unit
   double step_response(Eigen::Index input, double seconds) const;
 };
 

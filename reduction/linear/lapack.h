@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Dense factorisations of large matrices by LAPACK and the BLAS, which work on blocks and on all cores
-// from a size on (never by --threads, which would change bits). Not to be called on the pool.
-// Every function throws SolverError where LAPACK does not converge.
+// Dense factorisations of large matrices by LAPACK and the BLAS. Matrices of 1500 rows and more use all cores, smaller
+// ones one core; --threads has no influence, so that results do not depend on it. Not to be called on the thread pool.
+// @throws SolverError if LAPACK does not converge
 
 #include <Eigen/Core>
 
@@ -20,18 +20,18 @@ struct Schur {
 };
 Schur schur(MatrixXd matrix);
 
-/// A V = M V diag(values), V^T M V = 1, values rising; nothing where M is not positive definite.
+/// A V = M V diag(values), V^T M V = 1, values rising. @return nothing if the metric M is not positive definite
 struct SymmetricPair {
   Eigen::VectorXd values;
   MatrixXd vectors;
 };
 std::optional<SymmetricPair> symmetric_pair(MatrixXd matrix, MatrixXd metric);
 
-/// M V = V diag(values), V^T V = 1, values rising; M symmetric (its lower triangle counts).
+/// M V = V diag(values), V^T V = 1, values rising. M is symmetric; only its lower triangle is read.
 SymmetricPair symmetric_eigen(MatrixXd matrix);
 
-/// F with F F^T = M to within `least` of the largest diagonal entry, by the largest that remains; as many
-/// columns as M has that are independent. M symmetric, not negative (its lower triangle counts).
+/// @return F (n x rank) with F F^T = M. Pivoting ends when the largest remaining diagonal entry is below `least` times
+/// the largest one of M. M is symmetric and positive semidefinite; only its lower triangle is read.
 MatrixXd pivoted_cholesky(MatrixXd matrix, double least);
 
 /// M = U diag(values) V^T, thin.
@@ -50,10 +50,11 @@ void transposed_product(const Eigen::Ref<const MatrixXd>& a, const Eigen::Ref<co
                         Eigen::Ref<MatrixXd> c);
 MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b);
 
-/// Powers of 2 with which diag(1/d) M diag(d) has rows and columns of like size.
+/// Balances the matrix: replaces M by diag(1/d) M diag(d), whose rows and columns have similar norms.
+/// @return d, powers of 2
 Eigen::VectorXd balance(MatrixXd& matrix);
 
-/// One thread a call from now on, for sparse solvers that run side by side on the pool.
+/// From now on each call of the BLAS uses one thread, for sparse solvers that run side by side on the thread pool.
 void use_one_blas_thread();
 
 }  // namespace thermotwin::reduction::lapack

@@ -19,7 +19,7 @@ struct LoadResult {
   core::Table inputs;               ///< time_s and the channel rows (means since the last output)
   Eigen::MatrixXd snapshots;        ///< (size x outputs) temperatures, if asked for
   std::optional<HeatBalance> heat;  ///< of the run; empty if the result was read from files
-  RunSummary run;                   ///< of the block that the load ran in; empty if read from files
+  RunSummary run;                   ///< of all loads that ran side by side with this one; empty if read from files
   core::Table heat_flows;           ///< heat.csv, see HeatBalance::columns; empty: of a reduced model
 };
 

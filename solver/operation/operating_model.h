@@ -26,8 +26,8 @@ struct Coefficients {
   Eigen::VectorXd p;          ///< (terms) W/(m^2 K), kg/s or W/K
   Eigen::VectorXd q;          ///< (inputs) W, or p times K
   Eigen::VectorXd occupancy;  ///< (terms) share of time an axis spends at a contact's grid node; else 1
-  /// Films that radiate by fourth powers, as the surface's mean temperature has them in p and q: the
-  /// full model adds what differs from place to place.
+  /// Films with exact radiation. p and q contain it at the mean temperature of the surface; the full model adds the
+  /// local difference.
   struct Radiation {
     int film;
     double emissivity, film_coefficient, surroundings_K;
@@ -44,8 +44,8 @@ public:
 
   /// @param row        (channels) means over the step, see Channels
   /// @param inlet_K    (coolants) inlet temperatures above the reference, see Chiller
-  /// @param readings_K (sensors + observed) temperatures, means over the step, of which what stands
-  ///                   behind the sensors is used; empty: laws at their nominal temperatures
+  /// @param readings_K (sensors + observed) temperatures above the reference, means over the step; only the observed
+  ///                   ones, after the sensors, are used; empty: laws at their nominal temperatures
   Coefficients coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K,
                             const Eigen::VectorXd& readings_K = {}) const;
   void coefficients(const Eigen::VectorXd& row, const Eigen::VectorXd& inlet_K, const Eigen::VectorXd& readings_K,

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Where the heat of a run came from and went to. A step of either scheme satisfies
+// The heat balance of a run: the energy in J that each source, film, mount, coolant and exchange brought into the
+// machine. A step of either time scheme satisfies
 //   E (T1 - T0) = h (S q - K T) with T and q weighted means of its stages,
-// so that with the column sums of E, K_j and S what is stored equals what came in, up to what the
-// iterations leave. Heat that passes between bodies cancels and is not listed.
+// so that, with the column sums of E, K_j and S, the stored energy equals the sum of the flows, to the residual of the
+// iterations. Heat that passes between bodies cancels and is not listed.
 
 #include <Eigen/SparseCore>
 
@@ -21,7 +22,7 @@ public:
   HeatBalance(const mesh::Machine& machine, const ThermalSystem& system);
 
   /// @param start, end, mean  (size) temperatures   @param p, q  of the step, q its weighted mean
-  /// @param local  what local terms changed in the step, or null
+  /// @param local  change of the step by local terms (radiation, materials over temperature), or null
   void add(const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Eigen::VectorXd& mean,
            const Eigen::VectorXd& p, const Eigen::VectorXd& q, double step_s, const LocalTerms::Change* local);
 
@@ -40,9 +41,9 @@ public:
   };  ///< J, into the machine
   /// Sources, films, mounts, coolants, volumes' exchanges, in the order of the machine file.
   std::vector<Item> items() const;
-  double stored() const { return stored_; }          ///< J, more than at the start
-  double throughput() const { return throughput_; }  ///< J, what passed through each item in each step, added up
-  /// |stored - what came in| over the throughput.
+  double stored() const { return stored_; }          ///< J, change since the start
+  double throughput() const { return throughput_; }  ///< J, sum of |heat| over all items and steps
+  /// |stored - sum of the heats| over the throughput.
   double gap() const;
   std::string brief() const;
 
