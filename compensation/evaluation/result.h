@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// What an evaluation finds.
+// Results of an evaluation: figures of each model, channel and segment, the leaderboard, and predictions.
 
 #include <Eigen/Core>
 
@@ -23,15 +23,14 @@ struct EvaluationRow {
   bool training = false;  ///< the model's fit saw displacements of this segment
 };
 
-/// A model over all displacements that its fit did not see, or where there are none (all rows train), over those that
-/// it saw.
+/// A model's place in the leaderboard, from all held-out displacements. If nothing was held out, from those of the fit.
 struct Standing {
   std::string model;
   Eigen::Index channels = 0;
   double reduction_percent = 0;       ///< 1 - root mean square over channels of RMS after / before
   double against_static_percent = 0;  ///< mean over channels of 1 - RMS / RMS of static_regression
-  bool seen_by_fit = false;           ///< nothing was held out: this is the fit
-  std::string caution{};              ///< why it is ranked behind models without one; empty: nothing
+  bool seen_by_fit = false;           ///< nothing was held out: figures are those of the fit
+  std::string caution{};              ///< reason to rank it behind models without a caution; empty: none
 };
 
 struct Evaluation {
@@ -40,16 +39,16 @@ struct Evaluation {
   core::Table predictions;            ///< time_s, <channel>_measured, <channel>_<model>
   std::vector<std::pair<std::string, core::Table>> other_predictions;  ///< by name of the folder
   std::vector<FittedModel> models;
-  std::vector<std::string> notes;  ///< what was left out and why
-  std::string observer;            ///< with a reduced model: which augmented states its sensors tell
-  double training_hours = 0;       ///< calibration effort: displacements over this time ...
-  Eigen::Index inputs = 0;         ///< ... and this many channels that a control has to know
+  std::vector<std::string> notes;  ///< omissions with their reasons
+  std::string observer;            ///< with a reduced model: observability of the augmented states
+  double training_hours = 0;       ///< calibration effort: duration of measured displacements, h
+  Eigen::Index inputs = 0;         ///< calibration effort: number of input channels
   std::string brief() const;       ///< leaderboard and notes
   std::vector<std::vector<std::string>> table(const std::string& channel) const;  ///< cells, header first
-  std::string tables() const;                                                     ///< a table a channel
+  std::string tables() const;                                                     ///< one table for each channel
 };
 
-/// Fitted on one program (without programs: one day) after the other, judged on each.
+/// Models fitted on each program (without programs: each day) in turn, and judged on every one.
 struct CrossExperiment {
   std::vector<std::string> programs;
   struct Entry {

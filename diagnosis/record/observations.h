@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A measurement as the diagnosis sees it: means over intervals of time of every temperature and
-// displacement channel, and the steps on which a model runs along the measured inputs. A channel's
-// weights turn a model's values at the ends of the steps into the same means over the same samples
-// (straight lines in between), less the value at its first sample where its zero stands there; so
-// gaps and channels of different sampling are treated alike on both sides.
+// The observations of a diagnosis: means over time intervals of every temperature and displacement channel, and the
+// steps on which a model runs along the measured inputs. A channel's weights turn the model's values at the ends of the
+// steps, linear between them, into means over the same samples. For zero = "first" they subtract the value at the first
+// sample. Gaps and sample intervals are thus treated alike in measurement and model.
 
 #include <Eigen/Core>
 
@@ -18,16 +17,16 @@
 
 namespace thermotwin::diagnosis {
 
-inline constexpr double long_row_s = 120;  ///< rows closer together say well enough when something changed
+inline constexpr double long_row_s = 120;  ///< sample interval from which on the time of a change is uncertain
 
 struct ObservedChannel {
   compensation::MeasuredChannel channel;
-  mesh::Pose pose;                     ///< of a displacement: home where the channel names none
-  std::vector<Eigen::Index> interval;  ///< (n) which interval each mean belongs to, rising
+  mesh::Pose pose;                     ///< of a displacement; home if the channel states none
+  std::vector<Eigen::Index> interval;  ///< (n) index of the interval of each mean, rising
   Eigen::VectorXd time;                ///< (n) s, mean time of its samples
   Eigen::VectorXd value;               ///< (n) in the channel's unit
-  Eigen::VectorXd samples;             ///< (n) count
-  Eigen::Index fitted = 0;             ///< the first so many are fitted, the rest only judged
+  Eigen::VectorXd samples;             ///< (n) number of samples
+  Eigen::Index fitted = 0;             ///< number of leading means that are fitted; the others are held out
   struct Weight {
     Eigen::Index row, point;
     double value;
@@ -46,37 +45,36 @@ struct ObservedChannel {
 
 struct Observations {
   std::vector<ObservedChannel> channels;
-  double start = 0, split = 0, end = 0;  ///< s; what lies behind split is held out
-  double interval = 0;                   ///< s
+  double start = 0, split = 0, end = 0;  ///< s; held out from split on
+  double interval = 0;                   ///< s, length of an interval
   Eigen::Index intervals = 0;
   Eigen::VectorXd points;  ///< (steps + 1) s, ends of the model's steps
-  Eigen::MatrixXd rows;    ///< (steps x channels of the machine) inputs of each step, their mean
-  /// Rows that held one after the other, for so large a share of the step.
+  Eigen::MatrixXd rows;    ///< (steps x channels of the machine) mean inputs of each step
+  /// A row that holds for a share of a step.
   struct Part {
     double share;
     Eigen::VectorXd row;
   };
   /// Steps within which speeds, positions or states change: a model takes the mean of the parts' coefficients.
   std::map<Eigen::Index, std::vector<Part>> mixed;
-  /// Inputs that may have held for a while instead of those that the model's steps have: a log says when it saw a
-  /// speed, power or state changed, not when that changed. The largest changes first.
+  /// An uncertain time of a change: inputs that may have held over a time span instead of those of the model's steps. A
+  /// log states when a change of speed, power or state was recorded, not when it occurred. The largest changes first.
   struct MayHold {
-    double from, to;
-    Eigen::VectorXd row;
-    double
-        /// Prior, of the share of the while: the change comes anywhere alike from the first while's start to the row
-        /// that shows it
-        std;
-    double shown;  ///< s, time of that row
-    bool earlier;  ///< the while ends when the change is taken to come, else it begins then
+    double from, to;      ///< s, the time span
+    Eigen::VectorXd row;  ///< (channels)
+    /// Prior standard deviation of the share of the span over which the row held. The change is equally likely at any
+    /// time between the recorded row before it and the row that shows it.
+    double std;
+    double shown;  ///< s, time of the row that shows the change
+    bool earlier;  ///< true: the span ends at the assumed time of the change; false: it begins there
   };
   std::vector<MayHold> may_hold;
-  /// Usual time between rows, where it is long and each change between them is in may_hold; else 0.
+  /// Sample interval, s, if it is above long_row_s and may_hold contains every change; else 0.
   double told_row_s = 0;
-  std::vector<std::string> left_out;       ///< channels with too few values to be fitted
-  double start_C = 0, start_spread_K = 0;  ///< mean of the first readings, their standard deviation
+  std::vector<std::string> left_out;       ///< channels with too few values for a fit
+  double start_C = 0, start_spread_K = 0;  ///< median of the first readings; their robust standard deviation
 
-  Eigen::Index size() const;        ///< means of all channels
+  Eigen::Index size() const;        ///< number of means of all channels
   Eigen::VectorXd stacked() const;  ///< measured means, channel after channel
 };
 
@@ -84,15 +82,15 @@ struct ObserveOptions {
   double interval_s = 600;
   double heldout_share = 0.3;
   double longest_step_s = 300;
-  Eigen::Index most_intervals = 600;  ///< longer records get longer intervals
-  /// s; when that came which the rows of these times show first, if not as the log says.
+  Eigen::Index most_intervals = 600;  ///< a longer record has longer intervals
+  /// s; assumed time of a change by the time of the row that shows it, where it differs from the log.
   std::map<double, double> changes = {};
 
   void validate() const;  ///< @throws InputError
 };
 
-/// Time from which on a share of the record is held out: between two intervals, so that no mean that is fitted has a
-/// sample from behind it, with four intervals before it at least.
+/// @return the time from which on a share of the record is held out, s. It lies between two intervals, so that no
+///   fitted mean contains a later sample, and after at least four intervals.
 double split_between(const Observations& of, double heldout_share);
 
 /// @throws InputError: no temperature or displacement channel, too short a record

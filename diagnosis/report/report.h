@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The diagnosis as one page of HTML that needs nothing else: no network.
+// The diagnosis as one self-contained HTML page: no other file, no network.
 
 #include <string>
 
@@ -9,9 +9,9 @@
 
 namespace thermotwin::diagnosis {
 
-/// @param machine  the machine that was diagnosed (its name and text, for the lines that change); nullptr: a record
-///   without one
-/// @param scene    where causes are; may be empty
+/// @param machine  the diagnosed machine; its text supplies the lines that the extension changes. nullptr: a record
+///   without a machine
+/// @param scene    3-D view of the machine with the places of the causes; may be empty
 std::string report_html(const Diagnosis& diagnosis, const mesh::Machine* machine, const Scene& scene);
 
 }  // namespace thermotwin::diagnosis

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Basis and projection. Candidates: rational block Krylov vectors (K(p) + s E)^-1 [inputs] and
-// their adjoints for the TCP outputs and sensors, at shifts over the time constants and at
-// parameter points (films still and fast, fluids on and off, axes at middle and ends), each scaled
-// by its typical amplitude in K; and snapshots of the campaign. They are compressed by a proper
-// orthogonal decomposition in the capacity's inner product; the order is the smallest one that
-// keeps the stated tolerance on the training loads.
+// Basis and projection of the reduced model. Candidates of the basis are snapshots of the campaign and rational block
+// Krylov vectors (K(p) + s E)^-1 [inputs] with their adjoints for the TCP outputs and sensors (responses.h). Shifts s
+// cover the time constants. Operating points p have speeds from 0 to the largest, fluids on and off, and axes at five
+// places of their travel. Columns have their typical amplitude in K. A proper orthogonal decomposition in the inner
+// product of the capacity compresses them. The order is the smallest tried that keeps the tolerance on the training
+// loads.
 
 #include <string>
 #include <vector>
@@ -18,10 +18,10 @@
 
 namespace thermotwin::reduction {
 
-/// What the basis is made of.
+/// Candidates of the basis.
 enum class BasisMethod {
   combined,  ///< Krylov vectors, adjoints, changes of coefficients and snapshots
-  krylov,    ///< the same without snapshots: needs no campaign
+  krylov,    ///< the same without snapshots; no campaign needed
   pod,       ///< snapshots of the campaign alone
   balanced,  ///< dominant subspaces of both Gramians of the machine at rest
   modal      ///< slowest modes of the machine at rest
@@ -33,22 +33,22 @@ BasisMethod basis_method(const std::string& name);
 
 struct ReduceOptions {
   BasisMethod method = BasisMethod::combined;
-  double tolerance_um = 0.05;  ///< TCP error of the training loads, all poses, translations
+  double tolerance_um = 0.05;  ///< largest error of the translations, training loads, all poses
   Eigen::Index max_order = 240;
   Eigen::Index order = 0;          ///< > 0: this order instead of the tolerance
-  bool order_by_observer = false;  ///< the smallest order tried that errs by less than an observer's noise instead
-  bool parts = true;               ///< the model has its parts and patches, for diagnosis
-  int patches = 2000;              ///< of the skin of all bodies, at most
+  bool order_by_observer = false;  ///< instead: smallest order tried whose error is below ObserverNoise
+  bool parts = true;               ///< add parts and patches, which a diagnosis uses
+  int patches = 2000;              ///< largest number of patches of the skin, all bodies
   void validate() const;           ///< @throws InputError
 };
 
 struct ReduceSummary {
   Eigen::Index candidates = 0, deflated = 0, order = 0;
   double rows_seconds = 0, basis_seconds = 0, projection_seconds = 0, orders_seconds = 0, parts_seconds = 0;
-  std::vector<std::pair<Eigen::Index, double>> order_error_um;  ///< tried orders, training error
+  std::vector<std::pair<Eigen::Index, double>> order_error_um;  ///< (order, largest training error) of orders tried
   std::vector<ObserverNoise> observer;  ///< of the same orders; empty: no snapshots, or a machine that keeps all heat
-  bool sensors = true;                  ///< the machine has some
-  double prior_share = 0;               ///< of what the campaign reached, that the observer is unsure of at first
+  bool sensors = true;                  ///< whether the machine has sensors
+  double prior_share = 0;               ///< see prior_share() in observer_noise.h
   Eigen::MatrixXd basis;                ///< (size x order) of the model
   double seconds() const { return rows_seconds + basis_seconds + projection_seconds + orders_seconds + parts_seconds; }
   /// The order tried from which on the error stays below the observer's noise; 0: none.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A bound on |full - reduced| of every TCP output at every output time, for the p(t) and q(t) that were run,
-// against the full model's own steps (SDIRK2, exactly solved). Galerkin's solution in U runs beside the model:
+// A bound of |full - reduced| for every TCP output at every output time, for the p(t) and q(t) of the reduced run and
+// the time steps of the full model (SDIRK2, exactly solved). docs/explanation/bound.md derives it. A second Galerkin
+// solution y_U in U runs beside the model:
 //   |y_full - y_model| <= |y_U - y_model| + |y_full - y_U|.
 // Discrete duality: with stage residuals R_i of U and stage adjoints mu_i of the output at step n, both of the
 // transposed scheme, y_full - y_U = sum mu_i^T R_i = sum (mu_i - nu_i)^T R_i for any nu_i in U, here Galerkin's
@@ -10,11 +11,11 @@
 //   a = [4 - 2 r2, 2 - 2 r2; 2 - 2 r2, 4],  r2 = sqrt 2,  g = 1 - 1/r2,
 // (its rest is a square in g h K d), so that Cauchy-Schwarz over all steps gives
 // |y_full - y_U| <= D P,  D^2 = sum a_ij rho_i^T M^-1 rho_j / (g h),  P^2 = g h sum (a^-1)_ij r_i^T M^-1 r_j, R = g h
-// r, for any M <= K_s(p), the symmetric part. Of the adjoint's error X over a window, sum X^2 <= sum X D says more:
-// with the steps since the last output and those before as two windows, (D P + D_1 P_1 + D_2 P_2) / 2, nearly half,
-// since D is large for the last steps only and P where coefficients have just changed. D^2 is a quadratic form of the
-// output's row in W, carried forward in time, so one run serves all output times and poses. What a chiller or a
-// coefficient takes from temperatures is that of the reduced run.
+// r, for any M <= K_s(p), the symmetric part. The norms X_w of the adjoint's error over windows w of steps satisfy
+// sum X_w^2 <= sum X_w D_w. With two windows, the steps since the last output (1) and those before (2), the bound is
+// (D P + D_1 P_1 + D_2 P_2) / 2. This is nearly half of D P, since D is large for the last steps only and P where
+// coefficients have just changed. D^2 is a quadratic form of the output's row in W, carried forward in time, so one run
+// serves all output times and poses. Chillers and coefficients that follow temperatures have those of the reduced run.
 
 #include "reduction/basis/reduce.h"
 #include "reduction/bound/model.h"
@@ -24,9 +25,9 @@ namespace thermotwin::reduction {
 
 struct ErrorBound {
   core::Table table;        ///< time_s, pose, dx_um .. rc_um_per_m: the bound; a row for each time and pose
-  double largest_um = 0;    ///< length of the translations' bounds
-  double remainder_um = 0;  ///< D P's part of it, at its own largest
-  double scale = 1;         ///< D P is multiplied by this where coefficients fall below the norm's
+  double largest_um = 0;    ///< largest length of the bounds of the three translations
+  double remainder_um = 0;  ///< the same of the second term, |y_full - y_U|
+  double scale = 1;         ///< factor on that term where coefficients fall below those of the norm
   double failure = 0;       ///< share of draws of probes for which any number of the table may be too small
 };
 

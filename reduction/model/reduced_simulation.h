@@ -20,21 +20,21 @@ struct RunRecord {
     double length_s;
   };
   struct Output {
-    double time;
-    std::size_t steps;
-    Eigen::VectorXd state;
-  };                     ///< steps done before it
+    double time;            ///< s
+    std::size_t steps;      ///< number of steps before it
+    Eigen::VectorXd state;  ///< (order) K
+  };
   double initial_K = 0;  ///< uniform temperature at the start, above the reference
   bool sdirk = true;     ///< stepped by SDIRK2, as the full model
   std::vector<Step> steps;
   std::vector<Output> outputs;
 };
 
-/// Options of a run on the reduced model.
+/// Options of one load on the reduced model.
 struct ReducedRun {
   double refine = 1.0;           ///< factor on the longest time step
   bool exact = false;            ///< use ExactStepper, else SDIRK2 as the full model
-  bool tell = true;              ///< warn if coefficients leave the range of the training
+  bool tell = true;              ///< whether to warn if coefficients leave the range of the training
   TrainedRange* seen = nullptr;  ///< receives the range of the run's coefficients
   RunRecord* record = nullptr;   ///< receives inputs and outputs of the run
 };

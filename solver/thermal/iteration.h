@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A_l d_l = r_l for a block of loads, A_l = shift E + K0 + sum p_j K_j with each load's own p, by GCR
-// (generalised conjugate residuals, Eisenstat, Elman and Schultz 1983): the flow of coolants is not
-// symmetric. Factors made elsewhere are the preconditioners. Loads go side by side through matrices
-// and factors; one that is done leaves the block. Where the factor is exact, one iteration costs a
-// solve, a product with the matrix and two passes over the vectors. Inner tool of the integrators,
-// which decide what factors are worth making.
+// Solves A_l d_l = r_l for a block of loads l, A_l = shift E + K0 + sum p_j K_j with each load's own p, by GCR
+// (generalised conjugate residuals, Eisenstat, Elman and Schultz 1983), because the flow of coolants is not symmetric.
+// The integrators supply factors as preconditioners, and decide when to make new ones. All loads pass through a matrix
+// or factor side by side; a converged load leaves the block. With an exact factor, one iteration costs a solve, a
+// product with the matrix and two passes over the vectors.
 
 #include <cmath>
 #include <memory>
@@ -21,7 +20,7 @@ public:
   /// @param system  must outlive this object
   explicit ThermalIteration(const ThermalSystem& system);
 
-  /// What a factor was made of.
+  /// A factor with the p and the shift it was made for.
   struct Factor {
     BlockSolver solver;
     Eigen::VectorXd p;
@@ -39,44 +38,44 @@ public:
     LocalTerms::Change local;  ///< of the next step; empty: none
   };
 
-  static constexpr double same_shift = 1e-11;  ///< relative; steps between times that are not round
+  static constexpr double same_shift = 1e-11;  ///< relative difference of equal shifts, for rounded step lengths
 
   ThermalOperator op;
   std::vector<Load> loads;
   std::vector<std::unique_ptr<Factor>> factors;
-  double shift = 0;               ///< of the matrices now
+  double shift = 0;               ///< present shift, 1/s
   bool single_precision = false;  ///< of the values of factors, see SparseFactorOptions
-  /// (size x loads): right-hand sides, then what is left of them; d; E d
+  /// (size x loads) right-hand sides r, during the iteration the residuals; d; E d
   SideBySide residual, increment, capacity_increment;
 
   /// (terms x loads) coefficients of all loads.
   SideBySide coefficients() const;
   /// Sets a load's coefficients. @return whether they differ from before
   bool set_coefficients(std::size_t load, const Eigen::VectorXd& p);
-  /// Sets what local terms add to a load's step between these states.
+  /// Sets the contribution of local terms to a load's step between these states.
   void linearise(std::size_t load, const Eigen::VectorXd& start, const Eigen::VectorXd& end, const Coefficients& c);
-  /// E X and K X of all loads, with what is local to them. (size x loads)
+  /// E X and K X of all loads, local terms included. (size x loads)
   void multiply(const SideBySide& x, SideBySide& ex, SideBySide& kx) const;
-  /// Factorises for (p, shift) in place of what the factor was made of before.
+  /// Factorises anew, for (p, shift).
   void factorise(Factor& factor, const Eigen::VectorXd& p, double at_shift) const;
   /// A factor that takes over the analysis of the first one, if there is one; not yet factorised.
   std::unique_ptr<Factor> new_factor() const;
   /// Fluid factors of the loads that changed.
   void update_fluid_factors();
 
-  /// d = 0, thresholds relative to the residuals at hand.
+  /// Sets d = 0 and the thresholds.
   /// @param scale  (loads) size of the terms that make up the residuals
   void start(const Eigen::VectorXd& scale, double tolerance);
   /// Iterates all loads. @return false if a load needs more than limit iterations
-  /// @param want_capacity  else capacity_increment holds nothing of use
+  /// @param want_capacity  whether to compute capacity_increment
   bool iterate(int limit, bool want_capacity = true);
-  /// Whether a factor was made for this shift, but for rounding.
+  /// Whether a factor was made for this shift, to rounding.
   static bool fits(const Factor& factor, double at_shift) {
     return std::abs(factor.shift / at_shift - 1.0) <= same_shift;
   }
   /// Whether every load's factor is that of its own matrix, and solves with it are direct.
   bool factors_are_exact() const;
-  /// d = A^-1 times the right-hand sides by such factors; what is left of these is not looked at.
+  /// d = A^-1 r by exact factors; residuals are not computed.
   void solve_once();
   /// @throws SolverError naming the first load that is not done
   void require_done(int limit) const;
