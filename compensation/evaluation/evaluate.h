@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Every compensation model on the same measurement: fitted on the training segment, judged on the
-// rest, row by row, so that no prediction knows what comes later. With a reduced model of the
-// machine: its prediction with and without sensors, nothing of it fitted. Every figure is computed
-// from the displacements before and after; what a fit saw and what it did not is said in each row.
+// Compares compensation models on one measurement. Each model is fitted on the training segment and judged on the rest.
+// It predicts row by row, from this and earlier rows only. A reduced model of the machine predicts with and without
+// sensors, without a fit. Figures are computed from the displacements before and after compensation. Each row of the
+// result states whether the fit saw its segment.
 
 #include <filesystem>
 #include <string>
@@ -19,33 +19,32 @@
 namespace thermotwin::compensation {
 
 struct EvaluateOptions {
-  /// Models that are fitted see so much from the first row on, s; 0: 24 h, of a record below 30 h half;
-  /// negative: nothing.
+  /// Training time from the first row, s; 0: 24 h, or half of a record below 30 h; negative: none.
   double train_until_s = 0;
   std::vector<std::string> train_programs;  ///< instead: these programs of the measurement
   std::vector<std::string> models;          ///< by name; empty: all
   std::vector<std::string> check;           ///< displacement channels that no fit may use
-  /// That of the machine as a diagnosis extended it, beside the nominal one: extended_model, extended_model_sensors.
+  /// Model extended by a diagnosis, judged beside the nominal one as extended_model and extended_model_sensors.
   const reduction::ReducedModel* extended = nullptr;
   void validate() const;  ///< @throws InputError
 };
 
-/// @param model   nullptr where there is no machine
-/// @param others         further measurements with the same channels, none of whose rows a fit sees
-/// @param training_data  further measurements of the machine, all of whose rows fits see, each beginning anew;
-///   the measurement itself then trains only as far as the options say
+/// @param model          nullptr without a machine
+/// @param others         further measurements with the same channels, for judging only
+/// @param training_data  further measurements of the machine, for training only, each started anew; the measurement
+///   itself then trains only if the options state a training time or programs
 Evaluation evaluate(const Measurement& measurement, const reduction::ReducedModel* model,
                     const EvaluateOptions& options, const std::vector<Measurement>& others = {},
                     const std::vector<Measurement>& training_data = {});
 
-/// Models fitted before, on another machine of the type: as they are (`<model>_as_is`) and with one
-/// factor a channel from the training segment (`<model>_corrected`); document 002, 5.2.
+/// Judges models that were fitted on another machine of the type: unchanged (`<model>_as_is`), and with one factor for
+/// each channel from the training segment (`<model>_corrected`); Mares et al. (2020), section 5.2.
 Evaluation transfer(const Measurement& measurement, std::vector<FittedModel> models, const EvaluateOptions& options);
 
 CrossExperiment cross_experiment(const Measurement& measurement, const EvaluateOptions& options);
 
-/// How long a measurement a model needs (000, Figs. 5.23 and 5.24): sections of equal length at
-/// random places, a fit on each.
+/// Residual over the length of the training record (Gebhardt 2014, Figs. 5.23 and 5.24): for each length, fits on
+/// sections at random places.
 struct LengthStudy {
   std::string model, channel, unit;
   Eigen::VectorXd hours;     ///< (lengths)

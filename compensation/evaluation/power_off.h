@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The return from a power-off: a machine works, is switched off for hours with the compensator, and on
-// again; the compensator then knows nothing but what its sensors read.
+// Study of the return from a power-off: a machine works, is switched off together with the compensator for hours, and
+// works again. The compensator then starts from its sensor readings only.
 
 #include <cstdint>
 #include <string>
@@ -15,19 +15,20 @@ namespace thermotwin::compensation {
 /// load program: every axis and the spindle may move, the hall is 2 K cooler to 12 K warmer than the reference.
 std::string random_power_off(const mesh::Machine& machine, std::uint64_t seed);
 
-/// RMS over the check points at some moments after the return.
+/// RMS of the TCP error over the check points at three times after the return: 5 min, 30 min, 2 h.
 struct PowerOffRow {
   int draw = 0;
   double hall_C = 0, worked_h = 0, off_h = 0;
-  double before_um[3] = {0, 0, 0};  ///< at the first row, after 30 min, after 2 h
-  double left_um[3] = {0, 0, 0};
+  double before_um[3] = {0, 0, 0};  ///< without compensation
+  double left_um[3] = {0, 0, 0};    ///< with compensation
 };
 
 struct PowerOffStudy {
   std::vector<PowerOffRow> rows;
   Eigen::Index measured_nodes = 0;
+  /// @return the remaining share of the error of each machine, %  @param moment  index 0 to 2 of the time
   std::vector<double> left_percent(int moment) const;
-  Rows table() const;  ///< a row a machine; median and 90th percentile last
+  Rows table() const;  ///< one row for each machine; median and 90th percentile last
   std::string brief() const;
   Rows summary() const;  ///< medians and 90th percentiles
   PowerOffStudy first(int draws) const;

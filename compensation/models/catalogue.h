@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Every model that can be fitted to a measurement, by name. Most are fitted to each channel by itself.
+// The models that can be fitted to a measurement, by name. Most have a separate fit for each channel.
 
 #include <filesystem>
 #include <functional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Composite correlative model after document 003. Module 1: the baseline ambient temperature, the
+// Composite correlative model after Naumann et al. (2023). Module 1: the baseline ambient temperature, the
 // mean of an ambient sensor over up to three days before now. Module 2: the ambient's deviation from
 // it, as it is and past one-sided Gaussian filters of one and three hours, in three modes (stable,
 // cold, warm) blended by (8) and (9). Module 3: the other temperatures above the ambient, as they

@@ -2,8 +2,8 @@
 #pragma once
 // Every model that is fitted to a measurement, behind one interface: fit on some rows of a
 // measurement, predict all its displacement channels row by row, explain, save and load.
-// Most models are fitted to each channel by itself. Two carry what they know over the workspace
-// (document 001): `one_point` has one transfer function a quantity and a factor b_j for each pose,
+// Most models have a separate fit for each channel. Two interpolate over the workspace
+// (Okenka et al.): `one_point` has one transfer function a quantity and a factor b_j for each pose,
 // one for each load level; `transfer_grid` has a transfer function at each pose. Both predict poses
 // that no fit has seen (EvaluateOptions::check) by interpolation between those that it has.
 // `rotary_unit` is fitted to all channels together: one set of bodies, several location errors.
@@ -29,7 +29,7 @@ public:
   Eigen::MatrixXd predict(const Dataset& data) const;
 
   /// One factor a channel, fitted on these rows: the same model on another machine of the type
-  /// (document 002, 5.2). @return factors in words
+  /// (Mares et al. 2020, 5.2). @return factors in words
   std::string correct(const Dataset& data, const std::vector<bool>& training);
 
   const std::string& name() const { return spec_->name; }

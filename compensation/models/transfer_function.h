@@ -3,9 +3,9 @@
 // Discrete transfer functions of several inputs on a grid of times,
 //   y(k) = c + sum_i B_i(q)/F_i(q) (u_i(k) - r_i),
 //   B = b0 + b1 q^-1 + ... + bn q^-n,  F = 1 + f1 q^-1 + ... + fn q^-n,
-// with the superposition of documents 002 (eq. 3) and 004 (eqs. 2, 3). ARX and ARMAX have one F for
-// all inputs, output error one for each. Poles lie inside a circle that no time constant beyond a
-// limit passes, so the step response of every input settles.
+// with the superposition of Mares et al. (2020), eq. 3, and Mares et al. (2019), eqs. 2 and 3. ARX and ARMAX have one F
+// for all inputs, output error one for each. The magnitude of the poles is limited, so that no time constant exceeds a
+// limit and the step response of every input settles.
 
 #include <Eigen/Core>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Weights that carry a value known at some poses to another pose: the highest of these polynomials
-// that the poses determine, least squares of smallest norm: triquadratic (3 x 3 x 3), quadratic with
-// products (face-centred cube), multilinear (corners), linear (document 001), constant.
+// Weights that interpolate a value known at some poses to another pose, by the highest of these polynomials that the
+// poses determine: triquadratic (3 x 3 x 3), quadratic with products (face-centred cube), multilinear (corners), linear
+// (Okenka et al.), constant. It is a least-squares solution of smallest norm.
 
 #include <Eigen/Core>
 
