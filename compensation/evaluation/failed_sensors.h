@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Sensors that fail while a program runs: what each costs, and how soon it is named.
+// Study of sensors that fail while a load program runs: the loss of compensation by each fault, and the time until the
+// sensor is named.
 
 #include <string>
 #include <vector>
@@ -13,18 +14,19 @@ namespace thermotwin::compensation {
 struct FailedSensorRow {
   std::string load, sensor, fault;  ///< stuck, offset (2 K), noise (ten times), absent
   int draw = 0;
-  double whole_percent = 0;   ///< of the RMS over the check points after the failure, removed with all sensors
-  double failed_percent = 0;  ///< with the failed one among them
-  double named_min =
-      0;  ///< after the failure (stuck: after the true reading has moved by 5 deviations); infinite: not named
-  bool told = true;     ///< false: stuck, but the true reading never moved that far
-  int false_names = 0;  ///< other sensors named
+  double whole_percent = 0;   ///< share of the RMS at the check points after the failure that is removed, all sensors
+  double failed_percent = 0;  ///< the same with the failed sensor among them
+  /// Minutes from the failure (stuck: from a change of the true reading by 5 deviations) until it is named; infinite:
+  /// never.
+  double named_min = 0;
+  bool told = true;     ///< false: stuck, but the true reading never changed that far
+  int false_names = 0;  ///< number of other sensors named
   double cost_percent() const { return 100.0 * (1.0 - failed_percent / whole_percent); }
 };
 
 struct FailedSensorStudy {
   std::vector<FailedSensorRow> rows;
-  std::vector<int> alarms;  ///< (draws) sensors named in runs where none had failed
+  std::vector<int> alarms;  ///< (draws) number of sensors named in runs without a failure
   Eigen::Index measured_nodes = 0;
   int false_alarms() const;   ///< of all draws
   std::string brief() const;  ///< a row for each program and fault
@@ -32,7 +34,7 @@ struct FailedSensorStudy {
   FailedSensorStudy first(int draws) const;
 };
 
-/// Rows come every minute, as from a control. Each sensor fails in each way once a program and machine.
+/// Each sensor fails in each way once for each program and machine. Rows have an interval of one minute.
 FailedSensorStudy study_failed_sensors(const solver::Case& machine_case, const reduction::ReducedModel& model,
                                        const ValidationOptions& options);
 

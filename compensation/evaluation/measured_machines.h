@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Machines that are measured virtually, one a seed: the full model of perturbed parameters on another
-// mesh by another time scheme, or, where many are wanted, a reduced model of larger order with perturbed
-// coefficients, stepped by matrix exponentials (its mesh, capacities and output rows are then those of the
-// model that is judged: an easier truth). Full runs are kept in a folder and found again, so that a stopped
-// study goes on.
+// Virtually measured machines, one for each seed. The truth is the full model with perturbed parameters on another mesh
+// and time scheme. For many machines it is a reduced model of larger order with perturbed coefficients, stepped by
+// matrix exponentials; it shares mesh, capacities and output rows with the judged model and is an easier truth. Full
+// runs are kept in a folder, so that a stopped study continues.
 
 #include <filesystem>
 #include <optional>
@@ -20,13 +19,13 @@ namespace thermotwin::compensation {
 class MeasuredMachines {
 public:
   /// @param reference  truth instead of the full model; nullptr: the full model. Must outlive this
-  /// @param keep       folder of measurements, <load>/machine_<seed>; full runs are found again; empty: none
+  /// @param keep       folder of measurements, <load>/machine_<seed>; with full runs of earlier studies; empty: none
   MeasuredMachines(const solver::Case& machine_case, VirtualOptions options, std::filesystem::path keep,
                    const reduction::ReducedModel* reference);
 
-  /// @param load_text  of the program's file: a kept run of another text is run again
+  /// @param load_text  content of the program's file; a kept run of another content is repeated
   Measurement measure(std::uint64_t seed, const solver::LoadProgram& load, const std::string& load_text);
-  /// Nodes of the measured machine; 0 where no full model had to be built.
+  /// Nodes of the measured machine; 0 if no full model was built.
   Eigen::Index nodes() const { return nodes_; }
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// One measurement cut into segments, and the predictions that are held against it.
+// Divides a measurement into segments, and scores predictions on each.
 
 #include "compensation/evaluation/evaluate.h"
 #include "compensation/evaluation/result.h"
@@ -31,7 +31,7 @@ public:
 
   std::vector<EvaluationRow> rows;
   std::vector<std::string> notes;
-  std::string observer;  ///< what the reduced model's sensors can tell
+  std::string observer;  ///< observability of the reduced model's augmented states
   core::Table predictions() const;
 
 private:
@@ -47,7 +47,7 @@ std::vector<EvaluationSegment> segments_of(const Measurement& measurement, const
 /// Models of the options; all without any. @throws InputError for an unknown name
 std::vector<const ModelSpec*> chosen_models(const EvaluateOptions& options);
 
-/// What a fit sees: rows of the judged measurement, or of several.
+/// Rows for a fit, from the judged measurement or from several.
 struct TrainingRows {
   Dataset data;
   std::vector<bool> used;  ///< (rows)
@@ -55,13 +55,12 @@ struct TrainingRows {
 /// @param further  measurements that train beside the judged one; they come first in time
 TrainingRows training_rows(const Scorer& scorer, const std::vector<Scorer>& further = {});
 
-/// Fits a model and scores it, on further measurements that it was trained on too; what could not be done is noted in
-/// the first.
-/// @return whether anything was fitted
+/// Fits a model and scores it, also on the further measurements that trained it. Failures are noted in the first
+/// scorer. @return whether any channel was fitted
 bool fit_and_score(FittedModel& model, const std::vector<std::string>& check, const TrainingRows& rows, Scorer& scorer,
                    std::vector<Scorer>& further);
 
-/// @param models  whose cautions put them last
+/// @return the leaderboard, models with a caution last
 std::vector<Standing> standings(const std::vector<EvaluationRow>& rows, const std::vector<FittedModel>& models);
 
 }  // namespace thermotwin::compensation

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// A machine measured virtually: the full model on another (finer) mesh, by another time scheme than any
-// model that is judged (TR-BDF2 with error control; the reduced models step by SDIRK2 at time_step_s),
-// nominal parameters perturbed at random within their stated uncertainty, sensor and probe noise. What
-// is tested never sees how it was made.
+// Virtual measurements: the full model on a finer mesh, with another time scheme than the judged models (TR-BDF2 with
+// error control instead of SDIRK2 at time_step_s), parameters perturbed at random within their stated uncertainty, and
+// noise of sensors and probes. The judged models see the measurement only.
 
 #include <cstdint>
 #include <filesystem>
@@ -17,11 +16,11 @@
 
 namespace thermotwin::compensation {
 
-/// thermal: powers, films (of coolant walls too), conductances of contacts and of volumes only; all: every
-/// value that is stated as uncertain, also expansions, capacities and stiffnesses, which no thermometer sees.
+/// thermal: powers, films (of coolant walls too), and conductances of contacts and volumes only; all: every value with
+/// a stated uncertainty, also expansions, capacities and stiffnesses.
 enum class Perturb { all, thermal };
 
-/// Largest deviation of a machine of the type in its standard deviations; a larger one is a fault.
+/// Largest perturbation of a value, in its standard deviations; a larger one would be a fault.
 inline constexpr double farthest_std = 2.5;
 
 /// Multiplies every Uncertain nominal by 1 + std_percent/100 * N(0,1) (films, powers, contact
@@ -49,7 +48,7 @@ struct VirtualOptions {
 Measurement measure_virtually(const solver::FullModel& perturbed_machine, const solver::LoadProgram& load,
                               const std::vector<mesh::Pose>& poses, const VirtualOptions& options);
 
-/// The same of a run that is at hand: its tcp at the poses, sensors and inputs.
+/// The same from the results of a finished run.
 Measurement measure_run(const solver::LoadResult& truth, const mesh::Machine& machine,
                         const std::vector<mesh::Pose>& poses, const VirtualOptions& options);
 
