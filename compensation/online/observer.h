@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Corrects the thermal state by the sensors. With H x the nominal readings, z the readings without their own offsets
-// and b the correction of the error model (biases included), the innovation of a row is
+// Corrects the thermal state by the sensors. H x are the nominal readings, z the readings without the stated offsets of
+// the sensors, and b is the correction of the error model (biases included). The innovation of a row is
 //   z - H (x_n + a (x_n - x_n-1)),
-// and its expected reading is H x(t) + b + (t - t_c) db/dt, with t_c the time of the last correction. The innovations
-// of a sensor and their mean time are averaged until a step ends correction_s after t_c (sooner after the start). The
-// error model (error_model.h) then advances its sensitivities by that interval and learns. The corrected state is
+// with a of state_clock.h. The expected reading is H x(t) + b + (t - t_c) db/dt, with t_c the time of the last
+// correction. The innovations of a sensor and their mean time are averaged until a step ends correction_s after t_c
+// (sooner after the start). The error model (error_model.h) then advances its sensitivities by that interval and
+// learns. The corrected state is
 //   x + S theta + (t - t_c) d(S theta)/dt,
 // where the last term contains only the effect of the initial state. At the first row the initial state is a uniform
 // temperature, the one with the most evidence in the readings, plus the heat of earlier work (work_before.h).

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Solves A_l d_l = r_l for a block of loads l, A_l = shift E + K0 + sum p_j K_j with each load's own p, by GCR
-// (generalised conjugate residuals, Eisenstat, Elman and Schultz 1983), because the flow of coolants is not symmetric.
-// The integrators supply factors as preconditioners, and decide when to make new ones. All loads pass through a matrix
-// or factor side by side; a converged load leaves the block. With an exact factor, one iteration costs a solve, a
-// product with the matrix and two passes over the vectors.
+// Solves A_l d_l = r_l for a block of loads l, A_l = shift E + K0 + sum p_j K_j with each load's own p. The method is
+// GCR (generalised conjugate residuals; Eisenstat, Elman and Schultz 1983), because the flow of coolants is not
+// symmetric. The integrators supply factors as preconditioners, and decide when to make new ones. All loads pass
+// through a matrix or factor side by side; a converged load leaves the block. With an exact factor, one iteration
+// costs a solve, a product with the matrix and two passes over the vectors.
 
 #include <cmath>
 #include <memory>
