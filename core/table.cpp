@@ -9,21 +9,19 @@
 #include <cmath>
 #include <cstdlib>
 #include <iterator>
-#include <limits>
 #include <string_view>
 #include <unordered_set>
 
 #include "core/error.h"
 #include "core/file.h"
+#include "core/missing.h"
 #include "core/text.h"
 
 namespace thermotwin::core {
 namespace {
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-
 /// Text of a file for a message: short, and without bytes that upset a terminal.
-std::string shown(std::string_view text) {
+std::string shown_cell(std::string_view text) {
   std::string result = "'";
   for (const char c : text.substr(0, 40)) {
     const auto byte = static_cast<unsigned char>(c);
@@ -78,11 +76,11 @@ std::vector<std::string> parse_header(std::string_view line, const std::string& 
     const std::string column_place = fmt::format("{} column {}", place, names.size() + 1);
     if (name.empty()) throw InputError(column_place, "no name", "a name for every column");
     if (name.find_first_of("\";") != std::string_view::npos) {
-      throw InputError(column_place, shown(name), "names separated by commas");
+      throw InputError(column_place, shown_cell(name), "names separated by commas");
     }
     names.emplace_back(name);
     if (!seen.insert(names.back()).second) {
-      throw InputError(column_place, shown(name) + " a second time", "each name once");
+      throw InputError(column_place, shown_cell(name) + " a second time", "each name once");
     }
   }
   return names;
@@ -104,7 +102,7 @@ void parse_row(std::string_view line, std::size_t line_number, const Table& tabl
     const std::string_view text = trimmed(*cell);
     const std::optional<double> value = parse_cell(text);
     if (!value) {
-      throw InputError(fmt::format("{}:{} {}", table.source, line_number, table.columns[column]), shown(text),
+      throw InputError(fmt::format("{}:{} {}", table.source, line_number, table.columns[column]), shown_cell(text),
                        "a finite number, blank or nan (missing)");
     }
     values.push_back(*value);
@@ -176,7 +174,7 @@ void write_csv(const std::filesystem::path& path, const Table& table, int digits
   const auto out = fmt::appender(text);
   for (const std::string& name : table.columns) {
     if (trimmed(name) != name || name.empty() || name.find_first_of(",;\"\n") != std::string::npos) {
-      throw InputError(path.string(), "column name " + shown(name),
+      throw InputError(path.string(), "column name " + shown_cell(name),
                        "a name without comma, semicolon, quote or blank at its ends");
     }
   }
@@ -198,8 +196,8 @@ void write_csv(const std::filesystem::path& path, const Table& table, int digits
 
 void require_time_column(const Table& table) {
   if (table.columns.empty() || table.columns.front() != "time_s") {
-    throw InputError(table.source + ":1 column 1", table.columns.empty() ? "no column" : shown(table.columns.front()),
-                     "time_s");
+    throw InputError(table.source + ":1 column 1",
+                     table.columns.empty() ? "no column" : shown_cell(table.columns.front()), "time_s");
   }
   table.require_complete("time_s");
   for (Eigen::Index i = 1; i < table.rows(); ++i) {

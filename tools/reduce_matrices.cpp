@@ -141,8 +141,11 @@ std::string bound_text(const SystemReduction& reduction, const PointResult& poin
       "true error  {:.3e}, {:.2e} of the norm, at {:.4g} rad/s (largest of {} frequencies of the full system{})\n",
       point.error.value, point.error.value / norm, point.error.frequency, point.samples,
       point.dense ? " and searches between them" : "");
-  if (const double excess = point.error.value - point.bound; balanced && !reduction.joined && excess > 0.0) {
-    const double rounding = bound_rounding(point);
+  const double excess = point.error.value - point.bound, rounding = bound_rounding(point);
+  if (balanced && !reduction.joined && excess > 0.0 && point.bound <= rounding) {
+    text += fmt::format("            nothing is cut off; the error is {} the rounding error of {:.1e}\n",
+                        excess <= rounding ? "within" : "beyond", rounding);
+  } else if (balanced && !reduction.joined && excess > 0.0) {
     text += fmt::format(
         "            the error exceeds the bound by {:.1e} of it, {} the rounding error of {:.1e} of the Hankel "
         "singular values\n",

@@ -19,7 +19,7 @@ namespace thermotwin::compensation {
 class MeasuredMachines {
 public:
   /// @param reference  truth instead of the full model; nullptr: the full model. Must outlive this
-  /// @param keep       folder of measurements, <load>/machine_<seed>; with full runs of earlier studies; empty: none
+  /// @param keep       folder of measurements, `<load>/machine_<seed>`; with full runs of earlier studies; empty: none
   MeasuredMachines(const solver::Case& machine_case, VirtualOptions options, std::filesystem::path keep,
                    const reduction::ReducedModel* reference);
 

@@ -5,13 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/missing.h"
 #include "core/plot.h"
 #include "core/statistics.h"
 #include "core/units.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using core::Ink;
@@ -121,7 +123,6 @@ Quartiles quartiles(const VectorXd& values) {
     if (std::isfinite(value)) sorted.push_back(value);
   }
   Quartiles result;
-  constexpr double missing = std::numeric_limits<double>::quiet_NaN();
   if (sorted.empty()) return {missing, missing, missing, missing, missing, {}};
   std::sort(sorted.begin(), sorted.end());
   result.low = core::quantile(sorted, 0.25);

@@ -36,7 +36,7 @@ struct Standing {
 struct Evaluation {
   std::vector<EvaluationRow> rows;
   std::vector<Standing> leaderboard;  ///< best first; models of all channels before others, those with a caution last
-  core::Table predictions;            ///< time_s, <channel>_measured, <channel>_<model>
+  core::Table predictions;            ///< time_s, `<channel>_measured`, `<channel>_<model>`
   std::vector<std::pair<std::string, core::Table>> other_predictions;  ///< by name of the folder
   std::vector<FittedModel> models;
   std::vector<std::string> notes;  ///< omissions with their reasons

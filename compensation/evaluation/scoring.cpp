@@ -11,10 +11,12 @@
 #include "compensation/evaluation/result.h"
 #include "compensation/models/fitted_model.h"
 #include "core/error.h"
+#include "core/missing.h"
 #include "core/text.h"
 
 namespace thermotwin::compensation {
 
+using core::missing;
 using core::InputError;
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -22,7 +24,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr double day_s = 86400.0;
 constexpr double least_day_s = 3600.0;      // a rest shorter than that belongs to the day before
 constexpr std::size_t most_segments = 100;  // a record of years: the rest in one segment

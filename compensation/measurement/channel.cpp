@@ -19,7 +19,7 @@ constexpr Ending endings[] = {{"_mm_min", Quantity::feed, ChannelKind::speed, "m
                               {"_deg", Quantity::position, ChannelKind::position, "deg"},
                               {"T_C", Quantity::temperature, ChannelKind::temperature, "degC"},
                               {"_W", Quantity::power, ChannelKind::power, "W"},
-                              {"gradient_K_m", Quantity::gradient, ChannelKind::state, "1"}};
+                              {"gradient_K_m", Quantity::gradient, ChannelKind::state, "K/m"}};
 
 }  // namespace
 

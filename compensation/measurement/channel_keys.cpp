@@ -25,11 +25,11 @@ const KeyTable channel{
     {
         key::text("id", required, "The column's name."),
         key::word("kind", {"temperature", "displacement", "speed", "power", "position", "flow", "state"}, required,
-                  "The measured quantity. A state is 0 (off) to 1 (on)."),
-        key::word("unit", {"degC", "K", "um", "um/m", "rpm", "mm_min", "deg_min", "W", "mm", "deg", "kg_s", "1"},
+                  "The measured quantity. A state is 0 (off) to 1 (on), or the gradient of an ambient in K/m."),
+        key::word("unit", {"degC", "K", "um", "um/m", "rpm", "mm_min", "deg_min", "W", "mm", "deg", "kg_s", "1", "K/m"},
                   required,
                   "Its unit: temperature degC, K; displacement um, um/m; speed rpm, mm_min, deg_min; power W; position "
-                  "mm, deg; flow kg_s; state 1."),
+                  "mm, deg; flow kg_s; state 1, gradient K/m."),
         key::number("uncertainty", "its unit", non_negative, Absent{"0 of an input; else required"},
                     "One standard deviation; above 0 for displacements and for temperatures without `input`."),
         key::text("sensor", "", "Id of its sensor in machine.toml."),

@@ -5,18 +5,18 @@
 #include <cctype>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
+#include "core/missing.h"
 #include "core/statistics.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// Rows for which a reading stands: up to the gap that nine of ten readings keep.
 Index typical_gap(const VectorXd& values) {

@@ -35,7 +35,7 @@ const std::vector<Kind>& kinds() {
       {ChannelKind::power, "power", {"W"}},
       {ChannelKind::position, "position", {"mm", "deg"}},
       {ChannelKind::flow, "flow", {"kg_s"}},
-      {ChannelKind::state, "state", {"1"}},
+      {ChannelKind::state, "state", {"1", "K/m"}},
   };
   return all;
 }
@@ -126,7 +126,7 @@ void check_columns(Measurement& measurement, const std::string& channels_file) {
                        fmt::format("{}", value),
                        fmt::format("a number of at most {:.0e}, blank or nan (missing)", largest));
     }
-    if (channel.kind != ChannelKind::state) continue;
+    if (channel.kind != ChannelKind::state || channel.unit != "1") continue;
     for (Eigen::Index i = 0; i < data.rows(); ++i) {
       const double value = data.values(i, *column);
       if (value < 0.0 || value > 1.0) {

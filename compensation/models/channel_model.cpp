@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/models/channel_model.h"
 
-#include <limits>
+#include "core/missing.h"
 
 namespace thermotwin::compensation {
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-
+using core::missing;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;

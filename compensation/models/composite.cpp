@@ -12,10 +12,13 @@
 #include "compensation/models/lag_bank.h"
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
+#include "core/missing.h"
 #include "core/statistics.h"
 #include "core/units.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using core::InputError;
@@ -24,7 +27,6 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr double cell_s = 600.0, baseline_s = 3 * 86400.0, mode_K = 1.6;
 constexpr std::array<double, 2> filter_s{3600.0, 10800.0};
 constexpr Index ambient_features = 7;

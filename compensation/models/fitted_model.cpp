@@ -13,18 +13,19 @@
 #include "compensation/models/workspace_weights.h"
 #include "core/config.h"
 #include "core/error.h"
+#include "core/missing.h"
 #include "core/text.h"
 #include "core/units.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using core::InputError;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// Columns that a model of this choice may use: known in half of the training rows and moving there.
 std::vector<Index> usable_inputs(const Dataset& data, const std::vector<bool>& training, InputChoice choice) {

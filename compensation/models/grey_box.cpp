@@ -23,7 +23,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr Index most_blocks = 160;
+constexpr Index most_grey_box_blocks = 160;
 constexpr int lags = 5;
 constexpr double longest_shortest = 300.0;  ///< s, upper limit of the shortest time constant
 constexpr double drift_s = 20000.0;         ///< s, prior of the drift's time constant
@@ -48,7 +48,7 @@ public:
       throw InputError(whole.label, fmt::format("displacements over {} s", span), "a record with a duration");
     // Blocks resolve the part with displacements; a long record around it does not make them longer.
     const double share = std::max(span / whole.measured_time(), 0.05);
-    const Blocks blocks = make_blocks(whole, static_cast<Index>(most_blocks / share));
+    const Blocks blocks = make_blocks(whole, static_cast<Index>(most_grey_box_blocks / share));
     const TrainingData& data = blocks.data;
     info_ = data.info;
     set_scales(data);
@@ -66,7 +66,7 @@ public:
       if (std::isfinite(data.target[i]) && features.row(i).allFinite()) rows.push_back(i);
     }
     // Rows that crowd in a short time cost more than they tell.
-    const std::size_t stride = rows.size() / (2 * most_blocks) + 1;
+    const std::size_t stride = rows.size() / (2 * most_grey_box_blocks) + 1;
     for (std::size_t i = 0; i * stride < rows.size(); ++i) rows[i] = rows[i * stride];
     rows.resize((rows.size() + stride - 1) / stride);
     if (rows.size() < 12) throw InputError(data.label, fmt::format("{} complete blocks", rows.size()), "at least 12");

@@ -3,15 +3,15 @@
 
 #include <cmath>
 #include <iterator>
-#include <limits>
+
+#include "core/missing.h"
 
 namespace thermotwin::compensation {
 
+using core::missing;
 using Eigen::Index;
 
-namespace {
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-}
+namespace {}
 
 LagBank::LagBank(std::vector<InputInfo> info, std::vector<double> tau, bool averaged)
     : info_(std::move(info)),

@@ -25,7 +25,7 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr Index hidden = 6, most_components = 6, most_blocks = 240;
+constexpr Index hidden = 6, most_components = 6, most_training_blocks = 240;
 constexpr int seeds = 3, most_iterations = 30, thirds = 3;
 
 /// output = linear.x + bias + sum_j v_j tanh(w_j.x + c_j); parameters in one vector.
@@ -84,7 +84,7 @@ public:
   explicit Network(bool memory) : memory_(memory) {}
 
   void fit(const TrainingData& whole) override {
-    const Blocks blocks = make_blocks(whole, most_blocks);
+    const Blocks blocks = make_blocks(whole, most_training_blocks);
     const TrainingData& data = blocks.data;
     info_ = data.info;
     tau_ = {0.0};

@@ -13,8 +13,11 @@
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
 #include "core/first_order_lag.h"
+#include "core/missing.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using core::InputError;
@@ -23,9 +26,8 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
-constexpr double memory_s = 1800.0;  ///< of the mean temperature, for "warming"
-constexpr Index most_blocks = 4000;  ///< a mean over both states of the axis would be neither
+constexpr double memory_s = 1800.0;        ///< of the mean temperature, for "warming"
+constexpr Index most_state_blocks = 4000;  ///< a mean over both states of the axis would be neither
 constexpr double least_start =
     0.05;  ///< of the record's start, in the rows that are fitted: less does not tell how large it was
 constexpr double at_bound = 1e-3;  ///< ln of a time constant over the bound of its search
@@ -75,7 +77,7 @@ public:
   std::string caution() const override { return caution_; }
 
   void fit(const TrainingData& whole) override {
-    const Blocks blocks = make_blocks(whole, most_blocks);
+    const Blocks blocks = make_blocks(whole, most_state_blocks);
     const TrainingData& data = blocks.data;
     info_ = data.info;
     const double span = longest_stretch(data);

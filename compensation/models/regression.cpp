@@ -20,7 +20,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int folds = 5;
+constexpr int selection_folds = 5;
 
 const std::vector<double>& ridges() {
   static const std::vector<double> all = {1e-6, 1e-5, 1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0};
@@ -68,7 +68,7 @@ protected:
   /// All inputs. @return the strength of the ridge, the best one on held-out blocks
   double fit_ridge_by_blocks(const TrainingData& data) {
     Index best = 0;
-    block_errors(data.inputs, data.target, ridges(), folds, data.label).minCoeff(&best);
+    block_errors(data.inputs, data.target, ridges(), selection_folds, data.label).minCoeff(&best);
     const double ridge = ridges()[best];
     line_ = fit_ridge(data.inputs, data.target, ridge, data.label);
     remark_ = fmt::format(", ridge {:g}", ridge);
@@ -125,7 +125,7 @@ public:
     info_ = data.info;
     caution_.clear();
     const VectorXd constant = VectorXd::Zero(data.target.size());
-    double error = block_errors(constant, data.target, {1.0}, folds, data.label)[0];
+    double error = block_errors(constant, data.target, {1.0}, selection_folds, data.label)[0];
     std::vector<Index> taken;
     while (std::ssize(taken) < data.inputs.cols()) {
       Index best = -1;
@@ -134,7 +134,8 @@ public:
         if (std::find(taken.begin(), taken.end(), k) != taken.end()) continue;
         std::vector<Index> trial = taken;
         trial.push_back(k);
-        const double found = block_errors(data.inputs(Eigen::all, trial), data.target, {1e-6}, folds, data.label)[0];
+        const double found =
+            block_errors(data.inputs(Eigen::all, trial), data.target, {1e-6}, selection_folds, data.label)[0];
         if (found < least) {
           least = found;
           best = k;

@@ -8,15 +8,17 @@
 #include <array>
 #include <cctype>
 #include <cmath>
-#include <limits>
 
 #include "compensation/models/least_squares.h"
 #include "core/error.h"
 #include "core/first_order_lag.h"
+#include "core/missing.h"
 #include "core/units.h"
 #include "solver/operation/film_laws.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using core::InputError;
@@ -25,18 +27,17 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 enum Body : Index { table, c1, c2, swivel, bed, bodies };
 using Temperatures = Eigen::Matrix<double, bodies, 1>;
-using Network = Eigen::Matrix<double, bodies, bodies>;
+using Conductances = Eigen::Matrix<double, bodies, bodies>;
 
 // Effective lengths in m (Table 5.4) and the expansion of cast iron that the source takes.
 constexpr double d1 = 0.300, d2 = 0.240, d3 = 0.082, d4 = 0.153, d5 = 0.063, d6 = 0.121, radius = 0.160;
 constexpr double expansion = 12.4e-6, disc_radius = 0.225, plate_m = 0.4;
 constexpr double usual_air_C = 20.0;
-constexpr Index most_blocks = 700;
+constexpr Index most_unit_blocks = 700;
 constexpr double longest_step_s = 600.0, noise_share = 0.05;
-constexpr int most_iterations = 25;
+constexpr int most_refinements = 25;
 
 /// Where inputs are found, -1: not measured.
 struct Roles {
@@ -211,7 +212,7 @@ public:
     const double disc = d.c_rad_s > 0.0 ? solver::rotating_disc(d.c_rad_s, disc_radius) : 0.0;
     static constexpr double sees[bodies] = {1.0, 0.3, 0.1, 0.1, 0.0};
     for (int i = 0; i < std::min(steps, 400); ++i) {
-      Network a = Network::Zero();
+      Conductances a = Conductances::Zero();
       Temperatures right;
       const auto connect = [&](Index one, Index other, double g) {
         a(one, one) += g;
@@ -247,7 +248,7 @@ public:
         a(b, b) += inert;
         right[b] += inert * temperature_[b];
       }
-      temperature_ = Eigen::PartialPivLU<Network>(a).solve(right);
+      temperature_ = Eigen::PartialPivLU<Conductances>(a).solve(right);
     }
   }
 
@@ -433,7 +434,7 @@ std::vector<Target> find_targets(const std::vector<UnitChannel>& channels, bool 
                                                               channels[i].quantity, a_c ? "A/C" : "B/C"));
       continue;
     }
-    Blocks blocks = make_blocks(channels[i].data, most_blocks);
+    Blocks blocks = make_blocks(channels[i].data, most_unit_blocks);
     const Scatter scatter = scatter_of(blocks.data.target);
     if (scatter.count < 12.0 || !(scatter.variance > 0.0)) {
       left_out.push_back(channels[i].data.label + ": a constant displacement, or fewer than 12 rows");
@@ -467,7 +468,7 @@ public:
     SquaresProblem problem;
     problem.admit = [&](VectorXd& x) { x = x.cwiseMax(start_ - widest * spread_).cwiseMin(start_ + widest * spread_); };
     problem.residuals = [&](const VectorXd& x, MatrixXd* jacobian) { return residuals(x, jacobian); };
-    const Minimum best = least_squares_search(problem, start_, most_iterations);
+    const Minimum best = least_squares_search(problem, start_, most_refinements);
     if (!std::isfinite(best.value) || !best.at.allFinite())
       throw InputError(targets_.front().data.label, "no finite fit", "inputs and displacements of usual size");
     best_ = best.at;
@@ -513,7 +514,7 @@ private:
       const double scale = 1.0 / (noise_share * target.spread * std::sqrt(line.rows));
       for (Index i = 0; i < y.size(); ++i) {
         const double off = target.data.target[i] - line.intercept - line.gains[0] * y[i];
-        all.push_back(std::isfinite(off) ? scale * off * std::sqrt(most_blocks) * 0.3 : 0.0);
+        all.push_back(std::isfinite(off) ? scale * off * std::sqrt(most_unit_blocks) * 0.3 : 0.0);
       }
     }
     const VectorXd prior = (x - start_).cwiseQuotient(spread_);

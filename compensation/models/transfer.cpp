@@ -13,9 +13,12 @@
 #include "compensation/models/least_squares.h"
 #include "compensation/models/transfer_function.h"
 #include "core/error.h"
+#include "core/missing.h"
 #include "core/units.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using core::InputError;
@@ -24,7 +27,6 @@ using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t most_inputs = 4;
 constexpr Index highest_order = 3;
 constexpr int thirds = 3;

@@ -6,17 +6,18 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <limits>
+
+#include "core/missing.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 /// What an input was before the record: as at its start, or at rest.
 double before_start(const TransferSet& set, Index input, double first) {

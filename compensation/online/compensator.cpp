@@ -25,7 +25,6 @@ using Eigen::VectorXd;
 /// An input leaps if it changes by more than this share of itself from row to row.
 constexpr double leap_share = 0.2;
 
-constexpr double largest_probe_um = 1e5;
 void check_probe_std(double std_um) {
   core::require_within("compensator probe std_um", std_um, {1e-3, largest_probe_um});
 }

@@ -34,6 +34,9 @@ namespace thermotwin::compensation {
 /// invalid, and the compensator has to be restarted.
 inline constexpr double longest_gap_s = 30 * 86400.0;
 
+/// A probed error beyond it is no measurement.
+inline constexpr double largest_probe_um = 1e5;
+
 struct CompensatorOptions {
   double step_s = 60.0;         ///< longest step of the thermal state, 1 ms to a day
   double correction_s = 300.0;  ///< the observer corrects at the first end of a step after this time

@@ -7,15 +7,15 @@
 namespace thermotwin::compensation {
 namespace {
 
-constexpr double window_s = 16.0 * 3600.0, spacing_s = 600.0;
+constexpr double watched_s = 16.0 * 3600.0, spacing_s = 600.0;
 constexpr int quarters = 4;
-constexpr double moved = 6.0, apart = 5.0, least_deviation_K = 0.03;
+constexpr double drifted = 6.0, apart = 5.0, least_spread_K = 0.03;
 constexpr double least_share = 0.16, most_share = 0.34;  ///< of a quarter; a settling lag puts more into the first
 
 }  // namespace
 
 DriftWatch::DriftWatch(const Eigen::VectorXd& deviation_K)
-    : deviation_(deviation_K.cwiseMax(least_deviation_K)),
+    : deviation_(deviation_K.cwiseMax(least_spread_K)),
       sensors_(deviation_K.size()) {}
 
 Eigen::Index DriftWatch::judge(double time, const Eigen::VectorXd& value, const Eigen::VectorXd& deviation) {
@@ -37,11 +37,11 @@ bool DriftWatch::grows_steadily(Eigen::Index sensor, double time, double value, 
   if (s.drifts || !std::isfinite(value) || !std::isfinite(deviation)) return false;
   if (!s.samples.empty() && time - s.samples.back().time < spacing_s) return false;
   s.samples.push_back({time, value});
-  while (s.samples.size() > 1 && time - s.samples[1].time >= window_s) s.samples.pop_front();
+  while (s.samples.size() > 1 && time - s.samples[1].time >= watched_s) s.samples.pop_front();
   const Sample first = s.samples.front();
-  if (time - first.time < window_s) return false;
+  if (time - first.time < watched_s) return false;
   const double change = value - first.value;
-  if (std::abs(change) < moved * deviation_[sensor] || std::abs(value) < apart * deviation) return false;
+  if (std::abs(change) < drifted * deviation_[sensor] || std::abs(value) < apart * deviation) return false;
   double last = first.value;
   for (int quarter = 1; quarter <= quarters; ++quarter) {
     const double until = first.time + (time - first.time) * quarter / quarters;

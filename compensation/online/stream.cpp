@@ -15,22 +15,25 @@
 #include <ostream>
 #include <string_view>
 
+#include "compensation/measurement/channel.h"
 #include "compensation/online/compensator.h"
 #include "compensation/online/input_limits.h"
 #include "core/error.h"
+#include "core/missing.h"
 #include "core/progress.h"
 #include "core/text.h"
 #include "mesh/machine/kinematics.h"
 
 namespace thermotwin::compensation {
+
+using core::missing;
 namespace {
 
 using core::InputError;
 using core::trimmed;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 /// No quantity of a machine is larger in its unit; what is would make every later state infinite.
-constexpr double largest = 1e10, largest_probe_um = 1e5;
+constexpr double largest = 1e10;
 
 /// Text of the input for a message: short, without bytes that upset a terminal.
 std::string shown(std::string_view text) {
@@ -253,7 +256,8 @@ private:
         columns_.push_back({Column::Target::time, 0, column});
         has_time = true;
       } else if (const int index = channels.index(column); index >= 0) {
-        columns_.push_back({Column::Target::channel, index, column, column.ends_with(".on"), limits[index]});
+        columns_.push_back(
+            {Column::Target::channel, index, column, channel_named(column).quantity == Quantity::state, limits[index]});
       } else if (column.size() > 2 && column.ends_with("_C") &&
                  machine.sensor_index(column.substr(0, column.size() - 2)) >= 0) {
         columns_.push_back({Column::Target::sensor, machine.sensor_index(column.substr(0, column.size() - 2)), column});

@@ -18,7 +18,7 @@ struct MachineValue {
   double* value = nullptr;                              ///< pointer into the machine that was asked
   double per_unit = 1;                                  ///< the machine's value of one unit of the key
   std::string id_key = "id";                            ///< key that holds the id
-  std::string part_table = "segment", part_key = "id";  ///< [[<table>.<part_table>]] whose part_key is `part`
+  std::string part_table = "segment", part_key = "id";  ///< `[[<table>.<part_table>]]` whose part_key is `part`
   bool may_lack = false;                                ///< if absent, the table is added at the end of the file
 };
 

@@ -24,6 +24,7 @@ constexpr double sure = 0.9, discrepant = 0.01;  ///< probability of a cause; p 
 constexpr double shares = 0.05;                  ///< probability from which a cause stays in an ambiguous set
 /// Expected spread over the channel's own spread, above which a discrepancy as large as the signal would pass.
 constexpr double too_wide = 0.5;
+constexpr double still_below = 1e-3;  ///< of an input's later range: it stood still in the first part
 /// Probability of none, below which a record without a discrepancy is not called clean.
 constexpr double doubtful = 0.1;
 /// Times its uncertainty, by which a channel varies that has something to be explained.
@@ -234,11 +235,19 @@ NextMeasurement needed(const DataRecord& record, const RecordSegments& segments,
   const Index input = least_known_input(record, weighed.model, columns),
               elements = std::ssize(weighed.model.time_constants);
   const VectorXd all = record.inputs.col(input), first = all(segments.first);
+  const double hours = (segments.first_end - record.time[0]) / hour;
+  if (first.maxCoeff() - first.minCoeff() < still_below * (all.maxCoeff() - all.minCoeff())) {
+    next.load = fmt::format("a record in whose first part {} varies over {:.4g} to {:.4g} {} as well",
+                            record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input]);
+    next.why = fmt::format("{} stood still in the first {:.0f} h, so its effect on {} is unknown",
+                           record.input_names[input], hours, finding.channel);
+    return next;
+  }
   next.load = fmt::format(
       "a longer operation in which {} varies over {:.4g} to {:.4g} {} independently of the other inputs while the "
       "model is fitted (here {:.4g} to {:.4g} in the first {:.0f} h)",
       record.input_names[input], all.minCoeff(), all.maxCoeff(), record.input_units[input], first.minCoeff(),
-      first.maxCoeff(), (segments.first_end - record.time[0]) / hour);
+      first.maxCoeff(), hours);
   const auto own = weighed.model.covariance.block(input * elements, input * elements, elements, elements);
   next.why = fmt::format("its steady gain is only known as {:.3g} +- {:.2g} um per {}; {}",
                          weighed.model.step_response(input, std::numeric_limits<double>::infinity()),

@@ -30,6 +30,7 @@ namespace {
 using core::units::hour;
 /// RMS after the first part over the expected one, from which a residual within chance is given in numbers.
 constexpr double worth_saying = 1.25;
+constexpr double tells_nothing = 10.0;  ///< expected deviation over the signal: no prediction
 
 /// @throws InputError where a displacement has no value to fit, to compare or to judge
 void refuse_empty_segments(const DataRecord& record, const RecordSegments& segments, const std::string& place) {
@@ -151,10 +152,11 @@ public:
       d.verdict = Verdict::ambiguous;
       const ChannelFinding& widest = widest_untold();
       d.sentence = fmt::format(
-          "Ambiguous: this record does not show whether {} changed after its first {:.0f} h. {} is predicted within +- "
-          "{:.3g} {} and varies by {:.3g} {} (one standard deviation each).{} To decide, measure {} under {}: {}.",
-          core::join(untold), fitted_hours(), widest.channel, widest.weighed.expected, widest.unit, widest.signal,
-          widest.unit, beside(d), d.next.channel, d.next.load, d.next.why);
+          "Ambiguous: this record does not show whether {} changed after its first {:.0f} h. {}.{} To decide, measure "
+          "{} "
+          "under {}: {}.",
+          core::join(untold), fitted_hours(), how_widely_predicted(widest), beside(d), d.next.channel, d.next.load,
+          d.next.why);
     } else if (!open.empty()) {
       d.verdict = Verdict::ambiguous;
       const std::string well = how_well([](const ChannelFinding& f) { return f.open(); }, open.size());
@@ -170,6 +172,13 @@ public:
   }
 
 private:
+  static std::string how_widely_predicted(const ChannelFinding& f) {
+    if (f.weighed.expected > tells_nothing * f.signal)
+      return fmt::format("Its first part does not predict {}, which varies by {:.3g} {} later", f.channel, f.signal,
+                         f.unit);
+    return fmt::format("{} is predicted within +- {:.3g} {} and varies by {:.3g} {} (one standard deviation each)",
+                       f.channel, f.weighed.expected, f.unit, f.signal, f.unit);
+  }
   double fitted_hours() const { return (segments_.first_end - record_.time[0]) / hour; }
 
   static std::vector<std::string> names_of(const std::vector<RankedCause>& causes) {

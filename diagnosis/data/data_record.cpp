@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
 #include "core/error.h"
+#include "core/missing.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
 
+using core::missing;
 using compensation::ChannelKind;
 using compensation::MeasuredChannel;
 using core::InputError;
@@ -20,8 +21,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
-
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 
 struct IntervalMeans {
   VectorXd mean, count;  ///< NaN and 0 where there is no value

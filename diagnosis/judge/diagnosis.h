@@ -83,8 +83,8 @@ struct Diagnosis {
   std::vector<std::string>
       warnings;  ///< for the reader's attention: unrecorded inputs, an uneven initial temperature, ...
   std::vector<std::string> notes;  ///< left-out channels and reasons, initial temperature, ...
-  /// Interval means: time_s, <channel>, <channel>_before, <channel>_after (measured minus predicted)
-  /// and <channel>_std, the standard deviation expected from stated uncertainty, discretisation error and noise.
+  /// Interval means: time_s, `<channel>`, `<channel>_before`, `<channel>_after` (measured minus predicted)
+  /// and `<channel>_std`, the standard deviation expected from stated uncertainty, discretisation error and noise.
   core::Table series;
   std::string extended_machine_text;  ///< empty if nothing is recommended
 };

@@ -22,6 +22,7 @@ using Eigen::Index;
 namespace {
 
 constexpr std::size_t shown_causes = 15;
+constexpr double not_predicted = 1e4;  ///< expected deviation over the residual: an input never moved before
 
 std::string percent(double value) { return percent_text(value, 1) + "&#8239;%"; }
 
@@ -275,9 +276,11 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
           "<th class=\"n\">white noise, p</th></tr>\n";
   for (const ChannelResidual& r : d.residuals) {
     page += fmt::format(
-        "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{:.3g}</td><td "
+        "<tr><td>{}</td><td>{}</td><td class=\"n\">{:.3g}</td><td class=\"n\">{}</td><td "
         "class=\"n\">{:.3g}</td>{}<td class=\"n\">{:.2g}</td></tr>\n",
-        core::xml_text(r.id), residual_unit(r.unit), r.uncertainty, r.explained_std, r.rms_before,
+        core::xml_text(r.id), residual_unit(r.unit), r.uncertainty,
+        r.explained_std > not_predicted * r.rms_before ? "unknown" : fmt::format("{:.3g}", r.explained_std),
+        r.rms_before,
         !change
             ? std::string()
             : fmt::format(

@@ -17,9 +17,8 @@ namespace key = core::key;
 namespace {
 
 // Generous bounds that still catch a wrong unit.
-constexpr Range share{0.0, 1.0};
-constexpr Range expansion{-1e-4, 1e-3};
-constexpr Range specific_heat{10.0, 20000.0}, conductivity{1e-3, 5000.0};
+using range::share, range::specific_heat;
+constexpr Range expansion{-1e-4, 1e-3}, conductivity{1e-3, 5000.0};
 constexpr Range pressure{1e-6, 1e4};
 
 const KeyTable mesh_sizes{

@@ -14,8 +14,8 @@ namespace key = core::key;
 namespace {
 
 // Generous bounds that still catch a wrong unit, and what would overflow in a product.
-constexpr Range share{0.0, 1.0};
-constexpr Range density{0.01, 30000.0}, specific_heat{10.0, 20000.0};
+using range::share, range::specific_heat;
+constexpr Range density{0.01, 30000.0};
 constexpr Range force{0.0, 1e7};
 constexpr Range film_coefficient{0.0, 1e6};
 constexpr Range power{-1e9, 1e9};

@@ -6,6 +6,12 @@
 
 namespace thermotwin::mesh {
 
+/// Bounds of values that several tables have.
+namespace range {
+inline constexpr core::Range share{0.0, 1.0};
+inline constexpr core::Range specific_heat{10.0, 20000.0};  ///< J/(kg K)
+}  // namespace range
+
 const core::KeyTable& ambient_keys();
 const core::KeyTable& door_keys();
 const core::KeyTable& volume_keys();

@@ -16,7 +16,7 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr int moves = 4;              ///< of seeds to the middle of their clusters
+constexpr int seed_moves = 4;         ///< of seeds to the middle of their clusters
 constexpr double fine_enough = 0.03;  ///< m, from any place to the middle of a patch
 constexpr double margin_mm = 1.0;     ///< of a box about its triangles: meshes differ
 
@@ -93,7 +93,7 @@ std::vector<Patch> surface_patches(const mesh::MachineMesh& mesh, int count) {
   for (std::size_t b = 0; b < skins.size(); ++b) {
     Skin& skin = skins[b];
     const mesh::TetMesh& body = mesh.bodies[b];
-    for (int i = 0; i < moves; ++i) skin.move_seeds();
+    for (int i = 0; i < seed_moves; ++i) skin.move_seeds();
     for (std::size_t s = 0; s < skin.seeds.size(); ++s) {
       Vector3d low = Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
       for (Index f = 0; f < skin.centre.cols(); ++f) {

@@ -23,7 +23,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr const char* errors_of_pose[] = {"dx_um", "dy_um", "dz_um", "ra_um_per_m", "rb_um_per_m", "rc_um_per_m"};
-constexpr Index values_of_pose = std::size(errors_of_pose);
+static_assert(std::size(errors_of_pose) == values_of_pose);
 
 /// Times of a table with several rows each.
 VectorXd times_of(const core::Table& table, Index rows_each) {

@@ -16,6 +16,9 @@
 
 namespace thermotwin::reduction {
 
+/// Columns of a pose in tcp.csv that are outputs: dx, dy, dz, ra, rb, rc.
+inline constexpr Eigen::Index values_of_pose = 6;
+
 struct CampaignTables {
   std::string load;
   core::Table inputs, sensors, tcp;
@@ -28,8 +31,8 @@ constexpr const char* made_by_file = "made_by.txt";
 CampaignTables read_campaign_tables(const std::filesystem::path& folder, const std::string& load);
 
 /// Inputs that a row of channels means, each with its unit in its name:
-///   <source>.power_W; <ambient>.T_K above the reference; for a film that a state switches to another
-///   ambient, <state> x (<ambient>.T_K - air.T_K); <ambient>.gradient_K_m.
+///   `<source>.power_W`; `<ambient>.T_K` above the reference; for a film that a state switches to another
+///   ambient, `<state> x (<ambient>.T_K - air.T_K)`; `<ambient>.gradient_K_m`.
 /// What p(t) does to the equation beside that (films that speeds change, coolants that stop) is no input.
 class CampaignInputs {
 public:

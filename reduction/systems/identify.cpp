@@ -32,7 +32,6 @@ constexpr double first_row_weight = 1e4;
 constexpr double sensor_um_per_K = 5.0, rotation_lever_m = 0.3;  ///< as in basis/responses.cpp
 constexpr double still = 1e-9;                                   ///< of an input's largest value: it did not move
 constexpr double enough_better = 1.02;                           ///< a larger order has to gain more than this
-constexpr Index values_of_pose = 6;
 
 }  // namespace
 

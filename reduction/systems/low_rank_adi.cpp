@@ -81,7 +81,7 @@ MatrixXd thinned(const MatrixXd& columns, Index most, std::mt19937& engine) {
   return columns * mixture;
 }
 
-MatrixXd orthonormal(MatrixXd columns) {
+MatrixXd orthonormal_range(MatrixXd columns) {
   const Eigen::VectorXd norms = columns.colwise().norm();
   for (Index k = 0; k < columns.cols(); ++k)
     if (norms(k) > 0.0) columns.col(k) /= norms(k);
@@ -94,7 +94,7 @@ MatrixXd orthonormal(MatrixXd columns) {
 
 /// Ritz values in the left half plane, one of each complex pair.
 std::vector<Complex> ritz_values(const StateSpace& system, const MatrixXd& columns) {
-  const MatrixXd u = orthonormal(columns);
+  const MatrixXd u = orthonormal_range(columns);
   const MatrixXd e = u.transpose() * (system.E * u), a = u.transpose() * (system.A * u);
   std::vector<Complex> values;
   const Eigen::EigenSolver<MatrixXd> pencil(e.partialPivLu().solve(a), false);

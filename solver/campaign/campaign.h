@@ -28,7 +28,7 @@ struct CampaignOptions {
   double refine = 1.0;              ///< factor on the longest time step; with error control on the tolerance
   std::optional<TimeOptions> time;  ///< for all loads, in place of their own
   bool keep_snapshots = false;
-  std::filesystem::path out;          ///< for out/<load>/tcp.csv ..., which need a [tcp]; empty: nothing is written
+  std::filesystem::path out;          ///< for `out/<load>/tcp.csv` ..., which need a [tcp]; empty: nothing is written
   bool resume = false;                ///< loads with complete files of the same inputs are read;
                                       ///< the others continue from their checkpoints
   std::filesystem::path checkpoints;  ///< folder; empty: none are written or read

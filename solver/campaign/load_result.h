@@ -15,7 +15,7 @@ namespace thermotwin::solver {
 struct LoadResult {
   std::string load;
   core::Table tcp;                  ///< one row per time and pose; no columns: a machine without [tcp]
-  core::Table sensors;              ///< time_s, <sensor>_C
+  core::Table sensors;              ///< time_s, `<sensor>_C`
   core::Table inputs;               ///< time_s and the channel rows (means since the last output)
   Eigen::MatrixXd snapshots;        ///< (size x outputs) temperatures, if asked for
   std::optional<HeatBalance> heat;  ///< of the run; empty if the result was read from files

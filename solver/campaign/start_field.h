@@ -23,7 +23,7 @@ namespace thermotwin::solver {
 Eigen::VectorXd field_from_sensors(const ThermalSystem& thermal, const Coefficients& c, const std::vector<int>& sensors,
                                    const Eigen::VectorXd& values_K);
 
-/// The same field from a table with time_s and <sensor>_C, for the operating state at the start of the program. Each
+/// The same field from a table with time_s and `<sensor>_C`, for the operating state at the start of the program. Each
 /// sensor is interpolated linearly between its values around the time. Other columns are left out with a warning.
 /// @throws InputError if no column belongs to a sensor, or the time lies outside the table
 Eigen::VectorXd field_from_sensors(const core::Table& table, double time_s, const OperatingModel& model,

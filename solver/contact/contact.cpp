@@ -69,14 +69,6 @@ void keep_nearest(std::vector<Piece>& pieces, double area_of_slave) {
   std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.master < b.master; });
 }
 
-const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::string& surface) {
-  return mesh.surfaces[mesh.machine.surface_index(surface)];
-}
-
-const TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface) {
-  return mesh.body_of_surface(mesh.machine.surface_index(surface));
-}
-
 /// The ground is everywhere: no pairs, one rule a triangle.
 std::vector<ContactPoint> on_ground(const TetMesh& slave, const std::vector<int>& faces) {
   std::vector<ContactPoint> contact;
@@ -91,6 +83,14 @@ std::vector<ContactPoint> on_ground(const TetMesh& slave, const std::vector<int>
 }
 
 }  // namespace
+
+const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::string& surface) {
+  return mesh.surfaces[mesh.machine.surface_index(surface)];
+}
+
+const TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface) {
+  return mesh.body_of_surface(mesh.machine.surface_index(surface));
+}
 
 struct ContactSearch::Impl {
   /// The master's triangles with what is asked of them at every position.

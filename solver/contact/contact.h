@@ -10,11 +10,16 @@
 #include <Eigen/Geometry>
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "mesh/machine_mesh.h"
 
 namespace thermotwin::solver {
+
+/// @return the outer faces of a surface, and the mesh of its body; they belong to the machine's mesh
+const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::string& surface);
+const mesh::TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface);
 
 struct ContactPoint {
   int slave_face, master_face;    ///< boundary triangles of the two bodies; master -1: ground

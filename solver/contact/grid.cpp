@@ -21,14 +21,6 @@ using mesh::TetMesh;
 
 namespace {
 
-const std::vector<int>& faces_of(const mesh::MachineMesh& mesh, const std::string& surface) {
-  return mesh.surfaces[mesh.machine.surface_index(surface)];
-}
-
-const TetMesh& body_of(const mesh::MachineMesh& mesh, const std::string& surface) {
-  return mesh.body_of_surface(mesh.machine.surface_index(surface));
-}
-
 /// Shortest extent of the connected sets along a direction, m.
 double shortest_extent(const TetMesh& body, const std::vector<int>& faces, const Vector3d& direction) {
   const std::vector<int> set = connected_sets(body, faces);

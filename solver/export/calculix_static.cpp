@@ -103,9 +103,9 @@ std::vector<Entry> gap_entries(const Model& model, const UnitFunctionals& units,
   return entries;
 }
 
-class Writer {
+class StaticWriter {
 public:
-  explicit Writer(Model& model) : model_(model), units_(model.mesh.bodies.size()) {}
+  explicit StaticWriter(Model& model) : model_(model), units_(model.mesh.bodies.size()) {}
 
   Statics text() {
     std::vector<int> elastic;
@@ -236,6 +236,6 @@ private:
 
 }  // namespace
 
-Statics statics(Model& model) { return Writer(model).text(); }
+Statics statics(Model& model) { return StaticWriter(model).text(); }
 
 }  // namespace thermotwin::solver::calculix

@@ -56,7 +56,7 @@ inline constexpr Eigen::Index displaced_modes = 10;  ///< of them, at most
 /// Skin, poses of the workspace grid, and modes on the skin; no loads yet. @param modes (size x m) K
 MachineScene make_scene(const FullModel& full, const Eigen::MatrixXd& modes);
 
-/// A section of a page; the view may be given behind the address: #load=2&pose=5&time=0.5&turn=0.4.
+/// A section of a page; the view may be given behind the address: `#load=2&pose=5&time=0.5&turn=0.4`.
 std::string machine_scene_html(const MachineScene& scene);
 
 }  // namespace thermotwin::solver

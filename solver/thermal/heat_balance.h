@@ -28,8 +28,8 @@ public:
 
   /// Names of amounts() as powers, for a table of what flows between two times: stored_W, then power_W of
   /// sources, films, mounts and volumes' exchanges (into the machine) and, out of it,
-  ///   coolant.<id>.cooling_power_W            m c (T_return - T_inlet), what its chiller takes (Gebhardt, 5.20)
-  ///   coolant.<id>.<segment>.cooling_power_W  what the walls of a segment give to the fluid
+  ///   coolant.ID.cooling_power_W: m c (T_return - T_inlet), what its chiller takes (Gebhardt, 5.20)
+  ///   coolant.ID.SEGMENT.cooling_power_W: what the walls of a segment give to the fluid
   /// so that stored = powers - cooling of the coolants. Segments are parts of their coolant, but for what
   /// the fluid itself stores; they do not count in that sum.
   std::vector<std::string> columns() const;

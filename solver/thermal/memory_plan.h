@@ -11,7 +11,7 @@
 namespace thermotwin::solver {
 
 enum class SolverChoice { automatic, direct, iterative };
-/// @throws InputError  @param place  for the message, e.g. "--solver"
+/// @param place  for the message, e.g. "--solver"  @throws InputError
 SolverChoice solver_choice(const std::string& word, const std::string& place);
 
 struct MemoryNeed {

@@ -26,7 +26,7 @@ TEST(Channel, IsWhatItsNameSays) {
   EXPECT_EQ(air.kind, ChannelKind::temperature);
   EXPECT_EQ(state.quantity, Quantity::state);
   EXPECT_EQ(gradient.quantity, Quantity::gradient);
-  EXPECT_EQ(gradient.unit, "1");
+  EXPECT_EQ(gradient.unit, "K/m") << "not limited to 0 to 1, as a state is";
 }
 
 }  // namespace

@@ -65,6 +65,15 @@ TEST(Measurement, IsReadAsWritten) {
   EXPECT_EQ(m.values(m.channels[2])[2], 3.0);
 }
 
+TEST(Measurement, AGradientIsNoStateOf0To1) {
+  const std::string gradient =
+      "[[channel]]\nid = \"g\"\nkind = \"state\"\nunit = \"K/m\"\ninput = \"air.gradient_K_m\"\n";
+  const std::string data = "time_s,g\n0,1.8\n10,-0.5\n";
+  EXPECT_EQ(Folder(gradient, data).read().channels.size(), 1U);
+  const Folder state(replaced(gradient, "K/m", "1"), data);
+  expect_input_error([&] { state.read(); }, {"data.csv:2 g", "1.8", "a state: 0 (off) to 1 (on)"});
+}
+
 TEST(Measurement, WrittenAndReadAgainIsTheSame) {
   const Folder folder;
   Measurement m = folder.read();

@@ -185,6 +185,30 @@ TEST(ElasticModel, LooseDirectionIsNamed) {
   }
 }
 
+/// The machine whose column stands on pads of its own.
+mesh::MachineMesh column_on(const Eigen::Vector3i& divide) {
+  mesh::MachineMesh mesh = box_machine_mesh();
+  mesh.machine.joints[3].divide = divide;
+  return mesh;
+}
+
+// Pads in a row hold a body about the row's line only as far as their centres stray from it.
+TEST(ElasticModel, PadsOnOneLineAreRefusedOrWarnedOf) {
+  testing::internal::CaptureStderr();
+  std::string refused;
+  try {
+    const Model model(column_on({2, 1, 1}));
+  } catch (const core::MeshError& error) {
+    refused = error.what();
+  }
+  const std::string said = testing::internal::GetCapturedStderr() + refused;
+  EXPECT_NE(said.find("'column'"), std::string::npos) << said;
+  EXPECT_NE(said.find("to turn about x through ("), std::string::npos) << said;
+  testing::internal::CaptureStderr();
+  const Model held(column_on({2, 2, 1}));
+  EXPECT_EQ(testing::internal::GetCapturedStderr().find("hardly held"), std::string::npos);
+}
+
 TEST(ElasticModel, LinearAxisNeedsAScale) {
   mesh::MachineMesh mesh = box_machine_mesh();
   mesh.machine.scales.erase(mesh.machine.scales.begin());
