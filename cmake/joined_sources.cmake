@@ -4,7 +4,7 @@
 #
 # thermotwin_join(target source ...): sources of one folder, in the order of their names.
 
-set(thermotwin_joined 5)  # sources at most in a group
+set(thermotwin_joined 3)  # sources at most in a group
 
 # Sources that bring names along which others must not see: wrappers of large libraries.
 set(thermotwin_alone "#include <(vtk|assimp|gmsh|hdf5|umfpack|suitesparse|petsc|unistd|sys/|dlfcn)")
@@ -34,5 +34,7 @@ function(thermotwin_join target)
     math(EXPR count "${count} + 1")
     set_property(SOURCE ${source} PROPERTY UNITY_GROUP ${groups})
   endforeach()
+  # A source is no header here, and what its unnamed namespace holds stays inside.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()

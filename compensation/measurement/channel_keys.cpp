@@ -19,7 +19,7 @@ const KeyTable pose{"channel.pose",
                         key::number("<axis>_deg", "deg", any_number, Absent{"0"}, "Position of a rotary axis."),
                     }};
 
-const KeyTable channel{
+const KeyTable channel_table{
     "channel",
     "A column of data.csv.",
     {
@@ -46,13 +46,13 @@ const KeyTable channel{
         key::text("direction", "", "Free text; a word such as air or hall marks the surroundings."),
     }};
 
-const KeyTable program{"program",
-                       "A part of the record on which models are judged.",
-                       {
-                           key::text("name", required, "Its name; \"training\" and \"day ...\" are taken."),
-                           key::number("from_s", "s", any_number, required, "Where it begins."),
-                           key::number("to_s", "s", any_number, required, "Where it ends."),
-                       }};
+const KeyTable program_table{"program",
+                             "A part of the record on which models are judged.",
+                             {
+                                 key::text("name", required, "Its name; \"training\" and \"day ...\" are taken."),
+                                 key::number("from_s", "s", any_number, required, "Where it begins."),
+                                 key::number("to_s", "s", any_number, required, "Where it ends."),
+                             }};
 
 const KeyTable record{
     "record",
@@ -61,14 +61,15 @@ const KeyTable record{
                "Each change of a speed, power or state has a row at its time. Else changes come up to "
                "a row before the row that shows them, where rows are more than two minutes apart.")}};
 
-const KeyTable channels{"channels.toml",
-                        "The columns of a measurement's data.csv.",
-                        {
-                            key::schema(Absent{"1"}),
-                            key::table("record", record, Absent{}, "How the record was taken."),
-                            key::tables("channel", channel, required, "One for each column but time_s."),
-                            key::tables("program", program, Absent{}, "Parts of the record that `evaluate` judges."),
-                        }};
+const KeyTable channels{
+    "channels.toml",
+    "The columns of a measurement's data.csv.",
+    {
+        key::schema(Absent{"1"}),
+        key::table("record", record, Absent{}, "How the record was taken."),
+        key::tables("channel", channel_table, required, "One for each column but time_s."),
+        key::tables("program", program_table, Absent{}, "Parts of the record that `evaluate` judges."),
+    }};
 
 }  // namespace
 

@@ -575,7 +575,7 @@ std::vector<FittedModel> FittedModel::read(const std::filesystem::path& file) {
           throw InputError(output_node.place("parts"), fmt::format("{}", index),
                            fmt::format("0 to {}", model.members_.size() - 1.0));
         }
-        output.members.push_back(index);
+        output.members.push_back(static_cast<std::size_t>(index));
       }
       const auto rows = std::max<Index>(std::ssize(model.levels_), 1);
       if (output.weights.cols() != std::ssize(output.members) ||

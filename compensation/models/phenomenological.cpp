@@ -30,7 +30,7 @@ constexpr double memory_s = 1800.0;        ///< of the mean temperature, for "wa
 constexpr Index most_state_blocks = 4000;  ///< a mean over both states of the axis would be neither
 constexpr double least_start =
     0.05;  ///< of the record's start, in the rows that are fitted: less does not tell how large it was
-constexpr double at_bound = 1e-3;  ///< ln of a time constant over the bound of its search
+constexpr double near_bound = 1e-3;  ///< ln of a time constant over the bound of its search
 
 /// 1 while the machine moves (or warms up), 0 while it does not.
 class Switch {
@@ -128,7 +128,7 @@ public:
     rms_ = std::sqrt(found.squares / found.rows);
     caution_.clear();
     for (Index set = 0; set < sets_; ++set) {
-      if (const double log = std::log(tau_[set]); log < fastest + at_bound || log > slowest - at_bound) {
+      if (const double log = std::log(tau_[set]); log < fastest + near_bound || log > slowest - near_bound) {
         caution_ = fmt::format(
             "time constant of {:.4g} s is at the bound of the search; the record does not identify it", tau_[set]);
       }

@@ -416,8 +416,8 @@ public:
         throw InputError(archive.place() + " inputs", fmt::format("{}", index),
                          fmt::format("0 to {}", info.size() - 1));
       }
-      chosen_.push_back(index);
-      set_.info.push_back(info[index]);
+      chosen_.push_back(static_cast<Index>(index));
+      set_.info.push_back(info[static_cast<std::size_t>(index)]);
     }
     const auto n = std::ssize(chosen_);
     set_.step = archive.number("step_s", 1e-6, 1e9);

@@ -147,13 +147,13 @@ MatrixXd over_shares(const MatrixXd& evidence) {
 }
 
 /// The search's data: responses of all combinations to all inputs, white, and what nuisances take of them.
-struct Seen {
+struct SearchData {
   MatrixXd white;      ///< (fitted x (combinations x inputs))
   VectorXd residual;   ///< (fitted)
   MatrixXd nuisances;  ///< (fitted x nuisances) in units of their prior
   Eigen::LLT<MatrixXd> factor;
 
-  Seen(const Problem& problem, const MatrixXd& responses) {
+  SearchData(const Problem& problem, const MatrixXd& responses) {
     const Whitener whitener(problem.fitted_covariance());
     nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
     residual = whitener.whiten(problem.fitted(problem.measured - problem.predicted));
@@ -169,7 +169,7 @@ struct Seen {
 };
 
 /// Log evidence of every patch (rows) and input (columns) against none; -inf where it cannot be seen.
-MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
+MatrixXd all_evidence(const SearchData& seen, const MatrixXd& weights, Index inputs) {
   const MatrixXd taken = seen.taken(seen.white);
   const VectorXd taken_residual = seen.taken(seen.residual);
   const Index m = weights.rows();
@@ -192,7 +192,7 @@ MatrixXd all_evidence(const Seen& seen, const MatrixXd& weights, Index inputs) {
 
 /// Leading directions of what a source's response may be off by, one standard deviation each, where its place is only
 /// known to a posterior. (combinations x few)
-MatrixXd place_directions(const Seen& seen, const MatrixXd& weights, Index input, const VectorXd& posterior,
+MatrixXd place_directions(const SearchData& seen, const MatrixXd& weights, Index input, const VectorXd& posterior,
                           const VectorXd& chosen) {
   const Index m = weights.rows();
   const auto own = seen.white.middleCols(input * m, m);
@@ -321,7 +321,7 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
       combinations(model, both, response.nominal_rows(), scale, usual_coefficients(machine, model, obs));
   const mesh::Machine base = problem.machine_around(machine, {});
   const MatrixXd responses = response.to_heat(base, heat.loads, series), weights = between(heat.weights);
-  const Seen seen(problem, responses);
+  const SearchData seen(problem, responses);
   const MatrixXd every = SearchOptions{}.evidence_share * all_evidence(seen, weights, series.cols()),
                  evidence = over_shares(every);
 
