@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/base64.h"
+#include "core/page_text.h"
 #include "core/text.h"
 #include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
@@ -174,8 +175,8 @@ std::string scene_html(const Scene& scene) {
   std::string dots;
   for (const Scene::Point& p : scene.points) {
     const Eigen::Vector3f at = (p.at - low) / size;
-    dots += fmt::format("{}[{:.5f},{:.5f},{:.5f},\"{}\",{}]", dots.empty() ? "" : ",", at.x(), at.y(), at.z(),
-                        core::xml_text(p.label), p.marked ? 1 : 0);
+    dots += fmt::format("{}[{:.5f},{:.5f},{:.5f},{},{}]", dots.empty() ? "" : ",", at.x(), at.y(), at.z(),
+                        core::json_text(p.label), p.marked ? 1 : 0);
   }
   const Eigen::Vector3f extent = (high - low) / size;
   std::string legend;

@@ -9,7 +9,7 @@
 
 #include "core/base64.h"
 #include "core/html_page.h"
-#include "core/text.h"
+#include "core/page_text.h"
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "solver/elastic/tcp.h"
@@ -64,8 +64,8 @@ std::string poses_json(const MachineScene& scene) {
   for (std::size_t p = 0; p < scene.poses.size(); ++p) {
     const mesh::Pose& pose = scene.poses[p];
     text +=
-        fmt::format("{}{{\"name\":\"{}\",\"tool\":{},\"frames\":{},\"weights\":{}}}", p > 0 ? "," : "",
-                    core::xml_text(mesh::format_pose(scene.machine, pose)), numbers(tcp_position(scene.machine, pose)),
+        fmt::format("{}{{\"name\":{},\"tool\":{},\"frames\":{},\"weights\":{}}}", p > 0 ? "," : "",
+                    core::json_text(mesh::format_pose(scene.machine, pose)), numbers(tcp_position(scene.machine, pose)),
                     frames(scene.machine, pose), numbers(scene.keys.weights.row(p).transpose()));
   }
   return text;
@@ -75,8 +75,8 @@ std::string loads_json(const MachineScene& scene) {
   std::string text;
   for (std::size_t l = 0; l < scene.loads.size(); ++l) {
     const SceneLoad& load = scene.loads[l];
-    text += fmt::format("{}{{\"name\":\"{}\",\"hours\":{},\"errors\":{},\"coefficients\":{}}}", l > 0 ? "," : "",
-                        core::xml_text(load.name), numbers(load.hours), packed(load.errors_um),
+    text += fmt::format("{}{{\"name\":{},\"hours\":{},\"errors\":{},\"coefficients\":{}}}", l > 0 ? "," : "",
+                        core::json_text(load.name), numbers(load.hours), packed(load.errors_um),
                         load.coefficients.cols() > 0 ? packed(load.coefficients) : "null");
   }
   return text;
@@ -231,9 +231,8 @@ std::string machine_scene_html(const MachineScene& scene) {
       "<select id=\"scene-factor\"></select></label></div>\n";
   const std::string legend =
       "<div class=\"legend\" id=\"scene-legend\"><span id=\"scene-range\"></span><span><i class=\"pink\"></i>TCP "
-      "error, "
-      "tool against table, at the poses of the workspace; <span id=\"scene-longest\"></span></span><span>drag turns, "
-      "wheel zooms</span></div>\n";
+      "error, tool against table, at the poses of the workspace; thick: chosen pose; "
+      "<span id=\"scene-longest\"></span></span><span>drag turns, wheel zooms</span></div>\n";
   const std::string chart =
       "<div class=\"legend\"><span><i class=\"blue\"></i>X</span><span><i class=\"orange\"></i>Y</span><span><i "
       "class=\"green\"></i>Z</span><span id=\"scene-values\"></span></div><canvas id=\"scene-chart\" width=\"1100\" "

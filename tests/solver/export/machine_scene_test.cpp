@@ -66,6 +66,17 @@ TEST(SceneLoad, HasErrorsOfAllPosesAtThinnedTimes) {
   EXPECT_EQ(load.errors_um(3 * 2 + 1, load.hours.size() - 1), 2.0 * 499.0 + 2.0);
 }
 
+TEST(MachineScene, NamesStayAsTheyAreWritten) {
+  const mesh::MachineMesh mesh = test::box_machine_mesh();
+  MachineScene scene;
+  scene.machine = mesh.machine;
+  scene.poses = {test::box_pose(0.0, 0.0, 0.0)};
+  scene.keys = key_poses(scene.machine, scene.poses);
+  scene.loads = {scene_load("mill & drill </script>", table_of(3, 1), 1, {})};
+  const std::string page = machine_scene_html(scene);
+  EXPECT_NE(page.find(R"("name":"mill & drill \u003c/script\u003e")"), std::string::npos);
+}
+
 TEST(SceneFile, ComesBackForTheSameModelOnly) {
   const mesh::MachineMesh mesh = test::box_machine_mesh();
   MachineScene scene;
