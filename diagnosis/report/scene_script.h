@@ -16,13 +16,32 @@ inline const char* const scene_script = R"JS(
   let azimuth = -0.9, elevation = 0.45, zoom = 1, drawn = 0;
   const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
+  // As wide as the page, so that labels keep their size on a narrow one.
+  let w = 1100, h = 560, fit = 1, shift = [0, 0];
+  function resize() {
+    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    w = Math.max(300, Math.round(canvas.clientWidth) || 1100); h = Math.round(Math.max(340, 0.51 * w));
+    canvas.width = w * ratio; canvas.height = h * ratio;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    const ce = Math.cos(elevation), se = Math.sin(elevation), span = [1e9, -1e9, 1e9, -1e9];
+    for (const turn of [-0.25, 0, 0.25]) {
+      const ca = Math.cos(azimuth + turn), sa = Math.sin(azimuth + turn);
+      for (let n = 0; n < nodes; n += 3) {
+        const [x, y, z] = centre.map((m, i) => points[3 * n + i] / 65535 - m), right = ca * x + sa * y, up = ce * z + se * (ca * y - sa * x);
+        span[0] = Math.min(span[0], right); span[1] = Math.max(span[1], right); span[2] = Math.min(span[2], up); span[3] = Math.max(span[3], up);
+      }
+    }
+    shift = [(span[0] + span[1]) / 2, (span[2] + span[3]) / 2];
+    fit = 0.9 * Math.min(w / Math.max(span[1] - span[0], 1e-9), h / Math.max(span[3] - span[2], 1e-9));
+  }
+
   function draw() {
-    const w = canvas.width, h = canvas.height, scale = zoom * Math.min(w, h) / Math.hypot(...scene.extent);
+    const scale = zoom * fit;
     const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
     const project = (x, y, z) => {
       x -= centre[0]; y -= centre[1]; z -= centre[2];
       const right = ca * x + sa * y, away = -sa * x + ca * y;
-      return [w / 2 + scale * right, h / 2 - scale * (ce * z + se * away), ce * away - se * z];
+      return [w / 2 + scale * (right - shift[0]), h / 2 - scale * (ce * z + se * away - shift[1]), ce * away - se * z];
     };
     for (let n = 0; n < nodes; ++n) {
       const p = project(points[3 * n] / 65535, points[3 * n + 1] / 65535, points[3 * n + 2] / 65535);
@@ -56,13 +75,14 @@ inline const char* const scene_script = R"JS(
     context.globalAlpha = 0.3;
     for (let t = 0; t < count; ++t) if (marks[t]) fill(t, "#e8622c");
     context.globalAlpha = 1;
-    context.font = "13px system-ui,sans-serif";
+    context.font = "13px system-ui,sans-serif"; context.lineJoin = "round";
     for (const [x, y, z, label, marked] of scene.dots) {
       const p = project(x, y, z);
       context.fillStyle = marked ? "#e8622c" : colour("--point");
-      context.beginPath(); context.arc(p[0], p[1], marked ? 7 : 3.5, 0, 2 * Math.PI); context.fill();
+      context.strokeStyle = colour("--card"); context.lineWidth = 3.5;
+      context.beginPath(); context.arc(p[0], p[1], marked ? 7 : 3.5, 0, 2 * Math.PI); context.stroke(); context.fill();
       context.fillStyle = colour("--ink");
-      context.fillText(label, p[0] + 8, p[1] + 4);
+      context.strokeText(label, p[0] + 9, p[1] + 4); context.fillText(label, p[0] + 9, p[1] + 4);
     }
     canvas.dataset.drawn = ++drawn;
     canvas.dataset.angle = azimuth.toFixed(3);
@@ -79,6 +99,8 @@ inline const char* const scene_script = R"JS(
     requestAnimationFrame(draw);
   });
   canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001); requestAnimationFrame(draw); }, { passive: false });
+  resize();
+  window.addEventListener("resize", () => { resize(); draw(); });
   draw();
   if (location.hash === "#turn") { azimuth += 0.6; draw(); }
 })();

@@ -21,6 +21,7 @@ inline const char* const machine_scene_script = R"JS(
   const loads = scene.loads.map(l => ({ name: l.name, hours: l.hours, errors: columns(l.errors), states: l.coefficients ? columns(l.coefficients) : null }));
   const at = new Float32Array(3 * nodes), moved = new Float32Array(3 * nodes), seen = new Float32Array(3 * nodes), kelvin = new Float32Array(nodes);
   const depth = new Float32Array(count), order = new Uint32Array(count);
+  let hottest = 0;
   let load = 0, pose = Math.floor(scene.poses.length / 2), time = 0, azimuth = -0.75, elevation = 0.35, zoom = 1, drawn = 0, low = 0, high = 1, longest = 1, capped = false;
   const ink = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const series = ["blue", "orange", "green"].map(c => getComputedStyle(document.querySelector("." + c)).color), pink = getComputedStyle(document.querySelector(".pink")).color;
@@ -35,17 +36,36 @@ inline const char* const machine_scene_script = R"JS(
   }
   const centre = [0, 1, 2].map(i => (box[0][i] + box[1][i]) / 2), extent = Math.hypot(...[0, 1, 2].map(i => box[1][i] - box[0][i])) || 1;
 
-  // The largest scale at which the machine stays in the picture from all sides at the first elevation.
-  const fit = (() => {
-    const ce = Math.cos(elevation), se = Math.sin(elevation), half = [0, 1, 2].map(i => (box[1][i] - box[0][i]) / 2);
-    let wide = 1e-9, tall = 1e-9;
-    for (let a = 0; a < Math.PI; a += 0.1) {
-      const c = Math.abs(Math.cos(a)), s = Math.abs(Math.sin(a));
-      wide = Math.max(wide, c * half[0] + s * half[1]);
-      tall = Math.max(tall, ce * half[2] + se * (s * half[0] + c * half[1]));
+  // The largest scale at which the machine stays in the picture near the first view, about its middle there.
+  let fit = 1, shift = [0, 0];
+  function measure() {
+    const ce = Math.cos(elevation), se = Math.sin(elevation), span = [1e9, -1e9, 1e9, -1e9];
+    const reach = (p, ca, sa) => {
+      const [x, y, z] = p.map((v, i) => v - centre[i]), right = ca * x + sa * y, up = ce * z + se * (ca * y - sa * x);
+      span[0] = Math.min(span[0], right); span[1] = Math.max(span[1], right); span[2] = Math.min(span[2], up); span[3] = Math.max(span[3], up);
+    };
+    const far = scene.poses.filter((p, i, all) => i % Math.ceil(all.length / 30) === 0 || i === all.length - 1);
+    for (const turn of [-0.25, 0, 0.25]) {
+      const ca = Math.cos(azimuth + turn), sa = Math.sin(azimuth + turn);
+      for (const p of far) {
+        reach(p.tool, ca, sa);
+        for (let n = 0; n < nodes; n += 3) reach(place(p.frames, bodies[n], points[3 * n], points[3 * n + 1], points[3 * n + 2]), ca, sa);
+      }
     }
-    return 0.92 * Math.min(canvas.width / 2 / wide, canvas.height / 2 / tall);
-  })();
+    shift = [(span[0] + span[1]) / 2, (span[2] + span[3]) / 2];
+    fit = 0.9 * Math.min(wide / Math.max(span[1] - span[0], 1e-9), tall / Math.max(span[3] - span[2], 1e-9));
+  }
+
+  // Canvases as wide as the page, so that text keeps its size on a narrow one.
+  const frame = { left: 62, top: 10, right: 1086, bottom: 218 }, chartTall = 260;
+  let wide = 1100, tall = 620;
+  function resize() {
+    const ratio = Math.min(2, window.devicePixelRatio || 1);
+    wide = Math.max(300, Math.round(canvas.clientWidth) || 1100); tall = Math.round(Math.max(340, 0.564 * wide));
+    frame.right = wide - 14;
+    for (const [c, h, to] of [[canvas, tall, context], [chart, chartTall, plot]]) { c.width = wide * ratio; c.height = h * ratio; to.setTransform(ratio, 0, 0, ratio, 0, 0); }
+    measure();
+  }
 
   // Cold to hot: blue, pale yellow, red.
   const stops = [[62, 88, 170], [74, 126, 190], [112, 168, 211], [168, 211, 230], [250, 240, 176], [253, 188, 104], [244, 121, 72], [219, 59, 44], [176, 12, 44]];
@@ -64,7 +84,7 @@ inline const char* const machine_scene_script = R"JS(
       const seenHeat = [];
       l.states.forEach(s => { warm(s, kelvin); for (let n = 0; n < nodes; n += 2) seenHeat.push(kelvin[n]); });
       const sorted = Float32Array.from(seenHeat).sort(), last = sorted.length - 1;
-      low = sorted[0]; high = sorted[Math.floor(0.97 * last)];
+      low = sorted[0]; hottest = sorted[last]; high = sorted[Math.floor(0.97 * last)];
       if (sorted[last] < low + 1.25 * (high - low)) high = sorted[last]; else capped = true;
     }
     if (!(high > low + 0.2)) { const m = high > -Infinity ? (low + high) / 2 : 0; low = m - 0.1; high = m + 0.1; }
@@ -89,12 +109,12 @@ inline const char* const machine_scene_script = R"JS(
 
   let coloured = false;
   function draw() {
-    const w = canvas.width, h = canvas.height, scale = zoom * fit;
+    const w = wide, h = tall, scale = zoom * fit;
     const ca = Math.cos(azimuth), sa = Math.sin(azimuth), ce = Math.cos(elevation), se = Math.sin(elevation);
     const project = (x, y, z) => {
       x -= centre[0]; y -= centre[1]; z -= centre[2];
       const right = ca * x + sa * y, away = -sa * x + ca * y;
-      return [w / 2 + scale * right, h / 2 - scale * (ce * z + se * away), ce * away - se * z];
+      return [w / 2 + scale * (right - shift[0]), h / 2 - scale * (ce * z + se * away - shift[1]), ce * away - se * z];
     };
     for (let n = 0; n < nodes; ++n) { const p = project(at[3 * n], at[3 * n + 1], at[3 * n + 2]); seen[3 * n] = p[0]; seen[3 * n + 1] = p[1]; seen[3 * n + 2] = p[2]; }
     let visible = 0;
@@ -111,16 +131,40 @@ inline const char* const machine_scene_script = R"JS(
       const u = [seen[b] - seen[a], seen[b + 1] - seen[a + 1], scale * (seen[b + 2] - seen[a + 2])], v = [seen[c] - seen[a], seen[c + 1] - seen[a + 1], scale * (seen[c + 2] - seen[a + 2])];
       const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]], length = Math.hypot(...n) || 1;
       const light = 0.74 + 0.3 * Math.abs(0.35 * n[0] / length - 0.55 * n[1] / length - 0.75 * n[2] / length);
-      const rgb = coloured ? colour(((kelvin[i] + kelvin[j] + kelvin[k]) / 3 - low) / (high - low)) : [175, 180, 188];
-      context.fillStyle = context.strokeStyle = "rgb(" + rgb.map(x => Math.round(Math.min(255, x * light))).join(",") + ")";
-      context.beginPath(); context.moveTo(seen[a], seen[a + 1]); context.lineTo(seen[b], seen[b + 1]); context.lineTo(seen[c], seen[c + 1]);
-      context.closePath(); context.fill(); context.stroke();
+      paint([seen[a], seen[a + 1], kelvin[i]], [seen[b], seen[b + 1], kelvin[j]], [seen[c], seen[c + 1], kelvin[k]], light, 3);
     }
-    drawArrows(project, scale);
+    drawArrows(project);
+    drawAxes(ca, sa, ce, se);
     canvas.dataset.drawn = ++drawn;
     canvas.dataset.angle = azimuth.toFixed(3);
   }
-  function drawArrows(project, scale) {
+  // A large triangle across many colours is halved along its sides until each part has about one.
+  function paint(a, b, c, light, splits) {
+    const kelvins = [a[2], b[2], c[2]];
+    const range = Math.min(Math.max(...kelvins), high) - Math.max(Math.min(...kelvins), low);
+    if (coloured && splits > 0 && range > 0.06 * (high - low) && Math.abs((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) > 60) {
+      const half = (p, q) => [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (p[2] + q[2]) / 2], ab = half(a, b), bc = half(b, c), ca = half(c, a);
+      for (const part of [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]) paint(...part, light, splits - 1);
+      return;
+    }
+    const rgb = coloured ? colour(((a[2] + b[2] + c[2]) / 3 - low) / (high - low)) : [175, 180, 188];
+    context.fillStyle = context.strokeStyle = "rgb(" + rgb.map(x => Math.round(Math.min(255, x * light))).join(",") + ")";
+    context.beginPath(); context.moveTo(a[0], a[1]); context.lineTo(b[0], b[1]); context.lineTo(c[0], c[1]);
+    context.closePath(); context.fill(); context.stroke();
+  }
+  // Directions of the axes, in the colours of the chart below.
+  function drawAxes(ca, sa, ce, se) {
+    const at = [46, 62], length = wide < 600 ? 28 : 40;
+    context.font = "600 13px system-ui,sans-serif"; context.textAlign = "center"; context.lineWidth = 2.5; context.lineCap = "round";
+    [[ca, -sa * se], [sa, ca * se], [0, ce]].forEach((d, i) => {
+      context.strokeStyle = context.fillStyle = series[i];
+      context.beginPath(); context.moveTo(...at); context.lineTo(at[0] + length * d[0], at[1] - length * d[1]); context.stroke();
+      const long = Math.hypot(...d);
+      if (long > 0.15) context.fillText("XYZ"[i], at[0] + d[0] * (length + 12 / long), at[1] - d[1] * (length + 12 / long) + 5);
+    });
+    context.textAlign = "start";
+  }
+  function drawArrows(project) {
     const e = loads[load].errors[time], size = 0.11 * extent / longest;
     const stroke = (from, to, width, style) => {
       const angle = Math.atan2(to[1] - from[1], to[0] - from[0]), head = Math.min(5 + 1.5 * width, 0.6 * Math.hypot(to[0] - from[0], to[1] - from[1]));
@@ -143,7 +187,6 @@ inline const char* const machine_scene_script = R"JS(
     for (let v = Math.ceil(from / step - 1e-9) * step; v <= to + 1e-9 * step; v += step) list.push(Math.abs(v) < 1e-9 * step ? 0 : v);
     return { list, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
   }
-  const frame = { left: 62, top: 10, right: 1086, bottom: 218 };
   let hoursTo = 1;
   function drawChart() {
     const l = loads[load], rows = l.errors.map(e => [e[3 * pose], e[3 * pose + 1], e[3 * pose + 2]]), all = rows.flat();
@@ -151,9 +194,9 @@ inline const char* const machine_scene_script = R"JS(
     const margin = 0.06 * (max - min) || 0.5; min -= margin; max += margin;
     hoursTo = l.hours[l.hours.length - 1] || 1;
     const x = v => frame.left + (frame.right - frame.left) * v / hoursTo, y = v => frame.bottom - (frame.bottom - frame.top) * (v - min) / (max - min);
-    plot.clearRect(0, 0, chart.width, chart.height);
+    plot.clearRect(0, 0, wide, chartTall);
     plot.font = "13px system-ui,sans-serif"; plot.fillStyle = ink("--soft"); plot.lineWidth = 1;
-    const vertical = ticks(min, max, 6), across = ticks(0, hoursTo, 12);
+    const vertical = ticks(min, max, 6), across = ticks(0, hoursTo, Math.max(3, Math.min(12, wide / 85)));
     plot.textAlign = "right";
     for (const v of vertical.list) { plot.strokeStyle = v === 0 ? ink("--soft") : ink("--line"); plot.beginPath(); plot.moveTo(frame.left, y(v)); plot.lineTo(frame.right, y(v)); plot.stroke(); plot.fillText(v.toFixed(vertical.digits).replace("-", "\u2212"), frame.left - 7, y(v) + 4); }
     plot.textAlign = "center";
@@ -171,19 +214,18 @@ inline const char* const machine_scene_script = R"JS(
     coloured = setFields();
     $("scene-time").value = time;
     $("scene-hour").textContent = "after " + l.hours[time].toFixed(2) + " h";
-    const bar = "<i style='width:180px;height:12px;border:0;background:linear-gradient(90deg," + stops.map(s => "rgb(" + s.join(",") + ")").join(",") + ")'></i>";
-    $("scene-range").innerHTML = coloured ? (scene.reference + low).toFixed(1) + " \u00b0C " + bar + (capped ? "above " : "") + (scene.reference + high).toFixed(1) + " \u00b0C"
+    const bar = "<i style='width:180px;height:12px;border:0;margin:0 7px;background:linear-gradient(90deg," + stops.map(s => "rgb(" + s.join(",") + ")").join(",") + ")'></i>";
+    $("scene-range").innerHTML = coloured ? (scene.reference + low).toFixed(1) + " \u00b0C " + bar + (capped ? "above " : "") + (scene.reference + high).toFixed(1) + " \u00b0C" + (capped ? ", hottest " + (scene.reference + hottest).toFixed(1) + " \u00b0C" : "")
                                           : "no temperature field of this load is at hand";
-    $("scene-longest").textContent = "longest of this load " + longest.toFixed(1) + " \u00b5m";
-    $("scene-values").textContent = scene.poses[pose].name + ", after " + l.hours[time].toFixed(2) + " h: X " + here[0].toFixed(2) + ", Y " + here[1].toFixed(2) + ", Z " + here[2].toFixed(2) + " \u00b5m; length " + Math.hypot(...here).toFixed(2) + " \u00b5m";
+    $("scene-longest").textContent = "longest arrow of this load " + longest.toFixed(1) + " \u00b5m";
+    $("scene-values").textContent = scene.poses[pose].name + ", after " + l.hours[time].toFixed(2) + " h: " + here.map((v, c) => "XYZ"[c] + " " + v.toFixed(1).replace("-", "\u2212")).join(", ") + " \u00b5m; length " + Math.hypot(...here).toFixed(1) + " \u00b5m";
     draw();
     drawChart();
   }
 
   const options = (list, names) => names.forEach((name, i) => list.add(new Option(name, i)));
-  const text = name => { const e = document.createElement("i"); e.innerHTML = name; return e.textContent; };
-  options($("scene-load"), loads.map(l => text(l.name)));
-  options($("scene-pose"), scene.poses.map(p => text(p.name)));
+  options($("scene-load"), loads.map(l => l.name));
+  options($("scene-pose"), scene.poses.map(p => p.name));
   for (const f of [0, 0.2, 1, 3]) if (f === 0 || scene.factor > 0) $("scene-factor").add(new Option(f ? "\u00d7 " + Math.round(f * scene.factor) : "not shown", f * scene.factor, f === 1, f === 1));
   $("scene-load").addEventListener("change", e => { load = Number(e.target.value); time = 1e9; setLoad(); show(); });
   $("scene-pose").addEventListener("change", e => { pose = Number(e.target.value); show(); });
@@ -199,7 +241,7 @@ inline const char* const machine_scene_script = R"JS(
     $("scene-play").textContent = playing ? "stop" : "play";
   });
   chart.addEventListener("pointerdown", e => {
-    const box = chart.getBoundingClientRect(), hour = ((e.clientX - box.left) * chart.width / box.width - frame.left) / (frame.right - frame.left) * hoursTo;
+    const box = chart.getBoundingClientRect(), hour = ((e.clientX - box.left) * wide / box.width - frame.left) / (frame.right - frame.left) * hoursTo;
     time = loads[load].hours.reduce((best, h, i, all) => Math.abs(h - hour) < Math.abs(all[best] - hour) ? i : best, 0);
     show();
   });
@@ -220,6 +262,8 @@ inline const char* const machine_scene_script = R"JS(
   pose = Math.min(number("pose", pose), scene.poses.length - 1);
   azimuth += number("turn", 0);
   time = 1e9;
+  resize();
+  window.addEventListener("resize", () => { resize(); draw(); drawChart(); });
   setLoad();
   // The moment when the error is largest tells most.
   if (view.has("time")) time = Math.round(number("time", 1) * (loads[load].hours.length - 1));
