@@ -20,14 +20,17 @@ main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:
 .verdict { border-left:5px solid var(--soft) } .verdict.explained,.verdict.good { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained,.verdict.warn { border-left-color:var(--warn) }
 .verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
 .tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(165px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; overflow-wrap:anywhere; line-height:1.3; font-variant-numeric:tabular-nums }
-.scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line); white-space:nowrap } td.n,th.n { text-align:right; padding-right:22px } td.n:last-child,th.n:last-child { padding-right:0 }
+.scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; vertical-align:bottom; line-height:1.3; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line) } td { white-space:nowrap } td.w { white-space:normal; min-width:200px } td.n,th.n { text-align:right; padding-right:18px } td.n:last-child,th.n:last-child { padding-right:0 }
 tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:currentColor }
 tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
 svg { width:100%; height:auto; display:block }
 .legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.band { height:12px; border:0; background:currentColor } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.shade { height:12px; border:1px solid var(--line); background:currentColor }
 pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } ul,ol { margin:0; padding-left:20px } li { margin:3px 0 }
-.controls { display:flex; flex-wrap:wrap; gap:8px 18px; align-items:center; margin:0 0 12px } .controls label { color:var(--soft); font-size:13px; display:flex; gap:7px; align-items:center } .controls input[type=range] { width:200px } select,button { font:inherit; font-size:14px; color:var(--ink); background:var(--page); border:1px solid var(--line); border-radius:6px; padding:3px 8px; max-width:100% }
-.next pre { background:var(--page); border:1px solid var(--line); border-radius:6px; padding:7px 10px; margin:4px 0 10px }
+.controls { display:flex; flex-wrap:wrap; gap:8px 18px; align-items:center; margin:0 0 12px } .controls label { min-width:0; max-width:100%; color:var(--soft); font-size:13px; display:flex; gap:7px; align-items:center } .controls input[type=range] { width:200px } select,button { font:inherit; font-size:14px; color:var(--ink); background:var(--page); border:1px solid var(--line); border-radius:6px; padding:3px 8px; min-width:0; max-width:100% }
+.next pre { background:var(--page); border:1px solid var(--line); border-radius:6px; padding:7px 10px; margin:4px 0 10px; white-space:pre-wrap; overflow-wrap:anywhere }
+details { margin-top:14px } summary { cursor:pointer; color:var(--soft); font-size:14px; margin-bottom:6px }
+.card > p:first-child { margin-top:0 } .card > p:last-child { margin-bottom:0 } p.below { color:var(--soft); font-size:13px; margin:12px 0 0 }
+@media (max-width:700px) { main { padding:18px 12px 40px } .card { padding:12px 13px } .scroll svg { min-width:640px } td:not(.n) { white-space:normal; min-width:84px } .tiles { grid-template-columns:repeat(auto-fit,minmax(140px,1fr)) } .tile strong { font-size:19px } }
 )";
 
 const char* const choice_script = R"JS(
@@ -50,7 +53,11 @@ bool is_number(const std::string& cell) {
 std::string table_row(const std::vector<std::string>& row, const std::vector<char>& right, const char* tag) {
   std::string markup = "<tr>";
   for (std::size_t c = 0; c < row.size(); ++c) {
-    markup += fmt::format("<{}{}>{}</{}>", tag, c < right.size() && right[c] != 0 ? " class=\"n\"" : "",
+    const bool number = c < right.size() && right[c] != 0;
+    markup += fmt::format("<{}{}>{}</{}>", tag,
+                          number               ? " class=\"n\""
+                          : row[c].size() > 32 ? " class=\"w\""
+                                               : "",
                           html_sentence(row[c]), tag);
   }
   return markup + "</tr>\n";
@@ -76,8 +83,14 @@ std::string html_sentence(std::string_view words) {
       text.replace(at, old.size(), with);
   };
   replace("+-", "±");
-  for (const char* after : {" (", " ", ",", ".", ";"}) replace(std::string(" um") + after, std::string(" µm") + after);
-  if (text.ends_with(" um")) text.replace(text.size() - 2, 2, "µm");
+  constexpr std::pair<std::string_view, std::string_view> units[] = {{"um", "µm"}, {"degC", "°C"}, {"W/m2", "W/m²"}};
+  for (const auto& [plain, sign] : units) {
+    for (auto at = text.find(plain); at != std::string::npos; at = text.find(plain, at + sign.size())) {
+      const auto end = at + plain.size();
+      const bool ends = end == text.size() || std::string_view(" ,.;:)/").find(text[end]) != std::string_view::npos;
+      if (at > 0 && text[at - 1] == ' ' && ends) text.replace(at, plain.size(), sign);
+    }
+  }
   return text;
 }
 

@@ -14,7 +14,7 @@ namespace thermotwin::core {
 /// A whole document with the style of pages and of plots.
 std::string html_document(std::string_view title, std::string_view body_markup);
 
-/// A sentence that is plain ASCII for terminals: escaped, with the signs for "+-" and "um".
+/// A sentence that is plain ASCII for terminals: escaped, with the signs for "+-", "um", "degC" and "W/m2".
 std::string html_sentence(std::string_view words);
 
 /// Name of the page and a line below it.

@@ -27,6 +27,11 @@ TEST(HtmlPage, EscapesTextAndAlignsNumbers) {
   EXPECT_NE(html_next_steps({{"why", "a > b"}}).find("a &gt; b"), std::string::npos);
 }
 
+TEST(HtmlPage, WritesUnitsWithTheirSigns) {
+  EXPECT_EQ(html_sentence("1 um, 2 um/h at 20 degC +- 1 K; 3 W/m2"), "1 µm, 2 µm/h at 20 °C ± 1 K; 3 W/m²");
+  EXPECT_EQ(html_sentence("dx_um umbrella degC_max"), "dx_um umbrella degC_max");
+}
+
 TEST(HtmlPage, HasTheScriptOfChoicesWhereThereAreSome) {
   EXPECT_EQ(html_document("t", "<p>words</p>").find("<script"), std::string::npos);
   const std::string page = html_document("t", html_choice("id", "which", {{"one", "1"}, {"two", "2"}}));
