@@ -21,6 +21,7 @@
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"
+#include "tools/page.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -52,17 +53,19 @@ void diagnose(const DiagnoseOptions& options) {
           "--displacement-error and --temperature-error describe a mesh; they need a CASE or --model");
     keep_plausible(measurement, {});
     result = diagnosis::diagnose_data(measurement, {});
-    diagnosis::write_diagnosis(folder, result);
+    diagnosis::write_diagnosis(folder, result, steps_after(result, "", options.data, "", options.out));
   } else {
     const reduction::ReducedModel model = model_of(measurement, options.case_path, options.model, options.out);
     if (options.case_path.empty()) {
       result = diagnosis::diagnose(model, measurement, how);
-      diagnosis::write_diagnosis(folder, result, model);
+      diagnosis::write_diagnosis(folder, result, model, {},
+                                 steps_after(result, "", options.data, options.model, options.out));
     } else {
       const solver::Case machine_case = solver::read_case(options.case_path);
       how.programs = programs_of(machine_case, model.machine);
       result = diagnosis::diagnose(model, measurement, how);
-      diagnosis::write_diagnosis(folder, result, model, scene_of(machine_case.machine, result, options.out / "cache"));
+      diagnosis::write_diagnosis(folder, result, model, scene_of(machine_case.machine, result, options.out / "cache"),
+                                 steps_after(result, options.case_path, options.data, options.model, options.out));
       if (!options.accept.empty()) accepted = accept_extension(options, folder, result, model, measurement, how);
     }
   }

@@ -41,6 +41,34 @@ std::string shell_word(const std::filesystem::path& path) {
   return quoted + "'";
 }
 
+std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
+                                        const std::filesystem::path& data, const std::filesystem::path& model,
+                                        const std::filesystem::path& out) {
+  const std::string machine = folder.empty() ? "" : " " + shell_word(folder),
+                    of_model = model.empty() ? "" : " --model " + shell_word(model);
+  const auto command = [&](const char* verb, const std::string& measured, const std::string& more) {
+    return fmt::format("thermotwin {}{} --data {}{}{} --out {}", verb, machine, measured, of_model, more,
+                       shell_word(out));
+  };
+  std::vector<core::NextStep> steps;
+  const bool extended = !diagnosed.extended_machine_text.empty();
+  if (extended && !folder.empty()) {
+    steps.push_back({"Accept the corrected machine as a case of its own, and see what compensation gains from it:",
+                     command("diagnose", shell_word(data), " --accept " + shell_word(out / "accepted"))});
+  }
+  if (extended) {
+    steps.push_back(
+        {"Judge the corrected model beside the nominal one and the fitted ones:",
+         command("evaluate", shell_word(data), " --extended " + shell_word(out / "diagnosis/extended/model.rom.h5"))});
+  } else {
+    steps.push_back({"Judge compensation on this measurement:", command("evaluate", shell_word(data), "")});
+  }
+  steps.push_back({extended ? "After the repair, measure again and confirm that nothing is left:"
+                            : "Diagnose a further measurement:",
+                   command("diagnose", "NEW_DATA", "")});
+  return steps;
+}
+
 std::string mesh_section(const solver::FullModel& full) {
   const mesh::Machine& machine = full.mesh.machine;
   std::vector<std::vector<std::string>> rows{{"body", "material", "moved by", "nodes", "tetrahedra", "deforms"}};
@@ -78,13 +106,19 @@ std::string loads_section(const std::vector<solver::LoadProgram>& loads, const s
 std::string traces_section(const std::vector<compensation::ValidationTrace>& traces) {
   if (traces.empty()) return "";
   std::vector<std::pair<std::string, std::string>> items;
+  double inside = 0.0, values = 0.0;
   for (const compensation::ValidationTrace& trace : traces) {
+    inside += (trace.left_um.array().abs() <= 2.0 * trace.std_um.array()).count();
+    values += trace.left_um.array().isFinite().count();
     items.emplace_back(fmt::format("{}, machine {}, {}", trace.load, trace.draw + 1, trace.pose),
                        compensation::trace_svg(trace));
   }
   return core::html_section("Error over time, without and with compensation",
-                            "a machine measured virtually; poses off the grid of the model",
-                            compensation::trace_legend() + core::html_choice("trace", "check point", items));
+                            "on a machine measured virtually, at check points off the pose grid of the model",
+                            compensation::trace_legend() + core::html_choice("trace", "check point", items) +
+                                fmt::format("<p class=\"below\">{:.0f}&#8239;% of all residuals here lie within the "
+                                            "band; about 95&#8239;% do where the stated uncertainty holds.</p>\n",
+                                            values > 0.0 ? 100.0 * inside / values : 0.0));
 }
 
 }  // namespace thermotwin::tools

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "compensation/evaluation/validation.h"
+#include "core/html_page.h"
+#include "diagnosis/judge/diagnosis.h"
 #include "solver/campaign/full_model.h"
 #include "solver/export/machine_scene.h"
 #include "solver/operation/load_program.h"
@@ -19,6 +21,11 @@ void write_page(const std::filesystem::path& file, const std::function<std::stri
 
 /// A path as a word of a command line: in quotes where it has other characters than letters, digits and "._-/+".
 std::string shell_word(const std::filesystem::path& path);
+
+/// What may follow a diagnosis. @param folder, model  empty: none was given
+std::vector<core::NextStep> steps_after(const diagnosis::Diagnosis& diagnosed, const std::filesystem::path& folder,
+                                        const std::filesystem::path& data, const std::filesystem::path& model,
+                                        const std::filesystem::path& out);
 
 /// Tables as sections of a page.
 std::string mesh_section(const solver::FullModel& full);

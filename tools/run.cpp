@@ -188,7 +188,7 @@ std::string drift_lines(const compensation::Evaluation& drift, nlohmann::json& j
   return text;
 }
 
-/// What is hidden in a measurement that was made here, as a ratio of the nominal machine's value.
+/// What is hidden in a measurement that was made here, as a ratio of the nominal machine's value; may be empty.
 std::string hidden_truth(const solver::Case& machine_case) {
   if (!machine_case.measured_machine || !machine_case.measurement.empty()) return "";
   const solver::MeasuredMachine& wrong = *machine_case.measured_machine;
@@ -197,8 +197,8 @@ std::string hidden_truth(const solver::Case& machine_case) {
   const diagnosis::Parameter effect = diagnosis::make_parameter(diagnosis::kind_named(wrong.kind), wrong.where);
   const double ratio = *diagnosis::machine_values(measured, effect).front().value /
                        *diagnosis::machine_values(nominal, effect).front().value;
-  return fmt::format("            hidden in the virtual measurement of {}: {} of {} x {:.3g}\n", wrong.load, wrong.kind,
-                     wrong.where, ratio);
+  return fmt::format("hidden in the virtual measurement of {}: {} of {} x {:.3g}", wrong.load, wrong.kind, wrong.where,
+                     ratio);
 }
 
 /// What each step of the chain adds to the terminal's text and to summary.json.
@@ -269,9 +269,14 @@ diagnosis::Diagnosis diagnose_measurement(const solver::Case& machine_case, cons
   compensation::require_fits(measurement, machine);
   diagnosis::Diagnosis diagnosed =
       diagnosis::diagnose(model, measurement, {.programs = programs_of(machine_case, machine)});
-  diagnosis::write_diagnosis(options.out / "diagnosis", diagnosed, model,
-                             diagnosis::make_scene(full.mesh, diagnosis::marked_causes(diagnosed)));
-  found.text += fmt::format("diagnosis   {}\n{}", diagnosed.sentence, hidden_truth(machine_case));
+  const auto data = machine_case.measurement.empty() ? options.out / "measurement" : machine_case.measurement;
+  diagnosis::write_diagnosis(
+      options.out / "diagnosis", diagnosed, model,
+      diagnosis::make_scene(full.mesh, diagnosis::marked_causes(diagnosed)),
+      steps_after(diagnosed, options.case_path, data, options.out / "model.rom.h5", options.out));
+  found.text += fmt::format("diagnosis   {}\n", diagnosed.sentence);
+  if (const std::string hidden = hidden_truth(machine_case); !hidden.empty())
+    found.text += "            " + hidden + "\n";
   found.json["diagnosis"] = nlohmann::json::parse(diagnosis::diagnosis_json(diagnosed));
   return diagnosed;
 }
@@ -304,7 +309,7 @@ void run(const RunOptions& options) {
   }
 
   write_page(options.out / "report.html", [&] {
-    return run_page({machine_case, options, full, made, validation, diagnosed});
+    return run_page({machine_case, options, full, made, validation, diagnosed, hidden_truth(machine_case)});
   });
   found.text += fmt::format(
       "look at     {0}/report.html, {0}/machine.png, {0}/diagnosis/report.html,\n"

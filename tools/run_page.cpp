@@ -41,16 +41,16 @@ std::string headline(const RunResults& r, double before, double after) {
           "{:.1f} µm.",
           removed, core::xml_text(load), before, after)});
   std::vector<std::string> tiles{
-      core::html_tile("full model", fmt::format("{} nodes", r.full.mesh.nodes()),
+      core::html_tile("nodes of the full model", std::to_string(r.full.mesh.nodes()),
                       fmt::format("{} bodies, {} joints", r.machine_case.machine.bodies.size(),
                                   r.machine_case.machine.joints.size())),
       core::html_tile("campaign", fmt::format("{} × {}", r.made.loads, r.made.poses), "load programs × poses"),
-      core::html_tile("reduced model", fmt::format("order {}", r.made.summary.order),
-                      fmt::format("for {} unknowns", r.full.thermal.size)),
+      core::html_tile("order of the reduced model", std::to_string(r.made.summary.order),
+                      fmt::format("for {} temperatures", r.full.thermal.size)),
       core::html_tile("reduced against full", fmt::format("{:.3f} µm", largest_error(r.made)),
-                      "largest on held-out loads"),
-      core::html_tile("removed with sensors", fmt::format("{:.1f}&#8239;%", removed), "of the RMS, unseen program"),
-      core::html_tile("removed without", fmt::format("{:.1f}&#8239;%", r.validation.median_reduction(load, false)),
+                      "largest TCP difference, held-out loads"),
+      core::html_tile("removed, sensors", fmt::format("{:.1f}&#8239;%", removed), "of the RMS, unseen program"),
+      core::html_tile("removed, no sensors", fmt::format("{:.1f}&#8239;%", r.validation.median_reduction(load, false)),
                       "by the model and inputs alone")};
   return page + core::html_tiles(tiles);
 }
@@ -66,7 +66,11 @@ std::string compensation_section(const RunResults& r) {
   return core::html_section("Compensation in numbers",
                             fmt::format("{} on a machine measured virtually: {} nodes, perturbed parameters, noise",
                                         core::xml_text(r.validation.rows.front().load), r.validation.measured_nodes),
-                            core::html_table(rows));
+                            core::html_table(rows) +
+                                "<p class=\"below\">RMS and largest value of the length of the translations. Model "
+                                "alone: inputs of the control, no temperature sensor. Surroundings known: the same, "
+                                "with every ambient at the hall temperature. With sensors: temperature sensors correct "
+                                "the state of the model.</p>\n");
 }
 
 std::string reduced_section(const RunResults& r) {
@@ -81,10 +85,12 @@ std::string reduced_section(const RunResults& r) {
 }
 
 std::string diagnosis_section(const RunResults& r) {
-  return core::html_section("Diagnosis of the measurement", "",
-                            "<p>" + core::html_sentence(r.diagnosed.sentence) +
-                                "</p><p><a href=\"diagnosis/report.html\">diagnosis/report.html</a> shows residuals, "
-                                "causes and the extension of the model.</p>");
+  return core::html_section(
+      "Diagnosis of the measurement", "",
+      "<p>" + core::html_sentence(r.diagnosed.sentence) + "</p>" +
+          (r.hidden.empty() ? "" : "<p>For comparison, " + core::html_sentence(r.hidden) + ".</p>") +
+          "<p><a href=\"diagnosis/report.html\">diagnosis/report.html</a> shows residuals, "
+          "causes and the extension of the model.</p>");
 }
 
 std::string next_steps(const RunResults& r) {

@@ -20,6 +20,7 @@ struct RunResults {
   const ReducedCase& made;
   const compensation::Validation& validation;
   const diagnosis::Diagnosis& diagnosed;
+  std::string hidden;  ///< what a measurement that was made here contains; empty: it was not
 };
 
 /// Writes scene.bin beside the model too, for the page of `campaign --reduced`.

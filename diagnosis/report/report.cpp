@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/html_page.h"
+#include "core/page_text.h"
 #include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -33,16 +34,16 @@ std::string probability(double p) {
   return fmt::format("{:.3f}", p);
 }
 
-std::string display_unit(const std::string& unit) {
-  if (unit == "degC") return "°C";
-  if (unit == "um") return "µm";
-  if (unit == "um/m") return "µm/m";
-  if (unit == "um/h") return "µm/h";
-  return unit == "1" ? "" : unit;
-}
+std::string display_unit(const std::string& unit) { return unit == "1" ? "" : core::unit_text(unit); }
 
 /// Residuals of temperatures are differences.
 std::string residual_unit(const std::string& unit) { return unit == "degC" ? "K" : display_unit(unit); }
+
+/// Two significant digits, never with an exponent above zero.
+std::string two_digits(double value) {
+  const std::string text = fmt::format("{:.2g}", value);
+  return text.find("e+") == std::string::npos ? text : fmt::format("{:.0f}", std::stod(text));
+}
 
 /// What a page calls its model and what it expects of a residual.
 struct Wording {
@@ -54,7 +55,7 @@ struct Wording {
 Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
   const std::string measurement = d.measurement.empty() ? "without a name" : d.measurement;
   if (machine != nullptr) {
-    return {machine->name, "measurement " + measurement, "TCP residual",
+    return {machine->name, "model of the machine against the measurement " + measurement, "TCP residual",
             "stated uncertainty, discretisation error and noise", "stated uncertainty, discretisation error, noise"};
   }
   return {measurement, "measured record; model: a lag model fitted to its first part", "residual",
@@ -63,7 +64,7 @@ Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
 
 std::string estimate(const RankedCause& cause) {
   const std::string unit = display_unit(cause.parameter.unit);
-  return fmt::format("{} {:.4g} ± {:.2g}{}{}", core::xml_text(cause.parameter.name), cause.value, cause.std,
+  return fmt::format("{} {:.4g} ± {}{}{}", core::xml_text(cause.parameter.name), cause.value, two_digits(cause.std),
                      unit.empty() ? "" : " ", unit);
 }
 
@@ -158,8 +159,8 @@ std::string ranking_table(const Diagnosis& d, const mesh::Machine* machine) {
         parameter ? estimate(cause) : "",
         machine == nullptr ? ""
         : parameter && cause.parameter.nominal_std > 0.0
-            ? fmt::format("<td class=\"n\">± {:.2g}{}{}</td>", cause.parameter.nominal_std, unit.empty() ? "" : " ",
-                          unit)
+            ? fmt::format("<td class=\"n\">± {}{}{}</td>", two_digits(cause.parameter.nominal_std),
+                          unit.empty() ? "" : " ", unit)
             : "<td class=\"n\">–</td>",
         parameter ? percent(cause.heldout_explained_percent) : "");
   }
@@ -253,8 +254,8 @@ std::string detectability_table(const Diagnosis& d) {
       "<th class=\"n\">places that show nothing</th></tr>\n";
   const auto size = [](const Detectable& row, double value) {
     return row.best.empty() ? std::string("–")
-           : row.ratio      ? fmt::format("± {:.2g}&#8239;%", 100.0 * value)
-                            : fmt::format("± {:.2g} {}", value, display_unit(row.unit));
+           : row.ratio      ? "± " + two_digits(100.0 * value) + "&#8239;%"
+                            : "± " + two_digits(value) + " " + display_unit(row.unit);
   };
   for (const Detectable& row : d.detectable) {
     page += fmt::format(
@@ -270,7 +271,9 @@ std::string channel_table(const Diagnosis& d, const mesh::Machine* machine) {
   const bool change = shows_change(d, machine);
   std::string page =
       "<h2>Residuals in numbers</h2>\n<section class=\"card scroll\"><p class=\"sub\">RMS of measured minus predicted "
-      "on held-out data</p><table>\n<tr><th>channel</th><th>unit</th><th class=\"n\">uncertainty</th><th "
+      "on held-out data, in the unit of the channel; expected: with a correct model; p: small where a correct model "
+      "and white noise would hardly leave this residual</p><table>\n<tr><th>channel</th><th>unit</th><th "
+      "class=\"n\">uncertainty</th><th "
       "class=\"n\">expected</th><th class=\"n\">before</th>";
   page += std::string(change ? "<th class=\"n\">after</th><th class=\"n\">change</th>" : "") +
           "<th class=\"n\">white noise, p</th></tr>\n";
@@ -327,25 +330,35 @@ std::string overview(const Diagnosis& d, const mesh::Machine* machine) {
     map.channels.push_back(id);
     map.ratio.col(c) = d.series.column(id + "_before").cwiseQuotient(d.series.column(id + "_std").cwiseMax(1e-12));
   }
-  return "<h2>Residuals at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">measured minus predicted, "
+  return "<h2>Residuals at a glance</h2>\n<section class=\"card scroll\"><p class=\"sub\">Measured minus predicted, "
          "over the standard deviation expected from " +
          wording(d, machine).expected +
-         "; orange: measured above predicted, blue: below, pale: as expected; right of the line: held out</p>\n" +
+         ".<br>Orange: measured above predicted, blue: below, pale: as expected. Right of the line: held out.</p>\n" +
          residual_map_svg(map) + "</section>\n";
+}
+
+std::string unit_of(const Diagnosis& d, const std::string& channel) {
+  for (const ChannelResidual& r : d.residuals)
+    if (r.id == channel) return residual_unit(r.unit);
+  return "";
 }
 
 std::string analysis(const Diagnosis& d) {
   if (d.analysis.empty()) return "";
   std::string page =
-      "<h2>Residuals and inputs</h2>\n<section class=\"card scroll\"><table>\n<tr><th>channel</th><th class=\"n\">RMS "
-      "/ expected</th><th class=\"n\">largest</th><th class=\"n\">at, h</th><th class=\"n\">correlation time, "
-      "h</th><th>follows input</th><th class=\"n\">delay, h</th><th class=\"n\">correlation</th></tr>\n";
+      "<h2>Residuals and inputs</h2>\n<section class=\"card scroll\"><p class=\"sub\">before the correction; the input "
+      "with the largest correlation, and by how much the residual lags it</p><table>\n<tr><th>channel</th><th "
+      "class=\"n\">RMS "
+      "/ expected</th><th class=\"n\">largest</th><th>unit</th><th class=\"n\">at h</th><th class=\"n\">correlation "
+      "time "
+      "h</th><th>follows input</th><th class=\"n\">delay h</th><th class=\"n\">correlation</th></tr>\n";
   for (const ResidualAnalysis& a : d.analysis) {
     page += fmt::format(
-        "<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td class=\"n\">{:.1f}</td><td "
+        "<tr{}><td>{}</td><td class=\"n\">{:.2f}</td><td class=\"n\">{:+.3g}</td><td>{}</td><td "
+        "class=\"n\">{:.1f}</td><td "
         "class=\"n\">{:.1f}</td><td>{}</td>"
         "<td class=\"n\">{:.2g}</td><td class=\"n\">{:+.2f}</td></tr>\n",
-        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak,
+        a.ratio < 1.5 ? " class=\"quiet\"" : "", core::xml_text(a.id), a.ratio, a.peak, unit_of(d, a.id),
         a.peak_time_s / core::units::hour, a.memory_s / core::units::hour,
         a.follows.empty() ? "–" : core::xml_text(a.follows), a.delay_s / core::units::hour, a.correlation);
   }
@@ -360,12 +373,13 @@ std::string notes(const Diagnosis& d) {
 
 }  // namespace
 
-std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene) {
+std::string report_html(const Diagnosis& d, const mesh::Machine* machine, const Scene& scene,
+                        const std::vector<core::NextStep>& steps) {
   return core::html_document("Diagnosis of " + wording(d, machine).subject,
                              headline(d, machine) + overview(d, machine) + scene_html(scene) + sets(d) +
                                  explanations_table(d) + ranking_table(d, machine) + extension(d, machine) +
                                  plots(d, machine) + channel_table(d, machine) + detectability_table(d) + analysis(d) +
-                                 notes(d));
+                                 notes(d) + (steps.empty() ? "" : core::html_next_steps(steps)));
 }
 
 }  // namespace thermotwin::diagnosis

@@ -34,7 +34,7 @@ std::string residual_map_svg(const ResidualMap& map) {
         if (std::isfinite(map.ratio(i, c))) sum += map.ratio(i, c), ++count;
       if (count == 0) continue;
       const double value = sum / count, strength = std::clamp((std::abs(value) - 1.0) / 7.0, 0.0, 1.0);
-      panel.box(time.low + width * k, time.low + width * (k + 1.05), c + 0.03, c + 0.97,
+      panel.box(time.low + width * k, time.low + width * (k + 1.0), c + 0.03, c + 0.97,
                 value > 0 ? Ink::orange : Ink::blue, 0.06 + 0.94 * strength);
     }
   }

@@ -39,12 +39,12 @@ void remove_series(const std::filesystem::path& out, const Diagnosis& diagnosis)
 /// @param extend  writes further files into the folder and names them
 template <class Extend>
 void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, const mesh::Machine* machine,
-                 const Scene& scene, const Extend& extend) {
+                 const Scene& scene, const std::vector<core::NextStep>& steps, const Extend& extend) {
   using std::filesystem::path;
   core::write_files_by(out, [&](const path& staged) {
     std::vector<path> files{"residuals.csv", "report.html"};
     core::write_csv(staged / "residuals.csv", diagnosis.series);
-    core::write_file(staged / "report.html", report_html(diagnosis, machine, scene));
+    core::write_file(staged / "report.html", report_html(diagnosis, machine, scene, steps));
     for (std::size_t i = 0; i < diagnosis.causes.size(); ++i) {
       if (diagnosis.causes[i].series.rows() > 0) {
         files.emplace_back(series_file(i + 1));
@@ -63,10 +63,10 @@ void write_files(const std::filesystem::path& out, const Diagnosis& diagnosis, c
 }  // namespace
 
 void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis, const reduction::ReducedModel& model,
-                     const Scene& scene) {
+                     const Scene& scene, const std::vector<core::NextStep>& steps) {
   using std::filesystem::path;
   const bool extends = !diagnosis.extended_machine_text.empty();
-  write_files(out, diagnosis, &model.machine, scene, [&](const path& staged, std::vector<path>& files) {
+  write_files(out, diagnosis, &model.machine, scene, steps, [&](const path& staged, std::vector<path>& files) {
     if (!extends) return;
     const path machine_file = path("extended") / "machine.toml", model_file = path("extended") / "model.rom.h5";
     const MovableText movable = movable_text(diagnosis.extended_machine_text, model.machine);
@@ -84,8 +84,10 @@ void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosi
   if (!extends) remove_extension(out);
 }
 
-void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis) {
-  write_files(out, diagnosis, nullptr, {}, [](const std::filesystem::path&, std::vector<std::filesystem::path>&) {});
+void write_diagnosis(const std::filesystem::path& out, const Diagnosis& diagnosis,
+                     const std::vector<core::NextStep>& steps) {
+  write_files(out, diagnosis, nullptr, {}, steps,
+              [](const std::filesystem::path&, std::vector<std::filesystem::path>&) {});
   remove_extension(out);
 }
 
