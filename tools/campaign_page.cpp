@@ -11,21 +11,35 @@ namespace thermotwin::tools {
 namespace {
 
 std::string headline(const CampaignResults& r) {
-  double largest = 0.0, hours = 0.0;
-  std::string load;
+  double largest = 0.0, hours = 0.0, at_h = 0.0;
+  std::string load, pose;
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();
   for (const solver::SceneLoad& shown : r.scene.loads) {
     hours += shown.hours.tail(1).sum();
     for (Eigen::Index t = 0; t < shown.errors_um.cols(); ++t) {
-      const double here = shown.errors_um.col(t).reshaped(3, std::ssize(r.scene.poses)).colwise().norm().maxCoeff();
-      if (here > largest) largest = here, load = shown.name;
+      const Eigen::Matrix3Xd errors = shown.errors_um.col(t).reshaped(3, std::ssize(r.scene.poses));
+      Eigen::Index where = 0;
+      const double here = errors.colwise().norm().maxCoeff(&where);
+      if (here <= largest) continue;
+      largest = here, load = shown.name, at_h = shown.hours[t], error = errors.col(where);
+      pose = mesh::format_pose(r.scene.machine, r.scene.poses[where]);
     }
   }
-  return core::html_tiles(
-      {core::html_tile("largest TCP error", fmt::format("{:.1f} µm", largest), core::xml_text(load)),
-       core::html_tile("load programs", std::to_string(r.loads.size()), fmt::format("{:.1f} h of the machine", hours)),
-       core::html_tile("poses", std::to_string(r.scene.poses.size()), "of the workspace"),
-       core::html_tile("computed by", core::xml_text(r.model),
-                       r.full != nullptr ? "tetrahedral full model" : "reduced model")});
+  std::string finding;
+  if (largest > 0.0) {
+    finding = core::html_finding(
+        core::Tone::plain, "largest TCP error",
+        {fmt::format("The TCP error reaches {:.1f} µm: load program {}, after {:.2f} h, at {}.", largest,
+                     core::xml_text(load), at_h, core::xml_text(pose)),
+         fmt::format("Its parts are X {:.1f}, Y {:.1f} and Z {:.1f} µm.", error.x(), error.y(), error.z())});
+  }
+  return finding + core::html_tiles({core::html_tile("largest TCP error", fmt::format("{:.1f} µm", largest),
+                                                     "load program " + core::xml_text(load)),
+                                     core::html_tile("load programs", std::to_string(r.loads.size()),
+                                                     fmt::format("{:.1f} h of the machine", hours)),
+                                     core::html_tile("poses", std::to_string(r.scene.poses.size()), "of the workspace"),
+                                     core::html_tile("computed by", r.full != nullptr ? "full model" : "reduced model",
+                                                     core::xml_text(r.model))});
 }
 
 std::string next_steps(const CampaignResults& r) {

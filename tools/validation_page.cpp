@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "compensation/evaluation/validation_plots.h"
@@ -23,6 +24,16 @@ std::string page_of(const ValidationHead& head, const std::string& subject, cons
       title, core::html_title(title, fmt::format("machines measured virtually: {}; {} parameters perturbed", head.truth,
                                                  head.perturbed)) +
                  body);
+}
+
+/// Over all machines and check points.
+double rms_of(const compensation::Validation& study, const std::string& load,
+              double compensation::ValidationRow::*value) {
+  double sum = 0.0;
+  long count = 0;
+  for (const compensation::ValidationRow& row : study.rows)
+    if (row.load == load) sum += row.*value * row.*value, ++count;
+  return count > 0 ? std::sqrt(sum / count) : 0.0;
 }
 
 std::string dots_section(const std::string& heading, const std::string& svg) {
@@ -65,6 +76,7 @@ constexpr Study more_machines{"More machines make percentiles firm:", "--draws 2
 
 std::string validation_page(const ValidationHead& head, const compensation::Validation& main,
                             const compensation::Validation* full) {
+  using compensation::ValidationRow;
   using compensation::With;
   std::vector<std::string> loads, tiles, sentences;
   for (const compensation::ValidationRow& row : main.rows)
@@ -75,9 +87,10 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
     const double median = quantile(removed, 0.5);
     least = std::min(least, median);
     sentences.push_back(fmt::format(
-        "With sensors, {:.1f}&#8239;% of the RMS of {} is removed (median of {} machine{}; "
-        "10th percentile {:.1f}&#8239;%).",
-        median, core::xml_text(load), removed.size(), removed.size() == 1 ? "" : "s", quantile(removed, 0.1)));
+        "With sensors, compensation removes {:.1f}&#8239;% of the RMS of the TCP error in {} (median of {} machine{}; "
+        "10th percentile {:.1f}&#8239;%): {:.1f} µm become {:.1f} µm.",
+        median, core::xml_text(load), removed.size(), removed.size() == 1 ? "" : "s", quantile(removed, 0.1),
+        rms_of(main, load, &ValidationRow::rms_before_um), rms_of(main, load, &ValidationRow::rms_sensors_um)));
     tiles.push_back(core::html_tile(core::xml_text(load) + ", sensors", fmt::format("{:.1f}&#8239;%", median),
                                     "median RMS removed"));
     tiles.push_back(core::html_tile(core::xml_text(load) + ", no sensors",
@@ -85,14 +98,15 @@ std::string validation_page(const ValidationHead& head, const compensation::Vali
                                     "median RMS removed"));
   }
   const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};
-  return page_of(head, "Validation",
-                 core::html_finding(least > 50.0 ? core::Tone::good : core::Tone::warn, "compensation", sentences) +
-                     core::html_tiles(tiles) +
-                     dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
-                     traces_section(main.traces) + tables(rows, full != nullptr ? &of_full : nullptr) +
-                     "<p class=\"sub\">surroundings known: without sensors, ambients that nobody measures as warm as "
-                     "the hall; cut: share of that residual which the sensors remove</p>\n" +
-                     next_steps(head.options, {more_machines, power_off}));
+  return page_of(
+      head, "Validation",
+      core::html_finding(least > 50.0 ? core::Tone::good : core::Tone::warn, "compensation", sentences) +
+          core::html_tiles(tiles) + dots_section("RMS removed on each machine", compensation::removal_svg(main)) +
+          traces_section(main.traces) + tables(rows, full != nullptr ? &of_full : nullptr) +
+          "<p class=\"sub\">Columns without % are RMS in µm. Surroundings known: without sensors, with every "
+          "ambient at the hall temperature. Cut by sensors: share of that residual which the sensors "
+          "remove.</p>\n" +
+          next_steps(head.options, {more_machines, power_off}));
 }
 
 std::string validation_page(const ValidationHead& head, const compensation::PowerOffStudy& main,
@@ -107,11 +121,19 @@ std::string validation_page(const ValidationHead& head, const compensation::Powe
         fmt::format("median; 90th percentile {:.1f}&#8239;%", quantile(main.left_percent(k), 0.9))));
   }
   const compensation::Rows rows = main.table(), of_full = full != nullptr ? full->table() : compensation::Rows{};
+  const double early = quantile(main.left_percent(0), 0.5), late = quantile(main.left_percent(2), 0.5);
+  const std::string finding = fmt::format(
+      "Of the RMS of the TCP error, {:.1f}&#8239;% is left 5 min after the return and {:.1f}&#8239;% after 2 h "
+      "(medians "
+      "of {} machines).",
+      early, late, main.rows.size());
   return page_of(
       head, "Return from a power-off",
-      core::html_tiles(tiles) +
+      core::html_finding(early < 50.0 ? core::Tone::good : core::Tone::warn, "unknown state at the return", {finding}) +
+          core::html_tiles(tiles) +
           dots_section("Residual after the return",
-                       compensation::dots_svg("Residual after the return", "residual in % of the RMS", columns)) +
+                       compensation::dots_svg("Residual after the return",
+                                              "residual in % of the RMS without compensation", columns)) +
           tables(rows, full != nullptr ? &of_full : nullptr) + next_steps(head.options, {failures, more_machines}));
 }
 
@@ -137,12 +159,20 @@ std::string validation_page(const ValidationHead& head, const compensation::Fail
     columns.push_back(failed);
   }
   const compensation::Rows rows = main.summary(), of_full = full != nullptr ? full->summary() : compensation::Rows{};
+  const std::string finding = fmt::format(
+      "A failed sensor costs at most {:.1f}&#8239;% of what compensation removes; {} of {} failures that readings can "
+      "show are named.",
+      costliest, named, told);
   return page_of(
       head, "Failed sensors",
-      core::html_tiles(
-          {core::html_tile("named", fmt::format("{} of {}", named, told), "failures that readings show"),
-           core::html_tile("largest cost", fmt::format("{:.1f}&#8239;%", costliest), "of the reduction"),
-           core::html_tile("false alarms", std::to_string(main.false_alarms()), "where none had failed")}) +
+      core::html_finding(costliest < 20.0 && named == told ? core::Tone::good : core::Tone::warn, "one failed sensor",
+                         {finding}) +
+          core::html_tiles({core::html_tile("failures named", fmt::format("{} of {}", named, told),
+                                            "of those that readings can show"),
+                            core::html_tile("largest cost of a failure", fmt::format("{:.1f}&#8239;%", costliest),
+                                            "of the RMS that compensation removes"),
+                            core::html_tile("false alarms", std::to_string(main.false_alarms()),
+                                            "in runs in which no sensor failed")}) +
           core::html_section("RMS removed after the failure",
                              "a dot a sensor, machine and program; the stroke is the median, its number on top",
                              compensation::dots_svg("RMS removed after the failure", "RMS removed in %", columns)) +

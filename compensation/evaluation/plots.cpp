@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/missing.h"
+#include "core/page_text.h"
 #include "core/plot.h"
 #include "core/statistics.h"
 #include "core/units.h"
@@ -70,7 +71,8 @@ std::string leaderboard_svg(const Evaluation& evaluation) {
     plot.text(frame.right() + 8, base, fmt::format("{:.1f} ({})", standing.reduction_percent, standing.channels));
   }
   if (std::any_of(standings.begin(), standings.end(), [](const Standing& s) { return !s.caution.empty(); }))
-    plot.text(12, frame.bottom() + 36, "* ranked last, reason in tables.txt");
+    plot.text(12, frame.bottom() + 36,
+              "* ranked last: its fit is not to be relied on; the notes and tables.txt give the reason");
   return plot.file();
 }
 
@@ -85,7 +87,7 @@ std::string channel_svg(const Evaluation& evaluation, const std::string& channel
     shown.emplace_back("static_regression");
   const VectorXd hours = table.column("time_s") / core::units::hour, measured = table.column(channel + "_measured");
   std::string unit;
-  for (const EvaluationRow& row : evaluation.rows) unit = row.channel == channel ? row.unit : unit;
+  for (const EvaluationRow& row : evaluation.rows) unit = row.channel == channel ? core::unit_text(row.unit) : unit;
 
   core::Axis time{"time in h"}, value{fmt::format("{} in {}", channel, unit)};
   time.include(hours);
@@ -154,11 +156,12 @@ std::string length_study_svg(const LengthStudy& study) {
   }
   const std::string title =
       fmt::format("{} of {}: residual over the length of the measurement", study.model, study.channel);
+  const std::string unit = core::unit_text(study.unit);
   core::Plot plot(800, 440, title);
   plot.title(70, 24, title);
   plot.key(plot.key(70, 44, "in the section that was fitted", Ink::blue), 44, "outside of it", Ink::orange);
   core::Panel panel(plot, {70, 60, 700, 320}, {"", false, 0.0, 1.0 * study.hours.size()},
-                    {fmt::format("RMS residual in {}", study.unit), false, 0.0, high > 0.0 ? 1.3 * high : 1.0});
+                    {fmt::format("RMS residual in {}", unit), false, 0.0, high > 0.0 ? 1.3 * high : 1.0});
   panel.y_axis();
   for (Index l = 0; l < study.hours.size(); ++l) {
     const std::size_t i = l;

@@ -84,12 +84,15 @@ std::string removal_svg(const Validation& validation) {
 }
 
 std::string trace_svg(const ValidationTrace& trace) {
-  constexpr double height = 120.0, apart = 146.0;
+  constexpr double height = 120.0, apart = 146.0, top = 26.0;
   core::Axis time{"", false};
   time.include(trace.hours);
   time.close();
-  core::Plot plot(1080, 3 * apart + 40, fmt::format("TCP error at {}, before and after compensation", trace.pose));
+  core::Plot plot(1080, 3 * apart + 16 + top,
+                  fmt::format("TCP error at {}, before and after compensation", trace.pose));
   constexpr const char* names[] = {"X in \u00b5m", "Y in \u00b5m", "Z in \u00b5m"};
+  plot.text(64, 14, "without and with compensation");
+  plot.text(690, 14, "with compensation, enlarged, and its stated uncertainty");
   for (int k = 0; k < 3; ++k) {
     const VectorXd before = trace.before_um.row(k), left = trace.left_um.row(k), band = 2.0 * trace.std_um.row(k);
     core::Axis error{names[k]}, rest{""};
@@ -99,8 +102,8 @@ std::string trace_svg(const ValidationTrace& trace) {
     error.close(0.06);
     rest.close(0.06);
     if (k == 2) time.title = "time in h";
-    core::Panel both(plot, {64, 10 + apart * k, 560, height}, time, error),
-        after(plot, {690, 10 + apart * k, 376, height}, time, rest);
+    core::Panel both(plot, {64, top + apart * k, 560, height}, time, error),
+        after(plot, {690, top + apart * k, 376, height}, time, rest);
     after.band(trace.hours, -band, band);
     for (core::Panel* panel : {&both, &after}) {
       panel->y_axis();
@@ -115,8 +118,8 @@ std::string trace_svg(const ValidationTrace& trace) {
 
 std::string trace_legend() {
   return "<div class=\"legend\"><span><i class=\"orange\"></i>measured, without compensation</span><span><i "
-         "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 std_um, as the "
-         "compensator states it (right: what is left, enlarged)</span></div>\n";
+         "class=\"blue\"></i>with compensation (sensors)</span><span><i class=\"band\"></i>± 2 standard deviations "
+         "that the compensator states (its std_um)</span></div>\n";
 }
 
 }  // namespace thermotwin::compensation
