@@ -50,8 +50,8 @@ double log_evidence(const Block& sum, double rows) {
   if (factor.info() != Eigen::Success)
     throw core::SolverError("diagnosis: evidence with a residual that is not finite");
   const double log_det = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
-  return -0.5 * (rows * std::log(2.0 * std::numbers::pi) + log_det + sum.square - sum.right.dot(factor.solve(sum.right)) +
-                 sum.log_determinant);
+  return -0.5 * (rows * std::log(2.0 * std::numbers::pi) + log_det + sum.square -
+                 sum.right.dot(factor.solve(sum.right)) + sum.log_determinant);
 }
 
 void add(Block& sum, const Block& other, double sign = 1.0) {

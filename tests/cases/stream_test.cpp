@@ -308,8 +308,9 @@ TEST(Stream, GoesOnAfterACellThatCannotBeRead) {
   EXPECT_EQ(all.status[2], "input_missing row=unreadable");
   EXPECT_EQ(all.time[2], 60);
   EXPECT_EQ(all.status[3], "no_sensors");
-  for (const char* words : {"standard input:3 spindle.speed_rpm: 'fast'", "standard input:4: 3 cells",
-                            "2 of them partly unreadable", "; status input_missing row=unreadable in 1 rows, input_missing "})
+  for (const char* words :
+       {"standard input:3 spindle.speed_rpm: 'fast'", "standard input:4: 3 cells", "2 of them partly unreadable",
+        "; status input_missing row=unreadable in 1 rows, input_missing "})
     EXPECT_SAYS(result.err, words);
   const Result filed = thermotwin({"compensate", model(), "--out", toy.file("offsets.csv"), "--json"}, rows);
   EXPECT_EQ(filed.status, 0);
