@@ -5,6 +5,7 @@
 #include <random>
 
 #include "compensation/measurement/virtual_measurement.h"
+#include "core/missing.h"
 #include "mesh/machine/kinematics.h"
 #include "tests/compensation/scratch.h"
 #include "tests/compensation/shift.h"
@@ -15,7 +16,7 @@ namespace {
 using Eigen::VectorXd;
 using test::expect_input_error;
 
-constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+using core::missing;
 
 const reduction::ReducedModel& nominal() {
   static const reduction::ReducedModel model = test::lumped_model();

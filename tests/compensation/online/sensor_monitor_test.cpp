@@ -6,6 +6,8 @@
 
 #include "compensation/measurement/virtual_measurement.h"
 #include "compensation/online/compensator.h"
+#include "core/missing.h"
+#include "core/missing.h"
 #include "mesh/machine/kinematics.h"
 #include "tests/compensation/records.h"
 #include "tests/compensation/scratch.h"
@@ -16,8 +18,9 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
+using core::missing;
 
-constexpr double sigma = 0.05, missing = std::numeric_limits<double>::quiet_NaN();
+constexpr double sigma = 0.05;
 constexpr Index sensors = 5;
 
 /// Ten hours of a machine that warms and cools, expected by a model that errs by a tenth.
