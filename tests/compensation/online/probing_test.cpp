@@ -7,6 +7,7 @@
 #include "compensation/measurement/virtual_measurement.h"
 #include "compensation/online/compensator.h"
 #include "compensation/online/stream.h"
+#include "core/missing.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_simulation.h"
 #include "tests/compensation/records.h"
@@ -20,7 +21,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using test::expect_input_error;
 
-constexpr double um = 1e-6, missing = std::numeric_limits<double>::quiet_NaN();
+using core::missing;
+constexpr double um = 1e-6;
 
 const reduction::ReducedModel& nominal() {
   static const reduction::ReducedModel model = test::lumped_model();
