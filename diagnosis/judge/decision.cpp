@@ -32,7 +32,7 @@ constexpr double likely =
 constexpr double set_holds = 0.95, least_in_set = 0.01;  ///< of what is not named, and of each that is listed for it
 
 constexpr std::size_t most_explanations = 8;
-constexpr double least_shown = 0.002;
+constexpr double least_shown = 0.02;
 
 /// Two digits of the standard deviation are what an estimate is worth.
 double rounded(double value, double std) {
@@ -113,24 +113,43 @@ void sort_by_lead(std::vector<RankedCause>& causes) {
   });
 }
 
+/// Those that matter by name. What is less likely is summed: with the first one in it, and without.
 std::vector<Explanation> explanations_of(const Problem& problem, const SearchResult& found) {
-  std::vector<Explanation> all;
+  struct Candidate {
+    Explanation shown;
+    const std::vector<int>* members;  ///< nullptr: something unknown
+  };
+  std::vector<Candidate> all;
   for (const Hypothesis& h : found.hypotheses) {
     std::vector<std::string> names;
     for (const int member : h.members) names.push_back(name_of(problem.parameters[member]));
-    all.push_back({names.empty() ? "no cause: the machine as stated" : core::join(names, " and "), h.probability,
-                   h.log_evidence});
+    all.push_back({{names.empty() ? "no cause: the machine as stated" : core::join(names, " and "), h.probability,
+                    h.log_evidence},
+                   &h.members});
   }
-  all.push_back({"something unknown, alone or beside a cause", found.probability_unknown, found.log_evidence_unknown});
+  all.push_back(
+      {{"something unknown, alone or beside a cause", found.probability_unknown, found.log_evidence_unknown}, nullptr});
   std::stable_sort(all.begin(), all.end(),
-                   [](const Explanation& a, const Explanation& b) { return a.probability > b.probability; });
-  std::size_t shown = 0;
-  double rest = 1.0;
-  for (; shown < std::min(all.size(), most_explanations) && all[shown].probability >= least_shown; ++shown)
-    rest -= all[shown].probability;
-  all.resize(shown);
-  if (rest > 0.5 * least_shown) all.push_back({"all others together", rest, 0.0});
-  return all;
+                   [](const Candidate& a, const Candidate& b) { return a.shown.probability > b.shown.probability; });
+  const Candidate first = all.front();
+  const auto holds_first = [&](const Candidate& other) {
+    return first.members != nullptr && !first.members->empty() && other.members != nullptr &&
+           std::all_of(first.members->begin(), first.members->end(), [&](int member) {
+             return std::find(other.members->begin(), other.members->end(), member) != other.members->end();
+           });
+  };
+  std::vector<Explanation> shown;
+  double with_first = 0.0, rest = 0.0;
+  for (const Candidate& one : all) {
+    if (shown.size() < most_explanations && (shown.empty() || one.shown.probability >= least_shown))
+      shown.push_back(one.shown);
+    else
+      (holds_first(one) ? with_first : rest) += one.shown.probability;
+  }
+  if (with_first >= 0.0005)
+    shown.push_back({first.shown.name + " with a second cause, each of them unlikely", with_first, {}});
+  if (rest >= 0.0005) shown.push_back({"all others together", rest, {}});
+  return shown;
 }
 
 /// Fills the ranking of what the record can show, none and unknown. @return causes, the leading one first

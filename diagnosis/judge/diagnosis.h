@@ -2,6 +2,7 @@
 #pragma once
 // The result of a diagnosis.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,8 @@ struct Detectable {
 /// One answer to what differs: no cause, one, two together, something unknown, or all others. Probabilities add to 1.
 struct Explanation {
   std::string name;
-  double probability = 0, log_evidence = 0;  ///< against none; of all others 0
+  double probability = 0;
+  std::optional<double> log_evidence;  ///< against none; of a sum of several there is none
 };
 
 struct Diagnosis {

@@ -54,8 +54,9 @@ std::string diagnosis_json(const Diagnosis& diagnosis) {
   }
   json["explanations"] = Json::array();
   for (const Explanation& one : diagnosis.explanations) {
-    json["explanations"].push_back(
-        {{"name", one.name}, {"probability", one.probability}, {"log_evidence", one.log_evidence}});
+    json["explanations"].push_back({{"name", one.name},
+                                    {"probability", one.probability},
+                                    {"log_evidence", one.log_evidence ? Json(*one.log_evidence) : Json(nullptr)}});
   }
   json["ambiguous_set"] = Json::array();
   for (const RankedCause& cause : diagnosis.ambiguous_set) json["ambiguous_set"].push_back(identity(cause));

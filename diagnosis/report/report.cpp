@@ -130,9 +130,9 @@ std::string explanations_table(const Diagnosis& d) {
       "probabilities add to 1</p><table>\n<tr><th>explanation</th><th>probability</th><th class=\"n\">log "
       "evidence</th></tr>\n";
   for (const Explanation& one : d.explanations) {
-    page += fmt::format("<tr{}><td>{}</td><td>{}</td><td class=\"n\">{:.1f}</td></tr>\n",
+    page += fmt::format("<tr{}><td>{}</td><td>{}</td><td class=\"n\">{}</td></tr>\n",
                         one.probability < 0.01 ? " class=\"quiet\"" : "", core::xml_text(one.name),
-                        bar(one.probability), one.log_evidence);
+                        bar(one.probability), one.log_evidence ? fmt::format("{:.1f}", *one.log_evidence) : "–");
   }
   return page + "</table></section>\n";
 }

@@ -60,7 +60,9 @@ TEST(Interrupt, ACampaignGoesOnWhereItStopped) {
 
   const std::string whole = toy.file("whole");
   ASSERT_EQ(thermotwin({"campaign", toy.path(), "--out", whole}).status, 0);
-  const auto expected = results_in(whole), found = results_in(toy.out());
+  auto expected = results_in(whole), found = results_in(toy.out());
+  // Its 3-D view has the fields of loads that this process saw from their beginning.
+  for (auto* files : {&expected, &found}) EXPECT_EQ(files->erase("campaign/report.html"), 1U);
   EXPECT_EQ(changes(expected, found), std::vector<std::string>());
   EXPECT_EQ(found.size(), expected.size()) << "a checkpoint is left";
 }

@@ -31,8 +31,8 @@ TEST(DiagnoseFiles, JsonHasTheKeysOfTheContract) {
     return result;
   };
   EXPECT_EQ(keys(json), (std::set<std::string>{"schema", "verdict", "sentence", "actions", "causes", "ranking",
-                                               "ambiguous_set", "residual", "detectability", "gain", "next_measurement",
-                                               "extended_machine", "warnings", "notes"}));
+                                               "ambiguous_set", "explanations", "residual", "detectability", "gain",
+                                               "next_measurement", "extended_machine", "warnings", "notes"}));
   EXPECT_EQ(json["sentence"], d.sentence);
   EXPECT_EQ(json["warnings"], nlohmann::json(d.warnings));
   EXPECT_EQ(json["notes"], nlohmann::json(d.notes));

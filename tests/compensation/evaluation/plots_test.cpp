@@ -64,7 +64,7 @@ TEST(Plots, AChannelShowsTheBestModelsAndTheStaticRegression) {
   EXPECT_EQ(count(svg, "class=\"line grey\""), 2) << "prediction and residual of the static regression";
   EXPECT_EQ(count(svg, "class=\"line "), 1 + 2 * 4) << svg;
   EXPECT_EQ(count(svg, "class=\"area shade\""), 2) << "the training hour in both panels";
-  for (const char* text : {">measured<", ">grey_box<", ">arx<", ">z in um<", ">measured minus predicted in um<",
+  for (const char* text : {">measured<", ">grey_box<", ">arx<", ">z in µm<", ">measured minus predicted in µm<",
                            ">time in h<", "shaded: training data"})
     EXPECT_EQ(count(svg, text), 1) << text;
   EXPECT_EQ(count(svg, "nan"), 0);
@@ -85,7 +85,7 @@ TEST(Plots, TheLengthStudyHasABoxAMeasurementAndTheOutliers) {
   EXPECT_EQ(count(svg, "<rect class=\"area orange\""), 2);
   EXPECT_EQ(count(svg, "<circle class=\"area orange\""), 1);
   for (const char* text :
-       {">4 h<", ">8 h<", ">RMS residual in um<", ">outside of it<", "grey_box of z: residual over the length[^\"]*<"})
+       {">4 h<", ">8 h<", ">RMS residual in µm<", ">outside of it<", "grey_box of z: residual over the length[^\"]*<"})
     EXPECT_EQ(count(svg, text), 1) << text << "\n" << svg;
 }
 

@@ -7,7 +7,6 @@
 #include "compensation/measurement/virtual_measurement.h"
 #include "compensation/online/compensator.h"
 #include "core/missing.h"
-#include "core/missing.h"
 #include "mesh/machine/kinematics.h"
 #include "tests/compensation/records.h"
 #include "tests/compensation/scratch.h"

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -44,6 +46,7 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
     h.value = Eigen::VectorXd::Constant(1, i == 0 ? value : second.value);
     h.std = Eigen::VectorXd::Constant(1, 0.02);
     h.log_evidence = i == 0 ? log_evidence : second.log_evidence;
+    h.probability = std::max((i == 0 ? probability : second.probability) - second.pair, 0.0);
   }
   diagnosis::Hypothesis& both = found.hypotheses.back();
   both.members = {0, 1};
@@ -51,6 +54,7 @@ Diagnosis decided(double value, double probability, double log_evidence, const S
   both.value << value, second.value;
   both.std = Eigen::VectorXd::Constant(2, 0.02);
   both.probability = second.pair;
+  found.hypotheses.front().probability = second.none;
   problem.nominal = Eigen::VectorXd::Ones(2);
   problem.columns.resize(0, 2);
   found.marginal.resize(2);
@@ -90,6 +94,22 @@ TEST(Verdict, ASureCauseWithinItsStatedUncertaintyIsAmbiguousIfItIsStrong) {
   EXPECT_EQ(two.verdict, diagnosis::Verdict::ambiguous);
   EXPECT_EQ(two.causes.size(), 2U);
   EXPECT_NE(two.sentence.find("and an unknown cause as well"), std::string::npos) << two.sentence;
+}
+
+TEST(Verdict, ExplanationsAddToOneAndAPairIsOneOfThem) {
+  const Diagnosis d =
+      decided(1.5, 0.95, 30.0, {.value = 1.5, .probability = 0.21, .pair = 0.2, .unknown = 0.01, .none = 0.03});
+  ASSERT_EQ(d.explanations.size(), 4U);
+  double sum = 0.0;
+  for (const diagnosis::Explanation& one : d.explanations) sum += one.probability;
+  EXPECT_NEAR(sum, 1.0, 1e-12);
+  EXPECT_EQ(d.explanations[0].name, "source_power of motor");
+  EXPECT_NEAR(d.explanations[0].probability, 0.75, 1e-12);
+  EXPECT_EQ(d.explanations[1].name, "source_power of motor and film_coefficient of column.film");
+  EXPECT_EQ(d.explanations[2].name, "no cause: the machine as stated");
+  EXPECT_EQ(d.explanations[3].name, "all others together");
+  EXPECT_NEAR(d.explanations[3].probability, 0.02, 1e-12);
+  EXPECT_FALSE(d.explanations[3].log_evidence.has_value());
 }
 
 TEST(Verdict, NothingIsExplainedWhereTheMachineAsStatedFits) {

@@ -164,7 +164,7 @@ TEST(SystemSolver, UnstableSystemsAreRefusedWithTheEigenvalue) {
     EXPECT_NE(refusal(floating, options).find("not stable"), std::string::npos) << refusal(floating, options);
 
     StateSpace fluttering = test::chain(20, true).base;
-    for (Index k = 0; k < 20; ++k) fluttering.A.coeffRef(20 + k, 20 + k) += 0.5;
+    for (Index k = 0; k < 20; ++k) fluttering.A.coeffRef(20 + k, 20 + k) += 0.02;
     EXPECT_NE(refusal(fluttering, options).find(" i"), std::string::npos) << refusal(fluttering, options);
   }
 }
