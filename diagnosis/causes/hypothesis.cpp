@@ -174,9 +174,7 @@ MachineValue volume_value(Machine& machine, const std::string& id, const KindRow
   return {"volume", id, "", "heat_capacity_J_K", &volume.capacity.value};
 }
 
-/// Of one body, or of a material in all its bodies.
 MachineValue material_value(Machine& machine, const std::string& id, const KindRow& row) {
-  if (is_of_all_bodies(machine, id)) return value_in(machine.materials, "material", id, row);
   mesh::Material& material = own_material(machine, *find_item(machine.bodies, id, row.name));
   return value_of(material, "material", material.id, row);
 }
@@ -208,12 +206,6 @@ std::string own_material_id(const Machine& machine, const mesh::BodySpec& body) 
   int users = 0;
   for (const mesh::BodySpec& other : machine.bodies) users += other.material == body.material;
   return users < 2 ? body.material : body.material + "." + body.id;
-}
-
-bool is_of_all_bodies(const Machine& machine, const std::string& where) {
-  return machine.body_index(where) < 0 &&
-         std::any_of(machine.materials.begin(), machine.materials.end(),
-                     [&](const mesh::Material& material) { return material.id == where; });
 }
 
 std::vector<MachineValue> machine_values(Machine& machine, const Parameter& parameter) {

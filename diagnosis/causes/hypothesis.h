@@ -18,9 +18,6 @@ namespace thermotwin::diagnosis {
 ///   which the channel reads. @throws InputError if there is no such item
 mesh::Machine with_parameter(const mesh::Machine& machine, const Parameter& parameter, double value);
 
-/// @return whether `where` of a body's kind names a material, which all its bodies share, and no body
-bool is_of_all_bodies(const mesh::Machine& machine, const std::string& where);
-
 /// @return the text of machine.toml with the value changed and a comment with the reason; nothing else differs
 /// @throws InputError if the key is not found in the text
 std::string extended_text(const mesh::Machine& machine, const Parameter& parameter, double value, double std,

@@ -171,21 +171,6 @@ void add_volumes(const Machine& machine, const Measurement& measurement, std::ve
   }
 }
 
-/// What is wrong with a material in all the bodies that are made of it. One body's material is the body's affair.
-void add_materials(const Machine& machine, std::vector<Parameter>& found) {
-  for (const mesh::Material& material : machine.materials) {
-    if (!is_of_all_bodies(machine, material.id)) continue;
-    const auto users = std::count_if(machine.bodies.begin(), machine.bodies.end(),
-                                     [&](const auto&body) { return body.material == material.id; }),
-               elastic = std::count_if(machine.bodies.begin(), machine.bodies.end(),
-                                       [&](const auto&body) { return body.material == material.id && body.elastic; });
-    if (elastic > 1)
-      found.push_back(ratio(Kind::expansion_coefficient, material.id, material.expansion, least_material_std, 0.3));
-    if (users > 1 && material.specific_heat_table.at.empty())
-      found.push_back(ratio(Kind::heat_capacity, material.id, material.specific_heat, least_material_std, 0.3));
-  }
-}
-
 /// Expansions, capacities and stiffnesses.
 void add_parts(const Machine& machine, const Measurement& measurement, std::vector<Parameter>& found) {
   for (const mesh::BodySpec& body : machine.bodies) {
@@ -195,7 +180,6 @@ void add_parts(const Machine& machine, const Measurement& measurement, std::vect
     if (material.specific_heat_table.at.empty())
       found.push_back(ratio(Kind::heat_capacity, body.id, material.specific_heat, least_material_std, 0.3));
   }
-  add_materials(machine, found);
   for (const mesh::VolumeSpec& volume : machine.volumes) {
     if (balances(volume, measurement))
       found.push_back(ratio(Kind::volume_capacity, volume.id, volume.capacity, least_material_std, 0.5));

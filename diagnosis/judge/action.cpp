@@ -9,7 +9,6 @@
 
 #include "core/text.h"
 #include "core/units.h"
-#include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/missing_source.h"
 #include "diagnosis/causes/parameter.h"
@@ -182,11 +181,8 @@ std::string fluid_action(const RankedCause& cause) {
   }
 }
 
-std::string structure_action(const RankedCause& cause, const mesh::Machine& machine) {
+std::string structure_action(const RankedCause& cause) {
   const Parameter& p = cause.parameter;
-  const std::string where = row_of(p.kind).target == Target::body && is_of_all_bodies(machine, p.where)
-                                ? "all bodies of " + p.where
-                                : p.where;
   switch (p.kind) {
     case Kind::contact_conductance:
       return fmt::format("Check the contact of {} (bolts, preload, paint, shims): it conducts {:.2g} times as stated.",
@@ -195,12 +191,12 @@ std::string structure_action(const RankedCause& cause, const mesh::Machine& mach
       return fmt::format("Check preload and bolts of {}: its stiffness is {:.2g} times as stated.", p.where,
                          cause.value);
     case Kind::expansion_coefficient:
-      return fmt::format("Check the material of {}: it expands {:.2g} times as stated.", where, cause.value);
+      return fmt::format("Check the material of {}: it expands {:.2g} times as stated.", p.where, cause.value);
     case Kind::heat_capacity:
       return fmt::format(
           "Check mass and material of {} (ribs, fillings, attached parts): its heat capacity is {:.2g} times "
           "as stated.",
-          where, cause.value);
+          p.where, cause.value);
     default:
       return fmt::format("Check the data sheet of the {} of axis {}: it expands {:.2g} times as stated.",
                          p.kind == Kind::scale_expansion ? "scale" : "screw", p.where, cause.value);
@@ -239,7 +235,7 @@ std::string action_of(const RankedCause& cause, const reduction::ReducedModel& m
     case Target::joint:
     case Target::body:
     case Target::scale:
-    case Target::screw: return structure_action(cause, model.machine);
+    case Target::screw: return structure_action(cause);
     case Target::sensor:
     case Target::reading: return reading_action(cause);
     case Target::nothing: break;

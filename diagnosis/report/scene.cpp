@@ -11,7 +11,6 @@
 #include "core/base64.h"
 #include "core/page_text.h"
 #include "core/text.h"
-#include "diagnosis/causes/hypothesis.h"
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/report/scene_script.h"
@@ -75,12 +74,7 @@ Where where_of(const mesh::Machine& machine, const Parameter& cause) {
     case Target::ambient: add_ambient(machine, cause.where, where); break;
     case Target::coolant:
     case Target::segment: add_coolants(machine, cause, where); break;
-    case Target::body:
-      for (const mesh::BodySpec& body : machine.bodies) {
-        if (body.id == cause.where || (is_of_all_bodies(machine, cause.where) && body.material == cause.where))
-          where.bodies.insert(body.id);
-      }
-      break;
+    case Target::body: where.bodies.insert(cause.where); break;
     case Target::scale:
       for (const mesh::ScaleSpec& scale : machine.scales)
         if (scale.axis == cause.where) where.bodies.insert(scale.carrier);

@@ -482,23 +482,6 @@ TEST(Hypothesis, ABodyOfASharedMaterialGetsItsOwn) {
   EXPECT_DOUBLE_EQ(two.material("iron.column").expansion.value, 13.2e-6);
 }
 
-TEST(Hypothesis, AMaterialIsWrongInAllItsBodies) {
-  const mesh::Machine machine = lumped::machine();
-  int offered = 0;
-  for (const Parameter& one : diagnosis::candidate_parameters(machine, lumped::measure({}, {.hours = 0.1}), true))
-    offered += one.where == "iron" && (one.kind == Kind::expansion_coefficient || one.kind == Kind::heat_capacity);
-  EXPECT_EQ(offered, 2) << "bodies share it";
-  const Parameter p = diagnosis::make_parameter(Kind::expansion_coefficient, "iron");
-  const mesh::Machine changed = diagnosis::with_parameter(machine, p, 1.2);
-  const mesh::Machine written =
-      mesh::parse_machine(diagnosis::extended_text(machine, p, 1.2, 0.05, "why"), machine.path);
-  for (const mesh::Machine* one : {&changed, &written}) {
-    EXPECT_EQ(one->materials.size(), machine.materials.size());
-    for (const mesh::BodySpec& body : one->bodies)
-      EXPECT_DOUBLE_EQ(one->material(body.material).expansion.value, 13.2e-6) << body.id;
-  }
-}
-
 TEST(Hypothesis, UnusualTextsAreReadOrRefused) {
   const mesh::Machine machine = lumped::machine();
   const Parameter motor = lumped::find(Kind::source_power, "motor");
