@@ -12,31 +12,65 @@ namespace thermotwin::core {
 namespace {
 
 const char* const style = R"(
-:root { --ink:#1c2430; --soft:#5b6675; --line:#dde2e8; --page:#f6f7f9; --card:#fff; --point:#1b6ca8; --good:#1d7a46; --warn:#a15c00; }
-@media (prefers-color-scheme: dark) { :root { --ink:#e6eaf0; --soft:#9aa6b5; --line:#313a46; --page:#14181e; --card:#1c222a; --point:#6bb3e8; --good:#5cc48a; --warn:#e5a84b; } }
-* { box-sizing:border-box } body { margin:0; background:var(--page); color:var(--ink); font:15px/1.5 system-ui,"Segoe UI","DejaVu Sans",sans-serif }
-main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:22px; margin:0 } h2 { font-size:17px; margin:36px 0 10px } a { color:var(--point) }
-.sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line); border-radius:8px; padding:16px 18px } .card .sub:first-child { margin-bottom:12px }
-.verdict { border-left:5px solid var(--soft) } .verdict.explained,.verdict.good { border-left-color:var(--good) } .verdict.ambiguous,.verdict.unexplained,.verdict.warn { border-left-color:var(--warn) }
-.verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) } .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px; color:var(--warn) }
-.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(165px,1fr)); gap:12px; margin-top:12px } .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline; font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; overflow-wrap:anywhere; line-height:1.3; font-variant-numeric:tabular-nums }
-.scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th { text-align:left; vertical-align:bottom; line-height:1.3; color:var(--soft); font-weight:500; font-size:13px } th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line) } td { white-space:nowrap } td.w { white-space:normal; min-width:200px } td.n,th.n { text-align:right; padding-right:18px } td.n:last-child,th.n:last-child { padding-right:0 }
-tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px; background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%; border-radius:3px; background:currentColor }
-tr.quiet td { color:var(--soft) } .plots { display:grid; grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0; padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600; font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
+:root { --ink:#1c2430; --soft:#5b6675; --line:#dde2e8; --page:#f6f7f9; --card:#fff; --point:#1b6ca8; --good:#1d7a46;
+  --warn:#a15c00; }
+@media (prefers-color-scheme: dark) { :root { --ink:#e6eaf0; --soft:#9aa6b5; --line:#313a46; --page:#14181e;
+  --card:#1c222a; --point:#6bb3e8; --good:#5cc48a; --warn:#e5a84b; } }
+* { box-sizing:border-box } body { margin:0; background:var(--page); color:var(--ink);
+  font:15px/1.5 system-ui,"Segoe UI","DejaVu Sans",sans-serif }
+main { max-width:1180px; margin:0 auto; padding:28px 20px 60px } h1 { font-size:22px; margin:0 } h2 {
+  font-size:17px; margin:36px 0 10px } a { color:var(--point) }
+.sub { color:var(--soft); margin:2px 0 18px } .card { background:var(--card); border:1px solid var(--line);
+  border-radius:8px; padding:16px 18px } .card .sub:first-child { margin-bottom:12px }
+.verdict { border-left:5px solid var(--soft) } .verdict.explained,.verdict.good { border-left-color:var(--good) }
+  .verdict.ambiguous,.verdict.unexplained,.verdict.warn { border-left-color:var(--warn) }
+.verdict b { display:block; font-size:13px; letter-spacing:.04em; text-transform:uppercase; color:var(--soft) }
+  .verdict p { margin:4px 0 0; font-size:17px } .verdict .warning { margin-top:8px; font-size:14px;
+  color:var(--warn) }
+.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(165px,1fr)); gap:12px; margin-top:12px }
+  .tile span { color:var(--soft); font-size:13px; display:block } .tile strong .bad { color:#b3261e; display:inline;
+  font-size:inherit } .tile strong { font-size:22px; font-weight:600; display:block; overflow-wrap:anywhere;
+  line-height:1.3; font-variant-numeric:tabular-nums }
+.scroll { overflow-x:auto } table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums } th {
+  text-align:left; vertical-align:bottom; line-height:1.3; color:var(--soft); font-weight:500; font-size:13px }
+  th,td { padding:5px 10px 5px 0; border-bottom:1px solid var(--line) } td { white-space:nowrap } td.w {
+  white-space:normal; min-width:200px } td.n,th.n { text-align:right; padding-right:18px }
+  td.n:last-child,th.n:last-child { padding-right:0 }
+tr:last-child td { border-bottom:0 } .bar { display:inline-block; width:110px; height:9px; border-radius:3px;
+  background:var(--line); vertical-align:middle; margin-right:8px } .bar i { display:block; height:100%;
+  border-radius:3px; background:currentColor }
+tr.quiet td { color:var(--soft) } .plots { display:grid;
+  grid-template-columns:repeat(auto-fill,minmax(min(100%,430px),1fr)); gap:14px } figure { margin:0;
+  padding:12px 14px 8px } figcaption { display:flex; justify-content:space-between; gap:10px; font-weight:600;
+  font-size:14px; margin-bottom:4px } figcaption span { color:var(--soft); font-weight:400; font-size:13px }
 svg { width:100%; height:auto; display:block }
-.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px } .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle; margin-right:7px } .legend i.band { height:12px; border:0; background:currentColor } canvas { width:100%; height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0; background:#e8622c } .legend i.shade { height:12px; border:1px solid var(--line); background:currentColor }
-pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } ul,ol { margin:0; padding-left:20px } li { margin:3px 0 }
-.controls { display:flex; flex-wrap:wrap; gap:8px 18px; align-items:center; margin:0 0 12px } .controls label { min-width:0; max-width:100%; color:var(--soft); font-size:13px; display:flex; gap:7px; align-items:center } .controls input[type=range] { width:200px } select,button { font:inherit; font-size:14px; color:var(--ink); background:var(--page); border:1px solid var(--line); border-radius:6px; padding:3px 8px; min-width:0; max-width:100% }
-.next pre { background:var(--page); border:1px solid var(--line); border-radius:6px; padding:7px 10px; margin:4px 0 10px; white-space:pre-wrap; overflow-wrap:anywhere }
+.legend { display:flex; flex-wrap:wrap; gap:6px 22px; color:var(--soft); font-size:13px; margin:0 0 12px }
+  .legend i { display:inline-block; width:20px; height:0; border-top:3px solid; vertical-align:middle;
+  margin-right:7px } .legend i.band { height:12px; border:0; background:currentColor } canvas { width:100%;
+  height:auto; display:block; touch-action:none; cursor:grab } .legend i.m { height:12px; border:0;
+  background:#e8622c } .legend i.shade { height:12px; border:1px solid var(--line); background:currentColor }
+pre { margin:0; overflow-x:auto; font:13px/1.55 ui-monospace,"DejaVu Sans Mono",monospace } ul,ol { margin:0;
+  padding-left:20px } li { margin:3px 0 }
+.controls { display:flex; flex-wrap:wrap; gap:8px 18px; align-items:center; margin:0 0 12px } .controls label {
+  min-width:0; max-width:100%; color:var(--soft); font-size:13px; display:flex; gap:7px; align-items:center }
+  .controls input[type=range] { width:200px } select,button { font:inherit; font-size:14px; color:var(--ink);
+  background:var(--page); border:1px solid var(--line); border-radius:6px; padding:3px 8px; min-width:0;
+  max-width:100% }
+.next pre { background:var(--page); border:1px solid var(--line); border-radius:6px; padding:7px 10px;
+  margin:4px 0 10px; white-space:pre-wrap; overflow-wrap:anywhere }
 details { margin-top:14px } summary { cursor:pointer; color:var(--soft); font-size:14px; margin-bottom:6px }
-.card > p:first-child { margin-top:0 } .card > p:last-child { margin-bottom:0 } p.below { color:var(--soft); font-size:13px; margin:12px 0 0 }
-@media (max-width:700px) { main { padding:18px 12px 40px } .card { padding:12px 13px } .scroll svg { min-width:640px } td:not(.n) { white-space:normal; min-width:84px } .tiles { grid-template-columns:repeat(auto-fit,minmax(140px,1fr)) } .tile strong { font-size:19px } }
+.card > p:first-child { margin-top:0 } .card > p:last-child { margin-bottom:0 } p.below { color:var(--soft);
+  font-size:13px; margin:12px 0 0 }
+@media (max-width:700px) { main { padding:18px 12px 40px } .card { padding:12px 13px } .scroll svg {
+  min-width:640px } td:not(.n) { white-space:normal; min-width:84px } .tiles {
+  grid-template-columns:repeat(auto-fit,minmax(140px,1fr)) } .tile strong { font-size:19px } }
 )";
 
 const char* const choice_script = R"JS(
 (function () {
   for (const list of document.querySelectorAll("select[data-choice]")) {
-    const show = () => { for (const part of document.querySelectorAll("[data-of='" + list.id + "']")) part.hidden = part.dataset.name !== list.value; };
+    const show = () => { for (const part of document.querySelectorAll("[data-of='" + list.id + "']")) part.hidden =
+      part.dataset.name !== list.value; };
     list.addEventListener("change", show);
     show();
   }

@@ -24,8 +24,8 @@ struct StreamSummary {
   bool names_machine = false;  ///< the stream named its machine
 };
 
-/// Streams CSV rows from in to out, row by row, with constant memory. Columns are time_s, any channel, any `<sensor>_C`,
-/// and probe_dx_um, probe_dy_um, probe_dz_um. The last three are the TCP error probed at the row's pose; they are blank
+/// Streams CSV rows from in to out, row by row, with constant memory. Columns are time_s, any channel, any
+/// `<sensor>_C`, and probe_dx_um, probe_dy_um, probe_dz_um. The last three are the TCP error probed at the row's pose; they are blank
 /// in most rows and take effect from the next row on. An unknown column is an InputError with the nearest known name. A
 /// line "# machine NAME HASH" before the header is compared with the model's machine. A cell that is unreadable, or that
 /// the machine cannot have (input_limits.h), counts as missing and is named in the row's status and on stderr. A row

@@ -152,9 +152,8 @@ public:
       d.verdict = Verdict::ambiguous;
       const ChannelFinding& widest = widest_untold();
       d.sentence = fmt::format(
-          "Ambiguous: this record does not show whether {} changed after its first {:.0f} h. {}.{} To decide, measure "
-          "{} "
-          "under {}: {}.",
+          "Ambiguous: this record does not show whether {} changed after its first {:.0f} h. {}.{} To decide, "
+          "measure {} under {}: {}.",
           core::join(untold), fitted_hours(), how_widely_predicted(widest), beside(d), d.next.channel, d.next.load,
           d.next.why);
     } else if (!open.empty()) {

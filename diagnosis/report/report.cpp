@@ -55,7 +55,7 @@ struct Wording {
 Wording wording(const Diagnosis& d, const mesh::Machine* machine) {
   const std::string measurement = d.measurement.empty() ? "without a name" : d.measurement;
   if (machine != nullptr) {
-    return {machine->name, "model of the machine against the measurement " + measurement, "TCP residual",
+    return {machine->name, "model of the machine against the record in " + measurement, "TCP residual",
             "stated uncertainty, discretisation error and noise", "stated uncertainty, discretisation error, noise"};
   }
   return {measurement, "measured record; model: a lag model fitted to its first part", "residual",

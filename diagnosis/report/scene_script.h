@@ -10,7 +10,8 @@ inline const char* const scene_script = R"JS(
   const canvas = document.getElementById("machine"), context = canvas.getContext("2d");
   const scene = JSON.parse(document.getElementById("scene").textContent);
   const bytes = text => Uint8Array.from(atob(text), c => c.charCodeAt(0)).buffer;
-  const points = new Uint16Array(bytes(scene.points)), triangles = new Uint32Array(bytes(scene.triangles)), marks = new Uint8Array(bytes(scene.marks));
+  const points = new Uint16Array(bytes(scene.points)), triangles = new Uint32Array(bytes(scene.triangles)),
+    marks = new Uint8Array(bytes(scene.marks));
   const count = marks.length, nodes = points.length / 3, centre = scene.extent.map(e => e / 2);
   const seen = new Float32Array(3 * nodes), depth = new Float32Array(count), order = new Uint32Array(count);
   let azimuth = -0.9, elevation = 0.45, zoom = 1, drawn = 0;
@@ -27,8 +28,10 @@ inline const char* const scene_script = R"JS(
     for (const turn of [-0.25, 0, 0.25]) {
       const ca = Math.cos(azimuth + turn), sa = Math.sin(azimuth + turn);
       for (let n = 0; n < nodes; n += 3) {
-        const [x, y, z] = centre.map((m, i) => points[3 * n + i] / 65535 - m), right = ca * x + sa * y, up = ce * z + se * (ca * y - sa * x);
-        span[0] = Math.min(span[0], right); span[1] = Math.max(span[1], right); span[2] = Math.min(span[2], up); span[3] = Math.max(span[3], up);
+        const [x, y, z] = centre.map((m, i) => points[3 * n + i] / 65535 - m), right = ca * x + sa * y,
+          up = ce * z + se * (ca * y - sa * x);
+        span[0] = Math.min(span[0], right); span[1] = Math.max(span[1], right); span[2] = Math.min(span[2], up);
+          span[3] = Math.max(span[3], up);
       }
     }
     shift = [(span[0] + span[1]) / 2, (span[2] + span[3]) / 2];
@@ -50,7 +53,8 @@ inline const char* const scene_script = R"JS(
     let visible = 0;
     for (let t = 0; t < count; ++t) {
       const a = 3 * triangles[3 * t], b = 3 * triangles[3 * t + 1], c = 3 * triangles[3 * t + 2];
-      const turn = (seen[b] - seen[a]) * (seen[c + 1] - seen[a + 1]) - (seen[b + 1] - seen[a + 1]) * (seen[c] - seen[a]);
+      const turn = (seen[b] - seen[a]) * (seen[c + 1] - seen[a + 1]) - (seen[b + 1] - seen[a +
+        1]) * (seen[c] - seen[a]);
       depth[t] = seen[a + 2] + seen[b + 2] + seen[c + 2];
       if (turn < 0) order[visible++] = t;
     }
@@ -59,16 +63,20 @@ inline const char* const scene_script = R"JS(
     const fill = (t, style) => {
       const a = 3 * triangles[3 * t], b = 3 * triangles[3 * t + 1], c = 3 * triangles[3 * t + 2];
       context.fillStyle = context.strokeStyle = style;
-      context.beginPath(); context.moveTo(seen[a], seen[a + 1]); context.lineTo(seen[b], seen[b + 1]); context.lineTo(seen[c], seen[c + 1]);
+      context.beginPath(); context.moveTo(seen[a], seen[a + 1]); context.lineTo(seen[b], seen[b + 1]);
+        context.lineTo(seen[c], seen[c + 1]);
       context.closePath(); context.fill(); context.stroke();
     };
     context.lineWidth = 0.6;
     for (const t of front) {
       const a = 3 * triangles[3 * t], b = 3 * triangles[3 * t + 1], c = 3 * triangles[3 * t + 2];
-      const u = [seen[b] - seen[a], seen[b + 1] - seen[a + 1], scale * (seen[b + 2] - seen[a + 2])], v = [seen[c] - seen[a], seen[c + 1] - seen[a + 1], scale * (seen[c + 2] - seen[a + 2])];
-      const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]], length = Math.hypot(...n) || 1;
+      const u = [seen[b] - seen[a], seen[b + 1] - seen[a + 1], scale * (seen[b + 2] - seen[a + 2])],
+        v = [seen[c] - seen[a], seen[c + 1] - seen[a + 1], scale * (seen[c + 2] - seen[a + 2])];
+      const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]],
+        length = Math.hypot(...n) || 1;
       const light = Math.round(95 + 115 * Math.abs(0.35 * n[0] / length - 0.55 * n[1] / length - 0.75 * n[2] / length));
-      fill(t, marks[t] ? "rgb(" + Math.round(light * 1.15) + "," + Math.round(light * 0.5) + "," + Math.round(light * 0.22) + ")"
+      fill(t, marks[t] ? "rgb(" + Math.round(light * 1.15) + "," + Math.round(light * 0.5) + "," +
+        Math.round(light * 0.22) + ")"
                        : "rgb(" + light + "," + (light + 4) + "," + (light + 10) + ")");
     }
     // Causes are often inside: they shine through, from either side.
@@ -89,7 +97,8 @@ inline const char* const scene_script = R"JS(
   }
 
   let last = null;
-  canvas.addEventListener("pointerdown", e => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+  canvas.addEventListener("pointerdown", e => { last = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId);
+    });
   canvas.addEventListener("pointerup", () => { last = null; });
   canvas.addEventListener("pointermove", e => {
     if (!last) return;
@@ -98,7 +107,8 @@ inline const char* const scene_script = R"JS(
     last = [e.clientX, e.clientY];
     requestAnimationFrame(draw);
   });
-  canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001); requestAnimationFrame(draw); }, { passive: false });
+  canvas.addEventListener("wheel", e => { e.preventDefault(); zoom *= Math.exp(-e.deltaY * 0.001);
+    requestAnimationFrame(draw); }, { passive: false });
   resize();
   window.addEventListener("resize", () => { resize(); draw(); });
   draw();

@@ -112,6 +112,20 @@ TEST(Verdict, ExplanationsAddToOneAndAPairIsOneOfThem) {
   EXPECT_FALSE(d.explanations[3].log_evidence.has_value());
 }
 
+TEST(Verdict, AGainThatTheHeldOutDataCannotJudgeSaysSo) {
+  Diagnosis d = decided(1.5, 0.98, 30.0);
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained);
+  d.heldout_rms_before_um = 0.59;
+  d.heldout_rms_after_um = 0.54;
+  d.ci95_low_percent = -3.0;
+  d.ci95_high_percent = 17.0;
+  d.effect_fitted_um = 8.0;
+  d.effect_heldout_um = 0.3;
+  EXPECT_NE(diagnosis::sentence_of(d).find("held-out data cannot judge the gain"), std::string::npos);
+  d.effect_heldout_um = 4.0;
+  EXPECT_NE(diagnosis::sentence_of(d).find("gain is not significant"), std::string::npos) << diagnosis::sentence_of(d);
+}
+
 TEST(Verdict, NothingIsExplainedWhereTheMachineAsStatedFits) {
   const Diagnosis fits = decided(1.5, 0.98, 30.0, {.chi_square = 9.0, .residual = 0.8});
   EXPECT_EQ(fits.verdict, diagnosis::Verdict::ambiguous);
