@@ -21,8 +21,8 @@
 #include "reduction/model/model_file.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/full_model.h"
+#include "solver/campaign/load_fields.h"
 #include "solver/campaign/load_result.h"
-#include "solver/export/field_record.h"
 #include "solver/export/machine_scene.h"
 #include "tools/campaign_page.h"
 #include "tools/error_tables.h"
@@ -207,10 +207,7 @@ void campaign(const CampaignOptions& options) {
   campaign_options.out = campaign_options.checkpoints = options.out / "campaign";
   campaign_options.resume = options.resume;
   campaign_options.checkpoint_s = options.checkpoint_every_s;
-  solver::FieldRecord record(solver::scene_modes);
-  campaign_options.on_output = [&](const solver::LoadProgram& load, const solver::OutputState& output) {
-    record.add(load.name(), output.index, std::ssize(load.output_times()), output.state);
-  };
+  campaign_options.field_modes = solver::scene_modes;
   const auto results = solver::run_campaign(full, programs, campaign_options);
   std::vector<std::vector<std::string>> table{{"load", "times", "poses", "largest TCP error um"}};
   nlohmann::json json = {{"nodes", full.mesh.nodes()}, {"seconds", time.seconds()}, {"peak_GiB", peak_memory_GiB()}};
@@ -223,12 +220,13 @@ void campaign(const CampaignOptions& options) {
         {{"load", result.load}, {"times", result.sensors.rows()}, {"poses", poses}, {"peak_um", peak}});
   }
   write_page(campaign_options.out / "report.html", [&] {
-    record.close();
-    solver::MachineScene scene =
-        solver::make_scene(full, record.empty() ? Eigen::MatrixXd(full.thermal.size, 0) : record.modes());
-    for (const solver::LoadResult& result : results) {
-      scene.loads.push_back(solver::scene_load(result.load, result.tcp, std::ssize(scene.poses),
-                                               record.coefficients(result.load, result.sensors.rows())));
+    std::vector<const solver::LoadFields*> of_loads;
+    for (const solver::LoadResult& result : results) of_loads.push_back(&result.fields);
+    const solver::CommonFields fields = solver::in_common(of_loads, full.thermal.size, solver::scene_modes);
+    solver::MachineScene scene = solver::make_scene(full, fields.modes);
+    for (std::size_t l = 0; l < results.size(); ++l) {
+      scene.loads.push_back(
+          solver::scene_load(results[l].load, results[l].tcp, std::ssize(scene.poses), fields.coefficients[l]));
     }
     return campaign_page({options, fmt::format("{} nodes", full.mesh.nodes()), programs, scene, table, &full});
   });

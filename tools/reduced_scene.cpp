@@ -12,8 +12,9 @@
 #include "core/thread_pool.h"
 #include "mesh/machine/kinematics.h"
 #include "reduction/model/reduced_simulation.h"
-#include "solver/export/field_record.h"
+#include "solver/campaign/load_fields.h"
 #include "solver/export/scene_file.h"
+#include "solver/linear/field_modes.h"
 
 namespace thermotwin::tools {
 namespace {
@@ -36,7 +37,7 @@ std::vector<ReducedLoad> run_loads(const reduction::ReducedModel& model,
     how.tell = false;
     how.record = &record;
     runs[i].tcp = reduction::simulate_reduced(model, model.machine, loads[i], poses, how).tcp;
-    const std::vector<Index> kept = solver::thinned(std::ssize(record.outputs), solver::FieldRecord::most_times);
+    const std::vector<Index> kept = solver::thinned(std::ssize(record.outputs), solver::LoadFields::most_times);
     runs[i].states.resize(model.system.order(), std::ssize(kept));
     for (std::size_t k = 0; k < kept.size(); ++k) runs[i].states.col(k) = record.outputs[kept[k]].state;
   });

@@ -167,14 +167,12 @@ solver::LoadResult simulate_reduced(const ReducedModel& model, const mesh::Machi
     core::warn(
         fmt::format("load '{}' leaves the range that the reduced model was trained on: {}", load.name(), beyond));
   }
-  return {load.name(),
-          std::move(tcp.table),
-          std::move(sensors.table),
-          input_table(load, operating.channels(), how.refine),
-          {},
-          {},
-          {},
-          {}};
+  solver::LoadResult result;
+  result.load = load.name();
+  result.tcp = std::move(tcp.table);
+  result.sensors = std::move(sensors.table);
+  result.inputs = input_table(load, operating.channels(), how.refine);
+  return result;
 }
 
 std::vector<mesh::Pose> poses_of(const mesh::Machine& machine, const core::Table& tcp) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/campaign/campaign.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -51,6 +53,7 @@ std::filesystem::path checkpoint_path(const CampaignOptions& options, const std:
 std::string block_hash(const std::vector<std::string>& loads, const std::map<std::string, std::string>& hashes,
                        const CampaignOptions& options) {
   std::vector<std::string> of_loads{options.keep_snapshots ? "with snapshots" : ""};
+  if (options.field_modes > 0) of_loads.push_back(fmt::format("{} field modes", options.field_modes));
   for (const std::string& load : loads) of_loads.push_back(hashes.at(load));
   return hash_of_block(of_loads);
 }
@@ -108,9 +111,8 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
   std::vector<Recorder> recorders;
   recorders.reserve(block.size());
   for (const LoadProgram* load : block) {
-    recorders.emplace_back(
-        model, *load, poses, operating.channels(), balances.front(), options,
-        checkpoint ? options.checkpoints / ("snapshots_" + load->name() + ".bin") : std::filesystem::path());
+    recorders.emplace_back(model, *load, poses, operating.channels(), balances.front(), options,
+                           checkpoint ? options.checkpoints : std::filesystem::path());
   }
   if (checkpoint) {
     checkpoint->save_rest = [&](core::BinaryWriter& out) {
@@ -162,6 +164,7 @@ std::vector<LoadResult> run_block(const FullModel& model, const OperatingModel& 
 void CampaignOptions::validate() const {
   const std::string of = "campaign options: ";
   core::require_within(of + "refine", refine, core::positive);
+  core::require_within(of + "field_modes", field_modes, core::non_negative);
   core::require_within(of + "checkpoint_s", checkpoint_s, core::non_negative);
   for (const mesh::Pose& pose : poses)
     if (!pose.allFinite()) throw core::InputError(of + "poses", "a position that is not a number", "finite positions");
@@ -198,8 +201,7 @@ std::vector<LoadResult> run_campaign(const FullModel& model, const std::vector<L
   for (const LoadProgram& load : loads) {
     if (placed.contains(load.name())) continue;
     if (!options.out.empty() && options.resume) {
-      if (auto result =
-              read_result(options.out / load.name(), load.name(), hashes[load.name()], options.keep_snapshots)) {
+      if (auto result = read_result(options.out / load.name(), load.name(), hashes[load.name()], options)) {
         core::remove_stale_lock(options.out / load.name());
         finished.emplace(load.name(), std::move(*result));
         continue;

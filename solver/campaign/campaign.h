@@ -28,6 +28,7 @@ struct CampaignOptions {
   double refine = 1.0;              ///< factor on the longest time step; with error control on the tolerance
   std::optional<TimeOptions> time;  ///< for all loads, in place of their own
   bool keep_snapshots = false;
+  Eigen::Index field_modes = 0;       ///< > 0: fields of each load, as at most this many modes (load_fields.h)
   std::filesystem::path out;          ///< for `out/<load>/tcp.csv` ..., which need a [tcp]; empty: nothing is written
   bool resume = false;                ///< loads with complete files of the same inputs are read;
                                       ///< the others continue from their checkpoints

@@ -21,16 +21,41 @@ void append(std::string& bytes, const Matrix& matrix) {
   bytes.append(reinterpret_cast<const char*>(matrix.data()), matrix.size() * sizeof(typename Matrix::Scalar));
 }
 
-std::optional<Eigen::MatrixXd> parse_matrix(std::string_view bytes) {
+/// Takes a matrix from the front of the bytes.
+std::optional<Eigen::MatrixXd> take_matrix(std::string_view& bytes) {
   std::int64_t shape[2];
   if (bytes.size() < sizeof shape) return std::nullopt;
   std::memcpy(shape, bytes.data(), sizeof shape);
   if (shape[0] < 0 || shape[1] < 0 || shape[0] > 1'000'000'000 || shape[1] > 1'000'000'000) return std::nullopt;
   const std::size_t size = sizeof(double) * shape[0] * shape[1];
-  if (bytes.size() != sizeof shape + size) return std::nullopt;
+  if (bytes.size() < sizeof shape + size) return std::nullopt;
   Eigen::MatrixXd matrix(shape[0], shape[1]);
   std::memcpy(matrix.data(), bytes.data() + sizeof shape, size);
+  bytes.remove_prefix(sizeof shape + size);
   return matrix;
+}
+
+/// Matrices in a file of their own say which result they belong to: a later result without them leaves the file.
+void write_matrices(const std::filesystem::path& path, const std::string& hash,
+                    const std::vector<const Eigen::MatrixXd*>& matrices) {
+  std::string bytes = hash;
+  for (const Eigen::MatrixXd* matrix : matrices) append(bytes, *matrix);
+  core::write_file(path, bytes);
+}
+
+/// @return false if there is no such file, or it belongs to another result
+bool read_matrices(const std::filesystem::path& path, const std::string& hash,
+                   const std::vector<Eigen::MatrixXd*>& matrices) {
+  if (!std::filesystem::exists(path)) return false;
+  const std::string bytes = core::read_file(path);
+  if (!bytes.starts_with(hash)) return false;
+  std::string_view rest = std::string_view(bytes).substr(hash.size());
+  for (Eigen::MatrixXd* matrix : matrices) {
+    auto taken = take_matrix(rest);
+    if (!taken) return false;
+    *matrix = std::move(*taken);
+  }
+  return rest.empty();
 }
 
 /// Tables in the order of `done`.
@@ -92,11 +117,12 @@ void write_result(const std::filesystem::path& folder, LoadResult& result, const
       files.emplace_back(tables[i]);
     }
     if (result.snapshots.size() > 0) {
-      // A later result without snapshots leaves these, so they say themselves what they belong to.
-      std::string bytes = hash;
-      append(bytes, result.snapshots);
-      core::write_file(staged / "snapshots.bin", bytes);
+      write_matrices(staged / "snapshots.bin", hash, {&result.snapshots});
       files.emplace_back("snapshots.bin");
+    }
+    if (result.fields.modes.size() > 0) {
+      write_matrices(staged / "fields.bin", hash, {&result.fields.modes, &result.fields.coefficients});
+      files.emplace_back("fields.bin");
     }
     core::write_file(staged / "done", stamp(staged, hash));
     files.emplace_back("done");
@@ -105,20 +131,17 @@ void write_result(const std::filesystem::path& folder, LoadResult& result, const
 }
 
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
-                                      const std::string& hash, bool snapshots) {
+                                      const std::string& hash, const CampaignOptions& options) {
   LoadResult result;
   result.load = load;
   try {
     if (!std::filesystem::exists(folder / "done") || core::read_file(folder / "done") != stamp(folder, hash))
       return std::nullopt;
-    if (snapshots) {
-      if (!std::filesystem::exists(folder / "snapshots.bin")) return std::nullopt;
-      const std::string bytes = core::read_file(folder / "snapshots.bin");
-      if (!bytes.starts_with(hash)) return std::nullopt;
-      auto matrix = parse_matrix(std::string_view(bytes).substr(hash.size()));
-      if (!matrix) return std::nullopt;
-      result.snapshots = std::move(*matrix);
-    }
+    if (options.keep_snapshots && !read_matrices(folder / "snapshots.bin", hash, {&result.snapshots}))
+      return std::nullopt;
+    if (options.field_modes > 0 &&
+        !read_matrices(folder / "fields.bin", hash, {&result.fields.modes, &result.fields.coefficients}))
+      return std::nullopt;
     result.tcp = core::read_csv(folder / "tcp.csv");
     result.sensors = core::read_csv(folder / "sensors.csv");
     result.inputs = core::read_csv(folder / "inputs.csv");

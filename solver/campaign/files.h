@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// The files of a campaign: out/<load>/tcp.csv, sensors.csv, inputs.csv, snapshots.bin if asked for, and `done`. The
-// last one is written at the end and holds the hash of everything that the results depend on, and the hash of the
+// The files of a campaign: out/<load>/tcp.csv, sensors.csv, inputs.csv, heat.csv, snapshots.bin and fields.bin if asked
+// for, and `done`. The last one is written at the end and holds the hash of everything that the results depend on, and the hash of the
 // tables. A load whose tables were changed afterwards is run again.
 
 #include <optional>
@@ -25,8 +25,8 @@ std::string hash_of_block(const std::vector<std::string>& hashes_of_loads);
 /// same numbers. An earlier result is kept until the new one is complete.
 void write_result(const std::filesystem::path& folder, LoadResult& result, const std::string& hash);
 
-/// @return the result if the folder holds a complete one with this hash, and with snapshots if asked for
+/// @return the result if the folder holds a complete one with this hash, with snapshots and fields as the options ask
 std::optional<LoadResult> read_result(const std::filesystem::path& folder, const std::string& load,
-                                      const std::string& hash, bool snapshots);
+                                      const std::string& hash, const CampaignOptions& options);
 
 }  // namespace thermotwin::solver

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/table.h"
+#include "solver/campaign/load_fields.h"
 #include "solver/campaign/simulation.h"
 #include "solver/thermal/heat_balance.h"
 
@@ -18,6 +19,7 @@ struct LoadResult {
   core::Table sensors;              ///< time_s, `<sensor>_C`
   core::Table inputs;               ///< time_s and the channel rows (means since the last output)
   Eigen::MatrixXd snapshots;        ///< (size x outputs) temperatures, if asked for
+  LoadFields fields;                ///< temperatures at some outputs as modes, if asked for
   std::optional<HeatBalance> heat;  ///< of the run; empty if the result was read from files
   RunSummary run;                   ///< of all loads that ran side by side with this one; empty if read from files
   core::Table heat_flows;           ///< heat.csv, see HeatBalance::columns; empty: of a reduced model

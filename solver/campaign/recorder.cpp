@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "solver/campaign/recorder.h"
 
-#include "core/error.h"
+#include <algorithm>
+
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
+#include "solver/campaign/load_fields.h"
 #include "solver/campaign/load_result.h"
 #include "solver/elastic/tcp.h"
 
@@ -33,12 +35,10 @@ core::Table input_table(const LoadProgram& load, const Channels& channels, doubl
 
 Recorder::Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
                    const Channels& channels, const HeatBalance& balance, const CampaignOptions& options,
-                   std::filesystem::path spool)
+                   const std::filesystem::path& spool)
     : machine_(model.mesh.machine),
       poses_(poses),
-      size_(model.thermal.size),
-      snapshots_(options.keep_snapshots),
-      spool_path_(options.keep_snapshots ? std::move(spool) : std::filesystem::path()) {
+      most_modes_(options.field_modes) {
   const auto outputs = std::ssize(load.output_times());
   result_.load = load.name();
   if (machine_.has_tcp()) {
@@ -55,12 +55,23 @@ Recorder::Recorder(const FullModel& model, const LoadProgram& load, const std::v
   for (const std::string& name : balance.columns()) result_.heat_flows.columns.push_back(name);
   result_.heat_flows.values.resize(outputs, std::ssize(result_.heat_flows.columns));
   heat_ = balance.amounts();
-  if (snapshots_ && spool_path_.empty()) result_.snapshots.resize(size_, outputs);
+  const auto spool_of = [&](const std::string& what) {
+    return spool.empty() ? spool : spool / (what + "_" + load.name() + ".bin");
+  };
+  if (options.keep_snapshots) snapshots_.emplace(spool_of("snapshots"), model.thermal.size, outputs);
+  if (options.field_modes > 0) {
+    kept_ = thinned(outputs, LoadFields::most_times);
+    fields_.emplace(spool_of("fields"), model.thermal.size, std::ssize(kept_));
+  }
 }
 
 void Recorder::discard_spool() const {
-  std::error_code ignored;
-  if (!spool_path_.empty()) std::filesystem::remove(spool_path_, ignored);
+  if (snapshots_) snapshots_->discard();
+  if (fields_) fields_->discard();
+}
+
+Eigen::Index Recorder::kept_filled() const {
+  return std::lower_bound(kept_.begin(), kept_.end(), filled_) - kept_.begin();
 }
 
 void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance) {
@@ -88,39 +99,20 @@ void Recorder::add(const OutputState& output, const Eigen::MatrixXd& rows, const
   if (span > 0.0) flows.tail(heat.size()) = ((heat - heat_) / span).transpose();
   heat_ = heat;
   heat_until_ = output.time;
+  if (snapshots_) snapshots_->put(index, output.state);
+  if (std::binary_search(kept_.begin(), kept_.end(), index)) fields_->put(kept_filled(), output.state);
   filled_ = index + 1;
-  if (!snapshots_) return;
-  if (spool_path_.empty()) {
-    result_.snapshots.col(index) = output.state;
-    return;
-  }
-  if (!spool_.is_open()) {
-    std::filesystem::create_directories(spool_path_.parent_path());
-    if (index == 0) std::ofstream(spool_path_, std::ios::binary | std::ios::trunc).close();
-    spool_.open(spool_path_, std::ios::binary | std::ios::in | std::ios::out);
-  }
-  const Eigen::VectorXd state = output.state;
-  spool_.seekp(index * size_ * sizeof(double));
-  spool_.write(reinterpret_cast<const char*>(state.data()), size_ * sizeof(double));
-  if (!spool_)
-    throw core::InputError(spool_path_.string(), "cannot be written", "a folder with free space and permission");
 }
 
 LoadResult Recorder::take() {
-  if (snapshots_ && !spool_path_.empty()) {
-    spool_.flush();
-    result_.snapshots.resize(size_, filled_);
-    spool_.seekg(0);
-    spool_.read(reinterpret_cast<char*>(result_.snapshots.data()), result_.snapshots.size() * sizeof(double));
-    if (!spool_) throw core::InputError(spool_path_.string(), "cannot be read back", "the file as it was written");
-    spool_.close();
-  }
+  if (snapshots_) result_.snapshots = snapshots_->take(filled_);
+  if (fields_) result_.fields = compressed(fields_->take(kept_filled()), most_modes_);
   return std::move(result_);
 }
 
 void Recorder::save(core::BinaryWriter& out) {
-  if (spool_.is_open() && !spool_.flush())
-    throw core::InputError(spool_path_.string(), "cannot be written", "a folder with free space and permission");
+  if (snapshots_) snapshots_->flush();
+  if (fields_) fields_->flush();
   out.count(filled_);
   out.matrix(result_.tcp.values.topRows(filled_ * std::ssize(poses_)));
   out.matrix(result_.sensors.values.topRows(filled_));
@@ -137,14 +129,8 @@ void Recorder::load(core::BinaryReader& in) {
   result_.tcp.values.topRows(tcp.rows()) = tcp;
   result_.sensors.values.topRows(sensors.rows()) = sensors;
   result_.heat_flows.values.topRows(heat_flows.rows()) = heat_flows;
-  if (!snapshots_ || spool_path_.empty()) return;
-  const std::uintmax_t needed = filled_ * size_ * sizeof(double);
-  std::error_code error;
-  if (const auto there = std::filesystem::file_size(spool_path_, error); error || there < needed) {
-    throw core::InputError(spool_path_.string(), "missing or too short for its checkpoint",
-                           "both files as the run left them");
-  }
-  spool_.open(spool_path_, std::ios::binary | std::ios::in | std::ios::out);
+  if (snapshots_) snapshots_->reopen(filled_);
+  if (fields_) fields_->reopen(kept_filled());
 }
 
 }  // namespace thermotwin::solver

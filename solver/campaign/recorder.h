@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Records one load while it runs: tables that grow output by output, and snapshots of the temperature. Snapshots go to
-// a file beside the checkpoint, if there is one.
+// Records one load while it runs: tables that grow output by output, snapshots of the temperature at all outputs, and
+// fields at some. Temperatures go to files beside the checkpoint, if there is one.
 
-#include <fstream>
+#include <optional>
+#include <vector>
 
 #include "core/binary.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/campaign.h"
 #include "solver/campaign/full_model.h"
 #include "solver/campaign/load_result.h"
+#include "solver/campaign/state_spool.h"
 
 namespace thermotwin::solver {
 
@@ -18,15 +20,15 @@ inline constexpr Eigen::Index rows_per_pose = 19;  ///< tool 6, table axis 6, ta
 class Recorder {
 public:
   /// All arguments but options must outlive the recorder.
-  /// @param spool  file for snapshots during the run; empty: memory
+  /// @param spool  folder for temperatures during the run; empty: memory
   Recorder(const FullModel& model, const LoadProgram& load, const std::vector<mesh::Pose>& poses,
            const Channels& channels, const HeatBalance& balance, const CampaignOptions& options,
-           std::filesystem::path spool);
+           const std::filesystem::path& spool);
   /// @param rows     (rows_per_pose * poses x size)
   /// @param balance  of the load, up to this output
   void add(const OutputState& output, const Eigen::MatrixXd& rows, const HeatBalance& balance);
   LoadResult take();
-  /// Removes the spool file, after the results are written and the checkpoint is removed.
+  /// Removes the spool files, after the results are written and the checkpoint is removed.
   void discard_spool() const;
 
   void save(core::BinaryWriter& out);
@@ -36,12 +38,14 @@ private:
   const mesh::Machine& machine_;
   const std::vector<mesh::Pose>& poses_;
   LoadResult result_;
-  Eigen::Index filled_ = 0, size_ = 0;
+  Eigen::Index filled_ = 0;
   Eigen::VectorXd heat_;   // J up to the last output, see HeatBalance::amounts
   double heat_until_ = 0;  // s
-  bool snapshots_;
-  std::filesystem::path spool_path_;
-  std::fstream spool_;
+  /// Outputs whose fields are kept, in order, and how many of them are filled after `filled_` outputs.
+  std::vector<Eigen::Index> kept_;
+  Eigen::Index kept_filled() const;
+  Eigen::Index most_modes_;
+  std::optional<StateSpool> snapshots_, fields_;
 };
 
 /// @return the means of the channels between outputs; the first row is that of the first step

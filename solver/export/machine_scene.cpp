@@ -188,7 +188,7 @@ KeyPoses key_poses(const mesh::Machine& machine, const std::vector<mesh::Pose>& 
 
 SceneLoad scene_load(const std::string& name, const core::Table& tcp, Index poses, const MatrixXd& coefficients) {
   const Index times = tcp.rows() / std::max<Index>(poses, 1);
-  const std::vector<Index> kept = thinned(times, FieldRecord::most_times);
+  const std::vector<Index> kept = thinned(times, LoadFields::most_times);
   SceneLoad load{name, VectorXd(std::ssize(kept)), coefficients, MatrixXd(3 * poses, std::ssize(kept))};
   const VectorXd time = tcp.column("time_s");
   const VectorXd columns[] = {tcp.column("dx_um"), tcp.column("dy_um"), tcp.column("dz_um")};

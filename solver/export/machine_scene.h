@@ -14,7 +14,7 @@
 #include "core/table.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
-#include "solver/export/field_record.h"
+#include "solver/campaign/load_fields.h"
 #include "solver/export/skin.h"
 
 namespace thermotwin::solver {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/online/compensator.h"
 
+#include <fmt/format.h>
+
 #include <iterator>
 #include <random>
 
@@ -166,7 +168,7 @@ TEST(Compensator, SensorsReduceTheErrorOfAnotherMachineAndNeverHarm) {
     const test::Truth truth = other_machine(seed, poses);
     Compensator blind(nominal()), seeing(nominal());
     const double without = rms_um(blind, truth, poses, {}), with = rms_um(seeing, truth, poses, noisy(truth, seed));
-    std::printf("  seed %d: %.3f um without, %.3f um with sensors\n", seed, without, with);
+    fmt::print("  seed {}: {:.3f} um without, {:.3f} um with sensors\n", seed, without, with);
     EXPECT_LT(with, without) << "seed " << seed;
     sum_without += without * without;
     sum_with += with * with;

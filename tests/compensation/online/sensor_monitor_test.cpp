@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/online/sensor_monitor.h"
 
+#include <fmt/format.h>
+
 #include <functional>
 #include <limits>
 
@@ -140,11 +142,14 @@ TEST(SensorMonitor, ASensorThatIsOffStaysNamedWhileMuchMoves) {
     truth += ((std::fmod(t, 2400.0) < 1200.0 ? 80.0 : 20.0) - truth) * (1.0 - std::exp(-60.0 / 300.0));
     const double off = t < 3600.0 ? 0.0 : 2.0;
     monitor.judge(t, VectorXd::Constant(1, truth + off + sigma * random.normal()), VectorXd::Constant(1, truth));
-    if (t < 3600.0)
+    if (t < 3600.0) {
       EXPECT_EQ(monitor.fault(0), SensorFault::none) << t;
-    else if (t > 3720.0)
+    } else if (t > 3720.0) {
       ASSERT_EQ(monitor.fault(0), SensorFault::offset) << t;
-    if (t >= 3600.0) ASSERT_FALSE(monitor.trusted(0)) << t;
+    }
+    if (t >= 3600.0) {
+      ASSERT_FALSE(monitor.trusted(0)) << t;
+    }
   }
 }
 
@@ -240,8 +245,9 @@ TEST_F(FailedSensor, CostsAtMostAFifthOfTheReduction) {
         const double with_fault = 1.0 - std::sqrt(squares(compensator, truth, given, &named) / before);
         EXPECT_GT(with_fault, 0.8 * reduction) << names[f] << " of sensor " << failing;
         // Nor does one that guides the chiller take the coolant with it.
-        if (names[f] == std::string("offset"))
+        if (names[f] == std::string("offset")) {
           EXPECT_GT(with_fault, 0.95 * reduction) << model_.machine.sensors[failing].id;
+        }
         const std::string expected = model_.machine.sensors[failing].id + "=" + names[f];
         EXPECT_EQ(named, expected) << "seed " << seed;
         if (failing == 0) {
@@ -277,8 +283,8 @@ TEST_F(FailedSensor, NoneAndAnUnknownStateIsFoundSoon) {
       }
     }
     const double early = std::sqrt(after[0] / error[0]), late = std::sqrt(after[1] / error[1]);
-    std::printf("  seed %d: %.1f %% of the error left after 30 min, %.1f %% after 2 h\n", seed, 100 * early,
-                100 * late);
+    fmt::print("  seed {}: {:.1f} % of the error left after 30 min, {:.1f} % after 2 h\n", seed, 100 * early,
+               100 * late);
     EXPECT_LT(early, 0.2);
     EXPECT_LT(late, 0.1);
   }

@@ -2,6 +2,7 @@
 #include "reduction/systems/identify.h"
 
 #include <Eigen/Eigenvalues>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <iterator>
@@ -108,9 +109,9 @@ double worst_of(const ReducedLinearSystem& model, const Samples& load) {
 TEST(Identify, PredictsALoadThatItNeverSaw) {
   const Samples unseen = Chain().run("unseen", 99, {0, 1, 2, 3}, 3.0, 30);
   const ReducedLinearSystem model = identified().model(identified().order());
-  std::printf("order %d of %d, ridge %.0e, on %s: off by %.2f %% of the largest\n", model.order(),
-              identified().lags().base.size(), identified().ridge(), identified().kept_out().c_str(),
-              100 * worst_of(model, unseen));
+  fmt::print("order {} of {}, ridge {:.0e}, on {}: off by {:.2f} % of the largest\n", model.order(),
+             identified().lags().base.size(), identified().ridge(), identified().kept_out(),
+             100 * worst_of(model, unseen));
   EXPECT_LT(worst_of(model, unseen), 0.03);
   EXPECT_GT(worst_of(identified().model(2), unseen), 0.06) << "two states cannot do";
 }

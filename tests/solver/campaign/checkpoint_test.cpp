@@ -156,6 +156,7 @@ TEST_F(CheckpointTest, AKilledCampaignGoesOnWithTheSameBits) {
   const std::vector<LoadProgram> loads{program("a", ""), program("b", "initial_C = 25\n"), program("c", "[time]\n")};
   CampaignOptions options;
   options.keep_snapshots = true;
+  options.field_modes = 3;
   options.out = folder_ / "whole";
   run_campaign(full, loads, options);
   options.out = options.checkpoints = folder_ / "out";
@@ -172,7 +173,8 @@ TEST_F(CheckpointTest, AKilledCampaignGoesOnWithTheSameBits) {
   options.on_output = nullptr;
   const auto expect_same_files = [&] {
     for (const char* load : {"a", "b", "c"}) {
-      for (const char* file : {"tcp.csv", "sensors.csv", "inputs.csv", "heat.csv", "snapshots.bin", "done"}) {
+      for (const char* file :
+           {"tcp.csv", "sensors.csv", "inputs.csv", "heat.csv", "snapshots.bin", "fields.bin", "done"}) {
         EXPECT_EQ(core::content_hash(core::read_file(folder_ / "out" / load / file)),
                   core::content_hash(core::read_file(folder_ / "whole" / load / file)))
             << load << " " << file;

@@ -60,7 +60,7 @@ core::Table table_of(Index times, Index poses) {
 
 TEST(SceneLoad, HasErrorsOfAllPosesAtThinnedTimes) {
   const SceneLoad load = scene_load("a", table_of(500, 3), 3, {});
-  ASSERT_EQ(load.hours.size(), FieldRecord::most_times);
+  ASSERT_EQ(load.hours.size(), LoadFields::most_times);
   EXPECT_NEAR(load.hours.tail(1)[0], 499.0 / 6.0, 1e-9);
   EXPECT_EQ(load.errors_um.rows(), 9);
   EXPECT_EQ(load.errors_um(3 * 2 + 1, load.hours.size() - 1), 2.0 * 499.0 + 2.0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "solver/export/field_modes.h"
+#include "solver/linear/field_modes.h"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "solver/export/field_modes.h"
+#include "solver/linear/field_modes.h"
 
 #include <Eigen/SVD>
 #include <gtest/gtest.h>
 
-#include "solver/export/field_record.h"
+#include "solver/campaign/load_fields.h"
 
 namespace thermotwin::solver {
 namespace {
@@ -46,22 +46,24 @@ TEST(FieldModes, OfFewOrNoFields) {
   EXPECT_LT((found.modes * found.coefficients - field).norm(), 1e-12);
 }
 
-TEST(FieldRecord, KeepsFirstAndLastTimeAndNothingOfLoadsThatWereNotSeenWhole) {
+TEST(LoadFields, KeepFirstAndLastTimeAndShareModesBetweenLoads) {
   EXPECT_EQ(thinned(3, 72), (std::vector<Eigen::Index>{0, 1, 2}));
   const std::vector<Eigen::Index> many = thinned(1000, 72);
   EXPECT_EQ(many.size(), 72U);
   EXPECT_EQ(many.front(), 0);
   EXPECT_EQ(many.back(), 999);
-  FieldRecord record(3);
-  const Eigen::VectorXd field = Eigen::VectorXd::LinSpaced(8, 0.0, 1.0);
-  for (Eigen::Index i = 0; i < 5; ++i) record.add("whole", i, 5, i * field);
-  for (Eigen::Index i = 2; i < 5; ++i) record.add("part", i, 5, field);
-  record.close();
-  EXPECT_EQ(record.coefficients("part", 5).cols(), 0);
-  EXPECT_EQ(record.coefficients("unknown", 5).cols(), 0);
-  const MatrixXd coefficients = record.coefficients("whole", 5);
-  ASSERT_EQ(coefficients.cols(), 5);
-  EXPECT_LT((record.modes() * coefficients.col(3) - 3.0 * field).norm(), 1e-10);
+  const MatrixXd first = falling(60, 40), second = 3.0 * falling(60, 50).rightCols(12);
+  const LoadFields a = compressed(first, 9), none, b = compressed(second, 9);
+  const CommonFields common = in_common({&a, &none, &b}, 60, 9);
+  ASSERT_EQ(common.coefficients.size(), 3U);
+  EXPECT_EQ(common.coefficients[1].cols(), 0);
+  const MatrixXd both = (MatrixXd(60, 52) << first, second).finished();
+  const Eigen::JacobiSVD<MatrixXd> svd(both);
+  const double best = svd.singularValues().tail(svd.singularValues().size() - 9).norm();
+  const double missed = std::hypot((first - common.modes * common.coefficients[0]).norm(),
+                                   (second - common.modes * common.coefficients[2]).norm());
+  EXPECT_LT(missed, 1.5 * best + 1e-9);
+  EXPECT_EQ(in_common({&none}, 60, 9).modes.rows(), 60);
 }
 
 }  // namespace
