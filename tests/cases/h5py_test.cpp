@@ -104,16 +104,14 @@ TEST(ModelFile, AFlippedBitIsAnError) {
   std::fstream change(file, std::ios::binary | std::ios::in | std::ios::out);
   const auto put = [&](std::size_t at, char byte) { change.seekp(static_cast<std::streamoff>(at)).put(byte).flush(); };
   std::mt19937_64 random(17);
-  for (int flip = 0; flip < 500; ++flip) {
+  for (int flip = 0; flip < 10; ++flip) {
     const std::size_t bit = random() % (8 * whole.size()), at = bit / 8;
     put(at, static_cast<char>(whole[at] ^ (1 << (bit % 8))));
     EXPECT_THROW(reduction::read_model(file), core::InputError) << "bit " << bit;
-    if (flip % 50 == 0) {
-      const Result result = thermotwin({"compensate", file.string()}, "time_s\n0\n60\n");
-      EXPECT_EQ(result.status, 3) << "bit " << bit;
-      EXPECT_SAYS(result.err, "model.rom.h5");
-      EXPECT_EQ(result.out, "");
-    }
+    const Result result = thermotwin({"compensate", file.string()}, "time_s\n0\n60\n");
+    EXPECT_EQ(result.status, 3) << "bit " << bit;
+    EXPECT_SAYS(result.err, "model.rom.h5");
+    EXPECT_EQ(result.out, "");
     put(at, whole[at]);
   }
   EXPECT_NO_THROW(reduction::read_model(file)) << "as it was";

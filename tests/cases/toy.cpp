@@ -90,7 +90,7 @@ std::map<std::string, std::string> results_in(const fs::path& folder) {
 
 bool is_checkpoint(const std::string& name) {
   const std::string own = fs::path(name).filename().string();
-  return own.starts_with("checkpoint_") || own.starts_with("snapshots_");
+  return own.starts_with("checkpoint_") || own.starts_with("snapshots_") || own.starts_with("fields_");
 }
 
 std::vector<std::string> changes(const std::map<std::string, std::string>& before,

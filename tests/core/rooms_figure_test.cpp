@@ -89,7 +89,7 @@ std::string figure() {
 
 TEST(Rooms, FigureShowsWhatIsThere) {
   if (const char* file = std::getenv("THERMOTWIN_ROOMS")) write_file(file, figure());
-  EXPECT_EQ(read_file(THERMOTWIN_SOURCE_DIR "/docs/rooms.svg"), figure())
+  EXPECT_TRUE(read_file(THERMOTWIN_SOURCE_DIR "/docs/rooms.svg") == figure())
       << "draw it anew: THERMOTWIN_ROOMS=docs/rooms.svg build/tests/core_tests --gtest_filter=Rooms.*";
 }
 

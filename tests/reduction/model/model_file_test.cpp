@@ -187,6 +187,24 @@ TEST(ModelFile, ADamagedNumberIsNoticed) {
   EXPECT_NE(message_of(path).find("checksum"), std::string::npos) << message_of(path);
 }
 
+TEST(ModelFile, AnyFlippedBitIsAnError) {
+  const core::TemporaryFolder scratch;
+  const std::filesystem::path path = scratch.path() / "model.rom.h5";
+  write_model(path, random_model(3));
+  std::string bytes = core::read_file(path);
+  std::mt19937_64 random(17);
+  for (int flip = 0; flip < 500; ++flip) {
+    const std::size_t bit = random() % (8 * bytes.size());
+    const auto turn = [&] { bytes[bit / 8] = static_cast<char>(bytes[bit / 8] ^ (1 << (bit % 8))); };
+    turn();
+    core::write_file(path, bytes);
+    EXPECT_NE(message_of(path), "") << "bit " << bit;
+    turn();
+  }
+  core::write_file(path, bytes);
+  EXPECT_EQ(message_of(path), "") << "as it was";
+}
+
 // As written before files had a checksum.
 TEST(ModelFile, AFileWithoutChecksumIsToBeWrittenAnew) {
   const core::TemporaryFolder scratch;
