@@ -28,6 +28,7 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
                                               "out",
                                               "seed",
                                               "draws",
+                                              "singles",
                                               "clean",
                                               "pairs",
                                               "outside",
@@ -50,7 +51,7 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out")) {
     throw core::UsageError(
-        "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --clean N --pairs N --outside N "
+        "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --singles N --clean N --pairs N --outside N "
         "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen "
         "LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
   }
@@ -186,6 +187,9 @@ int run(int argc, char** argv) {
   }
   for (int i = 0; i < static_cast<int>(number("draws", 10)); ++i)
     for (const diagnosis::Kind kind : kinds) one(hidden::Group::single, kind, fmt::format("{}_{}", name_of(kind), i));
+  hidden::Random chance(seed);
+  for (int i = 0; !kinds.empty() && i < static_cast<int>(number("singles", 0)); ++i)
+    one(hidden::Group::single, kinds[chance.index(kinds.size())], fmt::format("single_{}", i));
   for (int i = 0; i < static_cast<int>(number("clean", 200)); ++i)
     one(hidden::Group::clean, diagnosis::Kind::none, fmt::format("clean_{}", i));
   for (int i = 0; i < static_cast<int>(number("pairs", 40)); ++i)
