@@ -230,7 +230,8 @@ Diagnosis diagnose(const reduction::ReducedModel& model, const compensation::Mea
     best.refined = true;
     judge(problem, best, d);
   }
-  if (const std::string worse = worsened(d); d.verdict == Verdict::explained && !worse.empty()) leave_open(worse, d);
+  for (const std::string& doubt : {worsened(d), perhaps_unrecorded(machine, measurement, d)})
+    if (d.verdict == Verdict::explained && !doubt.empty()) leave_open(doubt, d);
   if (d.verdict == Verdict::explained && worth_extending(problem, best, d))
     d.extended_machine_text = extend(machine, d.causes, d.measurement);
   d.actions = actions_of(d, model);

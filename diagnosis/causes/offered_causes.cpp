@@ -278,4 +278,11 @@ std::vector<Parameter> candidate_parameters(const Machine& machine, const Measur
   return found;
 }
 
+std::vector<const mesh::SourceSpec*> unrecorded_sources(const Machine& machine, const Measurement& measurement) {
+  std::vector<const mesh::SourceSpec*> found;
+  for (const mesh::SourceSpec& source : machine.sources)
+    if (is_process(machine, source) && !measures(measurement, source.drive + ".power_W")) found.push_back(&source);
+  return found;
+}
+
 }  // namespace thermotwin::diagnosis

@@ -16,4 +16,8 @@ namespace thermotwin::diagnosis {
 std::vector<Parameter> candidate_parameters(const mesh::Machine& machine, const compensation::Measurement& measurement,
                                             bool with_parts = false, double told_row_s = 0.0);
 
+/// Sources that only a measured power drives, and whose power the measurement does not have: they count as 0 W.
+std::vector<const mesh::SourceSpec*> unrecorded_sources(const mesh::Machine& machine,
+                                                        const compensation::Measurement& measurement);
+
 }  // namespace thermotwin::diagnosis

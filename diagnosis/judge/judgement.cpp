@@ -13,6 +13,7 @@
 #include "core/text.h"
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/statistics/statistics.h"
@@ -169,6 +170,24 @@ std::string worsened(const Diagnosis& d) {
     if (r.rms_after > much_worse * std::max(r.rms_before, r.explained_std)) {
       return fmt::format("correcting {} worsens {} on held-out data ({:.3g} {} RMS after, {:.3g} before)",
                          d.causes.size() == 1 ? "it" : "them", r.id, r.rms_after, r.unit, r.rms_before);
+    }
+  }
+  return "";
+}
+
+std::string perhaps_unrecorded(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                               const Diagnosis& d) {
+  for (const mesh::SourceSpec* source : unrecorded_sources(machine, measurement)) {
+    for (const RankedCause& cause : d.causes) {
+      const auto enters = [&](const mesh::SourcePlace& place) {
+        const auto at = std::find_if(machine.surfaces.begin(), machine.surfaces.end(),
+                                     [&](const mesh::SurfaceSpec& surface) { return surface.id == place.surface; });
+        return at != machine.surfaces.end() && at->body == cause.parameter.missing->body;
+      };
+      if (cause.parameter.missing && std::any_of(source->places.begin(), source->places.end(), enters)) {
+        return fmt::format("{}.power_W is not recorded, and the heat of {} enters {} too", source->drive, source->id,
+                           cause.parameter.missing->body);
+      }
     }
   }
   return "";

@@ -23,6 +23,10 @@ std::string heldout_objection(const Diagnosis& diagnosis, double chi_square);
 ///   further off than expected; empty if they do not
 std::string worsened(const Diagnosis& diagnosis);
 
+/// @return why a named missing source may be the heat of a source whose power is not recorded; empty: it may not
+std::string perhaps_unrecorded(const mesh::Machine& machine, const compensation::Measurement& measurement,
+                               const Diagnosis& diagnosis);
+
 /// @return whether the 95 % interval of the gain lies above zero. The gain is that of the displacements; for causes in
 ///   readings that of their channels; without displacements that of the temperatures
 bool worth_extending(const Problem& problem, const Hypothesis& best, const Diagnosis& diagnosis);

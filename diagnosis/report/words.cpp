@@ -12,6 +12,7 @@
 #include "compensation/measurement/channel.h"
 #include "core/text.h"
 #include "core/units.h"
+#include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
@@ -144,6 +145,11 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
     if (!recorded && counts && std::isfinite(otherwise)) taken.push_back(fmt::format("{} {:.4g}", name, otherwise));
   }
   if (!taken.empty()) warnings.push_back("Not recorded; assumed constant: " + core::join(taken) + ".");
+  for (const mesh::SourceSpec* source : unrecorded_sources(machine, measurement)) {
+    warnings.push_back(fmt::format("{0}.power_W is not recorded; source {1} is assumed to give 0 W. If the machine cut, "
+                                   "its heat appears as another cause: record {0}.power_W.",
+                                   source->drive, source->id));
+  }
   for (const ObservedChannel& observed : obs.channels) {
     std::string pose = "," + observed.channel.pose_text;
     std::erase_if(pose, [](unsigned char c) { return std::isspace(c); });

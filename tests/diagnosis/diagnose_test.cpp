@@ -403,6 +403,27 @@ TEST(Diagnose, APoseThatLeavesAnAxisOutIsSaid) {
   EXPECT_FALSE(said());
 }
 
+TEST(Diagnose, APowerThatNobodyRecordedIsSaid) {
+  const mesh::Machine machine = mesh::parse_machine(
+      lumped::machine_text() +
+          "[[source]]\nid = \"cut\"\ndrive = \"process\"\nplace = [ { surface = \"head.motor\" } ]\n",
+      "rods/machine.toml");
+  compensation::Measurement m = lumped::measure({}, {.hours = 6});
+  diagnosis::Problem problem;
+  problem.observations = diagnosis::observe(m, lumped::machine(), solver::Channels(lumped::machine()), {});
+  const auto said = [&](const mesh::Machine& of) {
+    const std::vector<std::string> warnings = diagnosis::warnings_of(of, m, problem);
+    return std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) {
+      return w.find("process.power_W is not recorded; source cut is assumed to give 0 W") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(said(machine));
+  EXPECT_FALSE(said(lumped::machine()));
+  m.channels.push_back(m.channels.back());
+  m.channels.back().id = m.channels.back().input = "process.power_W";
+  EXPECT_FALSE(said(machine));
+}
+
 TEST(Diagnose, WhatHeldOutTimeContradictsIsNotNamed) {
   const auto truth = find(Kind::source_power, "motor");
   const Diagnosis d =

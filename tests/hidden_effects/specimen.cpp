@@ -53,7 +53,8 @@ mesh::Machine with_own_materials(const mesh::Machine& machine, std::uint64_t see
   return result;
 }
 
-/// A control knows speeds, positions, states, the air; of the other surroundings what the load sets is recorded.
+/// A control knows speeds, positions, states, the air; of the other surroundings, and of powers, what the load sets is
+/// recorded: heat of the cut that nobody records would be a hidden effect.
 bool is_sent(const std::string& name, const mesh::Machine& machine, const solver::Channels& channels,
              const std::vector<VectorXd>& rows) {
   const auto surroundings = [&](const auto& items) {
@@ -69,7 +70,11 @@ bool is_sent(const std::string& name, const mesh::Machine& machine, const solver
   using compensation::Quantity;
   // Of the surroundings' temperatures that are left, those of coolant inlets.
   const Quantity quantity = compensation::channel_named(name).quantity;
-  return quantity != Quantity::temperature && quantity != Quantity::power && quantity != Quantity::gradient;
+  if (quantity == Quantity::power) {
+    const int index = channels.index(name);
+    return std::any_of(rows.begin(), rows.end(), [&](const VectorXd& row) { return std::isfinite(row[index]); });
+  }
+  return quantity != Quantity::temperature && quantity != Quantity::gradient;
 }
 
 std::vector<VectorXd> rows_of(const solver::LoadProgram& program, double refine) {
