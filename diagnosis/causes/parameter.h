@@ -15,9 +15,10 @@ namespace thermotwin::diagnosis {
 /// A heat source proportional to an input, on a surface that machine.toml does not have (missing_source.h).
 struct MissingSource {
   mesh::SurfaceSpec surface;
-  std::string follows;      ///< channel
-  double at = 1, most = 1;  ///< value of the input at which the power is stated; its largest value
-  std::string body;         ///< most probable body
+  std::string follows;             ///< channel
+  std::vector<std::string> alike;  ///< channels that changed as this one did in the record: it may follow them instead
+  double at = 1, most = 1;         ///< value of the input at which the power is stated; its largest value
+  std::string body;                ///< most probable body
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< m, home frame
   double region95 = 0;  ///< m, radius about the centre that contains it with 95 % probability
 };

@@ -35,7 +35,8 @@ constexpr double prior_W = 100.0;      ///< what an unknown source may have
 constexpr double nominal_W = 0.02;     ///< what none has: nothing
 constexpr double stands_still = 1e-3;  ///< an input that varies by less of its largest value
 constexpr std::size_t most_inputs = 10, kept_inputs = 3;
-constexpr double unseen = 3e-4;  ///< of the combination of patches that outputs see best
+constexpr double changes_alike = 0.05;  ///< of their largest values: inputs that a record cannot tell apart
+constexpr double unseen = 3e-4;         ///< of the combination of patches that outputs see best
 constexpr Index most_combinations = 60;
 constexpr Index place_directions_kept = 3;
 /// A patch says that the source is within its box, and one heated spot differs from a patch by as much as the patches
@@ -47,6 +48,8 @@ constexpr double shifts[] = {1e-7, 1.0 / 86400.0, 1.0 / 10800.0, 1.0 / 1200.0}; 
 struct Followed {
   std::string channel;
   double at = 1, most = 1;
+  VectorXd series;                 ///< (steps) relative to `at`
+  std::vector<std::string> alike;  ///< other channels of nearly the same series
 };
 
 /// Largest value that the input can have; that seen where nothing says.
@@ -60,25 +63,31 @@ double largest(const mesh::Machine& machine, const compensation::Channel& input,
   return seen;
 }
 
-/// Measured speeds, powers and states that change, and the machine being on: what runs all the time.
+/// Measured speeds, powers and states that change, and the machine being on: what runs all the time. Those that change
+/// alike are one: each of them alone would have to share its probability with the others.
 std::vector<Followed> followed_inputs(const mesh::Machine& machine, const solver::Channels& channels,
                                       const compensation::Measurement& measurement, const Observations& obs) {
-  std::vector<Followed> found{{"machine.on", 1, 1}};
+  std::vector<Followed> found{{"machine.on", 1, 1, VectorXd::Ones(obs.rows.rows()), {}}};
   for (const compensation::MeasuredChannel& measured : measurement.channels) {
     using compensation::ChannelKind;
     const int channel = measured.input.empty() ? -1 : channels.index(measured.input);
-    if (channel < 0 || measured.input == "machine.on" || found.size() >= most_inputs) continue;
+    if (channel < 0 || measured.input == "machine.on") continue;
     if (measured.kind != ChannelKind::speed && measured.kind != ChannelKind::power &&
         measured.kind != ChannelKind::state && measured.kind != ChannelKind::flow)
       continue;
-    double low = 1e300, high = 0.0;
-    for (Index s = 0; s < obs.rows.rows(); ++s) {
-      const double value = magnitude(obs, channel, s);
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-    if (high > 0.0 && high - low > stands_still * high)
-      found.push_back({measured.input, high, largest(machine, compensation::channel_named(measured.input), high)});
+    VectorXd series(obs.rows.rows());
+    for (Index s = 0; s < series.size(); ++s) series[s] = magnitude(obs, channel, s);
+    const double high = series.maxCoeff();
+    if (!(high > 0.0) || high - series.minCoeff() <= stands_still * high) continue;
+    series /= high;
+    const auto twin = std::find_if(found.begin(), found.end(), [&](const Followed& other) {
+      return (other.series - series).cwiseAbs().maxCoeff() <= changes_alike;
+    });
+    if (twin != found.end())
+      twin->alike.push_back(measured.input);
+    else if (found.size() < most_inputs)
+      found.push_back(
+          {measured.input, high, largest(machine, compensation::channel_named(measured.input), high), series, {}});
   }
   return found;
 }
@@ -307,10 +316,10 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
   const solver::Channels channels(machine);
   const std::vector<Followed> inputs = followed_inputs(machine, channels, measurement, obs);
   MatrixXd series(obs.rows.rows(), std::ssize(inputs));
+  std::size_t all_inputs = 0;
   for (Index j = 0; j < series.cols(); ++j) {
-    const Followed& input = inputs[j];
-    const int channel = channels.index(input.channel);
-    for (Index s = 0; s < series.rows(); ++s) series(s, j) = channel < 0 ? 1.0 : magnitude(obs, channel, s) / input.at;
+    series.col(j) = inputs[j].series;
+    all_inputs += 1 + inputs[j].alike.size();
   }
   VectorXd scale(std::ssize(obs.channels));
   for (std::size_t k = 0; k < obs.channels.size(); ++k)
@@ -343,13 +352,14 @@ void add_missing_sources(Problem& problem, const Response& response, const reduc
     source->follows = input.channel;
     source->at = input.at;
     source->most = input.most;
+    source->alike = input.alike;
     place((places.array() - total).exp(), patches, *source);
     Parameter p = make_parameter(Kind::source_missing,
                                  fmt::format("{} at {:.0f} {:.0f} {:.0f} mm", source->body, 1e3 * source->centre.x(),
                                              1e3 * source->centre.y(), 1e3 * source->centre.z()));
     p.nominal_std = nominal_W;
     p.cause_std = prior_W;
-    p.prior_share = std::exp(total - top) / evidence.size();
+    p.prior_share = std::exp(total - top) * (1.0 + input.alike.size()) / (all_inputs * evidence.rows());
     p.missing = std::move(source);
     found.push_back(std::move(p));
     const VectorXd posterior = (every.col(j).array() - total).exp() / shares;

@@ -220,9 +220,15 @@ std::string place_in_words(const std::string& body, const Vector3d& at, const re
 std::string action_of(const RankedCause& cause, const reduction::ReducedModel& model) {
   const Parameter& p = cause.parameter;
   if (p.missing) {
-    return fmt::format("Look at {}: about {:.2g} W {} there in proportion to {}.",
-                       place_in_words(p.missing->body, p.missing->centre, model), std::abs(cause.value),
-                       cause.value < 0 ? "leave" : "enter", p.missing->follows);
+    const std::string action =
+        fmt::format("Look at {}: about {:.2g} W {} there in proportion to {}.",
+                    place_in_words(p.missing->body, p.missing->centre, model), std::abs(cause.value),
+                    cause.value < 0 ? "leave" : "enter", p.missing->follows);
+    if (p.missing->alike.empty()) return action;
+    return action + fmt::format(
+                        " In this record {} changed with it, so each of them may be the one that heats: run them "
+                        "one after another.",
+                        core::join(p.missing->alike));
   }
   switch (row_of(p.kind).target) {
     case Target::source: return source_action(cause, model.machine);

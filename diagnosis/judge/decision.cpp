@@ -122,7 +122,10 @@ std::vector<Explanation> explanations_of(const Problem& problem, const SearchRes
   std::vector<Candidate> all;
   for (const Hypothesis& h : found.hypotheses) {
     std::vector<std::string> names;
-    for (const int member : h.members) names.push_back(name_of(problem.parameters[member]));
+    for (const int member : h.members) {
+      const Parameter& p = problem.parameters[member];
+      names.push_back(name_of(p) + (p.missing ? " following " + p.missing->follows : ""));
+    }
     all.push_back({{names.empty() ? "no cause: the machine as stated" : core::join(names, " and "), h.probability,
                     h.log_evidence},
                    &h.members});

@@ -29,6 +29,7 @@ Json named(const RankedCause& cause, std::size_t number) {
         {"body", missing->body}, {"centre_mm", {mm.x(), mm.y(), mm.z()}}, {"region95_mm", 1e3 * missing->region95}};
     json["series"] = series_file(number);
     json["follows"] = missing->follows;
+    if (!missing->alike.empty()) json["follows_or"] = missing->alike;
   }
   return json;
 }

@@ -55,7 +55,9 @@ std::string in_words(const RankedCause& cause) {
   if (p.name.empty()) return "an unknown cause";
   const std::string unit = p.unit == "1" ? "" : " " + p.unit;
   const std::string more =
-      p.missing ? fmt::format(", follows {}, 95 % within {:.0f} mm", p.missing->follows, 1e3 * p.missing->region95)
+      p.missing ? fmt::format(", follows {}{}, 95 % within {:.0f} mm", p.missing->follows,
+                              p.missing->alike.empty() ? "" : " or " + core::join(p.missing->alike, " or "),
+                              1e3 * p.missing->region95)
                 : "";
   return fmt::format("{} ({} {:.4g} +- {:.2g}{}{})", name_of(p), p.name, cause.value, cause.std, unit, more);
 }
@@ -146,9 +148,10 @@ std::vector<std::string> warnings_of(const mesh::Machine& machine, const compens
   }
   if (!taken.empty()) warnings.push_back("Not recorded; assumed constant: " + core::join(taken) + ".");
   for (const mesh::SourceSpec* source : unrecorded_sources(machine, measurement)) {
-    warnings.push_back(fmt::format("{0}.power_W is not recorded; source {1} is assumed to give 0 W. If the machine cut, "
-                                   "its heat appears as another cause: record {0}.power_W.",
-                                   source->drive, source->id));
+    warnings.push_back(
+        fmt::format("{0}.power_W is not recorded; source {1} is assumed to give 0 W. If the machine cut, "
+                    "its heat appears as another cause: record {0}.power_W.",
+                    source->drive, source->id));
   }
   for (const ObservedChannel& observed : obs.channels) {
     std::string pose = "," + observed.channel.pose_text;

@@ -215,7 +215,7 @@ Line diagnose_set(const std::string& id, Group group, const Draw& draw, const co
     if (truth.parameter.missing && cause.parameter.missing && line.place_error == Line::absent) {
       line.place_error = 1e3 * distance(cause.parameter, truth.parameter);
       line.region = 1e3 * cause.parameter.missing->region95;
-      line.follows_right = cause.parameter.missing->follows == truth.parameter.missing->follows;
+      line.follows_right = may_follow(*cause.parameter.missing, truth.parameter.missing->follows);
     }
     if (!same_cause(cause.parameter, truth.parameter) || line.rank > 0) continue;
     line.rank = rank;

@@ -44,10 +44,15 @@ double log_evidence_of_heat(double square, double product) {
 
 double distance(const Parameter& a, const Parameter& b) { return (a.missing->centre - b.missing->centre).norm(); }
 
+bool may_follow(const diagnosis::MissingSource& source, const std::string& input) {
+  return source.follows == input || std::find(source.alike.begin(), source.alike.end(), input) != source.alike.end();
+}
+
 bool same_cause(const Parameter& a, const Parameter& b) {
   if (a.kind != b.kind) return false;
   if (!a.missing || !b.missing) return a.where == b.where;
-  return a.missing->follows == b.missing->follows && distance(a, b) <= same_place_m;
+  return (may_follow(*a.missing, b.missing->follows) || may_follow(*b.missing, a.missing->follows)) &&
+         distance(a, b) <= same_place_m;
 }
 
 Parameter on_model(const Parameter& truth, const reduction::ReducedModel& model) {

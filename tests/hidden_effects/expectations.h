@@ -23,6 +23,8 @@ namespace thermotwin::hidden {
 constexpr double same_place_m = 0.1;
 
 /// Of the same cause: kind and where, of a missing source what it follows and its place.
+/// Whether the source follows the input, or one that changed as the input did.
+bool may_follow(const diagnosis::MissingSource& source, const std::string& input);
 bool same_cause(const diagnosis::Parameter& a, const diagnosis::Parameter& b);
 /// Distance of two missing sources' centres in the machine at rest, m.
 double distance(const diagnosis::Parameter& a, const diagnosis::Parameter& b);

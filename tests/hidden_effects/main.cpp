@@ -51,7 +51,8 @@ std::map<std::string, std::string> read_options(int argc, char** argv) {
   }
   if (argc % 2 == 0 || !options.count("case") || !options.count("model") || !options.count("out")) {
     throw core::UsageError(
-        "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --singles N --clean N --pairs N --outside N "
+        "hidden_effects --case DIR --model model.rom.h5 --out DIR [--seed N --draws N --singles N --clean N --pairs N "
+        "--outside N "
         "--size F --mesh-order 1|2 --refine F --tolerance K --loads a,b --kinds a,b --cache DIR --write DIR --unseen "
         "LOAD|none --displacement-error PERCENT --temperature-error PERCENT]");
   }

@@ -103,6 +103,41 @@ INSTANTIATE_TEST_SUITE_P(
                              "machine.on",
                              90}));
 
+// A record in which two inputs change alike cannot tell which of them the heat follows: one cause that names both.
+TEST(MissingSource, InputsThatChangeAlikeShareOneCause) {
+  compensation::Measurement m =
+      measured({"column",
+                "box_min_mm = [60, 379, 300], box_max_mm = [121, 381, 480]",
+                "{ input = \"spindle.speed_rpm\", at = [0, 4000, 12000], power_W = [0, 45, 130] }",
+                {0.09, 0.38, 0.39},
+                "spindle.speed_rpm",
+                98},
+               11);
+  const auto speed =
+      std::find_if(m.channels.begin(), m.channels.end(), [](const auto& c) { return c.input == "spindle.speed_rpm"; });
+  ASSERT_NE(speed, m.channels.end());
+  const Eigen::VectorXd share = m.values(*speed) / m.values(*speed).maxCoeff();
+  std::erase_if(m.channels, [](const auto& c) { return c.input == "cutting_fluid.on"; });
+  compensation::MeasuredChannel fluid;
+  fluid.id = fluid.input = "cutting_fluid.on";
+  fluid.kind = compensation::ChannelKind::state;
+  fluid.unit = "1";
+  fluid.column = std::ssize(m.data.columns);
+  m.channels.push_back(fluid);
+  m.data.columns.push_back(fluid.id);
+  m.data.values.conservativeResize(Eigen::NoChange, fluid.column + 1);
+  m.data.values.col(fluid.column) = share;
+  const Diagnosis d = diagnosis::diagnose(meshed::reduced(), m, {});
+  ASSERT_EQ(d.verdict, diagnosis::Verdict::explained) << listed(d);
+  const diagnosis::MissingSource& found = *d.causes.front().parameter.missing;
+  EXPECT_EQ(found.follows, "spindle.speed_rpm");
+  EXPECT_EQ(found.alike, (std::vector<std::string>{"cutting_fluid.on"}));
+  EXPECT_EQ(nlohmann::json::parse(diagnosis::diagnosis_json(d))["causes"][0]["follows_or"][0], "cutting_fluid.on");
+  EXPECT_NE(d.sentence.find("follows spindle.speed_rpm or cutting_fluid.on"), std::string::npos) << d.sentence;
+  ASSERT_FALSE(d.actions.empty());
+  EXPECT_NE(d.actions.front().find("run them one after another"), std::string::npos) << d.actions.front();
+}
+
 TEST(MissingSource, IsNotSeenWhereThereIsNone) {
   const Diagnosis d = diagnosis::diagnose(meshed::reduced(), measured({}, 12), {});
   EXPECT_EQ(d.verdict, diagnosis::Verdict::no_discrepancy) << listed(d);

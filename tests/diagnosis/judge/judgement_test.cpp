@@ -27,8 +27,7 @@ diagnosis::Diagnosis heat_found_in(const std::string& body) {
 
 // Heat of a cut whose power nobody recorded looks like a source that machine.toml does not have.
 TEST(Judgement, AMissingSourceWhereAnUnrecordedOneHeatsIsDoubted) {
-  const std::string cut =
-      "[[source]]\nid = \"cut\"\ndrive = \"process\"\nplace = [ { surface = \"head.motor\" } ]\n";
+  const std::string cut = "[[source]]\nid = \"cut\"\ndrive = \"process\"\nplace = [ { surface = \"head.motor\" } ]\n";
   const mesh::Machine machine = mesh::parse_machine(lumped::machine_text() + cut, "rods/machine.toml");
   compensation::Measurement record = lumped::measure({}, {.hours = 0.1});
   const std::string doubt = diagnosis::perhaps_unrecorded(machine, record, heat_found_in("head"));
