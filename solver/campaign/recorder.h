@@ -35,15 +35,14 @@ public:
   void load(core::BinaryReader& in);
 
 private:
+  Eigen::Index kept_filled() const;  ///< how many of kept_ are below filled_
   const mesh::Machine& machine_;
   const std::vector<mesh::Pose>& poses_;
   LoadResult result_;
   Eigen::Index filled_ = 0;
-  Eigen::VectorXd heat_;   // J up to the last output, see HeatBalance::amounts
-  double heat_until_ = 0;  // s
-  /// Outputs whose fields are kept, in order, and how many of them are filled after `filled_` outputs.
-  std::vector<Eigen::Index> kept_;
-  Eigen::Index kept_filled() const;
+  Eigen::VectorXd heat_;            // J up to the last output, see HeatBalance::amounts
+  double heat_until_ = 0;           // s
+  std::vector<Eigen::Index> kept_;  // outputs whose fields are kept, in order
   Eigen::Index most_modes_;
   std::optional<StateSpool> snapshots_, fields_;
 };
