@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "mesh/machine/kinematics.h"
 #include "solver/campaign/full_model.h"
+#include "solver/campaign/load_fields.h"
 #include "solver/campaign/load_result.h"
 
 namespace thermotwin::solver {
@@ -140,8 +141,13 @@ std::optional<LoadResult> read_result(const std::filesystem::path& folder, const
     if (options.keep_snapshots && !read_matrices(folder / "snapshots.bin", hash, {&result.snapshots}))
       return std::nullopt;
     if (options.field_modes > 0 &&
-        !read_matrices(folder / "fields.bin", hash, {&result.fields.modes, &result.fields.coefficients}))
-      return std::nullopt;
+        !read_matrices(folder / "fields.bin", hash, {&result.fields.modes, &result.fields.coefficients})) {
+      // A reduction left all temperatures: fields come from them, with the same bits.
+      Eigen::MatrixXd all;
+      if (!read_matrices(folder / "snapshots.bin", hash, {&all})) return std::nullopt;
+      const Eigen::MatrixXd kept = all(Eigen::all, thinned(all.cols(), LoadFields::most_times));
+      result.fields = compressed(kept, options.field_modes);
+    }
     result.tcp = core::read_csv(folder / "tcp.csv");
     result.sensors = core::read_csv(folder / "sensors.csv");
     result.inputs = core::read_csv(folder / "inputs.csv");

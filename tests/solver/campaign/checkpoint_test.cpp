@@ -200,4 +200,30 @@ TEST_F(CheckpointTest, AKilledCampaignGoesOnWithTheSameBits) {
   expect_same_files();
 }
 
+// `reduce` keeps all temperatures of a load and no fields; a campaign beside it need not run the load again.
+TEST_F(CheckpointTest, FieldsComeFromSnapshotsWithTheSameBits) {
+  mesh::MachineMesh mesh = test::box_machine_mesh();
+  ThermalSystem thermal = assemble_thermal(mesh);
+  ElasticModel elastic(mesh, thermal);
+  const FullModel full{std::move(mesh), std::move(thermal), std::move(elastic)};
+  const std::vector<LoadProgram> loads{LoadProgram::parse(
+      "schema = 1\noutput_s = 60\ntime_step_s = 60\n[[phase]]\nduration_s = 6000\nair_C = [20, 26]\n", "a.toml",
+      full.mesh.machine)};
+  CampaignOptions fresh;
+  fresh.field_modes = 3;
+  const LoadFields expected = run_campaign(full, loads, fresh).front().fields;
+  ASSERT_EQ(expected.coefficients.cols(), LoadFields::most_times);
+  CampaignOptions options;
+  options.keep_snapshots = true;
+  options.out = folder_ / "out";
+  run_campaign(full, loads, options);
+  options.keep_snapshots = false;
+  options.field_modes = 3;
+  options.resume = true;
+  options.on_output = [](const LoadProgram&, const OutputState&) { FAIL() << "a finished load was run again"; };
+  const LoadFields found = run_campaign(full, loads, options).front().fields;
+  EXPECT_TRUE(same_bits(found.modes, expected.modes));
+  EXPECT_TRUE(same_bits(found.coefficients, expected.coefficients));
+}
+
 }  // namespace thermotwin::solver
