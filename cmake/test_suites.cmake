@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # thermotwin_test_suites(PROGRAM [NAME word] [COST seconds] [SETUP Suite.Test] [FIXTURE name])
-# One test of ctest for each suite of a GoogleTest program, named WORD.Suite: tests of a suite share a process, its start
-# and what its fixture has made. With SETUP, this one test runs before all others, as the fixture of that name.
+# One test of ctest for each suite of a GoogleTest program, named WORD.Suite: tests of a suite share a process, its
+# start and what its fixture has made. With SETUP, this one test runs before all others, as the fixture of that name.
 # Of two programs the suites of the one with more COST start first, so that long ones do not end alone.
 # Suites are listed when ctest starts, so that a new one needs no new configuration.
 function(thermotwin_test_suites program)

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "core/text.h"
 #include "diagnosis/causes/kinds.h"
 #include "solver/operation/channels.h"
 
@@ -51,11 +52,12 @@ std::string missing_source_text(const mesh::Machine& machine, const Parameter& p
                         missing.surface.id, missing.surface.body, corner(*rule.box_min), corner(*rule.box_max));
   }
   std::string id = source_id(missing);
+  const std::string alike = missing.alike.empty() ? "" : " (or " + core::join(missing.alike, " or ") + ")";
   text += fmt::format(
-      "\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W where {} = {:.6g}, within {:.0f} mm of "
-      "{}{}{}\nid = \"{}\"\n",
-      power_W, std_W, missing.follows, missing.at, 1e3 * missing.region95, parameter.where, why.empty() ? "" : "; ",
-      why, id);
+      "\n[[source]]\n# diagnosis: source_missing power {:.4g} +- {:.2g} W where {} = {:.6g}{}, within {:.0f} mm "
+      "of {}{}{}\nid = \"{}\"\n",
+      power_W, std_W, missing.follows, missing.at, alike, 1e3 * missing.region95, parameter.where,
+      why.empty() ? "" : "; ", why, id);
   if (power_W > 0.0 && std_W > 0.0)
     text += fmt::format("scale = {{ value = 1.0, std_percent = {:.3g} }}\n", std::min(100.0, 100.0 * std_W / power_W));
   return text + fmt::format(

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The files of a campaign: out/<load>/tcp.csv, sensors.csv, inputs.csv, heat.csv, snapshots.bin and fields.bin if asked
-// for, and `done`. The last one is written at the end and holds the hash of everything that the results depend on, and the hash of the
-// tables. A load whose tables were changed afterwards is run again.
+// for, and `done`. The last one is written at the end and holds the hash of everything that the results depend on, and
+// the hash of the tables. A load whose tables were changed afterwards is run again.
 
 #include <optional>
 #include <string>

@@ -53,6 +53,14 @@ TEST(FullDisk, TablesOfACampaign) {
   EXPECT_SAYS(said, "cannot be written");
 }
 
+// With twice as many outputs the tables need more room than the fields of 72 of them.
+TEST(FullDisk, TablesOfACampaignLargerThanItsFields) {
+  const Toy toy;
+  toy.take_results();
+  toy.edit("loads/mixed.toml", "output_s = 240", "output_s = 120");
+  EXPECT_SAYS(run_without_room(toy, {"campaign", toy.path(), "--load", "mixed"}, 900000), "tcp.csv");
+}
+
 TEST(FullDisk, SnapshotsOfTheTraining) {
   const Toy toy;
   toy.take_results();

@@ -134,6 +134,9 @@ TEST(MissingSource, InputsThatChangeAlikeShareOneCause) {
   EXPECT_EQ(found.alike, (std::vector<std::string>{"cutting_fluid.on"}));
   EXPECT_EQ(nlohmann::json::parse(diagnosis::diagnosis_json(d))["causes"][0]["follows_or"][0], "cutting_fluid.on");
   EXPECT_NE(d.sentence.find("follows spindle.speed_rpm or cutting_fluid.on"), std::string::npos) << d.sentence;
+  const std::string extended =
+      diagnosis::extended_text(meshed::machine(), d.causes.front().parameter, 98.0, 5.0, "test");
+  EXPECT_NE(extended.find("(or cutting_fluid.on)"), std::string::npos) << extended.substr(extended.size() - 400);
   ASSERT_FALSE(d.actions.empty());
   EXPECT_NE(d.actions.front().find("run them one after another"), std::string::npos) << d.actions.front();
 }
