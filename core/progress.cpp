@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/muted_warnings.h"
 #include "core/process.h"
 
 namespace thermotwin::core {
@@ -136,7 +137,9 @@ void log_line(const std::string& text) {
   if (!is_quiet()) put_line(text);
 }
 
-void warn(const std::string& text) { put_line("warning: " + text); }
+void warn(const std::string& text) {
+  if (!MutedWarnings::any()) put_line("warning: " + text);
+}
 
 Progress::Progress(std::string label, std::size_t total) : state_(new State) {
   state_->label = std::move(label);

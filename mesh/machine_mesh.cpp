@@ -25,6 +25,7 @@ TetMesh mesh_body(const BodySpec& body, const MeshOptions& options) {
   import.element_size_m = body.element_size * options.size_factor;
   import.elements_per_turn = body.elements_per_turn;
   import.max_elements = body.max_elements;
+  import.lattice = body.lattice;
   const std::string name = options.cache.empty() ? std::string() : cache_name(body.cad, import);
   if (name.empty()) return import_body(body.cad, import);
   const std::filesystem::path file = options.cache / name;

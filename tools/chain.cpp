@@ -27,6 +27,7 @@
 #include "tools/campaign_page.h"
 #include "tools/error_tables.h"
 #include "tools/page.h"
+#include "tools/second_mesh.h"
 
 namespace thermotwin::tools {
 
@@ -149,6 +150,9 @@ ReducedCase make_reduced_model(const solver::FullModel& full, const solver::Case
   const auto poses = mesh::workspace_poses(machine_case.machine);
   made.poses = poses.size();
   compare_heldout(made, machine_case.machine, heldout, held, poses);
+  made.model.mesh_error = heldout.empty() ? mesh_error_of(full, machine_case, training, trained, out)
+                                          : mesh_error_of(full, machine_case, heldout, held, out);
+  made.reference.mesh_error = made.model.mesh_error;
   for (std::size_t i = 0; moves && i < heldout.size(); ++i) {
     made.off_grid.push_back(reduction::off_grid_errors(made.model, made.summary.basis, machine_case.machine, heldout[i],
                                                        truths[i], between));
@@ -188,8 +192,9 @@ reduction::ReducedModel model_for(const std::filesystem::path& case_path, const 
 
 std::string error_table(const ReducedCase& made) {
   std::string text = core::format_table(heldout_rows(made));
-  if (made.off_grid.empty()) return text;
-  return text + "\n\n" + core::format_table(off_grid_rows(made));
+  if (!made.off_grid.empty()) text += "\n\n" + core::format_table(off_grid_rows(made));
+  if (made.model.mesh_error) text += "\n\n" + core::format_table(mesh_error_rows(*made.model.mesh_error));
+  return text;
 }
 
 void campaign(const CampaignOptions& options) {

@@ -42,8 +42,8 @@ void diagnose(const DiagnoseOptions& options) {
                              "another folder as --out");
   }
   diagnosis::DiagnoseOptions how;
-  how.displacement_error_percent = options.displacement_error_percent.value_or(how.displacement_error_percent);
-  how.temperature_error_percent = options.temperature_error_percent.value_or(how.temperature_error_percent);
+  how.displacement_error_percent = options.displacement_error_percent;
+  how.temperature_error_percent = options.temperature_error_percent;
   diagnosis::Diagnosis result;
   std::string accepted;
   const bool without_machine = options.case_path.empty() && options.model.empty();

@@ -31,4 +31,15 @@ std::vector<std::vector<std::string>> off_grid_rows(const ReducedCase& made) {
   return table;
 }
 
+std::vector<std::vector<std::string>> mesh_error_rows(const reduction::MeshError& error) {
+  std::vector<std::string> head{fmt::format("mesh error, % (against {})", error.second)}, row{""};
+  head.insert(head.end(), {"dx", "dy", "dz", "ra", "rb", "rc"});
+  for (const double share : error.tcp) row.push_back(fmt::format("{:.2f}", 100 * share));
+  head.push_back("sensors");
+  row.push_back(error.sensors.size() == 0
+                    ? "-"
+                    : fmt::format("{:.2f} to {:.2f}", 100 * error.sensors.minCoeff(), 100 * error.sensors.maxCoeff()));
+  return {head, row};
+}
+
 }  // namespace thermotwin::tools

@@ -208,6 +208,12 @@ nlohmann::json errors_json(const ReducedCase& made) {
                                {"estimate_max_um", e.estimate_max_um},
                                {"effectivity", e.effectivity}});
   }
+  if (made.model.mesh_error) {
+    const reduction::MeshError& e = *made.model.mesh_error;
+    json["mesh_error"] = {{"second", e.second},
+                          {"tcp", std::vector<double>(e.tcp.begin(), e.tcp.end())},
+                          {"sensors", std::vector<double>(e.sensors.begin(), e.sensors.end())}};
+  }
   for (const BoundedLoad& b : made.bounded) {
     json["bounds"].push_back({{"load", b.load},
                               {"pose", b.pose},

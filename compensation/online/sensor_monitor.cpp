@@ -20,7 +20,9 @@ constexpr double unsure_factor = 3.0;  ///< deviations of how fast an expected r
 constexpr double start_K = 1.0, start_factor = 6.0, least_deviation_K = 0.03, model_share = 0.1;
 constexpr double confirm_s = 30.0;  ///< that a leap has to stay
 constexpr double known_readings = 60.0, most_repeats = 0.2, by_chance = 1e-12,
-                 lifeless_s = 300.0;  ///< of one that scatters
+                 lifeless_s = 300.0;      ///< of one that scatters
+constexpr double least_scatter = 0.05;    ///< of readings whose repeating says anything, over their deviation
+constexpr double normal_median = 0.6745;  ///< of the absolute value of a standard normal number
 constexpr std::size_t most_samples = 64;
 
 }  // namespace
@@ -128,6 +130,16 @@ bool SensorMonitor::Sensor::stands_apart(const Judged& now) {
   return apart;
 }
 
+/// Standard deviation of the reading about a smooth course, from the median of its second differences.
+double SensorMonitor::Sensor::scatter_K() const {
+  std::array<double, std::tuple_size_v<decltype(turns)>> sorted = turns;
+  const auto count = std::min(turn_count, sorted.size());
+  if (count == 0) return 0.0;
+  const auto middle = sorted.begin() + count / 2;
+  std::nth_element(sorted.begin(), middle, sorted.begin() + count);
+  return *middle / (normal_median * std::sqrt(6.0));
+}
+
 /// Stuck: the reading repeats while the machine moves on. Coarse digits repeat too.
 bool SensorMonitor::Sensor::is_stuck(const Judged& now) {
   if (const double digits = std::abs(now.reading - last_reading); digits > 0.0) {
@@ -150,9 +162,9 @@ bool SensorMonitor::Sensor::is_stuck(const Judged& now) {
   // What the observer expects follows a stuck sensor for a while; that readings no longer scatter tells sooner.
   // Digits coarser than the scatter repeat too often to say anything.
   const double chance = (repeats + 1.0) / (readings + 2.0);
-  const bool lifeless = readings >= known_readings && chance <= most_repeats &&
-                        now.row.time - same_since >= lifeless_s &&
-                        (same_count - 1) * std::log(chance) <= std::log(by_chance);
+  const bool lifeless =
+      readings >= known_readings && chance <= most_repeats && now.row.time - same_since >= lifeless_s &&
+      (same_count - 1) * std::log(chance) <= std::log(by_chance) && scatter_K() > least_scatter * now.deviation;
   const double enough = std::max(moved * now.deviation, 1.5 * smallest_step) + same_unsure;
   // Once stuck, agreeing by chance is no sign of life.
   return same_count >= 3 &&
@@ -168,6 +180,8 @@ bool SensorMonitor::Sensor::is_noisy(const Judged& now) {
     bend = value - 2.0 * recent[n - 1].difference + recent[n - 2].difference;
   recent.push_back(
       {time, value, std::abs(bend) > turning * std::sqrt(6.0) * now.deviation + now.unknown + last_unknown});
+  if (!now.row.inputs_leapt && same_count == 1 && recent.size() > 2)
+    turns[turn_count++ % turns.size()] = std::abs(bend);
   last_unknown = now.unknown;
   while (recent.size() > most_samples || time - recent.front().time > std::max(window_s, window_rows * now.interval))
     recent.pop_front();

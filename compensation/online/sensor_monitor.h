@@ -5,7 +5,8 @@
 // reading to the next is attributed to the sensor:
 // - absent: no reading for five minutes, after there was one;
 // - stuck: the same reading (to a tenth of its standard deviation) while the expected one has changed by 5 sigma; or
-//   the same reading for five minutes, more often in a row than its own scatter allows by chance (1e-12);
+//   the same reading for five minutes, more often in a row than its own scatter allows by chance (1e-12). Readings of a
+//   simulation, or of a filter, hardly scatter and may repeat as long as the machine stands still;
 // - offset: the difference jumps by more than 12 sigma and stays there, or exceeds 1 K from the start and is far larger
 //   than that of the other sensors;
 // - noise: second differences beyond 3.5 of their standard deviations in quick succession.
@@ -18,6 +19,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <deque>
 #include <string>
 #include <vector>
@@ -80,6 +82,8 @@ private:
     double same_since = 0;
     double readings = 0, repeats = 0;  ///< in runs that have ended: how often readings repeat by chance
     double smallest_step = 0;          ///< of the reading's digits, where it has coarse ones
+    std::array<double, 63> turns{};    ///< K, the last second differences of reading - expected while readings moved
+    std::size_t turn_count = 0;
     double leapt_at = -1, leap = 0, agreed_since = -1;  ///< s; K; s
     std::deque<Sample> recent;
 
@@ -89,6 +93,7 @@ private:
     void start(double time, double reading, double expected);
     void arrive(double deviation, double reading, const Row& row);
     bool stands_apart(const Judged& now);
+    double scatter_K() const;
     bool is_stuck(const Judged& now);
     bool is_noisy(const Judged& now);
     void name_fault(double time, bool apart, bool stuck, bool noisy);

@@ -12,6 +12,7 @@
 #include "diagnosis/causes/kinds.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/judge/diagnosis.h"
+#include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/statistics/statistics.h"
 #include "mesh/machine/kinematics.h"
 
@@ -158,6 +159,7 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
   const std::vector<mesh::Pose> poses = mesh::workspace_poses(machine);
   const std::vector<Place> places = places_of(problem, machine, poses);
 
+  const MeshAllowance allowance(machine, model.mesh_error, options);
   double best = 0.0;  // merit
   const auto consider = [&](const Observations& plan, const std::string& load, bool own) {
     const Response response(model, plan);
@@ -169,9 +171,9 @@ NextMeasurement next_measurement(const Problem& problem, const reduction::Reduce
     for (std::size_t c = 0; c < places.size(); ++c) {
       if (own && places[c].measured) continue;
       const auto column = static_cast<Index>(c);
-      const double percent =
-          places[c].is_sensor ? options.temperature_error_percent : options.displacement_error_percent;
-      const Merit merit = merit_of(rivals, seen, column, places[c].uncertainty, 0.01 * percent);
+      const double mesh_error = places[c].is_sensor ? allowance.of_sensor(places[c].name)
+                                                    : allowance.of_displacement(places[c].name.substr(0, 2));
+      const Merit merit = merit_of(rivals, seen, column, places[c].uncertainty, mesh_error);
       const double weighed = own ? own_load_counts * merit.all : merit.all;
       if (weighed <= best) continue;
       best = weighed;

@@ -13,7 +13,9 @@ void DiagnoseOptions::validate() const {
                        "0.05 to 0.9");
   for (const auto& [name, percent] : {std::pair{"displacement_error_percent", displacement_error_percent},
                                       {"temperature_error_percent", temperature_error_percent}})
-    core::require_option(percent > 0 && percent <= 50, std::string("diagnose ") + name, percent, "above 0, at most 50");
+    if (percent)
+      core::require_option(*percent > 0 && *percent <= 50, std::string("diagnose ") + name, *percent,
+                           "above 0, at most 50");
   core::require_option(interval_s > 0, "diagnose interval_s", interval_s, "a positive number of seconds");
 }
 

@@ -17,6 +17,7 @@
 #include "diagnosis/judge/decision.h"
 #include "diagnosis/judge/diagnosis.h"
 #include "diagnosis/record/diagnose_options.h"
+#include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/response/response.h"
 
 namespace thermotwin::diagnosis {
@@ -206,10 +207,9 @@ void add_notes(const reduction::ReducedModel& model, const Problem& problem, con
   d.notes.push_back(fmt::format(
       "Initial temperature: uniform, {:.2f} degC (median of the first readings), standard deviation {:.2f} K.",
       obs.start_C, problem.prior_std[std::ssize(problem.parameters)]));
-  d.notes.push_back(fmt::format(
-      "Assumed discretisation error: {:.3g} % of each displacement's response, {:.3g} % of each temperature's. "
-      "Chi-square without a cause: {:.0f} for {} values.",
-      options.displacement_error_percent, options.temperature_error_percent, found.chi_square_none, found.fitted));
+  d.notes.push_back(MeshAllowance(model.machine, model.mesh_error, options).sentence());
+  d.notes.push_back(
+      fmt::format("Chi-square without a cause: {:.0f} for {} values.", found.chi_square_none, found.fitted));
   if ((d.verdict == Verdict::unexplained || only_unknown_shares(d)) && found.unknown_channel >= 0) {
     d.notes.push_back("The unexplained residual is concentrated in one channel alone: " +
                       obs.channels[found.unknown_channel].channel.id + ".");

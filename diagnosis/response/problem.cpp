@@ -11,6 +11,7 @@
 #include "diagnosis/causes/offered_causes.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/record/diagnose_options.h"
+#include "diagnosis/response/mesh_allowance.h"
 #include "diagnosis/statistics/statistics.h"
 
 namespace thermotwin::diagnosis {
@@ -108,12 +109,11 @@ Eigen::MatrixXd moves_beside(const Problem& problem, std::size_t of) {
 
 /// Where a model does not know its parts, the stated spread of expansion and heat capacity is not a
 /// parameter but part of the model error: a factor of displacements, a wandering error of transients.
+/// @param model_error  share of its own change, of mesh and discretisation
 /// @param beside  (n x others) what the other directions at the pose move
 ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen::VectorXd& predicted,
                                      const Eigen::MatrixXd& beside, double start_C, const MaterialSpread& spread,
-                                     const DiagnoseOptions& options, double& amplitude) {
-  const double model_error =
-      0.01 * (channel.is_temperature() ? options.temperature_error_percent : options.displacement_error_percent);
+                                     double model_error, double& amplitude) {
   const Floor floor = floor_of(channel);
   ChannelCovariance cov;
   cov.time = channel.time;
@@ -231,6 +231,7 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
   problem.columns.rightCols(held) = linear.held;
   for (Index k = 0; k < held; ++k) problem.prior_std[problem.prior_std.size() - held + k] = obs.may_hold[k].std;
 
+  const MeshAllowance allowance(machine, response.mesh_error(), options);
   const MaterialSpread spread = response.has_parts() ? MaterialSpread{} : material_spread(machine);
   problem.amplitude.resize(std::ssize(obs.channels));
   problem.expected_std.resize(obs.size());
@@ -238,8 +239,8 @@ Problem make_problem(const mesh::Machine& machine, const compensation::Measureme
     const ObservedChannel& channel = obs.channels[k];
     const Index first = problem.first_row(k);
     problem.covariance.push_back(channel_covariance(channel, problem.predicted.segment(first, channel.size()),
-                                                    moves_beside(problem, k), obs.start_C, spread, options,
-                                                    problem.amplitude[k]));
+                                                    moves_beside(problem, k), obs.start_C, spread,
+                                                    allowance.of(channel), problem.amplitude[k]));
     problem.expected_std.segment(first, channel.size()) = problem.covariance.back().variance();
   }
   problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();

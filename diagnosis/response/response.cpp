@@ -82,22 +82,45 @@ Response::Response(const reduction::ReducedModel& model, const Observations& obs
     : model_(model),
       observations_(observations),
       rows_(observed_rows()) {
-  const mesh::Machine& machine = model.machine;
-  air_.setConstant(observations.points.size(), machine.reference_C);
-  const int air = machine.ambient_index("air");
-  if (air < 0) return;
-  const solver::OperatingModel operating(machine, model.system.layout);
-  const Index steps = observations.rows.rows();
-  VectorXd means(steps);
-  for (Index s = 0; s < steps; ++s) means[s] = operating.ambient_K(air, observations.rows.row(s).transpose());
-  means = without_noise(means);
-  for (Index i = 0; i <= steps; ++i)
-    air_[i] += 0.5 * (means[std::max<Index>(i - 1, 0)] + means[std::min(i, steps - 1)]);
+  set_air();
+}
+
+void Response::set_air() {
+  const mesh::Machine& machine = model_.machine;
+  const solver::OperatingModel operating(machine, model_.system.layout);
+  const Index points = observations_.points.size(), steps = observations_.rows.rows();
+  std::vector<int> ambients;  // of each column of air_
+  for (Index s = 0; s < std::ssize(machine.sensors); ++s) {
+    const int film = model_.sensor_air ? model_.sensor_air->film[s] : -1;
+    const std::string id = film < 0 ? "air" : machine.films[film].ambient;
+    of_volume_.push_back(model_.sensor_air ? machine.volume_index(id) : -1);
+    const int ambient = machine.ambient_index(id);
+    const auto column = std::find(ambients.begin(), ambients.end(), ambient);
+    of_ambient_.push_back(of_volume_.back() >= 0 ? -1 : column - ambients.begin());
+    if (of_volume_.back() < 0 && column == ambients.end()) ambients.push_back(ambient);
+  }
+  air_.setConstant(points, std::ssize(ambients), machine.reference_C);
+  for (Index a = 0; a < air_.cols(); ++a) {
+    if (ambients[a] < 0) continue;  // a machine without air: its reference temperature
+    VectorXd means(steps);
+    for (Index s = 0; s < steps; ++s)
+      means[s] = operating.ambient_K(ambients[a], observations_.rows.row(s).transpose());
+    means = without_noise(means);
+    for (Index i = 0; i <= steps; ++i)
+      air_(i, a) += 0.5 * (means[std::max<Index>(i - 1, 0)] + means[std::min(i, steps - 1)]);
+  }
+}
+
+VectorXd Response::air_beside(int sensor, const MatrixXd& states) const {
+  if (of_ambient_[sensor] >= 0) return air_.col(of_ambient_[sensor]);
+  const Index first = std::ssize(observations_.channels);
+  return states.col(first + of_volume_[sensor]).array() + model_.machine.reference_C;
 }
 
 Response::Rows Response::observed_rows() const {
   const mesh::Machine& machine = model_.machine;
-  const Index r = model_.system.order(), count = std::ssize(observations_.channels);
+  const Index r = model_.system.order(), channels = std::ssize(observations_.channels),
+              count = channels + (model_.sensor_air ? model_.sensor_air->volumes.rows() : 0);
   std::vector<Eigen::RowVectorXd> sides;  // of displacements
   for (const ObservedChannel& observed : observations_.channels) {
     sides.push_back(observed.is_temperature() ? Eigen::RowVectorXd()
@@ -105,7 +128,7 @@ Response::Rows Response::observed_rows() const {
   }
   const auto displacements = [&](const reduction::ReducedOutputs& outputs) {
     MatrixXd all = MatrixXd::Zero(count, r);
-    for (Index k = 0; k < count; ++k) {
+    for (Index k = 0; k < channels; ++k) {
       if (const std::size_t at = k; sides[at].size() > 0)
         all.row(k) = sides[at] * reduction::side_rows(machine, outputs, observations_.channels[at].pose);
     }
@@ -113,7 +136,8 @@ Response::Rows Response::observed_rows() const {
   };
   Rows rows;
   rows.base = displacements(model_.outputs);
-  for (Index k = 0; k < count; ++k) {
+  if (model_.sensor_air) rows.base.bottomRows(count - channels) = model_.sensor_air->volumes;
+  for (Index k = 0; k < channels; ++k) {
     if (const ObservedChannel& observed = observations_.channels[k]; observed.is_temperature())
       rows.base.row(k) = model_.system.sensors.row(machine.sensor_index(observed.channel.sensor));
   }
@@ -167,14 +191,14 @@ MatrixXd Response::to_heat(const mesh::Machine& machine, const MatrixXd& loads, 
 }
 
 MatrixXd Response::records(const mesh::Machine& machine, const MatrixXd& states) const {
-  MatrixXd result(states.rows(), states.cols());
-  for (Index k = 0; k < states.cols(); ++k) {
+  MatrixXd result(states.rows(), std::ssize(observations_.channels));
+  for (Index k = 0; k < result.cols(); ++k) {
     const ObservedChannel& observed = observations_.channels[k];
     VectorXd values = states.col(k);
     if (observed.is_temperature()) {
       values.array() += machine.reference_C;
-      values = sensor_readings(machine.sensors[machine.sensor_index(observed.channel.sensor)], observations_.points,
-                               air_, values);
+      const int sensor = machine.sensor_index(observed.channel.sensor);
+      values = sensor_readings(machine.sensors[sensor], observations_.points, air_beside(sensor, states), values);
     }
     result.col(k) = recorded(machine, observed.channel.id, observed.device(), observations_.points, std::move(values));
   }

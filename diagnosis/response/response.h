@@ -40,8 +40,9 @@ public:
   Response(const reduction::ReducedModel& model, const Observations& observations);
   /// Whether parameters that need parts can act.
   bool has_parts() const { return model_.parts.has_value(); }
+  const std::optional<reduction::MeshError>& mesh_error() const { return model_.mesh_error; }
   /// (observed channels x r) of the model's own machine
-  const Eigen::MatrixXd& nominal_rows() const { return rows_.base; }
+  Eigen::MatrixXd nominal_rows() const { return rows_.base.topRows(std::ssize(observations_.channels)); }
 
   struct Linear {
     Eigen::VectorXd predicted;    ///< (observations) channel after channel
@@ -73,7 +74,7 @@ public:
   /// of the first series first: (observations x (loads x series)). @param loads (r x loads)
   Eigen::MatrixXd to_heat(const mesh::Machine& machine, const Eigen::MatrixXd& loads,
                           const Eigen::MatrixXd& series) const;
-  /// The run of a machine, (points x observed channels), and what a machine whose readings differ makes
+  /// The run of a machine, (points x observed channels and volumes), and what a machine whose readings differ makes
   /// of it, (observations): many faulty sensors and clocks for one run.
   Eigen::MatrixXd states(const mesh::Machine& machine) const;
   Eigen::VectorXd read(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
@@ -96,15 +97,21 @@ private:
   std::vector<Eigen::MatrixXd> run(const mesh::Machine& machine, std::vector<Variant>& variants,
                                    const Rows& rows) const;
   Eigen::MatrixXd capacity_of(const mesh::Machine& machine) const;
-  /// What is recorded of the observed channels. @param states (points x channels), K or um
+  /// What is recorded of the observed channels. @param states (points x channels and volumes), K or um
   Eigen::MatrixXd records(const mesh::Machine& machine, const Eigen::MatrixXd& states) const;
   Rows observed_rows() const;
   Eigen::VectorXd stack(const Eigen::MatrixXd& at_points) const;
 
   const reduction::ReducedModel& model_;
   const Observations& observations_;
-  Rows rows_;            ///< (observed channels x r)
-  Eigen::VectorXd air_;  ///< (points) degC
+  void set_air();
+  /// Temperature of the air beside a sensor, degC. @param states  as in records()
+  Eigen::VectorXd air_beside(int sensor, const Eigen::MatrixXd& states) const;
+
+  Rows rows_;                    ///< (observed channels and volumes x r)
+  Eigen::MatrixXd air_;          ///< (points x ambients of those sensors) degC
+  std::vector<int> of_ambient_;  ///< (sensors) column of air_, or -1: a volume
+  std::vector<int> of_volume_;   ///< (sensors) volume, or -1
 };
 
 }  // namespace thermotwin::diagnosis

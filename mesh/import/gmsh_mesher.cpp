@@ -541,6 +541,44 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
   return mesh;
 }
 
+Surface tessellate_cad(const std::filesystem::path& path, const ImportOptions& options) {
+  const std::string place = "body '" + options.body + "': " + path.string();
+  const std::string extension = core::lower(path.extension().string());
+  const double unit = extension == ".brep" ? options.unit_m : 1e-3;
+  return in_session<MesherError, Surface>(
+      place, "its faces could not be meshed", "valid faces (repair the CAD file)", [&] {
+        if (extension == ".iges" || extension == ".igs") gmsh::option::setString("Geometry.OCCTargetUnit", "");
+        read_shapes(path, place, options, Attempt{});
+        DimTags solids;
+        gmsh::model::getEntities(solids, 3);
+        require_affordable(volume_of(solids) * unit * unit * unit, options, place);
+        set_sizes(options, unit, options.elements_per_turn);
+        gmsh::option::setNumber("Mesh.Algorithm", 1);  // MeshAdapt: the one that fails least
+        gmsh::model::mesh::generate(2);
+        const NodeTable nodes;
+        std::vector<std::array<int, 3>> triangles;
+        for (const auto& solid : solids) {
+          DimTags faces;
+          gmsh::model::getBoundary({solid}, faces, false, true, false);
+          for (const auto& [dim, tag] : faces) {
+            for (std::array<int, 3> triangle : triangles_on(std::abs(tag), nodes)) {
+              if (tag < 0) std::swap(triangle[0], triangle[1]);
+              triangles.push_back(triangle);
+            }
+          }
+        }
+        Surface surface;
+        surface.points.resize(3, std::ssize(nodes.points));
+        for (std::size_t n = 0; n < nodes.points.size(); ++n) surface.points.col(n) = unit * nodes.points[n];
+        surface.triangles.resize(3, std::ssize(triangles));
+        for (std::size_t t = 0; t < triangles.size(); ++t)
+          surface.triangles.col(t) = Eigen::Map<const Eigen::Vector3i>(triangles[t].data());
+        surface.part.assign(triangles.size(), 0);
+        surface.part_names = {""};
+        return surface;
+      });
+}
+
 TetMesh mesh_closed_surface(const Surface& surface, const ImportOptions& options, const Attempt& attempt) {
   const std::string place = "body '" + options.body + "'";
   constexpr double unit = 1e-3;

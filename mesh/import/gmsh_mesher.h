@@ -34,6 +34,10 @@ const std::vector<Attempt>& attempts_on_surfaces();
 /// @throws MeshError; MesherError where another attempt may succeed
 TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt);
 
+/// Triangles of the element size on all faces of a CAD file, in m; the normals of a solid's faces point outwards.
+/// @throws MeshError
+Surface tessellate_cad(const std::filesystem::path& path, const ImportOptions& options);
+
 /// Mesh of a closed surface, possibly with cavities: it is cut along edges sharper than 40 deg,
 /// the patches are remeshed to the element size, and the volume is filled. No groups.
 /// @param surface  one piece, in m, checked

@@ -19,6 +19,7 @@
 #include "mesh/import/gmsh_mesher.h"
 #include "mesh/import/import_process.h"
 #include "mesh/import/inp_reader.h"
+#include "mesh/import/lattice_mesher.h"
 #include "mesh/import/raw_mesh.h"
 #include "mesh/import/vtk_mesh_io.h"
 #include "mesh/surface/check.h"
@@ -28,6 +29,9 @@
 namespace thermotwin::mesh {
 
 namespace {
+
+/// What a user can do about a surface that cannot be meshed as it is.
+constexpr const char* way_out = " (or key mesher = \"lattice\" of the body, which chamfers edges)";
 
 std::string extension(const std::filesystem::path& path) { return core::lower(path.extension().string()); }
 
@@ -92,7 +96,7 @@ void name_parts(TetMesh& mesh, const Surface& surface) {
   }
 }
 
-Surface read_checked(const std::filesystem::path& path, const ImportOptions& options, bool warn) {
+Surface read_repaired(const std::filesystem::path& path, const ImportOptions& options, bool warn) {
   options.validate();
   Surface surface = read_triangles(path, options.body);
   surface.points *= options.unit_m;
@@ -103,12 +107,25 @@ Surface read_checked(const std::filesystem::path& path, const ImportOptions& opt
     core::warn(fmt::format("body '{}': {} triangles without area were dropped", options.body, dropped));
   if (const Healing healed = heal(surface); healed.any() && warn)
     core::warn(fmt::format("body '{}': the surface was repaired: {}", options.body, healed.brief()));
-  check_surface(surface, options.body, path.string());
   return surface;
 }
 
+TetMesh mesh_by_lattice(const std::filesystem::path& path, const ImportOptions& options, bool cad) {
+  const Surface surface = cad ? tessellate_cad(path, options) : read_repaired(path, options, true);
+  check_extent(surface.points, options.body, path.string());
+  TetMesh mesh = lattice_mesh(surface, options);
+  if (!cad) name_parts(mesh, surface);
+  return mesh;
+}
+
 TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
-  const Surface surface = read_checked(path, options, attempt.first);
+  const Surface surface = read_repaired(path, options, attempt.first);
+  check_extent(surface.points, options.body, path.string());
+  try {
+    check_surface(surface, options.body, path.string());
+  } catch (const core::MeshError& error) {
+    throw core::MeshError(error.what() + std::string(way_out));
+  }
   std::vector<TetMesh> meshes;
   const double expected = enclosed_volume(surface);
   for (const Surface& piece : pieces(surface, options.body))
@@ -153,6 +170,7 @@ bool is_surface(const std::string& type) { return is_one_of(type, {".stl", ".obj
 
 TetMesh import_here(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
   const std::string type = extension(path);
+  if (options.lattice && (is_cad(type) || is_surface(type))) return mesh_by_lattice(path, options, is_cad(type));
   if (is_cad(type)) return mesh_cad(path, options, attempt);
   if (is_surface(type)) return mesh_surface_file(path, options, attempt);
   if (is_one_of(type, {".msh", ".vtu", ".inp"})) return read_tet_mesh(path, options);
@@ -167,7 +185,8 @@ TetMesh import_body(const std::filesystem::path& path, const ImportOptions& opti
   options.validate();
   const std::string type = extension(path), place = "body '" + options.body + "': " + path.string();
   const std::vector<Attempt> once(1);
-  const std::vector<Attempt>& attempts = is_cad(type)       ? attempts_on_cad()
+  const std::vector<Attempt>& attempts = options.lattice    ? once
+                                         : is_cad(type)     ? attempts_on_cad()
                                          : is_surface(type) ? attempts_on_surfaces()
                                                             : once;
   std::optional<MesherError> first;  // the one that is told if no attempt succeeds
@@ -180,7 +199,7 @@ TetMesh import_body(const std::filesystem::path& path, const ImportOptions& opti
       if (!first) first = error;
     }
   }
-  throw MesherError(*first);
+  throw MesherError(first->what() + std::string(way_out));
 }
 
 }  // namespace thermotwin::mesh

@@ -19,6 +19,7 @@ struct ImportOptions {
   double min_element_size_m = 0.0;  ///< 0: a quarter of element_size_m
   int elements_per_turn = 8;        ///< elements on a full circle (curvature), CAD files only
   double max_elements = 4e6;        ///< estimated number beyond which a body is refused before it is meshed
+  bool lattice = false;             ///< fill the surface with a cut lattice instead of meshing it (lattice_mesher.h)
   void validate() const;            ///< @throws InputError
 };
 

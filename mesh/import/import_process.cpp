@@ -178,11 +178,11 @@ TetMesh mesh_in_child(const std::string& place, const ImportLimits& limits, cons
   const int status = child.wait();
   if (bytes.empty() || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     if (WIFEXITED(status) && WEXITSTATUS(status) == status_of_no_memory) throw std::bad_alloc();
-    const char* allowed =
+    const std::string allowed =
         "a file that is not damaged (write it anew from CAD, or in another format), a larger element_size_mm, or "
         "simpler geometry";
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)
-      throw core::MeshError(place, end_of(status, child.seconds()), allowed);
+      throw core::MeshError(place, end_of(status, child.seconds()), allowed + ", or mesher = \"lattice\" of the body");
     throw MesherError(place, end_of(status, child.seconds()), allowed);
   }
   const std::string_view rest = std::string_view(bytes).substr(1);

@@ -81,9 +81,9 @@ private:
 std::string cache_name(const std::filesystem::path& cad, const ImportOptions& options) {
   if (cad.extension() == ".gltf" || cad.extension() == ".GLTF") return {};
   const std::string bytes = core::read_file(cad);
-  const std::string key =
-      fmt::format("{}|{}|{}|{:a}|{:a}|{:a}|{}", core::content_hash(bytes), cad.extension().string(), bytes.size(),
-                  options.unit_m, options.element_size_m, options.min_element_size_m, options.elements_per_turn);
+  const std::string key = fmt::format(
+      "{}|{}|{}|{:a}|{:a}|{:a}|{}{}", core::content_hash(bytes), cad.extension().string(), bytes.size(), options.unit_m,
+      options.element_size_m, options.min_element_size_m, options.elements_per_turn, options.lattice ? "|lattice" : "");
   return options.body + "-" + core::content_hash(key + "|" + mesher_version) + ".mesh";
 }
 

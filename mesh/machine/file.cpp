@@ -60,6 +60,7 @@ BodySpec read_body(const Node& node, Draft& draft, bool files_must_exist) {
   body.elastic = node.boolean("elastic");
   body.pieces = node.integer("pieces");
   body.max_elements = node.number("max_elements");
+  body.lattice = node.choice("mesher") == "lattice";
   node.finish();
   return body;
 }

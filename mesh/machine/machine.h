@@ -45,6 +45,7 @@ struct BodySpec {
   bool elastic = true;        ///< false: takes part in heat only (screws)
   int pieces = 1;             ///< unconnected parts that the body is meant to have
   double max_elements = 4e6;  ///< a mesh that would be larger is refused before it is made
+  bool lattice = false;       ///< filled with a lattice that is cut at the surface, for faulty geometry
 };
 
 enum class AxisKind { linear, rotary };

@@ -83,6 +83,9 @@ const KeyTable body{
         key::whole("pieces", 1, 1000, 1.0, "Unconnected parts that it is meant to have; another number is an error."),
         key::number("max_elements", "1", {1000.0, 1e9}, 4e6,
                     "A mesh that would have more is refused before it is made."),
+        key::word("mesher", {"surface", "lattice"}, "surface",
+                  "surface: the faces are meshed, then the volume; lattice: for faulty geometry, a regular lattice "
+                  "is cut at the surface, which chamfers edges and loses walls thinner than element_size_mm."),
         key::reference("parent", "body", Absent{"stands on the ground"}, "The body that carries it."),
         key::reference("axis", "axis", Absent{"fixed to its parent"}, "The axis between parent and body."),
         key::flag("elastic", true,

@@ -19,6 +19,7 @@
 #include "reduction/basis/parameter_parts.h"
 #include "reduction/basis/patches.h"
 #include "reduction/basis/responses.h"
+#include "reduction/basis/sensor_air.h"
 #include "reduction/model/output_grid.h"
 #include "reduction/model/reduced_simulation.h"
 #include "reduction/model/trained_range.h"
@@ -302,6 +303,7 @@ ReducedModel truncated(const ReducedModel& model, Eigen::Index r) {
     for (Eigen::MatrixXd& row : *rows) row = row.leftCols(r).eval();
   }
   if (small.parts) small.parts = truncated(*model.parts, r);
+  if (small.sensor_air) small.sensor_air->volumes = model.sensor_air->volumes.leftCols(r).eval();
   if (!small.patches.items.empty()) small.patches.inputs = model.patches.inputs.topRows(r);
   return small;
 }
@@ -348,6 +350,7 @@ ReducedModel reduce(const solver::FullModel& full, const std::vector<solver::Loa
   model.full_size = thermal.size;
   model.system = project_system(thermal, vectors);
   model.outputs = rows.project(vectors);
+  model.sensor_air = sensor_air(full, vectors);
   notes.projection_seconds = projection_watch.seconds();
   for (const OperatingPoint& point : points) model.trained.include(point.c.p);
 

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 
 #include "core/error.h"
@@ -128,6 +129,21 @@ void write_all(StoreWriter& writer, const ReducedModel& model) {
   writer.group("/trained");
   writer.matrix("/trained/coefficients", trained);
   writer.describe("/trained/coefficients", "low high", "unit of the term's coefficient; one row a term");
+  if (model.sensor_air) {
+    writer.group("/sensor_air");
+    writer.integers("/sensor_air/film", IntRows(model.sensor_air->film));
+    writer.describe("/sensor_air/film", "sensors", "index of the film whose ambient is beside it; -1: none");
+    writer.matrix("/sensor_air/volumes", model.sensor_air->volumes);
+    writer.describe("/sensor_air/volumes", "state", "K; one row a volume");
+  }
+  if (model.mesh_error) {
+    writer.group("/mesh_error");
+    writer.vector("/mesh_error/sensors", model.mesh_error->sensors);
+    writer.describe("/mesh_error/sensors", "sensors", "share of the change of each");
+    writer.vector("/mesh_error/tcp", model.mesh_error->tcp);
+    writer.describe("/mesh_error/tcp", "dx dy dz ra rb rc", "share of the motion in all three directions");
+    writer.text("/mesh_error/second", model.mesh_error->second);
+  }
   if (model.parts) write_parts(writer, *model.parts, model);
   if (!model.patches.items.empty()) write_patches(writer, model.patches, model.machine);
 }
@@ -243,6 +259,27 @@ ReducedModel read_all(const StoreReader& reader, const fs::path& path) {
                 fmt::format("none or one a term: {}", system.layout.terms.size()));
   }
   model.trained = {trained.col(0), trained.col(1)};
+  if (reader.has("/sensor_air")) {
+    SensorAir air;
+    const IntRows film = reader.integers("/sensor_air/film", 1);
+    if (film.rows() != size_of(model.machine.sensors) ||
+        (film.size() > 0 && (film.minCoeff() < -1 || film.maxCoeff() >= size_of(model.machine.films))))
+      reader.fail("/sensor_air/film that does not fit", "a film of the machine, or -1, for each sensor");
+    air.film = film.col(0);
+    air.volumes = reader.matrix("/sensor_air/volumes", size_of(model.machine.volumes), r);
+    model.sensor_air = std::move(air);
+  }
+  if (reader.has("/mesh_error")) {
+    MeshError error;
+    error.sensors = reader.vector("/mesh_error/sensors", size_of(model.machine.sensors));
+    error.tcp = reader.vector("/mesh_error/tcp", 6);
+    error.second = reader.text("/mesh_error/second");
+    const auto share = [](double value) { return value >= 0.0 && value <= 1.0; };
+    if (!std::all_of(error.sensors.begin(), error.sensors.end(), share) ||
+        !std::all_of(error.tcp.begin(), error.tcp.end(), share))
+      reader.fail("/mesh_error with a share outside 0 to 1", "shares of a change");
+    model.mesh_error = std::move(error);
+  }
   model.parts = read_parts(reader, model);
   model.patches = read_patches(reader, model);
   return model;

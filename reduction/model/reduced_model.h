@@ -87,6 +87,20 @@ struct ReductionErrors {
   double effectivity = 0;         ///< median of estimated over true error
 };
 
+/// How far the mesh is from convergence (basis/mesh_error.h).
+struct MeshError {
+  Eigen::VectorXd sensors;  ///< (sensors) share of the change of each temperature
+  /// Of dx dy dz ra rb rc, all poses together: share of the motion in all three directions.
+  Eigen::Matrix<double, 6, 1> tcp = Eigen::VectorXd::Zero(6);
+  std::string second;  ///< the mesh that the model's was compared with
+};
+
+/// The air beside each sensor, which it takes on where it hangs loose (basis/sensor_air.h).
+struct SensorAir {
+  Eigen::VectorXi film;     ///< (sensors) film whose ambient it is; -1: none, or a sensor on no body
+  Eigen::MatrixXd volumes;  ///< (volumes x r) K above the reference
+};
+
 struct ReducedModel {
   mesh::Machine machine;  ///< parsed from the text that the file keeps
   std::string size;       ///< mesh it comes from, with number of nodes
@@ -95,8 +109,10 @@ struct ReducedModel {
   ReducedOutputs outputs;
   std::vector<ReductionErrors> errors;
   TrainedRange trained;
-  std::optional<Parts> parts;  ///< see basis/parameter_parts.h; optional
-  Patches patches;             ///< empty: none were made
+  std::optional<Parts> parts;           ///< see basis/parameter_parts.h; optional
+  Patches patches;                      ///< empty: none were made
+  std::optional<SensorAir> sensor_air;  ///< none: a model of an earlier version, or a foreign one
+  std::optional<MeshError> mesh_error;  ///< none: no second mesh differs, or a model of an earlier version
 
   /// @return the TCP error at any pose of the workspace  @param state  (r)
   solver::TcpError tcp(const Eigen::VectorXd& state, const mesh::Pose& pose) const;

@@ -197,6 +197,37 @@ TEST(Import, AMeshThatWouldBeTooLargeIsRefusedBefore) {
     EXPECT_SAYS(result.err, words);
 }
 
+TEST(Import, BlocksThatRunThroughEachOtherAreFilledWithALattice) {
+  const Block through{{50, 20, 20}, {150, 80, 40}};
+  const OwnCase refused(body_text("block", 12));
+  refused.blocks("block", {low, through});
+  const Result first = refused.run({"mesh", refused.path()});
+  EXPECT_EQ(first.status, 3);
+  EXPECT_SAYS(first.err, "(or key mesher = \"lattice\" of the body, which chamfers edges)");
+  const OwnCase own(body_text("block", 12, "mesher = \"lattice\""));
+  own.blocks("block", {low, through});
+  const Result filled = own.run({"mesh", own.path(), "--json", "--quiet"});
+  ASSERT_EQ(filled.status, 0) << filled.err;
+  EXPECT_SAYS(filled.err, "body 'block': filled with a lattice");
+  EXPECT_SAYS(filled.err, "edges are chamfered by up to an element");
+  const auto body = nlohmann::json::parse(filled.out)["bodies"][0];
+  // The chamfers of 12 mm elements cost 3 % of the volume.
+  EXPECT_NEAR(body["mass_kg"].get<double>(), 7850 * (500e-6 + 60e-6), 0.04 * 7850 * 560e-6);
+  EXPECT_EQ(body["pieces"], 1);
+  EXPECT_GT(body["quality_min"].get<double>(), 0.02);
+}
+
+TEST(Import, AnOpenSurfaceIsNotFilledWithALattice) {
+  const OwnCase own(body_text("block", 12, "mesher = \"lattice\""));
+  const std::string stl = stl_of({low});
+  std::size_t half = 0;
+  for (int n = 0; n < 7; ++n) half = stl.find("facet normal", half + 5);
+  own.write("cad/block.stl", stl.substr(0, half) + "endsolid\n");
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 3) << result.err;
+  EXPECT_SAYS(result.err, "body 'block': an open surface: inside and outside are not told apart");
+}
+
 TEST(Import, SlipsOfASurfaceFileAreRepaired) {
   const OwnCase own(body_text("block", 60));
   std::string stl = stl_of({low});

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "core/error.h"
+#include "core/muted_warnings.h"
 #include "core/thread_pool.h"
 
 namespace thermotwin::core {
@@ -23,6 +24,18 @@ TEST(Progress, QuietSilencesLogLinesButNotWarnings) {
   warn("film bed.skin is not used");
   set_quiet(false);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "thermal: 12 steps\nwarning: film bed.skin is not used\n");
+}
+
+TEST(Progress, MutedWarningsAreNotWritten) {
+  testing::internal::CaptureStderr();
+  {
+    const MutedWarnings outer;
+    warn("of no concern");
+    { const MutedWarnings inner; }
+    warn("of no concern either");
+  }
+  warn("of concern");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "warning: of concern\n");
 }
 
 TEST(Progress, ShortWorkSaysNothing) {

@@ -257,6 +257,24 @@ TEST(Diagnose, TheStatedErrorOfTemperaturesIsWhatTheyMayBeOffBy) {
   EXPECT_NE(verdict(1.0), diagnosis::Verdict::no_discrepancy);
 }
 
+TEST(Diagnose, TheMeshErrorOfTheModelFileIsWhatAChannelMayBeOffBy) {
+  const compensation::Measurement off = mixed(lumped::measure({}, {.seed = 311}), "T5_reading", "T5_reading", 0.25);
+  reduction::ReducedModel model = coarse_model();
+  const auto found = [&](double share) {
+    model.mesh_error.emplace();
+    model.mesh_error->sensors = Eigen::VectorXd::Constant(std::ssize(model.machine.sensors), share);
+    model.mesh_error->tcp.setConstant(0.0123);
+    return diagnosis::diagnose(model, off, {});
+  };
+  const diagnosis::Diagnosis wide = found(0.4);
+  EXPECT_EQ(wide.verdict, diagnosis::Verdict::no_discrepancy);
+  EXPECT_NE(found(0.01).verdict, diagnosis::Verdict::no_discrepancy);
+  const bool said = std::any_of(wide.notes.begin(), wide.notes.end(), [](const std::string& note) {
+    return note.starts_with("Discretisation error: 1.2 % of each displacement's response (from a second mesh), 40 %");
+  });
+  EXPECT_TRUE(said);
+}
+
 TEST(Diagnose, HeldOutTimeIsNeverFitted) {
   const auto truth = find(Kind::source_power, "motor");
   compensation::Measurement m = lumped::measure({{truth, 1.6}}, {.seed = 61});

@@ -134,8 +134,8 @@ int run(int argc, char** argv) {
   const hidden::Specimen specimen(machine_case, made);
   std::cerr << fmt::format("specimen of {} nodes\n", specimen.nodes());
   diagnosis::DiagnoseOptions how;
-  how.displacement_error_percent = number("displacement-error", how.displacement_error_percent);
-  how.temperature_error_percent = number("temperature-error", how.temperature_error_percent);
+  if (options.count("displacement-error") > 0) how.displacement_error_percent = number("displacement-error", 0);
+  if (options.count("temperature-error") > 0) how.temperature_error_percent = number("temperature-error", 0);
   hidden::Expectations expectations(specimen, model, how);
   const std::vector<std::string> loads = options.count("loads") ? parts_of(options.at("loads")) : machine_case.holdout;
   const std::string unseen_load = options.count("unseen") ? options.at("unseen") : machine_case.train.back();

@@ -22,6 +22,7 @@
 #include "solver/elastic/tcp.h"
 #include "solver/operation/layout.h"
 #include "solver/thermal/adaptive.h"
+#include "solver/thermal/fluid_assembly.h"
 #include "wrong_parts.h"
 
 namespace thermotwin::hidden {
@@ -180,6 +181,25 @@ Specimen::Specimen(const solver::Case& machine_case, const SpecimenOptions& opti
   for (const mesh::Pose& pose : poses_) rows_.push_back(full_.elastic.output_rows(pose));
 }
 
+VectorXd Specimen::air_beside(const mesh::SensorSpec& sensor, const mesh::Machine& machine, const Run& run) const {
+  std::string id = "air";
+  double nearest = 1e300;
+  for (const mesh::FilmSpec& film : machine.films) {
+    for (const std::string& name : film.surfaces) {
+      const int surface = machine.surface_index(name);
+      if (machine.surfaces[surface].body != sensor.body) continue;
+      const mesh::TetMesh& body = full_.mesh.body_of_surface(surface);
+      for (const int face : full_.mesh.surfaces[surface]) {
+        const double distance = (body.face_centre(face) - sensor.point).norm();
+        if (distance < nearest) nearest = distance, id = film.ambient;
+      }
+    }
+  }
+  if (const int volume = machine.volume_index(id); volume >= 0) return run.volumes.col(volume);
+  const int index = solver::Channels(machine).index(id + ".T_C");
+  return index >= 0 ? VectorXd(run.rows.col(index)) : VectorXd::Constant(run.time.size(), machine.reference_C);
+}
+
 Measurement Specimen::described(const std::string& load, std::size_t poses) const {
   Measurement m;
   const std::vector<VectorXd> rows = rows_of(case_.load(load), options_.refine);
@@ -315,10 +335,13 @@ Specimen::Run Specimen::run(const Draw& draw, const mesh::Machine& machine, cons
   run.rows.resize(steps + 1, channels.size());
   run.temperatures.resize(steps + 1, sensors);
   run.errors.resize(steps + 1, 3 * std::ssize(poses));
+  run.volumes.resize(steps + 1, std::ssize(machine.volumes));
+  const solver::FluidNodes fluids(machine, thermal.nodes);
   const auto record = [&](Index i) {
     const double size = size_at(run.time[i]);
     run.temperatures.row(i) = ((thermal.sensors * state).head(sensors).array() + machine.reference_C).transpose();
     for (Index s = 0; s < sensors; ++s) run.temperatures(i, s) += machine.sensors[s].offset;
+    for (Index v = 0; v < run.volumes.cols(); ++v) run.volumes(i, v) = state[fluids.volume(v)] + machine.reference_C;
     for (std::size_t p = 0; p < poses.size(); ++p) {
       const solver::OutputRows& r = rows_[p];
       VectorXd tool = r.tool * state, axis = r.table_axis * state, own = r.table_own * state;
@@ -397,8 +420,6 @@ Record Specimen::record(const Draw& draw, Recording recording) const {
 
   const VectorXd& time = run.time;
   const solver::Channels channels(machine);
-  VectorXd air = VectorXd::Constant(time.size(), machine.reference_C);
-  if (const int index = channels.index("air.T_C"); index >= 0) air = run.rows.col(index);
   Measurement m = described(draw.load, poses.size());
   m.data.values.resize(time.size(), std::ssize(m.data.columns));
   m.data.values.col(0) = time;
@@ -420,7 +441,11 @@ Record Specimen::record(const Draw& draw, Recording recording) const {
       if (!diagnosis::acts_on_readings(truth.parameter.kind)) continue;
       const std::string& where = truth.parameter.where;
       if (where == channel.id || (where == "temperature" && is_sensor) || (where == "displacement" && !is_sensor))
-        values = spoilt_reading(truth.parameter.kind, truth.value, time, air, std::move(values));
+        values =
+            spoilt_reading(truth.parameter.kind, truth.value, time,
+                           is_sensor ? air_beside(machine.sensors[machine.sensor_index(channel.sensor)], machine, run)
+                                     : VectorXd::Zero(time.size()),
+                           std::move(values));
     }
     if (is_sensor) values = outside.reading(channel.sensor, time, std::move(values));
     column = values;

@@ -110,11 +110,14 @@ private:
   struct Run {
     Eigen::VectorXd time;                        ///< (n) s
     Eigen::MatrixXd rows, temperatures, errors;  ///< (n x channels), (n x sensors) degC, (n x 3 poses) um
+    Eigen::MatrixXd volumes;                     ///< (n x volumes) degC
     std::optional<double> mean_size;  ///< of the first effect, weighted by what it changes; none: it never acts
   };
   Run run(const Draw& draw, const mesh::Machine& machine, const std::vector<mesh::Pose>& poses, Random& random,
           OutsideEffect& outside) const;
   mesh::Machine machine_of(std::uint64_t seed) const;
+  /// What a sensor takes on where it hangs loose: the air of the nearest film of its body, degC.
+  Eigen::VectorXd air_beside(const mesh::SensorSpec& sensor, const mesh::Machine& machine, const Run& run) const;
   double effective_value(const Truth& truth, const mesh::Machine& machine,
                          const std::optional<double>& mean_size) const;
   /// Channels and their columns; values follow.

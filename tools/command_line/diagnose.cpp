@@ -29,15 +29,15 @@ void add_diagnose(CLI::App& app) {
                              const std::string& of) {
     verb->add_option(
             name, percent,
-            "Assumed discretisation error, percent of each " + of +
-                "'s own response; a smaller value, known from a mesh study, makes the diagnosis more sensitive.")
-        ->check(CLI::Range(0.1, 50.0))
-        ->default_str(fmt::format("{}", otherwise));
+            fmt::format("Discretisation error, percent of each {}'s own response (default: what `reduce` found with a "
+                        "second mesh, or {} where the model file has none).",
+                        of, otherwise))
+        ->check(CLI::Range(0.1, 50.0));
   };
-  add_error("--displacement-error", diagnose.displacement_error_percent,
-            diagnosis::DiagnoseOptions{}.displacement_error_percent, "displacement");
-  add_error("--temperature-error", diagnose.temperature_error_percent,
-            diagnosis::DiagnoseOptions{}.temperature_error_percent, "temperature");
+  add_error("--displacement-error", diagnose.displacement_error_percent, diagnosis::assumed_displacement_error_percent,
+            "displacement");
+  add_error("--temperature-error", diagnose.temperature_error_percent, diagnosis::assumed_temperature_error_percent,
+            "temperature");
 }
 
 }  // namespace thermotwin::tools

@@ -133,6 +133,18 @@ TEST(SensorMonitor, AReadingThatNoLongerScattersIsStuck) {
   }
 }
 
+// Readings of a simulation: they move while the machine warms up, and repeat to all digits once it stands.
+TEST(SensorMonitor, ReadingsWithoutScatterMayRepeat) {
+  for (const double row_s : {60.0, 300.0}) {
+    SensorMonitor monitor(VectorXd::Constant(1, 0.05));
+    for (int i = 0; i < 800; ++i) {
+      const double warm = 6.0 * (1.0 - std::exp(-row_s * i / 5000.0));
+      monitor.judge(row_s * i, VectorXd::Constant(1, 20.0 + warm), VectorXd::Constant(1, 20.02 + 0.99 * warm));
+      ASSERT_EQ(monitor.fault(0), SensorFault::none) << row_s << " s, row " << i;
+    }
+  }
+}
+
 // Beside a spindle that starts and stops a tenth of what moves is more than the sensor is off by.
 TEST(SensorMonitor, ASensorThatIsOffStaysNamedWhileMuchMoves) {
   SensorMonitor monitor(VectorXd::Constant(1, sigma));

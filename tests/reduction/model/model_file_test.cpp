@@ -150,6 +150,47 @@ TEST(ModelFile, PartsComeBackAndMayBeAbsent) {
   EXPECT_NE(message_of(path).find("/parts/capacity"), std::string::npos) << message_of(path);
 }
 
+TEST(ModelFile, TheMeshErrorComesBackAndMayBeAbsent) {
+  const core::TemporaryFolder scratch;
+  const std::filesystem::path path = scratch.path() / "model.rom.h5";
+  ReducedModel model = random_model();
+  write_model(path, model);
+  EXPECT_FALSE(read_model(path).mesh_error.has_value());
+  MeshError error;
+  error.sensors = Eigen::VectorXd::LinSpaced(std::ssize(model.machine.sensors), 0.01, 0.03);
+  error.tcp << 0.01, 0.02, 0.03, 0.04, 0.05, 0.06;
+  error.second = "quadratic, 1.6 times the element size";
+  model.mesh_error = error;
+  write_model(path, model);
+  const MeshError back = read_model(path).mesh_error.value();
+  EXPECT_EQ(back.sensors, error.sensors);
+  EXPECT_EQ(back.tcp, error.tcp);
+  EXPECT_EQ(back.second, error.second);
+  model.mesh_error->tcp[2] = 1.5;
+  write_model(path, model);
+  EXPECT_NE(message_of(path).find("/mesh_error with a share outside 0 to 1"), std::string::npos) << message_of(path);
+}
+
+TEST(ModelFile, TheAirBesideTheSensorsComesBackAndMayBeAbsent) {
+  const core::TemporaryFolder scratch;
+  const std::filesystem::path path = scratch.path() / "model.rom.h5";
+  ReducedModel model = random_model();
+  write_model(path, model);
+  EXPECT_FALSE(read_model(path).sensor_air.has_value());
+  SensorAir air;
+  air.film.setConstant(std::ssize(model.machine.sensors), 1);
+  air.film[0] = -1;
+  air.volumes = MatrixXd::Random(std::ssize(model.machine.volumes), 7);
+  model.sensor_air = air;
+  write_model(path, model);
+  const SensorAir back = read_model(path).sensor_air.value();
+  EXPECT_EQ(back.film, air.film);
+  EXPECT_EQ(back.volumes, air.volumes);
+  model.sensor_air->film[0] = std::ssize(model.machine.films);
+  write_model(path, model);
+  EXPECT_NE(message_of(path).find("/sensor_air/film that does not fit"), std::string::npos) << message_of(path);
+}
+
 TEST(ModelFile, AnotherVersionIsNamed) {
   const core::TemporaryFolder scratch;
   const std::filesystem::path path = scratch.path() / "old.rom.h5";

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// The mesh error of a case, from a second mesh of it.
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "reduction/model/reduced_model.h"
+#include "solver/campaign/case.h"
+#include "solver/campaign/full_model.h"
+#include "solver/campaign/load_result.h"
+#include "solver/operation/load_program.h"
+
+namespace thermotwin::tools {
+
+/// Runs the loads on a mesh of another element size (reduction::second_mesh_factors) and compares.
+/// @param results  of the loads on `full`
+/// @return nothing, with a warning, where no second mesh differs or none can be made
+std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full, const solver::Case& machine_case,
+                                                  const std::vector<solver::LoadProgram>& loads,
+                                                  const std::vector<solver::LoadResult>& results,
+                                                  const std::filesystem::path& out);
+
+}  // namespace thermotwin::tools
