@@ -478,6 +478,21 @@ const std::vector<Attempt>& attempts_on_surfaces() {
   return list;
 }
 
+const std::vector<Attempt>& attempts_on_faces() {
+  static const std::vector<Attempt> list = [] {
+    std::vector<Attempt> all(4);
+    for (auto later = all.begin() + 1; later != all.end(); ++later) {
+      later->first = false;
+      later->curvature = false;
+      later->words = "from faces meshed without finer elements where they are curved";
+    }
+    all[2].algorithm = 5;
+    all[3].algorithm = 1;
+    return all;
+  }();
+  return list;
+}
+
 TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
   const std::string place = "body '" + options.body + "': " + path.string();
   std::error_code ignored;
@@ -541,19 +556,19 @@ TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options
   return mesh;
 }
 
-Surface tessellate_cad(const std::filesystem::path& path, const ImportOptions& options) {
+Surface tessellate_cad(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
   const std::string place = "body '" + options.body + "': " + path.string();
   const std::string extension = core::lower(path.extension().string());
   const double unit = extension == ".brep" ? options.unit_m : 1e-3;
   return in_session<MesherError, Surface>(
       place, "its faces could not be meshed", "valid faces (repair the CAD file)", [&] {
         if (extension == ".iges" || extension == ".igs") gmsh::option::setString("Geometry.OCCTargetUnit", "");
-        read_shapes(path, place, options, Attempt{});
+        read_shapes(path, place, options, attempt);
         DimTags solids;
         gmsh::model::getEntities(solids, 3);
         require_affordable(volume_of(solids) * unit * unit * unit, options, place);
-        set_sizes(options, unit, options.elements_per_turn);
-        gmsh::option::setNumber("Mesh.Algorithm", 1);  // MeshAdapt: the one that fails least
+        set_sizes(options, unit, attempt.curvature ? options.elements_per_turn : 0);
+        gmsh::option::setNumber("Mesh.Algorithm", attempt.algorithm);
         gmsh::model::mesh::generate(2);
         const NodeTable nodes;
         std::vector<std::array<int, 3>> triangles;

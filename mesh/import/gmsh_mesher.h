@@ -28,6 +28,8 @@ struct Attempt {
 };
 const std::vector<Attempt>& attempts_on_cad();
 const std::vector<Attempt>& attempts_on_surfaces();
+/// Of tessellate_cad().
+const std::vector<Attempt>& attempts_on_faces();
 
 /// STEP (its own unit counts) or BREP (unit_m counts); several solids get one conformal mesh.
 /// Faces without a solid are sewn where their gaps allow. Groups: names of solids and, of a single solid, of faces.
@@ -35,8 +37,8 @@ const std::vector<Attempt>& attempts_on_surfaces();
 TetMesh mesh_cad(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt);
 
 /// Triangles of the element size on all faces of a CAD file, in m; the normals of a solid's faces point outwards.
-/// @throws MeshError
-Surface tessellate_cad(const std::filesystem::path& path, const ImportOptions& options);
+/// @throws MeshError; MesherError where another attempt may succeed
+Surface tessellate_cad(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt);
 
 /// Mesh of a closed surface, possibly with cavities: it is cut along edges sharper than 40 deg,
 /// the patches are remeshed to the element size, and the volume is filled. No groups.

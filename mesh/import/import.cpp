@@ -110,8 +110,9 @@ Surface read_repaired(const std::filesystem::path& path, const ImportOptions& op
   return surface;
 }
 
-TetMesh mesh_by_lattice(const std::filesystem::path& path, const ImportOptions& options, bool cad) {
-  const Surface surface = cad ? tessellate_cad(path, options) : read_repaired(path, options, true);
+TetMesh mesh_by_lattice(const std::filesystem::path& path, const ImportOptions& options, bool cad,
+                        const Attempt& attempt) {
+  const Surface surface = cad ? tessellate_cad(path, options, attempt) : read_repaired(path, options, true);
   check_extent(surface.points, options.body, path.string());
   TetMesh mesh = lattice_mesh(surface, options);
   if (!cad) name_parts(mesh, surface);
@@ -170,7 +171,8 @@ bool is_surface(const std::string& type) { return is_one_of(type, {".stl", ".obj
 
 TetMesh import_here(const std::filesystem::path& path, const ImportOptions& options, const Attempt& attempt) {
   const std::string type = extension(path);
-  if (options.lattice && (is_cad(type) || is_surface(type))) return mesh_by_lattice(path, options, is_cad(type));
+  if (options.lattice && (is_cad(type) || is_surface(type)))
+    return mesh_by_lattice(path, options, is_cad(type), attempt);
   if (is_cad(type)) return mesh_cad(path, options, attempt);
   if (is_surface(type)) return mesh_surface_file(path, options, attempt);
   if (is_one_of(type, {".msh", ".vtu", ".inp"})) return read_tet_mesh(path, options);
@@ -185,10 +187,11 @@ TetMesh import_body(const std::filesystem::path& path, const ImportOptions& opti
   options.validate();
   const std::string type = extension(path), place = "body '" + options.body + "': " + path.string();
   const std::vector<Attempt> once(1);
-  const std::vector<Attempt>& attempts = options.lattice    ? once
-                                         : is_cad(type)     ? attempts_on_cad()
-                                         : is_surface(type) ? attempts_on_surfaces()
-                                                            : once;
+  const std::vector<Attempt>& attempts = options.lattice && is_cad(type) ? attempts_on_faces()
+                                         : options.lattice               ? once
+                                         : is_cad(type)                  ? attempts_on_cad()
+                                         : is_surface(type)              ? attempts_on_surfaces()
+                                                                         : once;
   std::optional<MesherError> first;  // the one that is told if no attempt succeeds
   for (const Attempt& attempt : attempts) {
     try {

@@ -20,7 +20,7 @@ constexpr double refinements[] = {1.0, 0.7, 0.5};
 constexpr double largest_volume_error = 0.1;
 constexpr double largest_ambiguous = 0.02;  // of the volume inside
 constexpr double largest_lattice = 3e8;     // points
-constexpr double probing_cubes = 40.0;      // along the extent, to know the volume first
+constexpr double probing_cubes = 16.0;      // along the extent, to know the volume first
 
 TetMesh body_of(const LatticeFill& fill, const std::string& body) {
   TetMesh mesh;

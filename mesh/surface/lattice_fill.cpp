@@ -27,7 +27,7 @@ constexpr double snap_long = 0.24999, snap_short = 0.41189;
 constexpr int halvings = 14;       // of an edge, to find where it is cut
 constexpr int samples = 4;         // along each edge of a cube that triangles touch
 constexpr int cubes_of_block = 4;  // a side
-constexpr double whole = 0.25;     // a winding number this far from a whole number is ambiguous
+constexpr double whole = 0.15;     // a winding number this far from a whole number is ambiguous
 
 /// Points of a body-centred cubic lattice: corners of cubes and their centres. Place p counts half cubes; its three
 /// numbers are all even or all odd.
@@ -62,6 +62,18 @@ private:
 
 enum class Side : signed char { outside = -1, on = 0, inside = 1 };
 
+/// Where a segment meets a triangle, as a share of its length; -1: nowhere (Moeller and Trumbore, 1997).
+/// @param slack  of barycentric coordinates: what lies beyond an edge by less meets it too
+double share_to_triangle(const Vector3d& from, const Vector3d& along, const Vector3d& a, const Vector3d& b,
+                         const Vector3d& c, double slack) {
+  const Vector3d u = b - a, v = c - a, w = from - a, across = along.cross(v), other = w.cross(u);
+  const double height = u.dot(across);
+  if (height == 0.0) return -1.0;
+  const double beta = w.dot(across) / height, gamma = along.dot(other) / height, share = v.dot(other) / height;
+  const bool meets = beta >= -slack && gamma >= -slack && beta + gamma <= 1.0 + slack && share >= 0.0 && share <= 1.0;
+  return meets ? share : -1.0;
+}
+
 template <class Visit>
 void for_each_place(const Vector3i& low, const Vector3i& high, int step, const Visit& visit) {
   for (int k = low[2]; k <= high[2]; k += step)
@@ -72,7 +84,8 @@ void for_each_place(const Vector3i& low, const Vector3i& high, int step, const V
 class Cutter {
 public:
   Cutter(const Surface& surface, double spacing)
-      : lattice_(surface, spacing),
+      : surface_(surface),
+        lattice_(surface, spacing),
         winding_(surface),
         tree_(surface.points, surface.triangles),
         side_(lattice_.size(), Side::outside),
@@ -88,51 +101,107 @@ public:
 private:
   Side side(const Vector3d& point) const { return winding_.inside(point) ? Side::inside : Side::outside; }
 
+  /// A point whose winding number is known.
+  struct Known {
+    Vector3d point;
+    double number;
+    bool clear() const { return std::abs(number - std::round(number)) < whole; }
+  };
+
+  /// The winding number of a point: each triangle that the way from the known point crosses changes it by one.
+  /// @param near  all triangles that the way may cross
+  double number_at(const Known& known, const Vector3d& point, const std::vector<int>& near) const {
+    double number = std::round(known.number);
+    const Vector3d along = point - known.point;
+    for (const int t : near) {
+      const Vector3i corner = surface_.triangles.col(t);
+      const Vector3d a = surface_.points.col(corner[0]), b = surface_.points.col(corner[1]),
+                     c = surface_.points.col(corner[2]);
+      if (share_to_triangle(known.point, along, a, b, c, 0.0) < 0.0) continue;
+      number += (b - a).cross(c - a).dot(along) < 0.0 ? 1.0 : -1.0;
+    }
+    return number;
+  }
+
+  /// The same from two known points, which disagree where a way meets an edge of triangles: then it is summed up.
+  double number_at(const std::array<Known, 2>& known, const Vector3d& point, const std::vector<int>& near) const {
+    if (known[0].clear() && known[1].clear()) {
+      const double number = number_at(known[0], point, near);
+      if (number == number_at(known[1], point, near)) return number;
+    }
+    return winding_(point);
+  }
+
+  std::array<Known, 2> known_in(const Eigen::AlignedBox3d& box) const {
+    // Off the middle by no simple part of the box: a way along an edge of the file is unlikely.
+    const Vector3d first = box.center(), second = box.min() + Vector3d(0.41, 0.37, 0.44).cwiseProduct(box.sizes());
+    return {Known{first, winding_(first)}, Known{second, winding_(second)}};
+  }
+
   /// Blocks of cubes without triangles lie on one side. Elsewhere each point is asked.
   void classify() {
     const Vector3i cubes = lattice_.cubes();
     const double cube = std::pow(lattice_.spacing(), 3);
-    std::vector<int> found;
+    std::vector<int> near;
     for_each_place(Vector3i::Zero(), cubes - Vector3i::Ones(), cubes_of_block, [&](const Vector3i& first) {
       const Vector3i end = (first.array() + cubes_of_block).min(cubes.array());
       const Eigen::AlignedBox3d box(lattice_.point(2 * first), lattice_.point(2 * end));
-      tree_.find(box, found);
-      const double number = winding_(box.center());
-      const bool clear = found.empty() && std::abs(number - std::round(number)) < whole;
-      const Side all = number > 0.5 ? Side::inside : Side::outside;
+      tree_.find(box, near);
+      const std::array<Known, 2> known = known_in(box);
+      const bool clear = near.empty() && known[0].clear();
+      const Side all = known[0].number > 0.5 ? Side::inside : Side::outside;
       if (clear && all == Side::inside) fill_.inside += cube * (end - first).prod();
       // The points on the far faces belong to the next block.
       for_each_place(2 * first, 2 * end - Vector3i::Ones(), 1, [&](const Vector3i& place) {
         if (place[0] % 2 != place[1] % 2 || place[0] % 2 != place[2] % 2) return;
-        side_[lattice_.index(place)] = clear ? all : side(lattice_.point(place));
+        const bool inside = clear ? all == Side::inside : number_at(known, lattice_.point(place), near) > 0.5;
+        side_[lattice_.index(place)] = inside ? Side::inside : Side::outside;
       });
       if (!clear)
-        for_each_place(first, end - Vector3i::Ones(), 1, [&](const Vector3i& place) { sample(place, found); });
+        for_each_place(first, end - Vector3i::Ones(), 1, [&](const Vector3i& place) { sample(place, known, near); });
     });
   }
 
-  /// How much of a cube is inside.
-  void sample(const Vector3i& cube, std::vector<int>& found) {
+  /// How much of a cube is inside. @param known, near  of its block
+  void sample(const Vector3i& cube, const std::array<Known, 2>& known, const std::vector<int>& near) {
     const double volume = std::pow(lattice_.spacing(), 3);
-    const Vector3d low = lattice_.point(2 * cube);
-    tree_.find({low, lattice_.point(2 * cube + Vector3i::Constant(2))}, found);
-    if (found.empty()) {
-      const double number = winding_(lattice_.point(2 * cube + Vector3i::Ones()));
+    const Eigen::AlignedBox3d box(lattice_.point(2 * cube), lattice_.point(2 * cube + Vector3i::Constant(2)));
+    tree_.find(box, found_);
+    const double number = number_at(known, box.center(), near);
+    if (found_.empty()) {
       if (number > 0.5) fill_.inside += volume;
       if (std::abs(number - std::round(number)) > whole) fill_.ambiguous += volume;
       return;
     }
+    const Known centre{box.center(), number};
     int hits = 0;
     for_each_place(Vector3i::Zero(), Vector3i::Constant(samples - 1), 1, [&](const Vector3i& at) {
-      hits += winding_.inside(low + (at.cast<double>() + Vector3d::Constant(0.5)) * (lattice_.spacing() / samples));
+      const Vector3d point = box.min() + (at.cast<double>() + Vector3d::Constant(0.5)) * (lattice_.spacing() / samples);
+      hits += (centre.clear() ? number_at(centre, point, found_) : winding_(point)) > 0.5;
     });
     fill_.inside += volume * hits / (samples * samples * samples);
   }
 
   const Vector3d& at(int node) const { return nodes_[node]; }
 
-  /// Where the edge between two sides is cut.
-  Vector3d crossing(const Vector3d& from, const Vector3d& to, Side of_from) const {
+  /// Where the edge between two sides is cut: at the first triangle behind which the other side lies; without a
+  /// triangle (in a hole) by halving.
+  Vector3d crossing(const Vector3d& from, const Vector3d& to, Side of_from) {
+    Eigen::AlignedBox3d box(from);
+    tree_.find(box.extend(to), found_);
+    std::vector<double> at;
+    for (const int t : found_) {
+      const Vector3i corner = surface_.triangles.col(t);
+      if (const double share = share_to_triangle(from, to - from, surface_.points.col(corner[0]),
+                                                 surface_.points.col(corner[1]), surface_.points.col(corner[2]), 1e-9);
+          share >= 0.0)
+        at.push_back(share);
+    }
+    std::sort(at.begin(), at.end());
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      const double behind = 0.5 * (at[i] + (i + 1 < at.size() ? at[i + 1] : 1.0));
+      if (i + 1 == at.size() || side(from + behind * (to - from)) != of_from) return from + at[i] * (to - from);
+    }
     double low = 0.0, high = 1.0;
     for (int n = 0; n < halvings; ++n) {
       const double middle = 0.5 * (low + high);
@@ -297,6 +366,7 @@ private:
     return std::move(fill_);
   }
 
+  const Surface& surface_;
   const Lattice lattice_;
   const WindingNumber winding_;
   const TriangleTree tree_;
@@ -309,6 +379,7 @@ private:
   std::map<std::array<int, 2>, int> cut_number_;
   std::vector<Tet> tets_;
   LatticeFill fill_;
+  std::vector<int> found_;  // triangles, kept to save allocations
 };
 
 }  // namespace
