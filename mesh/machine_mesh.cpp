@@ -73,6 +73,7 @@ MachineMesh build_machine_mesh(const Machine& machine, const MeshOptions& option
   check_overlaps(machine, result.bodies);
   result.surfaces = resolve_surfaces(machine, result.bodies);
   check_sensors(machine, result.bodies);
+  check_scales(machine, result.bodies);
   return result;
 }
 

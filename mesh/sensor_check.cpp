@@ -7,11 +7,14 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/progress.h"
 #include "mesh/body/tet_locator.h"
 #include "mesh/body/triangle_tree.h"
 
 namespace thermotwin::mesh {
 namespace {
+
+constexpr double far_from_body = 0.1;  // of its diagonal
 
 double distance_to_surface(const TetMesh& body, const Eigen::Vector3d& p) {
   double least = std::numeric_limits<double>::infinity();
@@ -37,6 +40,23 @@ void check_sensors(const Machine& machine, const std::vector<TetMesh>& bodies) {
         fmt::format("[{:.6g}, {:.6g}, {:.6g}], {:.3g} mm outside body '{}'", 1e3 * sensor.point[0],
                     1e3 * sensor.point[1], 1e3 * sensor.point[2], 1e3 * distance, sensor.body),
         fmt::format("a point in or on the body, or at most its element_size_mm = {:.3g} beside it", 1e3 * allowed));
+  }
+}
+
+void check_scales(const Machine& machine, const std::vector<TetMesh>& bodies) {
+  for (const ScaleSpec& scale : machine.scales) {
+    const auto check = [&](const std::string& id, const char* key, const Eigen::Vector3d& point) {
+      const TetMesh& body = bodies[machine.body_index(id)];
+      const double diagonal = (body.points.rowwise().maxCoeff() - body.points.rowwise().minCoeff()).norm(),
+                   distance = TetLocator(body).find(point) >= 0 ? 0.0 : distance_to_surface(body, point);
+      if (distance <= far_from_body * diagonal) return;
+      core::warn(fmt::format(
+          "{} scale of axis '{}' {}: [{:.6g}, {:.6g}, {:.6g}] is {:.3g} mm from body '{}', to which it is fixed",
+          machine.path.string(), scale.axis, key, 1e3 * point[0], 1e3 * point[1], 1e3 * point[2], 1e3 * distance, id));
+    };
+    check(scale.carrier, "start_mm", scale.start);
+    check(scale.carrier, "end_mm", scale.end);
+    check(scale.head_body, "head_mm", scale.head);
   }
 }
 

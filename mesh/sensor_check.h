@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Checks the points of sensors. A sensor reads the nearest point of its body, which is right beside a faceted cylinder;
-// a point far from the body is a mistake in a digit or in the body's id.
+// Checks the points of sensors and scales. A sensor reads the nearest point of its body, which is right beside a faceted
+// cylinder; a point far from the body is a mistake in a digit or in the body's id. A scale may stand off its body.
 
 #include <vector>
 
@@ -12,5 +12,8 @@ namespace thermotwin::mesh {
 
 /// @throws InputError for a sensor that lies further outside its body than the body's element size
 void check_sensors(const Machine& machine, const std::vector<TetMesh>& bodies);
+
+/// Warns of a scale whose tape or reading head is further from its body than a tenth of the body's diagonal.
+void check_scales(const Machine& machine, const std::vector<TetMesh>& bodies);
 
 }  // namespace thermotwin::mesh

@@ -312,10 +312,11 @@ void run(const RunOptions& options) {
     return run_page({machine_case, options, full, made, validation, diagnosed, hidden_truth(machine_case)});
   });
   found.text += fmt::format(
-      "look at     {0}/report.html, {0}/machine.png, {0}/diagnosis/report.html,\n"
+      "look at     {0}/report.html, {3}{0}/diagnosis/report.html,\n"
       "            {0}/fields/*.pvd and poses.vtp (ParaView), {0}/campaign/*/tcp.csv, {0}/model.rom.h5\n"
       "total       {1:.0f} s, peak memory {2:.2f} GiB\n",
-      options.out.string(), total.seconds(), peak_memory_GiB());
+      options.out.string(), total.seconds(), peak_memory_GiB(),
+      std::filesystem::exists(options.out / "machine.png") ? options.out.string() + "/machine.png, " : "");
   found.json["seconds"] = total.seconds();
   found.json["peak_memory_GiB"] = peak_memory_GiB();
   core::write_file(options.out / "summary.json", found.json.dump(1) + "\n");

@@ -22,8 +22,7 @@ double elements_of(const mesh::MachineMesh& mesh) {
 }  // namespace
 
 std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full, const solver::Case& machine_case,
-                                                  const std::vector<solver::LoadProgram>& loads,
-                                                  const std::vector<solver::LoadResult>& results,
+                                                  const solver::LoadProgram& load, const solver::LoadResult& result,
                                                   const std::filesystem::path& out) {
   std::string reason = "element_size_mm has no influence on its bodies";
   const double size = mesh::size_factor(machine_case.machine, machine_case.size);
@@ -40,7 +39,7 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
       if (factor == 0.0) continue;
       const solver::FullModel second = solver::build_full_model(machine, options);
       reduction::MeshError error =
-          reduction::estimate_mesh_error(machine, results, solver::run_campaign(second, loads, {}), factor);
+          reduction::estimate_mesh_error(machine, {result}, solver::run_campaign(second, {load}, {}), factor);
       error.second = fmt::format("{} tetrahedra of {:.2f} times the size, {} nodes",
                                  wanted.order == 2 ? "quadratic" : "linear", ratio, second.mesh.nodes());
       return error;

@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <optional>
-#include <vector>
 
 #include "reduction/model/reduced_model.h"
 #include "solver/campaign/case.h"
@@ -14,12 +13,11 @@
 
 namespace thermotwin::tools {
 
-/// Runs the loads on a mesh of another element size (reduction::second_mesh_factors) and compares.
-/// @param results  of the loads on `full`
+/// Runs the load on another mesh (reduction::second_meshes) and compares.
+/// @param result  of the load on `full`
 /// @return nothing, with a warning, where no second mesh differs or none can be made
 std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full, const solver::Case& machine_case,
-                                                  const std::vector<solver::LoadProgram>& loads,
-                                                  const std::vector<solver::LoadResult>& results,
+                                                  const solver::LoadProgram& load, const solver::LoadResult& result,
                                                   const std::filesystem::path& out);
 
 }  // namespace thermotwin::tools

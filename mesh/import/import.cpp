@@ -124,8 +124,11 @@ TetMesh mesh_surface_file(const std::filesystem::path& path, const ImportOptions
   check_extent(surface.points, options.body, path.string());
   try {
     check_surface(surface, options.body, path.string());
-  } catch (const core::MeshError& error) {
-    throw core::MeshError(error.what() + std::string(way_out));
+  } catch (const core::MeshError& error) {  // it names the body: the file comes after that
+    std::string text = error.what();
+    if (const std::string body = "body '" + options.body + "': "; text.starts_with(body) && !path.empty())
+      text.insert(body.size(), path.string() + ": ");
+    throw core::MeshError(text + way_out);
   }
   std::vector<TetMesh> meshes;
   const double expected = enclosed_volume(surface);

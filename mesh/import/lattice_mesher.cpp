@@ -60,7 +60,7 @@ TetMesh lattice_mesh(const Surface& surface, const ImportOptions& options) {
     if (!(fill.ambiguous <= largest_ambiguous * fill.inside)) {
       throw core::MeshError(
           place,
-          fmt::format("an open surface: inside and outside are not told apart in {:.4g} mm^3, {:.4g} are inside",
+          fmt::format("an open surface: inside and outside cannot be distinguished in {:.4g} mm^3, {:.4g} are inside",
                       1e9 * fill.ambiguous, 1e9 * fill.inside),
           "a surface that encloses a volume; small holes and shells that cut each other may stay");
     }

@@ -222,7 +222,10 @@ const KeyTable sensor{
         key::number("offset_K", "K", {-100.0, 100.0}, 0.0, "Reading minus true temperature."),
         key::number("drift_K_h", "K/h", {-100.0, 100.0}, 0.0, "Drift of the reading, as a diagnosis finds it."),
         key::number("time_constant_s", "s", {0.0, 1e6}, 0.0, "Lag of the reading, as a diagnosis finds it."),
-        key::number("air_share", "1", share, 0.0, "Share of the air temperature in the reading; 1: detached."),
+        key::number("air_share", "1", share, 0.0,
+                    "Share of the air in the reading; 1: detached. The air is that of the nearest film of its body: "
+                    "its ambient, "
+                    "or its volume."),
         key::number("uncertainty_K", "K", positive, 0.05, "One standard deviation of a reading."),
     }};
 

@@ -36,8 +36,9 @@ double error_of_difference(int order, int order_of_second, double ratio);
 MeshError estimate_mesh_error(const mesh::Machine& machine, const std::vector<solver::LoadResult>& first,
                               const std::vector<solver::LoadResult>& second, double factor);
 
-/// Of quadratic tetrahedra: less than in theory (3), since edges of contacts and of sources spoil it.
-inline constexpr double assumed_rate = 2.0;
+/// Of quadratic tetrahedra: less than in theory (4 for such functionals), since edges of contacts and of sources spoil
+/// it.
+inline constexpr double assumed_rate = 3.0;
 inline constexpr double largest_mesh_error = 0.2;
 
 }  // namespace thermotwin::reduction

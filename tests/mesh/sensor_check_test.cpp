@@ -39,4 +39,33 @@ TEST(SensorCheck, FarOffIsRefusedWithItsDistance) {
   EXPECT_NE(refused({0.43, 0.21, 0.05}).find("31.6 mm"), std::string::npos) << "sqrt(30^2 + 10^2) beside an edge";
 }
 
+/// What is said of a scale on the box whose tape and head lie at a height (m).
+std::string warned(double height) {
+  mesh::TetMesh box = samples::box_mesh({0.4, 0.2, 0.1}, 3);
+  mesh::build_boundary(box, "box");
+  mesh::Machine machine;
+  machine.path = "m/machine.toml";
+  machine.bodies.resize(1);
+  machine.bodies[0].id = "box";
+  mesh::ScaleSpec scale;
+  scale.axis = "Y";
+  scale.carrier = scale.head_body = "box";
+  scale.start = {0.1, 0.0, 0.1};
+  scale.end = scale.fixed_at = {0.3, 0.0, 0.1};
+  scale.head = {0.2, 0.0, height};
+  machine.scales = {scale};
+  testing::internal::CaptureStderr();
+  mesh::check_scales(machine, {box});
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(SensorCheck, AScaleInTheAirIsWarnedOf) {
+  EXPECT_EQ(warned(0.05), "");
+  EXPECT_EQ(warned(0.13), "") << "a scale may stand off its body";
+  EXPECT_EQ(
+      warned(0.4),
+      "warning: m/machine.toml scale of axis 'Y' head_mm: [200, 0, 400] is 300 mm from body 'box', to which it is "
+      "fixed\n");
+}
+
 }  // namespace

@@ -64,7 +64,8 @@ TEST(MeshErrorEstimate, IsLimited) {
 TEST(MeshErrorEstimate, NeedsMeshesThatDiffer) {
   EXPECT_EQ(error_of_difference(2, 2, 1.0), 0.0);
   EXPECT_EQ(error_of_difference(2, 2, edge_ratio(1000, 1300)), 0.0);
-  EXPECT_GT(error_of_difference(2, 2, edge_ratio(1000, 365)), 1.0);
+  EXPECT_NEAR(error_of_difference(2, 2, 2.0), 1.0 / 7.0, 1e-12);  // the second mesh is off by eight times as much
+  EXPECT_GT(error_of_difference(2, 2, edge_ratio(1000, 365)), 0.5);
   EXPECT_GT(error_of_difference(2, 2, edge_ratio(1000, 2900)), 1.0);
   EXPECT_EQ(error_of_difference(1, 2, 1.0), 1.0);
   EXPECT_NEAR(edge_ratio(8000, 1000), 2.0, 1e-12);
