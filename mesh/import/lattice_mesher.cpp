@@ -3,7 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.h"
 #include "core/progress.h"
@@ -19,8 +21,8 @@ constexpr double spacing_of_size = 1.2;  // so that a volume gets as many tetrah
 constexpr double refinements[] = {1.0, 0.7, 0.5};
 constexpr double largest_volume_error = 0.1;
 constexpr double largest_ambiguous = 0.02;  // of the volume inside
-constexpr double largest_lattice = 3e8;     // points
-constexpr double probing_cubes = 16.0;      // along the extent, to know the volume first
+constexpr double largest_lattice = 1e8;     // points
+constexpr double probing_cubes = 32.0;      // along the extent, to know the volume first
 
 TetMesh body_of(const LatticeFill& fill, const std::string& body) {
   TetMesh mesh;
@@ -44,19 +46,23 @@ TetMesh lattice_mesh(const Surface& surface, const ImportOptions& options) {
   for (const double refinement : refinements) {
     const double spacing = spacing_of_size * refinement * options.element_size_m;
     const double expected = tets_of_cube * inside / std::pow(spacing, 3);
-    if (const double most =
-            std::min(options.max_elements, largest_lattice * expected / lattice_points(surface, spacing));
-        expected > most) {
+    const double points = lattice_points(surface, spacing);
+    if (expected > options.max_elements || points > largest_lattice) {
       if (fill.tets.cols() > 0) break;
+      const double fits = std::max(std::cbrt(expected / options.max_elements), std::cbrt(points / largest_lattice));
       throw core::MeshError(
           place,
-          fmt::format("about {:.2g} tetrahedra with element_size_mm = {:.4g} (after the size factor of --size)",
-                      expected, 1e3 * options.element_size_m),
-          fmt::format("at most {:.2g}: element_size_mm of {:.3g} or more, or a larger max_elements of the body", most,
-                      1e3 * std::cbrt(tets_of_cube * inside / most) / spacing_of_size));
+          fmt::format(
+              "about {:.2g} tetrahedra, cut from {:.2g} lattice points, with element_size_mm = {:.4g} (after the "
+              "size factor of --size)",
+              expected, points, 1e3 * options.element_size_m),
+          fmt::format("at most max_elements = {:.2g} and {:.2g} points: element_size_mm of {:.3g} or more",
+                      options.max_elements, largest_lattice, 1e3 * fits * options.element_size_m));
     }
-    limit_time_by(std::max(expected, lattice_points(surface, spacing)));
+    limit_time_by(std::max(expected, points));
     fill = fill_by_lattice(surface, spacing);
+    if (fill.inside == 0.0 && refinement == refinements[std::size(refinements) - 1])
+      throw core::MeshError(place, "a surface that encloses no volume", "the surface of a solid");
     if (!(fill.ambiguous <= largest_ambiguous * fill.inside)) {
       throw core::MeshError(
           place,

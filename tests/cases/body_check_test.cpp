@@ -218,6 +218,16 @@ TEST(Import, BlocksThatRunThroughEachOtherAreFilledWithALattice) {
   EXPECT_GT(body["quality_min"].get<double>(), 0.02);
 }
 
+TEST(Import, ALatticeThatWouldBeTooLargeIsRefusedBefore) {
+  const OwnCase own(body_text("block", 0.1, "mesher = \"lattice\""));
+  own.blocks("block", {low});
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 3) << result.err;
+  for (const char* words : {"body 'block': about 3.5e+09 tetrahedra, cut from", "element_size_mm = 0.1",
+                            "at most max_elements = 4e+06", "element_size_mm of 0.95"})
+    EXPECT_SAYS(result.err, words);
+}
+
 TEST(Import, AnOpenSurfaceIsNotFilledWithALattice) {
   const OwnCase own(body_text("block", 12, "mesher = \"lattice\""));
   const std::string stl = stl_of({low});
