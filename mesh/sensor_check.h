@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Checks the points of sensors and scales. A sensor reads the nearest point of its body, which is right beside a faceted
-// cylinder; a point far from the body is a mistake in a digit or in the body's id. A scale may stand off its body.
+// Checks the points of sensors and scales. A sensor reads the nearest point of its body, which is right beside a
+// faceted cylinder; a point far from the body is a mistake in a digit or in the body's id. A scale may stand off it.
 
 #include <vector>
 

@@ -178,7 +178,12 @@ TetMesh import_here(const std::filesystem::path& path, const ImportOptions& opti
     return mesh_by_lattice(path, options, is_cad(type), attempt);
   if (is_cad(type)) return mesh_cad(path, options, attempt);
   if (is_surface(type)) return mesh_surface_file(path, options, attempt);
-  if (is_one_of(type, {".msh", ".vtu", ".inp"})) return read_tet_mesh(path, options);
+  if (is_one_of(type, {".msh", ".vtu", ".inp"})) {
+    if (options.lattice)
+      throw core::InputError("body '" + options.body + "': " + path.string(), "mesher = \"lattice\" for a mesh",
+                             "CAD or a surface; a mesh is kept as it is");
+    return read_tet_mesh(path, options);
+  }
   throw core::InputError(
       "body '" + options.body + "'", "'" + path.string() + "'",
       "a file of type .step, .stp, .iges, .igs, .brep, .stl, .obj, .ply, .3mf, .gltf, .glb, .msh, .vtu, .inp");

@@ -41,7 +41,7 @@ TetMesh lattice_mesh(const Surface& surface, const ImportOptions& options) {
     return fmt::format("{:.4g} of {:.4g} mm^3", 1e9 * fill.volume, 1e9 * fill.inside);
   };
   const double extent = (surface.points.rowwise().maxCoeff() - surface.points.rowwise().minCoeff()).maxCoeff();
-  const double inside = fill_by_lattice(surface, extent / probing_cubes).inside;
+  const double inside = volume_inside(surface, extent / probing_cubes);
   LatticeFill fill;
   for (const double refinement : refinements) {
     const double spacing = spacing_of_size * refinement * options.element_size_m;

@@ -9,13 +9,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <unordered_map>
 
 #include "core/error.h"
 #include "mesh/surface/self_intersection.h"
 #include "mesh/surface/surface.h"
+#include "mesh/surface/winding_number.h"
 
 namespace thermotwin::mesh {
 
@@ -160,10 +160,9 @@ double winding(const Surface& surface, const Vector3d& point) {
     const Vector3d a = surface.points.col(surface.triangles(0, t)) - point;
     const Vector3d b = surface.points.col(surface.triangles(1, t)) - point;
     const Vector3d c = surface.points.col(surface.triangles(2, t)) - point;
-    const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += 2.0 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    sum += share_of_triangle(a, b, c);
   }
-  return sum / (4.0 * std::numbers::pi);
+  return sum;
 }
 
 Surface select(const Surface& surface, const std::vector<char>& take) {

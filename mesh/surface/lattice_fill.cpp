@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <vector>
@@ -90,6 +91,11 @@ public:
         tree_(surface.points, surface.triangles),
         side_(lattice_.size(), Side::outside),
         moved_(lattice_.size(), -1) {}
+
+  double volume_inside() {
+    classify();
+    return fill_.inside;
+  }
 
   LatticeFill run() {
     classify();
@@ -388,6 +394,8 @@ double lattice_points(const Surface& surface, double spacing) {
   const Vector3d extent = surface.points.rowwise().maxCoeff() - surface.points.rowwise().minCoeff();
   return 2.0 * ((extent / spacing).array() + 5.0).prod();
 }
+
+double volume_inside(const Surface& surface, double spacing) { return Cutter(surface, spacing).volume_inside(); }
 
 LatticeFill fill_by_lattice(const Surface& surface, double spacing) { return Cutter(surface, spacing).run(); }
 

@@ -22,6 +22,9 @@ struct LatticeFill {
 /// Lattice points that the box of the surface would need.
 double lattice_points(const Surface& surface, double spacing);
 
+/// LatticeFill::inside alone.
+double volume_inside(const Surface& surface, double spacing);
+
 /// @param surface  any triangles with normals that mostly point outwards
 /// @param spacing  m, of the body-centred cubic lattice; edges are this long and 0.87 of it, 12 tetrahedra a cube
 LatticeFill fill_by_lattice(const Surface& surface, double spacing);

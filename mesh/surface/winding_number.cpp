@@ -16,15 +16,14 @@ using Eigen::Vector3d;
 constexpr double far = 3.5;
 constexpr int triangles_of_leaf = 8;
 
-/// Solid angle over 4 pi (van Oosterom and Strackee, 1983).
+}  // namespace
+
 double share_of_triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   const double height = a.dot(b.cross(c));
   const double base = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   return std::atan2(height, base) / (2.0 * std::numbers::pi);
 }
-
-}  // namespace
 
 WindingNumber::WindingNumber(const Surface& surface)
     : surface_(surface),

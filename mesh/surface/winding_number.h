@@ -12,6 +12,9 @@
 
 namespace thermotwin::mesh {
 
+/// Solid angle over 4 pi of a triangle seen from the origin (van Oosterom and Strackee, 1983).
+double share_of_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+
 class WindingNumber {
 public:
   /// @param surface  with at least one triangle; it must outlive this object

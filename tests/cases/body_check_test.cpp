@@ -228,6 +228,17 @@ TEST(Import, ALatticeThatWouldBeTooLargeIsRefusedBefore) {
     EXPECT_SAYS(result.err, words);
 }
 
+TEST(Import, AMeshIsNotFilledWithALattice) {
+  std::string machine = body_text("block", 12, "mesher = \"lattice\"");
+  machine.replace(machine.find(".stl"), 4, ".inp");
+  const OwnCase own(machine);
+  own.write("cad/block.inp",
+            "*NODE\n1, 0, 0, 0\n2, 100, 0, 0\n3, 0, 100, 0\n4, 0, 0, 100\n*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n");
+  const Result result = own.run({"mesh", own.path()});
+  EXPECT_EQ(result.status, 3) << result.err;
+  EXPECT_SAYS(result.err, "cad/block.inp: mesher = \"lattice\" for a mesh; allowed: CAD or a surface");
+}
+
 TEST(Import, AnOpenSurfaceIsNotFilledWithALattice) {
   const OwnCase own(body_text("block", 12, "mesher = \"lattice\""));
   const std::string stl = stl_of({low});

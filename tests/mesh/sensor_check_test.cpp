@@ -9,20 +9,31 @@ using namespace thermotwin;
 
 namespace {
 
-/// Message for a sensor at a point (m) of a box of 400 x 200 x 100 mm with elements of 20 mm.
-std::string refused(const Eigen::Vector3d& point) {
+/// A box of 400 x 200 x 100 mm.
+mesh::TetMesh box_mesh() {
   mesh::TetMesh box = samples::box_mesh({0.4, 0.2, 0.1}, 3);
   mesh::build_boundary(box, "box");
+  return box;
+}
+
+/// A machine of that box, with elements of 20 mm.
+mesh::Machine box_machine() {
   mesh::Machine machine;
   machine.path = "m/machine.toml";
   machine.bodies.resize(1);
   machine.bodies[0].id = "box";
   machine.bodies[0].element_size = 0.02;
+  return machine;
+}
+
+/// Message for a sensor at a point (m) of the box.
+std::string refused(const Eigen::Vector3d& point) {
+  mesh::Machine machine = box_machine();
   machine.sensors.resize(1);
   machine.sensors[0].id = "T1";
   machine.sensors[0].body = "box";
   machine.sensors[0].point = point;
-  return samples::message_of([&] { mesh::check_sensors(machine, {box}); });
+  return samples::message_of([&] { mesh::check_sensors(machine, {box_mesh()}); });
 }
 
 TEST(SensorCheck, InOnAndBesideTheBodyIsFine) {
@@ -41,12 +52,7 @@ TEST(SensorCheck, FarOffIsRefusedWithItsDistance) {
 
 /// What is said of a scale on the box whose tape and head lie at a height (m).
 std::string warned(double height) {
-  mesh::TetMesh box = samples::box_mesh({0.4, 0.2, 0.1}, 3);
-  mesh::build_boundary(box, "box");
-  mesh::Machine machine;
-  machine.path = "m/machine.toml";
-  machine.bodies.resize(1);
-  machine.bodies[0].id = "box";
+  mesh::Machine machine = box_machine();
   mesh::ScaleSpec scale;
   scale.axis = "Y";
   scale.carrier = scale.head_body = "box";
@@ -55,7 +61,7 @@ std::string warned(double height) {
   scale.head = {0.2, 0.0, height};
   machine.scales = {scale};
   testing::internal::CaptureStderr();
-  mesh::check_scales(machine, {box});
+  mesh::check_scales(machine, {box_mesh()});
   return testing::internal::GetCapturedStderr();
 }
 
