@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <new>
+
 #include "core/error.h"
 #include "core/muted_warnings.h"
 #include "core/progress.h"
@@ -14,8 +16,8 @@ namespace thermotwin::tools {
 namespace {
 
 double elements_of(const mesh::MachineMesh& mesh) {
-  double count = 0.0;
-  for (const mesh::TetMesh& body : mesh.bodies) count += static_cast<double>(body.elements());
+  Eigen::Index count = 0;
+  for (const mesh::TetMesh& body : mesh.bodies) count += body.elements();
   return count;
 }
 
@@ -43,8 +45,12 @@ std::optional<reduction::MeshError> mesh_error_of(const solver::FullModel& full,
       error.second = fmt::format("{} tetrahedra of {:.2f} times the size, {} nodes",
                                  wanted.order == 2 ? "quadratic" : "linear", ratio, second.mesh.nodes());
       return error;
-    } catch (const core::MeshError& error) {
+    } catch (const core::Interrupted&) {
+      throw;
+    } catch (const core::Error& error) {  // a model is there already: it is worth more than this estimate
       reason = error.what();
+    } catch (const std::bad_alloc&) {
+      reason = "out of memory";
     }
   }
   core::warn("no second mesh, hence no estimate of the mesh error: " + reason);

@@ -17,7 +17,7 @@ struct DiagnoseOptions {
   double heldout_share =
       0.3;  ///< of the time, its end: never fitted, or half of it where the rest leaves the cause open
   /// Mesh and discretisation, of each channel's own response. Absent: what the model file states of each channel
-  /// (reduction::MeshError), or the assumed values below.
+  /// (reduction::MeshError), or the assumed values above.
   std::optional<double> displacement_error_percent{}, temperature_error_percent{};
   double interval_s = 600;                      ///< residuals are averaged over such intervals
   std::vector<solver::LoadProgram> programs{};  ///< that may be run next, where causes share
