@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Volume meshes by Gmsh, whose state is global: every call takes one lock for the whole program.
-// Nothing of it reaches stdout. The same input gives the same mesh, bit by bit.
+// Nothing of it reaches stdout. The same input gives the same mesh, bit by bit. Gmsh lies in a module (gmsh_module.h)
+// that the first call loads. @throws SolverError if the module is not there: of every function here
 
 #include "mesh/import/import.h"
 #include "mesh/import/raw_mesh.h"
@@ -30,6 +31,9 @@ const std::vector<Attempt>& attempts_on_cad();
 const std::vector<Attempt>& attempts_on_surfaces();
 /// Of tessellate_cad().
 const std::vector<Attempt>& attempts_on_faces();
+
+/// Loads the module now, so that child processes have it.
+void load_gmsh();
 
 /// STEP (its own unit counts) or BREP (unit_m counts); several solids get one conformal mesh.
 /// Faces without a solid are sewn where their gaps allow. Groups: names of solids and, of a single solid, of faces.

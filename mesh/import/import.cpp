@@ -200,6 +200,7 @@ TetMesh import_body(const std::filesystem::path& path, const ImportOptions& opti
                                          : is_cad(type)                  ? attempts_on_cad()
                                          : is_surface(type)              ? attempts_on_surfaces()
                                                                          : once;
+  if (is_cad(type) || type == ".msh" || (is_surface(type) && !options.lattice)) load_gmsh();
   std::optional<MesherError> first;  // the one that is told if no attempt succeeds
   for (const Attempt& attempt : attempts) {
     try {

@@ -3,12 +3,11 @@
 
 #include <fmt/format.h>
 
-#include <dlfcn.h>
-#include <filesystem>
 #include <mutex>
 #include <string>
 
 #include "core/error.h"
+#include "core/module.h"
 #include "solver/linear/available_memory.h"
 
 namespace thermotwin::solver {
@@ -27,20 +26,8 @@ Build load_module() {
         "multigrid: not enough memory to load {}: {:.0f} MB are needed, {:.0f} MB are available; use --solver direct",
         name, needed_to_load / 1e6, available / 1e6));
   }
-  // An installed program finds it from its own place; else the run path of the program or library that links this
-  // one tells where it is (build folder, installed library), or LD_LIBRARY_PATH.
-  std::error_code ignored;
-  const std::filesystem::path installed =
-      std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / THERMOTWIN_MODULES / name;
-  const bool is_installed = std::filesystem::exists(installed, ignored);
-  void* module = dlopen(is_installed ? installed.c_str() : name, RTLD_NOW | RTLD_LOCAL);
-  auto* build = module ? reinterpret_cast<Build>(dlsym(module, "thermotwin_multigrid_levels")) : nullptr;
-  if (!build) {
-    const char* error = dlerror();
-    throw core::SolverError(std::string("multigrid: ") + name + " cannot be loaded (" +
-                            (error != nullptr ? error : "it is not where the program is") + "); use --solver direct");
-  }
-  return build;
+  return reinterpret_cast<Build>(
+      core::module_function(name, "thermotwin_multigrid_levels", "multigrid", "use --solver direct"));
 }
 
 }  // namespace
