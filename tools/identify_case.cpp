@@ -17,7 +17,7 @@
 #include "reduction/systems/system_file.h"
 #include "solver/campaign/case.h"
 #include "solver/campaign/load_result.h"
-#include "solver/export/vtk_picture.h"
+#include "solver/export/picture.h"
 #include "tools/chain.h"
 
 namespace thermotwin::tools {

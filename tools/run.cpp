@@ -33,7 +33,7 @@
 #include "solver/elastic/stress.h"
 #include "solver/elastic/tcp.h"
 #include "solver/export/vtk_output.h"
-#include "solver/export/vtk_picture.h"
+#include "solver/export/picture.h"
 #include "tools/chain.h"
 #include "tools/measured_model.h"
 #include "tools/options.h"

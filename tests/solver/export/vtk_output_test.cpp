@@ -10,7 +10,7 @@
 #include "core/file.h"
 #include "mesh/import/import.h"
 #include "mesh/machine/kinematics.h"
-#include "solver/export/vtk_picture.h"
+#include "solver/export/picture.h"
 #include "tests/machines/box_machine.h"
 
 namespace thermotwin::solver {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "solver/export/vtk_picture.h"
+// The module that draws, with VTK's renderer.
 
-#include <fmt/format.h>
+#include "solver/export/vtk_picture_module.h"
+
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
@@ -26,56 +27,27 @@
 #include <vtkWindowToImageFilter.h>
 
 #include <algorithm>
-#include <cstdlib>
+#include <array>
 
-#include "core/error.h"
-#include "core/file.h"
-#include "mesh/body/shape.h"
-#include "mesh/machine/kinematics.h"
-#include "solver/export/vtk_output.h"
 
 namespace thermotwin::solver {
 namespace {
 
 constexpr int width = 1400, height = 1000;
 constexpr double sharp_angle_deg = 35.0;
-constexpr double smallest_span_K = 1.0;  // of the colour map: an even temperature shows one colour
 
-/// Skin of all bodies at the pose, moved by the exaggerated displacement.
-vtkNew<vtkPolyData> deformed_skin(const mesh::MachineMesh& mesh, const mesh::Pose& pose,
-                                  const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement,
-                                  double exaggeration) {
+vtkNew<vtkPolyData> skin_of(const PictureScene& scene) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkFloatArray> temperature;
   temperature->SetName("temperature_C");
+  for (Eigen::Index i = 0; i < scene.points.cols(); ++i) {
+    points->InsertNextPoint(scene.points.col(i).data());
+    temperature->InsertNextValue(scene.temperature_C[i]);
+  }
   vtkNew<vtkCellArray> triangles;
-  std::vector<vtkIdType> place(mesh.nodes(), -1);
-  for (std::size_t b = 0; b < mesh.bodies.size(); ++b) {
-    const mesh::TetMesh& body = mesh.bodies[b];
-    const Eigen::Isometry3d frame = mesh::body_transform(mesh.machine, b, pose);
-    for (Eigen::Index face = 0; face < body.face_count(); ++face) {
-      const mesh::FaceNodes nodes = mesh::face_nodes(body, face);
-      vtkIdType at_node[6] = {};
-      for (Eigen::Index i = 0; i < nodes.size(); ++i) {
-        const Eigen::Index node = mesh.first_node[b] + nodes[i];
-        vtkIdType& at = place[node];
-        if (at < 0) {
-          const Eigen::Vector3d moved =
-              frame * Eigen::Vector3d(body.points.col(nodes[i]) + exaggeration * displacement.col(node));
-          at = points->InsertNextPoint(moved.data());
-          temperature->InsertNextValue(static_cast<float>(temperature_C[node]));
-        }
-        at_node[i] = at;
-      }
-      // A quadratic triangle is drawn as four.
-      static constexpr int whole[3] = {0, 1, 2}, quarters[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
-      const bool quadratic = nodes.size() == 6;
-      for (int part = 0; part < (quadratic ? 4 : 1); ++part) {
-        vtkIdType corners[3];
-        for (int i = 0; i < 3; ++i) corners[i] = at_node[quadratic ? quarters[part][i] : whole[i]];
-        triangles->InsertNextCell(3, corners);
-      }
-    }
+  for (const auto& corners : scene.triangles.colwise()) {
+    const vtkIdType ids[3] = {corners[0], corners[1], corners[2]};
+    triangles->InsertNextCell(3, ids);
   }
   vtkNew<vtkPolyData> skin;
   skin->SetPoints(points);
@@ -126,14 +98,6 @@ void look_at(vtkPolyData* skin, vtkRenderer* renderer) {
   camera->SetParallelScale(std::max(half[1] / 0.86, half[0] / (0.80 * width / height)));
   camera->SetWindowCenter(0.12, 0.0);
   renderer->ResetCameraClippingRange();
-}
-
-/// The colour map's ends for these temperatures.
-std::pair<double, double> colour_range(const Eigen::Ref<const Eigen::VectorXd>& temperature_C) {
-  double low = temperature_C.minCoeff();
-  double high = temperature_C.maxCoeff();
-  if (const double missing = smallest_span_K - (high - low); missing > 0.0) low -= 0.5 * missing, high += 0.5 * missing;
-  return {low, high};
 }
 
 vtkNew<vtkActor> coloured(vtkPolyData* skin, vtkColorTransferFunction* map, double low, double high) {
@@ -209,7 +173,7 @@ void add_lights(vtkRenderer* renderer) {
   }
 }
 
-void write_png(const std::filesystem::path& png, vtkRenderer* renderer) {
+std::string png_of(vtkRenderer* renderer) {
   vtkNew<vtkRenderWindow> window;
   window->SetOffScreenRendering(1);
   window->SetMultiSamples(8);
@@ -227,38 +191,26 @@ void write_png(const std::filesystem::path& png, vtkRenderer* renderer) {
   writer->Write();
   vtkUnsignedCharArray* bytes = writer->GetResult();
   if (writer->GetErrorCode() != 0 || bytes == nullptr)
-    throw core::SolverError(png.string() + ": VTK could not make the picture (out of memory)");
+    return {};
   const std::size_t size = bytes->GetNumberOfValues();
-  core::write_file(png, {reinterpret_cast<const char*>(bytes->GetPointer(0)), size});
+  return {reinterpret_cast<const char*>(bytes->GetPointer(0)), size};
 }
 
 }  // namespace
+}  // namespace thermotwin::solver
 
-bool has_display() {
-  const char* display = std::getenv("DISPLAY");
-  return display != nullptr && *display != '\0';
-}
-
-void write_picture(const std::filesystem::path& png, const mesh::MachineMesh& mesh, const mesh::Pose& pose,
-                   const Eigen::VectorXd& temperature_C, const Eigen::Matrix3Xd& displacement, double exaggeration,
-                   const std::string& title) {
-  // VTK ends the program where it cannot open a display.
-  if (!has_display()) throw core::SolverError("no display to draw pictures on; run under: xvfb-run -a");
-  const auto skin = deformed_skin(mesh, pose, temperature_C, displacement, exaggeration);
-  const auto [low, high] = colour_range(temperature_C.head(mesh.nodes()));
-  const auto map = colours(low, high);
-  const std::string note = fmt::format("{}   displacement x {:g}", mesh::format_pose(mesh.machine, pose), exaggeration);
-
+extern "C" void thermotwin_draw(const thermotwin::solver::PictureScene& scene, std::string& png) {
+  using namespace thermotwin::solver;
+  const auto skin = skin_of(scene);
+  const auto map = colours(scene.low_C, scene.high_C);
   vtkNew<vtkRenderer> renderer;
   renderer->SetBackground(1.0, 1.0, 1.0);
-  renderer->AddActor(coloured(skin, map, low, high));
+  renderer->AddActor(coloured(skin, map, scene.low_C, scene.high_C));
   renderer->AddActor(sharp_edges(skin));
   renderer->AddActor2D(scalar_bar(map));
-  renderer->AddActor2D(text_at(title, height - 50, 28));
-  renderer->AddActor2D(text_at(note, 24, 20));
+  renderer->AddActor2D(text_at(scene.title, height - 50, 28));
+  renderer->AddActor2D(text_at(scene.note, 24, 20));
   add_lights(renderer);
   look_at(skin, renderer);
-  write_png(png, renderer);
+  png = png_of(renderer);
 }
-
-}  // namespace thermotwin::solver

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Pictures by VTK's own renderer. Needs a display: xvfb-run -a.
+// Pictures by VTK's own renderer, which lies in a module (vtk_picture_module.h). Needs a display: xvfb-run -a.
 
 #include <Eigen/Core>
 
