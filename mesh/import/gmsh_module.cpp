@@ -382,7 +382,7 @@ void read_shapes(const GmshJob& job) {
     if (solids_of_model() == 0 || !bounds_a_volume(extent)) continue;
     if (attempt.first) {
       job.warn(fmt::format("body '{}': {} faces were sewn into {} solids (gaps up to {:.2g} of the extent)",
-                             options.body, faces.size(), solids_of_model(), gap));
+                           options.body, faces.size(), solids_of_model(), gap));
     }
     return;
   }

@@ -22,11 +22,11 @@ struct GmshJob {
   const std::string& place;           ///< for messages
   const ImportOptions& options;
   const Attempt& attempt;
-  double unit_m;                                                    ///< of coordinates within Gmsh
-  bool iges;                                                        ///< the file is of this type
-  std::function<void(const std::string&)> warn;                     ///< takes the text of a warning
-  std::function<void(const Eigen::Matrix3Xd& ends)> check_extent;   ///< takes the corners of a box, m, (3 x 2)
-  std::function<void(double volume)> require_affordable;            ///< takes the volume to be meshed, m^3
+  double unit_m;                                                   ///< of coordinates within Gmsh
+  bool iges;                                                       ///< the file is of this type
+  std::function<void(const std::string&)> warn;                    ///< takes the text of a warning
+  std::function<void(const Eigen::Matrix3Xd& ends)> check_extent;  ///< takes the corners of a box, m, (3 x 2)
+  std::function<void(double volume)> require_affordable;           ///< takes the volume to be meshed, m^3
 };
 
 /// Functions of the module. Each takes one lock for the whole program, since the state of Gmsh is global.

@@ -3,6 +3,7 @@
 
 #include "solver/export/vtk_picture_module.h"
 
+#include <Eigen/Geometry>
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
@@ -28,7 +29,6 @@
 
 #include <algorithm>
 #include <array>
-
 
 namespace thermotwin::solver {
 namespace {
@@ -190,8 +190,7 @@ std::string png_of(vtkRenderer* renderer) {
   writer->SetInputConnection(image->GetOutputPort());
   writer->Write();
   vtkUnsignedCharArray* bytes = writer->GetResult();
-  if (writer->GetErrorCode() != 0 || bytes == nullptr)
-    return {};
+  if (writer->GetErrorCode() != 0 || bytes == nullptr) return {};
   const std::size_t size = bytes->GetNumberOfValues();
   return {reinterpret_cast<const char*>(bytes->GetPointer(0)), size};
 }

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdio>
 
 #include "tests/cases/help.h"
 #include "tests/cases/toy.h"
@@ -38,6 +39,17 @@ TEST(Usage, VerbsAreListedInGroups) {
   }
   EXPECT_EQ(verbs().front(), "mesh");
   EXPECT_EQ(verbs().back(), "offsets");
+}
+
+TEST(Usage, TheProgramStartsWithoutMesherRendererAndMultigrid) {
+  FILE* listing = ::popen("ldd " THERMOTWIN_PROGRAM, "r");
+  ASSERT_NE(listing, nullptr);
+  std::string libraries;
+  for (int c = std::fgetc(listing); c != EOF; c = std::fgetc(listing)) libraries += static_cast<char>(c);
+  ASSERT_EQ(::pclose(listing), 0);
+  EXPECT_SAYS(libraries, "libc.so");
+  for (const char* library : {"libgmsh", "libTKernel", "libGL.", "libX11", "libvtkRendering", "libpetsc", "libmpi."})
+    EXPECT_EQ(libraries.find(library), std::string::npos) << library;
 }
 
 TEST(Usage, HelpAndVersionAreNoErrors) {
