@@ -3,7 +3,10 @@
 #include <nlohmann/json.hpp>
 
 #include <fstream>
+#include <functional>
 #include <iostream>
+#include <limits>
+#include <optional>
 #include <unistd.h>
 
 #include "compensation/online/compensator.h"
@@ -12,6 +15,7 @@
 #include "core/file.h"
 #include "core/progress.h"
 #include "reduction/model/model_file.h"
+#include "tools/axis_files.h"
 #include "tools/chain.h"
 #include "tools/descriptor_input.h"
 #include "tools/options.h"
@@ -31,6 +35,37 @@ std::string learned_csv(const compensation::Compensator& compensator) {
   }
   return text;
 }
+
+/// Rewrites the file of lines beside a control that waits for rows; else once, at the end.
+class LinesFile {
+public:
+  LinesFile(const CompensateOptions& options, const compensation::Compensator& compensator,
+            const reduction::ReducedModel& model)
+      : options_(options),
+        compensator_(compensator),
+        machine_(model.machine),
+        map_(model) {}
+
+  void after_row(const compensation::Offsets& offsets) {
+    last_ = offsets;
+    if (options_.out == "-" && !(offsets.time < next_)) write();
+  }
+  void write() {
+    if (last_.offset_um.size() == 0) return;
+    core::write_file(options_.lines,
+                     lines_csv(compensator_.axes(),
+                               compensation::axis_lines(compensator_, map_, machine_, last_.offset_um), last_.time));
+    next_ = last_.time + options_.lines_every_s;
+  }
+
+private:
+  const CompensateOptions& options_;
+  const compensation::Compensator& compensator_;
+  const mesh::Machine& machine_;
+  compensation::OutputMap map_;
+  compensation::Offsets last_;
+  double next_ = -std::numeric_limits<double>::infinity();
+};
 
 }  // namespace
 
@@ -65,17 +100,23 @@ void compensate(const CompensateOptions& options) {
   stream.strict = options.strict;
   stream.probe_std_um = options.probe_std_um;
   stream.probed_compensated = options.probed_compensated;
+  std::optional<LinesFile> lines;
+  std::function<void(const compensation::Offsets&)> after_row;
+  if (!options.lines.empty()) {
+    lines.emplace(options, compensator, model);
+    after_row = [&](const compensation::Offsets& offsets) { lines->after_row(offsets); };
+  }
   const Stopwatch time;
   compensation::StreamSummary done;
   if (to_stdout) {
     // A control waits for each answer: rows are flushed one by one.
     stream.unbuffered = true;
-    done = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, stream);
+    done = compensation::compensate_stream(compensator, model.machine, in, in_name, std::cout, stream, after_row);
   } else {
     core::write_file_by(options.out, [&](const std::filesystem::path& temporary) {
       std::ofstream out(temporary, std::ios::binary);
       try {
-        done = compensation::compensate_stream(compensator, model.machine, in, in_name, out, stream);
+        done = compensation::compensate_stream(compensator, model.machine, in, in_name, out, stream, after_row);
       } catch (const core::InputError&) {
         if (out) throw;
         throw core::InputError(options.out.string(), "cannot be written", "a place with room and permission");
@@ -83,6 +124,10 @@ void compensate(const CompensateOptions& options) {
     });
   }
   if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
+  if (lines) lines->write();
+  if (!options.axis_errors.empty()) {
+    core::log_line(write_axis_errors(options.axis_errors, compensation::error_tables(compensator, model.machine)));
+  }
   if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
   std::string statuses;
   for (const auto& [status, rows] : done.not_ok)

@@ -86,6 +86,9 @@ struct CompensateOptions : CommonOptions {
   double probe_std_um = 0.5;
   bool probed_compensated = false;
   std::filesystem::path learned, explain;  ///< written at the end; empty: not
+  std::filesystem::path lines;             ///< a line for each axis, written at the end; empty: not
+  double lines_every_s = 60;
+  std::filesystem::path axis_errors;  ///< folder of tables, written at the end; empty: not
 };
 struct OffsetsOptions : CommonOptions {
   OffsetsOptions() { out = "-"; }  ///< a file here, "-" for stdout

@@ -455,6 +455,8 @@ public:
     return *last_;
   }
 
+  const Offsets& last() const { return *last_; }
+
   void probe(const RowReader& reader) {
     if (!reader.readable()) return;
     if (reader.probed().array().isFinite().any()) {
@@ -494,7 +496,8 @@ void ask_for_machine(const std::string& in_name, const mesh::Machine& machine, c
 }  // namespace
 
 StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& machine, std::istream& in,
-                                const std::string& in_name, std::ostream& out, const StreamOptions& options) {
+                                const std::string& in_name, std::ostream& out, const StreamOptions& options,
+                                const std::function<void(const Offsets&)>& after_row) {
   options.validate();
   RowReader reader(in, in_name, options, compensator.channels(), machine);
   StreamSummary summary;
@@ -511,6 +514,7 @@ StreamSummary compensate_stream(Compensator& compensator, const mesh::Machine& m
     ++summary.rows;
     summary.unreadable += !reader.unreadable().empty();
     answers.probe(reader);
+    if (reader.readable() && after_row) after_row(answers.last());
     writer.end_row();
     if (summary.rows % between_checks == 0) core::check_interrupt();
   }

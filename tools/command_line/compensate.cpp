@@ -41,6 +41,16 @@ void add_compensate(CLI::App& app) {
   verb->add_option("--learned", compensate.learned,
                    "CSV file, written at the end, of the estimated powers, films, expansions and other states with "
                    "standard deviations.");
+  auto* lines =
+      verb->add_option("--lines", compensate.lines,
+                       "CSV file of a straight line for each axis (reference position, offset, slope) for controls "
+                       "that take one, with what it leaves, um.");
+  verb->add_option("--lines-every", compensate.lines_every_s, "Time between two rows of --lines, s.")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str()
+      ->needs(lines);
+  verb->add_option("--axis-errors", compensate.axis_errors,
+                   "Folder, written at the end, of a table of component errors (ISO 230-1) along each linear axis.");
   verb->add_option("--explain", compensate.explain,
                    "Text file, written at the end, of the disturbance states and their detectability by the sensors.");
 }
