@@ -92,7 +92,7 @@ static void exchange(double* a, double* b) {
   *b = kept;
 }
 
-int tt_lu_columns(int n, double* a, int* pivots, int first, int last) {
+int tt_lu_columns(int n, double* a, int32_t* pivots, int first, int last) {
   for (int j = first; j < last; ++j) {
     double* column = a + (long)j * n;
     for (int k = 0; k < j; ++k) exchange(column + k, column + pivots[k]);
@@ -115,7 +115,7 @@ int tt_lu_columns(int n, double* a, int* pivots, int first, int last) {
   return 0;
 }
 
-void tt_lu_solve(int n, const double* factor, const int* pivots, double* x) {
+void tt_lu_solve(int n, const double* factor, const int32_t* pivots, double* x) {
   for (int j = 0; j < n; ++j) exchange(x + j, x + pivots[j]);
   for (int j = 0; j < n; ++j) tt_axpy(n - j - 1, -x[j], factor + (long)j * n + j + 1, x + j + 1);
   for (int j = n - 1; j >= 0; --j) {

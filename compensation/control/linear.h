@@ -6,6 +6,8 @@
  * as long as they do not contract a product and a sum (-ffp-contract=off). Nothing allocates. Arguments that are
  * written must not overlap those that are read. */
 
+#include <stdint.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -35,9 +37,9 @@ void tt_cholesky_solve(int n, const double* factor, double* x);
 
 /* Columns [first, last) of an LU factorisation with row exchanges, in place (left-looking); pivots[j] is the row that
  * column j exchanged. Returns 0, or 1 + the column of a pivot that is zero. */
-int tt_lu_columns(int n, double* a, int* pivots, int first, int last);
+int tt_lu_columns(int n, double* a, int32_t* pivots, int first, int last);
 /* x <- A^-1 x */
-void tt_lu_solve(int n, const double* factor, const int* pivots, double* x);
+void tt_lu_solve(int n, const double* factor, const int32_t* pivots, double* x);
 
 /* Eigenvalues (rising) and orthonormal vectors of a symmetric matrix, by Householder tridiagonalisation and implicit
  * QL (Wilkinson shifts). a (n x n): both triangles on entry, the vectors on return. work: n doubles.
