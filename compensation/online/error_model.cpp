@@ -17,11 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Even a stated certainty leaves the mesh and the laws' form: shares of the nominal.
-constexpr double least_source = 0.02, least_film = 0.03, least_contact = 0.05, least_wall = 0.05, least_flow = 0.02;
-constexpr double untold_air_K = 2.0;  ///< standard deviation of the air where nobody tells it
-constexpr double air_std_K = 0.2, ambient_std_K = 0.3, inlet_std_K = 0.2;
-constexpr double machine_memory = 200.0 * hour, air_memory = 6.0 * hour, ambient_memory = 24.0 * hour;
+constexpr double untold_air_K = 2.0;          ///< standard deviation of the air where nobody tells it
 constexpr double correlation_s = 1800.0;      ///< of what the model gets wrong at a sensor
 constexpr double untold_memory = 2.0 * hour;  ///< of how fast a drive runs that nobody tells
 constexpr double outlier = 4.0;               ///< standard deviations
@@ -30,22 +26,11 @@ constexpr double expansion_share = 0.03, rest_m = 0.8e-6;
 constexpr double expansion_memory = 2000.0 * hour, rest_memory = 12.0 * hour;
 constexpr double showing_s = 300.0;  ///< time constant with which new findings come into effect
 
-double share(const core::Uncertain& nominal, double least) { return std::max(nominal.std_percent / 100.0, least); }
-
-int root_ambient(const mesh::Machine& machine, int ambient) {
-  for (std::size_t steps = 0; steps < machine.ambients.size(); ++steps) {
-    const std::string& follows = machine.ambients[ambient].follows;
-    if (follows.empty()) break;
-    if (const int next = machine.ambient_index(follows); next >= 0) ambient = next;
-  }
-  return ambient;
-}
-
 }  // namespace
 
 ErrorModel::ErrorModel(const reduction::ReducedModel& model)
     : model_(model),
-      quantities_(make_quantities(model)),
+      quantities_(uncertain_quantities(model)),
       inputs_of_term_(model.system.layout.terms.size()),
       work_before_(model, ambients_of(quantities_)) {
   const solver::OperatingModel operating(model.machine, model.system.layout);
@@ -58,14 +43,6 @@ ErrorModel::ErrorModel(const reduction::ReducedModel& model)
   }
 }
 
-std::vector<ErrorModel::Quantity> ErrorModel::make_quantities(const reduction::ReducedModel& model) {
-  std::vector<Quantity> quantities;
-  add_sources(model, quantities);
-  add_terms(model, quantities);
-  add_ambients(model, quantities);
-  return quantities;
-}
-
 /// The quantities that are an ambient's temperature.
 std::vector<WorkBefore::Ambient> ErrorModel::ambients_of(const std::vector<Quantity>& quantities) {
   std::vector<WorkBefore::Ambient> ambients;
@@ -73,79 +50,6 @@ std::vector<WorkBefore::Ambient> ErrorModel::ambients_of(const std::vector<Quant
     if (quantity.ambient >= 0) ambients.push_back({quantity.ambient, quantity.ambient_inputs});
   }
   return ambients;
-}
-
-void ErrorModel::add_sources(const reduction::ReducedModel& model, std::vector<Quantity>& quantities) {
-  const std::vector<solver::Input>& inputs = model.system.layout.inputs;
-  int item = 0;
-  for (const mesh::SourceSpec& source : model.machine.sources) {
-    Quantity quantity{
-        "power of source " + source.id, "1", share(source.scale, least_source), machine_memory, {}, {}, {}, -1};
-    for (Index k = 0; k < std::ssize(inputs); ++k) {
-      if (inputs[k].kind == solver::InputKind::source && inputs[k].item == item) quantity.inputs.push_back(k);
-    }
-    if (!quantity.inputs.empty()) quantities.push_back(std::move(quantity));
-    ++item;
-  }
-}
-
-void ErrorModel::add_terms(const reduction::ReducedModel& model, std::vector<Quantity>& quantities) {
-  const mesh::Machine& machine = model.machine;
-  /// @param part  -1: all
-  const auto add = [&](const std::string& name, double std, solver::TermKind kind, int item, int part = -1) {
-    std::vector<int> terms;
-    for (Index t = 0; t < std::ssize(model.system.layout.terms); ++t) {
-      const solver::Term& term = model.system.layout.terms[t];
-      if (term.kind == kind && term.item == item && (part < 0 || term.part == part)) terms.push_back(t);
-    }
-    if (!terms.empty()) quantities.push_back({name, "1", std, machine_memory, std::move(terms), {}, {}, -1});
-  };
-  for (int i = 0; i < std::ssize(machine.films); ++i) {
-    add("film " + machine.films[i].id, share(machine.films[i].coefficient, least_film), solver::TermKind::film, i);
-  }
-  for (int i = 0; i < std::ssize(machine.joints); ++i) {
-    add("conductance of joint " + machine.joints[i].id, share(machine.joints[i].conductance, least_contact),
-        solver::TermKind::contact, i);
-  }
-  for (int i = 0; i < std::ssize(machine.coolants); ++i) {
-    const mesh::CoolantSpec& coolant = machine.coolants[i];
-    for (int s = 0; s < std::ssize(coolant.segments); ++s) {
-      add("wall film of coolant " + coolant.id + ", segment " + coolant.segments[s].id,
-          share(coolant.segments[s].film_coefficient, least_wall), solver::TermKind::coolant_wall, i, s);
-    }
-    add("flow of coolant " + coolant.id, share(coolant.flow, least_flow), solver::TermKind::coolant_flow, i);
-  }
-}
-
-void ErrorModel::add_ambients(const reduction::ReducedModel& model, std::vector<Quantity>& quantities) {
-  const mesh::Machine& machine = model.machine;
-  const solver::Layout& layout = model.system.layout;
-  std::vector<std::vector<int>> of_ambient(machine.ambients.size()), of_coolant(machine.coolants.size());
-  for (Index k = 0; k < std::ssize(layout.inputs); ++k) {
-    const solver::Input& input = layout.inputs[k];
-    const int item = input.item;
-    int ambient = -1;
-    if (input.kind == solver::InputKind::film_ambient) ambient = machine.ambient_index(machine.films[item].ambient);
-    if (input.kind == solver::InputKind::contact_ambient) ambient = machine.ambient_index(machine.joints[item].ambient);
-    if (ambient >= 0) of_ambient[root_ambient(machine, ambient)].push_back(k);
-    if (input.kind == solver::InputKind::coolant_inlet) of_coolant[item].push_back(k);
-  }
-  for (int i = 0; i < std::ssize(machine.ambients); ++i) {
-    if (of_ambient[i].empty()) continue;
-    const mesh::AmbientSpec& ambient = machine.ambients[i];
-    const bool air = ambient.id == "air";
-    // The air is measured, its stated default then does not matter; others mostly are not.
-    const double std =
-        air ? air_std_K
-            : std::max(ambient_std_K, std::abs(ambient.default_C.value) * ambient.default_C.std_percent / 100.0);
-    const double memory = air ? air_memory : ambient_memory;
-    quantities.push_back({"temperature of ambient " + ambient.id, "K", std, memory, {}, {}, of_ambient[i], i});
-  }
-  for (int i = 0; i < std::ssize(of_coolant); ++i) {
-    if (of_coolant[i].empty()) continue;
-    const std::string name = "inlet temperature of coolant " + machine.coolants[i].id;
-    quantities.push_back({name, "K", inlet_std_K, ambient_memory, {}, {}, of_coolant[i], -1});
-  }
 }
 
 void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readings, const VectorXd& ambient_gap_K) {
@@ -180,7 +84,7 @@ void ErrorModel::start(double uniform_K, const std::vector<FirstReading>& readin
     prior_[machine + start_modes_ + s] =
         i < model_.machine.sensors.size() ? model_.machine.sensors[i].uncertainty : no_sensor_K;
   }
-  memory_.segment(machine + start_modes_, sensors).setConstant(machine_memory);
+  memory_.segment(machine + start_modes_, sensors).setConstant(machine_memory_s);
   // Unknown to sensors: they come to life with the first probing.
   prior_.tail(outputs).setZero();
   memory_.tail(outputs).head(outputs - 3).setConstant(expansion_memory);
@@ -249,7 +153,7 @@ void ErrorModel::set_untold(Index drive, const VectorXd& heat, double nominal) {
   Quantity& quantity = quantities_[own.quantity];
   quantity.least = -nominal;
   // What has come from it stays known while the drive is told again.
-  quantity.memory = heat.size() > 0 ? untold_memory : machine_memory;
+  quantity.memory = heat.size() > 0 ? untold_memory : machine_memory_s;
   if (theta_.size() > 0) memory_[own.quantity] = quantity.memory;
 }
 

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "compensation/online/drive_heats.h"
+#include "compensation/online/uncertain_quantities.h"
 #include "compensation/online/work_before.h"
 #include "reduction/model/reduced_model.h"
 
@@ -135,21 +136,7 @@ public:
   Eigen::Index machine_quantities() const { return std::ssize(quantities_); }
 
 private:
-  struct Quantity {
-    std::string name, unit;
-    double std = 0;                   ///< of theta: a share, or K for ambient ones
-    double memory = 0;                ///< s, time constant of the return to the prior; 0: none
-    std::vector<int> terms;           ///< terms (and what they drive) that scale with 1 + theta
-    std::vector<int> inputs;          ///< inputs that scale with 1 + theta
-    std::vector<int> ambient_inputs;  ///< inputs that get p of their term times theta
-    int ambient = -1;                 ///< index of the ambient, for those
-    Eigen::Index drive = -1;          ///< index of the drive whose heat it is
-    double least = -3.0;              ///< of theta, in deviations from its mean
-  };
-  static std::vector<Quantity> make_quantities(const reduction::ReducedModel& model);
-  static void add_sources(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
-  static void add_terms(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
-  static void add_ambients(const reduction::ReducedModel& model, std::vector<Quantity>& quantities);
+  using Quantity = UncertainQuantity;
   static std::vector<WorkBefore::Ambient> ambients_of(const std::vector<Quantity>& quantities);
   void add_quantity(Quantity quantity);
   void fade(double duration);

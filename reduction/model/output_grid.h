@@ -26,6 +26,18 @@ namespace thermotwin::reduction {
 
 class OutputGrid {
 public:
+  struct GridAxis {
+    int axis = -1;  ///< index into Machine::axes
+    std::vector<double> positions;
+    bool linear = true, endless = false;
+  };
+  /// A line of the grid along an axis of three positions, all others at their first or last one, or all in the middle.
+  struct Line {
+    std::size_t axis = 0;                   ///< of the grid
+    std::vector<std::size_t> at;            ///< (axes of the grid) which of their positions the others are at
+    std::array<Eigen::Index, 3> on_grid{};  ///< where its first, middle and last position are among the grid's poses
+  };
+
   /// With lines.
   explicit OutputGrid(const mesh::Machine& machine);
   /// @param stored  tool poses that a model has: those of the grid alone, or with the lines'
@@ -53,19 +65,14 @@ public:
   const std::vector<std::size_t>& table_grid_places() const { return table_grid_; }
   void table_grid_weights(const mesh::Pose& pose, Eigen::VectorXd& weights) const;
 
-private:
-  struct GridAxis {
-    int axis = -1;  ///< index into Machine::axes
-    std::vector<double> positions;
-    bool linear = true, endless = false;
-  };
-  /// A line of the grid along an axis of three positions, all others at their first or last one, or all in the middle.
-  struct Line {
-    std::size_t axis = 0;                   ///< of the grid
-    std::vector<std::size_t> at;            ///< (axes of the grid) which of their positions the others are at
-    std::array<Eigen::Index, 3> on_grid{};  ///< where its first, middle and last position are among the grid's poses
-  };
+  // What the weights are made from.
+  const std::vector<GridAxis>& tool_axes() const { return tool_; }
+  const std::vector<GridAxis>& stored_table_axes() const { return stored_table_; }
+  const std::vector<Line>& lines() const { return lines_; }
+  const std::vector<std::vector<double>>& line_positions() const { return fine_; }  ///< (axes of the grid) along a line
+  bool has_middle() const { return has_middle_; }  ///< whether lines run through the middle
 
+private:
   static std::vector<GridAxis> tool_grid(const mesh::Machine& machine);
   static std::vector<GridAxis> table_grid(const mesh::Machine& machine);
   /// Whether all axes have a middle: then there are lines through it.

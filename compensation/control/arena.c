@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compensation/control/arena.h"
+
+#include <string.h>
+
+static void* cut(tt_arena* arena, size_t bytes) {
+  const size_t whole = (bytes + 7u) / 8u * 8u;
+  unsigned char* start = arena->block ? arena->block + arena->used : NULL;
+  if (start) memset(start, 0, whole);
+  arena->used += whole;
+  return start;
+}
+
+double* tt_doubles(tt_arena* arena, size_t count) { return (double*)cut(arena, count * sizeof(double)); }
+int32_t* tt_ints(tt_arena* arena, size_t count) { return (int32_t*)cut(arena, count * sizeof(int32_t)); }

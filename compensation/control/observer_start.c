@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* The first row: the uniform temperature with the most evidence in the readings, sensors that are off, earlier work. */
+#include <math.h>
+
+#include "compensation/control/linear.h"
+#include "compensation/control/observer_parts.h"
+#include "compensation/control/scalars.h"
+#include "compensation/control/special.h"
+
+/* Standard deviations of the start, K: where nothing is measured, and the least that remains where sensors agree with
+ * each other. */
+static const double start_uniform_K = 0.5, least_start_K = 0.03;
+static const double least_chance = 1e-4; /* of a first reading that is believed though it is far from all others */
+
+enum {
+  start_none,
+  start_uniform,
+  start_explain,
+  start_uniform_again,
+  start_weigh,
+  start_patterns,
+  start_done,
+  start_failed
+};
+
+typedef struct uniform {
+  double middle, std;
+} uniform;
+
+/* Of the sensors that gave one and are trusted, without their own offsets, into the observer's scratch. */
+static tt_first_readings first_readings(tt_observer* o, int without) {
+  tt_first_readings readings = {0, o->first_sensor, o->first_value, 0.0, start_uniform_K};
+  for (int s = 0; s < o->model->sensors->measured; ++s) {
+    if (s == without || !tt_is_finite(o->reading_K[s]) || !tt_trusted(&o->trust, s)) continue;
+    o->first_sensor[readings.count] = s;
+    o->first_value[readings.count++] = o->reading_K[s] - o->model->sensor_offset[s];
+  }
+  return readings;
+}
+
+/* Of a rested machine sensors agree in the middle; one at work rests on the coldest of them, or on the air. */
+static int uniform_starts(tt_observer* o, int without, uniform* starts) {
+  const tt_first_readings readings = first_readings(o, without);
+  const double middle = tt_median(readings.count, readings.value_K),
+               lowest = tt_nth_smallest(readings.count, readings.value_K, 0);
+  for (int i = 0; i < readings.count; ++i) o->scratch[i] = fabs(readings.value_K[i] - middle);
+  starts[0].middle = middle;
+  starts[0].std = tt_max(least_start_K, 1.5 * tt_median(readings.count, o->scratch));
+  starts[1].middle = lowest;
+  starts[1].std = tt_max(least_start_K, 0.25 * (middle - lowest));
+  const int air = o->model->air_channel;
+  if (air < 0 || !tt_is_finite(o->row[air])) return 2;
+  const double surroundings = o->row[air] - o->model->readings->reference_C;
+  starts[2].middle = surroundings;
+  starts[2].std = tt_max(least_start_K, start_uniform_K + 0.25 * fabs(lowest - surroundings));
+  return 3;
+}
+
+static void begin_offers(tt_observer* o, tt_first_readings readings, uniform start, int predicts, int place) {
+  readings.zero_K = start.middle;
+  readings.uniform_K = start.std;
+  tt_past_begin_offers(&o->past, &readings, predicts, place);
+}
+
+static void begin_candidate(tt_observer* o) {
+  uniform starts[tt_most_starts];
+  uniform_starts(o, -1, starts);
+  begin_offers(o, first_readings(o, -1), starts[o->flags[at_candidate]], 0, 0);
+}
+
+static void begin_uniform(tt_observer* o, int stage) {
+  o->flags[at_start] = stage;
+  o->flags[at_candidate] = 0;
+  o->numbers[uniform_K] = 0.0;
+  o->numbers[uniform_std] = start_uniform_K;
+  o->numbers[most_evidence] = -HUGE_VAL;
+  begin_candidate(o);
+}
+
+void tt_observer_begin_start(tt_observer* o, const tt_moment* now, const double* row) {
+  tt_copy(o->model->readings->channels, row, o->row);
+  tt_copy(o->model->sensors->sensors, now->seen, o->seen_start);
+  o->numbers[corrected_at] = now->time;
+  o->numbers[uniform_K] = 0.0;
+  o->numbers[uniform_std] = start_uniform_K;
+  o->flags[by_sensors] = o->model->start_from_sensors && first_readings(o, -1).count > 0;
+  if (o->flags[by_sensors]) {
+    begin_uniform(o, start_uniform);
+    return;
+  }
+  tt_observer_watch(o, now->time, o->seen_start, 0);
+  tt_past_unmeasured(&o->past);
+  o->flags[at_start] = start_patterns;
+  tt_past_begin_patterns(&o->past);
+}
+
+int tt_observer_start_slices(const tt_observer_model* model) {
+  const tt_past_model past = {model->sensors, model->heats};
+  return (2 * tt_most_starts + model->sensors->measured * tt_most_starts + 2) * tt_past_slices(&past);
+}
+
+/* Judges the first readings, then finds the uniform temperature without those that are off. */
+static void judge_first(tt_observer* o) {
+  const tt_sensor_model* m = o->model->sensors;
+  for (int s = 0; s < m->measured; ++s) o->trust.monitor.watched[s].explained = o->explained[s];
+  for (int s = 0; s < m->sensors; ++s) o->seen_start[s] = o->seen_one[s] * o->numbers[uniform_K];
+  tt_observer_watch(o, o->numbers[corrected_at], o->seen_start, 0);
+  if (first_readings(o, -1).count > 0) {
+    begin_uniform(o, start_uniform_again);
+    return;
+  }
+  tt_past_unmeasured(&o->past);
+  o->flags[at_start] = start_patterns;
+  tt_past_begin_patterns(&o->past);
+}
+
+static void begin_chance(tt_observer* o) {
+  uniform starts[tt_most_starts];
+  const int sensor = o->flags[at_sensor];
+  uniform_starts(o, sensor, starts);
+  tt_first_readings others = first_readings(o, sensor);
+  o->first_sensor[others.count] = sensor;
+  o->first_value[others.count++] = o->reading_K[sensor] - o->model->sensor_offset[sensor];
+  begin_offers(o, others, starts[o->flags[at_candidate]], 1, o->flags[at_candidate]);
+}
+
+/* Whether a part that work has not reached, as warm as what surrounds it, may read this. */
+static int is_usual(const tt_observer* o, int sensor) {
+  const tt_sensor_model* m = o->model->sensors;
+  double coldest = 0.0;
+  for (int s = 0; s < m->measured; ++s) coldest += o->seen_one[s] * o->numbers[uniform_K];
+  coldest /= m->measured;
+  double warmest = coldest;
+  for (int i = 0; i < o->model->ambients; ++i) {
+    const int channel = o->model->ambient_channel[i];
+    const double value = channel < 0 ? tt_nan() : o->row[channel] - o->model->readings->reference_C;
+    if (!tt_is_finite(value)) continue;
+    coldest = tt_min(coldest, value);
+    warmest = tt_max(warmest, value);
+  }
+  const double value = o->reading_K[sensor] - o->model->sensor_offset[sensor];
+  return value > coldest - start_uniform_K && value < warmest + start_uniform_K;
+}
+
+/* From this sensor on, the first one that only the others can explain. */
+static void explain_from(tt_observer* o, int sensor) {
+  const int measured = o->model->sensors->measured;
+  for (; sensor < measured; ++sensor) {
+    if (!tt_is_finite(o->reading_K[sensor]) || !tt_trusted(&o->trust, sensor)) continue;
+    o->explained[sensor] = is_usual(o, sensor);
+    if (!o->explained[sensor]) break;
+  }
+  o->flags[at_sensor] = sensor;
+  o->flags[at_candidate] = 0;
+  if (sensor < measured)
+    begin_chance(o);
+  else
+    judge_first(o);
+}
+
+static void begin_explanation(tt_observer* o) {
+  for (int s = 0; s < o->model->sensors->measured; ++s) o->explained[s] = 0;
+  o->flags[at_start] = start_explain;
+  explain_from(o, first_readings(o, -1).count < 3 ? o->model->sensors->measured : 0);
+}
+
+static void begin_weighing(tt_observer* o) {
+  const uniform found = {o->numbers[uniform_K], o->numbers[uniform_std]};
+  for (int s = 0; s < o->model->sensors->sensors; ++s) o->seen_start[s] = o->seen_one[s] * o->numbers[uniform_K];
+  o->flags[at_start] = start_weigh;
+  begin_offers(o, first_readings(o, -1), found, 0, 0);
+}
+
+static void end_candidate(tt_observer* o) {
+  uniform starts[tt_most_starts];
+  const int count = uniform_starts(o, -1, starts), candidate = o->flags[at_candidate]++;
+  const double evidence = tt_past_weigh(&o->past);
+  if (evidence > o->numbers[most_evidence]) {
+    o->numbers[most_evidence] = evidence;
+    o->numbers[uniform_K] = starts[candidate].middle;
+    o->numbers[uniform_std] = starts[candidate].std;
+  }
+  if (o->flags[at_candidate] < count)
+    begin_candidate(o);
+  else if (o->flags[at_start] == start_uniform)
+    begin_explanation(o);
+  else
+    begin_weighing(o);
+}
+
+static void end_chance(tt_observer* o) {
+  uniform starts[tt_most_starts];
+  const int sensor = o->flags[at_sensor], count = uniform_starts(o, sensor, starts);
+  if (++o->flags[at_candidate] < count) {
+    begin_chance(o);
+    return;
+  }
+  o->explained[sensor] = tt_past_chance(&o->past, count) > least_chance;
+  explain_from(o, sensor + 1);
+}
+
+int tt_observer_start_slice(tt_observer* o) {
+  int32_t* stage = &o->flags[at_start];
+  if (*stage == start_done || *stage == start_failed) return *stage == start_done ? 1 : 2;
+  const int state = tt_past_slice(&o->past);
+  if (state == 0) return 0;
+  switch (*stage) {
+    case start_uniform:
+    case start_uniform_again: end_candidate(o); break;
+    case start_explain: end_chance(o); break;
+    case start_weigh:
+      tt_past_weigh(&o->past);
+      *stage = start_patterns;
+      tt_past_begin_patterns(&o->past);
+      break;
+    default:
+      o->flags[shapes_of_start] = state == 1 ? tt_past_shapes(&o->past) : 0;
+      *stage = state == 1 ? start_done : start_failed;
+      break;
+  }
+  return *stage == start_done ? 1 : *stage == start_failed ? 2 : 0;
+}
+
+int tt_observer_uniform(const tt_observer* o, double* temperature_K) {
+  *temperature_K = o->numbers[uniform_K];
+  return o->flags[by_sensors];
+}
+
+/* An input that stands at its default is one that nobody gives, see tt_errors_start. */
+static void set_gap(tt_observer* o) {
+  const tt_reading_model* readings = o->model->readings;
+  for (int i = 0; i < o->model->ambients; ++i) {
+    const int channel = o->model->ambient_channel[i];
+    o->gap[i] = 0.0;
+    if (!o->flags[by_sensors] || channel < 0) continue;
+    const double standard = readings->default_C[channel];
+    if (o->row[channel] == standard) o->gap[i] = o->numbers[uniform_K] + readings->reference_C - standard;
+  }
+}
+
+void tt_observer_finish_start(tt_observer* o, const tt_moment* now) {
+  set_gap(o);
+  tt_errors_start(&o->errors, o->numbers[uniform_std], o->flags[shapes_of_start], o->past.patterns, o->gap);
+  o->numbers[corrected_at] = now->time;
+  const int count = o->flags[by_sensors] ? first_readings(o, -1).count : 0;
+  for (int i = 0; i < count; ++i) {
+    const double value = o->first_value[i] - o->numbers[uniform_K];
+    const tt_innovation one = {o->first_sensor[i], value, 1.0, value};
+    tt_errors_observe(&o->errors, &one, 0.0);
+  }
+  if (count > 0) tt_errors_settle(&o->errors);
+}
+
+void tt_observer_begin_foresight(tt_observer* o, const double* operator_matrix) {
+  tt_sensitivities_begin_foresight(&o->errors.sensitivities, tt_min(o->model->step_s, o->model->correction_s),
+                                   operator_matrix);
+}
+
+void tt_observer_finish_foresight(tt_observer* o, const tt_moment* now) {
+  tt_sensitivities_finish(&o->errors.sensitivities);
+  tt_observer_settle(o, now, now->step_end);
+}

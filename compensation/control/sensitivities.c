@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compensation/control/sensitivities.h"
+
+#include <stddef.h>
+
+#include "compensation/control/linear.h"
+
+enum { slice_products = 60000 }; /* multiplications of a slice, about */
+enum { stage_idle, stage_factor, stage_rates, stage_solve, stage_done, stage_failed };
+enum { at_stage, at_item, at_quantity, at_foresight, progress_count };
+enum { job_duration, factor_duration, number_count };
+
+int tt_first_start(const tt_sensor_model* model) { return model->quantities + model->drives; }
+int tt_columns(const tt_sensor_model* model) { return tt_first_start(model) + tt_start_modes; }
+
+static int largest_rank(const tt_sensor_model* m) {
+  int most = 0;
+  for (int t = 0; t < m->terms; ++t) {
+    const int rank = m->term_first[t + 1] - m->term_first[t];
+    if (rank > most) most = rank;
+  }
+  return most;
+}
+
+void tt_sensitivities_lay(tt_sensitivities* s, const tt_sensor_model* model, tt_arena* arena) {
+  const size_t n = model->order, columns = tt_columns(model), sensors = model->sensors;
+  s->model = model;
+  s->directions = tt_doubles(arena, n * columns);
+  s->next = tt_doubles(arena, n * columns);
+  s->start_rate = tt_doubles(arena, n * tt_start_modes);
+  s->seen = tt_doubles(arena, columns * sensors);
+  s->seen_last = tt_doubles(arena, columns * sensors);
+  s->seen_next = tt_doubles(arena, columns * sensors);
+  s->seen_rate = tt_doubles(arena, columns * sensors);
+  s->heat = tt_doubles(arena, n * model->drives);
+  s->heat_seen = tt_doubles(arena, sensors * model->drives);
+  s->unrecorded = tt_ints(arena, model->drives);
+  s->drive_known = tt_ints(arena, model->drives);
+  s->p = tt_doubles(arena, model->terms);
+  s->q = tt_doubles(arena, model->inputs);
+  s->state = tt_doubles(arena, n);
+  s->scratch = tt_doubles(arena, largest_rank(model));
+  s->factor = tt_doubles(arena, n * n);
+  s->factor_p = tt_doubles(arena, model->terms);
+  s->pivots = tt_ints(arena, n);
+  s->numbers = tt_doubles(arena, number_count);
+  s->progress = tt_ints(arena, progress_count);
+}
+
+/* (columns x sensors) H times (order x columns), one column. */
+static void see(const tt_sensor_model* m, const double* directions, int column, double* seen) {
+  const double* own = directions + (long)column * m->order;
+  for (int i = 0; i < m->sensors; ++i)
+    seen[(long)i * tt_columns(m) + column] = tt_dot(m->order, m->sensor_rows + (long)i * m->order, own);
+}
+
+void tt_sensitivities_start(tt_sensitivities* s, int shapes, const double* patterns) {
+  const tt_sensor_model* m = s->model;
+  const int n = m->order, columns = tt_columns(m), first = tt_first_start(m);
+  tt_zero(n * columns, s->directions);
+  tt_copy(n, m->one_kelvin, s->directions + (long)first * n);
+  tt_copy(n * shapes, patterns, s->directions + (long)(first + 1) * n);
+  for (int k = 0; k < columns; ++k) see(m, s->directions, k, s->seen);
+  tt_copy(columns * m->sensors, s->seen, s->seen_last);
+  tt_zero(n * tt_start_modes, s->start_rate);
+  tt_zero(columns * m->sensors, s->seen_rate);
+  s->numbers[factor_duration] = 0.0;
+  s->progress[at_stage] = stage_idle;
+}
+
+void tt_sensitivities_set_heat(tt_sensitivities* s, int drive, const double* heat) {
+  const tt_sensor_model* m = s->model;
+  s->unrecorded[drive] = heat != NULL;
+  if (heat == NULL) return;
+  s->drive_known[drive] = 1;
+  tt_copy(m->order, heat, s->heat + (long)drive * m->order);
+  double* seen = s->heat_seen + (long)drive * m->sensors;
+  tt_zero(m->sensors, seen);
+  tt_gemv_t(m->order, m->sensors, 1.0, m->sensor_rows, heat, seen);
+}
+
+/* The matrix 1 + h A, in place of the factor; the slices factorise it. */
+static void set_matrix(tt_sensitivities* s, double duration, const double* operator_matrix) {
+  const int n = s->model->order;
+  for (int i = 0; i < n * n; ++i) s->factor[i] = duration * operator_matrix[i];
+  for (int i = 0; i < n; ++i) s->factor[i + (long)i * n] += 1.0;
+}
+
+static int same(int n, const double* a, const double* b) {
+  for (int i = 0; i < n; ++i) {
+    if (a[i] != b[i]) return 0;
+  }
+  return 1;
+}
+
+void tt_sensitivities_begin(tt_sensitivities* s, const tt_interval* interval, const double* theta) {
+  const tt_sensor_model* m = s->model;
+  const double h = interval->duration;
+  tt_copy(m->terms, interval->p, s->p);
+  tt_copy(m->inputs, interval->q, s->q);
+  /* The true state is nearer to the corrected one than to the nominal one. */
+  tt_copy(m->order, interval->state, s->state);
+  tt_gemv(m->order, tt_columns(m), 1.0, s->directions, theta, s->state);
+  tt_copy(m->order * tt_columns(m), s->directions, s->next);
+  s->numbers[job_duration] = h;
+  s->progress[at_item] = s->progress[at_quantity] = s->progress[at_foresight] = 0;
+  if (s->numbers[factor_duration] == h && same(m->terms, s->factor_p, s->p)) {
+    s->progress[at_stage] = stage_rates;
+    return;
+  }
+  set_matrix(s, h, interval->operator_matrix);
+  tt_copy(m->terms, s->p, s->factor_p);
+  s->numbers[factor_duration] = 0.0; /* until it is whole */
+  s->progress[at_stage] = stage_factor;
+}
+
+void tt_sensitivities_begin_foresight(tt_sensitivities* s, double duration, const double* operator_matrix) {
+  const tt_sensor_model* m = s->model;
+  const long first = (long)tt_first_start(m) * m->order;
+  tt_copy(m->order * tt_start_modes, s->directions + first, s->next + first);
+  set_matrix(s, duration, operator_matrix);
+  s->numbers[job_duration] = duration;
+  s->numbers[factor_duration] = 0.0;
+  s->progress[at_item] = s->progress[at_quantity] = 0;
+  s->progress[at_foresight] = 1;
+  s->progress[at_stage] = stage_factor;
+}
+
+static int items_of_a_slice(const tt_sensor_model* m) {
+  const int items = slice_products / (m->order * m->order + 1);
+  return items < 1 ? 1 : items;
+}
+
+int tt_sensitivities_slices(const tt_sensor_model* m) {
+  const int each = items_of_a_slice(m), terms = m->quantity_term_first[m->quantities];
+  return (m->order + each - 1) / each + (terms + 1 + each - 1) / each + (tt_columns(m) + each - 1) / each;
+}
+
+static void add_input(tt_sensitivities* s, int input, double amount, double* column) {
+  const tt_sensor_model* m = s->model;
+  if (amount != 0.0) tt_axpy(m->order, amount, m->input_columns + (long)input * m->order, column);
+}
+
+/* column += h d(rate)/dtheta of one term: -p K x, and what the term's own inputs bring. */
+static void add_term(tt_sensitivities* s, int term, double* column) {
+  const tt_sensor_model* m = s->model;
+  const int first = m->term_first[term], rank = m->term_first[term + 1] - first, right = m->term_right_first[term];
+  const double h = s->numbers[job_duration], p = s->p[term];
+  if (p == 0.0) return;
+  const double* left = m->term_left + (long)first * m->order;
+  tt_zero(rank, s->scratch);
+  tt_gemv_t(m->order, rank, 1.0, right < 0 ? left : m->term_right + (long)right * m->order, s->state, s->scratch);
+  for (int c = 0; c < rank; ++c) s->scratch[c] *= m->term_weight[first + c];
+  tt_gemv(m->order, rank, -h * p, left, s->scratch, column);
+  for (int input = 0; input < m->inputs; ++input) {
+    if (m->input_term[input] == term) add_input(s, input, h * s->q[input], column);
+  }
+}
+
+/* What scales with no term: sources, surroundings, drives. */
+static void add_heats(tt_sensitivities* s) {
+  const tt_sensor_model* m = s->model;
+  const double h = s->numbers[job_duration];
+  for (int k = 0; k < m->quantities; ++k) {
+    double* column = s->next + (long)k * m->order;
+    for (int i = m->quantity_input_first[k]; i < m->quantity_input_first[k + 1]; ++i)
+      add_input(s, m->quantity_input[i], h * s->q[m->quantity_input[i]], column);
+    for (int i = m->quantity_warm_first[k]; i < m->quantity_warm_first[k + 1]; ++i)
+      add_input(s, m->quantity_warm[i], h * s->p[m->input_term[m->quantity_warm[i]]], column);
+  }
+  for (int d = 0; d < m->drives; ++d) {
+    const long at = (long)d * m->order;
+    if (s->unrecorded[d]) tt_axpy(m->order, h, s->heat + at, s->next + (long)m->quantities * m->order + at);
+  }
+}
+
+/* Each returns 1 after the last item. */
+static int factorise(tt_sensitivities* s, int items) {
+  const int n = s->model->order, first = s->progress[at_item];
+  const int last = first + items < n ? first + items : n;
+  if (tt_lu_columns(n, s->factor, s->pivots, first, last) != 0) {
+    s->progress[at_stage] = stage_failed;
+    return 0;
+  }
+  s->progress[at_item] = last;
+  return last == n;
+}
+
+static int add_rates(tt_sensitivities* s, int items) {
+  const tt_sensor_model* m = s->model;
+  const int terms = m->quantity_term_first[m->quantities];
+  int *item = &s->progress[at_item], *quantity = &s->progress[at_quantity];
+  for (; items > 0; --items, ++*item) {
+    if (*item == terms) {
+      add_heats(s);
+      return 1;
+    }
+    while (*item >= m->quantity_term_first[*quantity + 1]) ++*quantity;
+    add_term(s, m->quantity_term[*item], s->next + (long)*quantity * m->order);
+  }
+  return 0;
+}
+
+static int solve(tt_sensitivities* s, int items) {
+  const tt_sensor_model* m = s->model;
+  const int columns = tt_columns(m);
+  int* column = &s->progress[at_item];
+  for (; items > 0 && *column < columns; --items, ++*column) {
+    tt_lu_solve(m->order, s->factor, s->pivots, s->next + (long)*column * m->order);
+    see(m, s->next, *column, s->seen_next);
+  }
+  return *column == columns;
+}
+
+int tt_sensitivities_slice(tt_sensitivities* s) {
+  const int items = items_of_a_slice(s->model);
+  int* stage = &s->progress[at_stage];
+  if (*stage == stage_factor && factorise(s, items)) {
+    const int foresight = s->progress[at_foresight];
+    if (!foresight) s->numbers[factor_duration] = s->numbers[job_duration];
+    s->progress[at_item] = foresight ? tt_first_start(s->model) : 0;
+    *stage = foresight ? stage_solve : stage_rates;
+  } else if (*stage == stage_rates && add_rates(s, items)) {
+    s->progress[at_item] = 0;
+    *stage = stage_solve;
+  } else if (*stage == stage_solve && solve(s, items)) {
+    *stage = stage_done;
+  }
+  return *stage == stage_done ? 1 : *stage == stage_failed ? 2 : 0;
+}
+
+double tt_sensitivities_duration(const tt_sensitivities* s) { return s->numbers[job_duration]; }
+
+static void finish_foresight(tt_sensitivities* s, double h) {
+  const tt_sensor_model* m = s->model;
+  const long columns = tt_columns(m), start = tt_first_start(m), first = start * m->order;
+  for (int i = 0; i < m->order * tt_start_modes; ++i)
+    s->start_rate[i] = (s->next[first + i] - s->directions[first + i]) / h;
+  for (int sensor = 0; sensor < m->sensors; ++sensor) {
+    for (long k = start; k < columns; ++k) {
+      const long at = sensor * columns + k;
+      s->seen_rate[at] =
+          tt_dot(m->order, m->sensor_rows + (long)sensor * m->order, s->start_rate + (k - start) * m->order);
+    }
+  }
+}
+
+void tt_sensitivities_finish(tt_sensitivities* s) {
+  const tt_sensor_model* m = s->model;
+  const int columns = tt_columns(m), n = m->order;
+  const long first = (long)tt_first_start(m) * n;
+  const double h = s->numbers[job_duration];
+  if (s->progress[at_stage] != stage_done) return;
+  s->progress[at_stage] = stage_idle;
+  if (s->progress[at_foresight]) {
+    finish_foresight(s, h);
+    return;
+  }
+  for (int i = 0; i < n * tt_start_modes; ++i) s->start_rate[i] = s->next[first + i] / h - s->directions[first + i] / h;
+  tt_copy(n * columns, s->next, s->directions);
+  tt_copy(columns * m->sensors, s->seen, s->seen_last);
+  tt_copy(columns * m->sensors, s->seen_next, s->seen);
+  for (int i = 0; i < columns * m->sensors; ++i) s->seen_rate[i] = (s->seen[i] - s->seen_last[i]) / h;
+}

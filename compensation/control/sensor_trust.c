@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compensation/control/sensor_trust.h"
+
+#include "compensation/control/scalars.h"
+
+void tt_trust_lay(tt_trust* trust, const tt_reading_model* model, const double* std, tt_arena* arena) {
+  const size_t sensors = (size_t)model->sensors;
+  tt_reading_check_lay(&trust->check, model, arena);
+  tt_monitor_lay(&trust->monitor, model->sensors, std, arena);
+  tt_drift_lay(&trust->drift, model->sensors, std, arena);
+  trust->named = tt_ints(arena, sensors);
+  trust->named_check = tt_ints(arena, sensors);
+  trust->offset = tt_doubles(arena, sensors);
+  trust->offset_std = tt_doubles(arena, sensors);
+}
+
+void tt_trust_start(tt_trust* trust) {
+  tt_monitor_start(&trust->monitor);
+  tt_drift_start(&trust->drift);
+  for (int s = 0; s < trust->monitor.sensors; ++s) trust->named[s] = trust->named_check[s] = TT_SENSOR_FINE;
+}
+
+int tt_trusted(const tt_trust* trust, int sensor) {
+  return trust->monitor.watched[sensor].trusted && !trust->drift.drifts[sensor];
+}
+
+/* Why a sensor is left out. */
+static int fault_of(const tt_trust* trust, int s) {
+  const int fault = trust->monitor.watched[s].fault;
+  if (trust->check.sensor_fault[s] != TT_SENSOR_FINE) return trust->check.sensor_fault[s];
+  if (fault == TT_SENSOR_OFFSET && trust->check.fahrenheit_like[s]) return TT_SENSOR_FAHRENHEIT;
+  if (fault != TT_SENSOR_FINE) return fault;
+  return trust->drift.drifts[s] ? TT_SENSOR_DRIFT : TT_SENSOR_FINE;
+}
+
+static void name_sensors(tt_trust* trust) {
+  for (int s = 0; s < trust->monitor.sensors; ++s) trust->named[s] = fault_of(trust, s);
+}
+
+void tt_trust_watch(tt_trust* trust, double time, const double* reading_K, const double* expected_K, int inputs_leapt,
+                    const double* unsure_K_s) {
+  int changed = tt_monitor_judge(&trust->monitor, time, reading_K, expected_K, inputs_leapt, unsure_K_s);
+  for (int s = 0; s < trust->monitor.sensors; ++s) {
+    changed = changed || trust->check.sensor_fault[s] != trust->named_check[s];
+    trust->named_check[s] = trust->check.sensor_fault[s];
+  }
+  if (changed) name_sensors(trust);
+}
+
+void tt_trust_watch_drift(tt_trust* trust, double time, tt_errors* errors) {
+  for (int s = 0; s < trust->monitor.sensors; ++s) {
+    trust->offset[s] = trust->offset_std[s] = tt_nan();
+    if (!tt_trusted(trust, s)) continue;
+    const tt_sensor_offset seen = tt_errors_offset(errors, s);
+    trust->offset[s] = seen.value;
+    trust->offset_std[s] = seen.std;
+  }
+  const int s = tt_drift_judge(&trust->drift, time, trust->offset, trust->offset_std);
+  if (s < 0) return;
+  tt_errors_release(errors, s);
+  name_sensors(trust);
+}

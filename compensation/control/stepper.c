@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compensation/control/stepper.h"
+
+#include "compensation/control/linear.h"
+#include "compensation/control/outputs.h"
+#include "compensation/control/scalars.h"
+
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+#define TT_GAMMA 0.29289321881345254 /* 1 - 1 / sqrt(2) */
+enum { slice_work = 60000 }; /* products and sums of a slice: about 40 us */
+
+static int triangle_size(int n) { return n * (n + 1) / 2; }
+static int columns_of(const tt_model* m, int t) { return m->term_first[t + 1] - m->term_first[t]; }
+
+static int right_columns(const tt_model* m) {
+  int columns = 0;
+  for (int t = 0; t < m->terms; ++t) columns += m->term_right_first[t] >= 0 ? columns_of(m, t) : 0;
+  return columns;
+}
+
+static int symmetric_count(const tt_model* m) {
+  int count = 0;
+  for (int t = 0; t < m->terms; ++t) count += m->term_right_first[t] < 0;
+  return count;
+}
+
+tt_work tt_work_in(tt_arena* arena, const tt_model* m) {
+  tt_work w = {0};
+  const size_t n = (size_t)m->order, outputs = (size_t)tt_output_count(m), triangle = (size_t)triangle_size(m->order);
+  w.triangles = tt_doubles(arena, triangle * (size_t)symmetric_count(m));
+  w.triangle = tt_doubles(arena, triangle);
+  w.matrix = tt_doubles(arena, n * n);
+  w.factor_p = tt_doubles(arena, (size_t)m->terms);
+  w.stage = tt_doubles(arena, n);
+  w.right = tt_doubles(arena, n);
+  w.heat = tt_doubles(arena, n);
+  w.difference = tt_doubles(arena, n);
+  w.next_sensors = tt_doubles(arena, (size_t)m->readings);
+  w.next_base = tt_doubles(arena, outputs);
+  w.next_slope = tt_doubles(arena, outputs);
+  w.scratch = tt_doubles(arena, (size_t)(m->tool_poses + m->table_poses));
+  w.symmetric = tt_ints(arena, (size_t)symmetric_count(m));
+  w.pivots = tt_ints(arena, n);
+  w.lu_first = tt_ints(arena, n + 1);
+  return w;
+}
+
+/* triangle += factor u u^T */
+static void add_square(int n, double factor, const double* u, double* triangle) {
+  for (int j = 0; j < n; ++j) {
+    tt_axpy(n - j, factor * u[j], u + j, triangle);
+    triangle += n - j;
+  }
+}
+
+static int is_symmetric(int n, const double* a) {
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < j; ++i) {
+      if (a[i + (long)j * n] != a[j + (long)i * n]) return 0;
+    }
+  }
+  return 1;
+}
+
+/* Columns of the factor a slice: column j costs about j n - j^2 / 2. */
+static void plan_factor(int n, tt_work* w) {
+  double work = 0.0;
+  w->lu_slices = 0;
+  w->lu_first[0] = 0;
+  for (int j = 0; j < n; ++j) {
+    work += j * (double)n - 0.5 * j * (double)j + n;
+    if (work < slice_work && j + 1 < n) continue;
+    w->lu_first[++w->lu_slices] = j + 1;
+    work = 0.0;
+  }
+}
+
+static int terms_a_slice(int n) {
+  const int terms = slice_work / triangle_size(n);
+  return terms > 1 ? terms : 1;
+}
+
+static int flows_a_slice(int n) {
+  const int columns = slice_work / (n * n);
+  return columns > 1 ? columns : 1;
+}
+
+static int rows_a_slice(int n) {
+  const int rows = slice_work / (2 * n);
+  return rows > 1 ? rows : 1;
+}
+
+static int parts(int count, int size) { return (count + size - 1) / size; }
+
+void tt_work_prepare(const tt_model* m, tt_work* w) {
+  const int n = m->order, triangle = triangle_size(n);
+  w->symmetric_terms = 0;
+  for (int t = 0; t < m->terms; ++t) {
+    if (m->term_right_first[t] >= 0) continue;
+    double* own = w->triangles + (long)w->symmetric_terms * triangle;
+    tt_zero(triangle, own);
+    for (int c = m->term_first[t]; c < m->term_first[t + 1]; ++c)
+      add_square(n, m->term_weight[c], m->term_left + (long)c * n, own);
+    w->symmetric[w->symmetric_terms++] = t;
+  }
+  w->constant_symmetric = is_symmetric(n, m->conduction);
+  plan_factor(n, w);
+  w->sum_slices = w->symmetric_terms > 0 ? parts(w->symmetric_terms, terms_a_slice(n)) : 1;
+  w->flow_slices = parts(right_columns(m), flows_a_slice(n));
+  w->project_slices = parts(tt_output_count(m), rows_a_slice(n));
+  w->factor_step = 0.0;
+}
+
+int tt_slices(const tt_work* w) { return w->sum_slices + 1 + w->flow_slices + w->lu_slices + 3 + w->project_slices; }
+
+static void sum_terms(const tt_model* m, tt_work* w, const double* p, int slice) {
+  const int n = m->order, size = triangle_size(n), each = terms_a_slice(n);
+  if (slice == 0) {
+    double* to = w->triangle;
+    for (int j = 0; j < n; ++j, to += n - j + 1) tt_copy(n - j, m->conduction + (long)j * n + j, to);
+  }
+  for (int k = slice * each; k < (slice + 1) * each && k < w->symmetric_terms; ++k) {
+    const double amount = p[w->symmetric[k]];
+    if (amount != 0.0) tt_axpy(size, amount, w->triangles + (long)k * size, w->triangle);
+  }
+}
+
+static void build_matrix(const tt_model* m, tt_work* w, double scale) {
+  const int n = m->order;
+  const double* from = w->triangle;
+  for (int j = 0; j < n; ++j) {
+    double* column = w->matrix + (long)j * n;
+    for (int i = j; i < n; ++i) column[i] = scale * *from++;
+    column[j] += 1.0;
+  }
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < j; ++i) {
+      const double beside = w->constant_symmetric ? 0.0 : m->conduction[i + (long)j * n] - m->conduction[j + (long)i * n];
+      w->matrix[i + (long)j * n] = w->matrix[j + (long)i * n] + scale * beside;
+    }
+  }
+}
+
+static void add_flows(const tt_model* m, tt_work* w, double scale, const double* p, int slice) {
+  const int n = m->order, each = flows_a_slice(n), first = slice * each, last = first + each;
+  int column = 0;
+  for (int t = 0; t < m->terms; ++t) {
+    if (m->term_right_first[t] < 0) continue;
+    for (int c = 0; c < columns_of(m, t); ++c, ++column) {
+      if (column < first || column >= last || p[t] == 0.0) continue;
+      const double *u = m->term_left + (long)(m->term_first[t] + c) * n,
+                   *v = m->term_right + (long)(m->term_right_first[t] + c) * n;
+      for (int j = 0; j < n; ++j) tt_axpy(n, scale * p[t] * v[j], u, w->matrix + (long)j * n);
+    }
+  }
+}
+
+static void first_stage(const tt_model* m, tt_work* w, double scale, const double* q, const double* state) {
+  const int n = m->order;
+  tt_zero(n, w->heat);
+  tt_gemv(n, m->inputs, 1.0, m->input_columns, q, w->heat);
+  for (int i = 0; i < n; ++i) w->stage[i] = state[i] + scale * w->heat[i];
+  tt_lu_solve(n, w->matrix, w->pivots, w->stage);
+}
+
+static int second_stage(const tt_model* m, tt_work* w, double scale, const double* state) {
+  const int n = m->order;
+  static const double share = (1.0 - TT_GAMMA) / TT_GAMMA;
+  for (int i = 0; i < n; ++i) w->stage[i] = state[i] + share * (w->stage[i] - state[i]) + scale * w->heat[i];
+  tt_lu_solve(n, w->matrix, w->pivots, w->stage);
+  for (int i = 0; i < n; ++i) {
+    if (!tt_is_finite(w->stage[i])) return 1;
+    w->difference[i] = w->stage[i] - state[i];
+  }
+  return 0;
+}
+
+static int same(int n, const double* a, const double* b) {
+  for (int i = 0; i < n; ++i) {
+    if (a[i] != b[i]) return 0;
+  }
+  return 1;
+}
+
+/* The slices that make the factor. */
+static int factor_slice(const tt_model* m, tt_work* w, double step_s, const double* p, int slice) {
+  const int n = m->order, of_factor = w->sum_slices + 1 + w->flow_slices;
+  const double scale = TT_GAMMA * step_s;
+  if (slice == 0) {
+    /* Nothing to do while coefficients stand; the slices stay counted, so that times do not depend on it. */
+    if (w->factor_step == step_s && same(m->terms, p, w->factor_p)) return 0;
+    w->factor_step = 0.0;
+  }
+  if (w->factor_step > 0.0) return 0;
+  if (slice < w->sum_slices) {
+    sum_terms(m, w, p, slice);
+  } else if (slice == w->sum_slices) {
+    build_matrix(m, w, scale);
+  } else if (slice < of_factor) {
+    add_flows(m, w, scale, p, slice - w->sum_slices - 1);
+  } else {
+    const int k = slice - of_factor;
+    if (tt_lu_columns(n, w->matrix, w->pivots, w->lu_first[k], w->lu_first[k + 1])) return 1;
+    if (k + 1 < w->lu_slices) return 0;
+    tt_copy(m->terms, p, w->factor_p);
+    w->factor_step = step_s;
+  }
+  return 0;
+}
+
+int tt_slice(const tt_model* m, tt_work* w, double step_s, const double* p, const double* q, const double* state,
+             int slice) {
+  const int n = m->order, of_stages = w->sum_slices + 1 + w->flow_slices + w->lu_slices;
+  const double scale = TT_GAMMA * step_s;
+  if (slice < of_stages) return factor_slice(m, w, step_s, p, slice);
+  switch (slice - of_stages) {
+    case 0: first_stage(m, w, scale, q, state); return 0;
+    case 1: return second_stage(m, w, scale, state);
+    case 2:
+      tt_zero(m->readings, w->next_sensors);
+      tt_gemv_t(n, m->readings, 1.0, m->sensor_rows, w->stage, w->next_sensors);
+      return 0;
+    default: break;
+  }
+  const int each = rows_a_slice(n), first = (slice - of_stages - 3) * each, count = tt_output_count(m);
+  tt_project(m, first, first + each < count ? first + each : count, w->stage, w->difference, w->next_base,
+             w->next_slope);
+  return 0;
+}
+
+void tt_apply_operator(const tt_model* m, double factor, const double* p, const double* x, double* y) {
+  const int n = m->order;
+  tt_gemv(n, n, factor, m->conduction, x, y);
+  for (int t = 0; t < m->terms; ++t) {
+    if (p[t] == 0.0) continue;
+    for (int c = 0; c < columns_of(m, t); ++c) {
+      const int column = m->term_first[t] + c, right = m->term_right_first[t];
+      const double* u = m->term_left + (long)column * n;
+      const double* v = right < 0 ? u : m->term_right + (long)(right + c) * n;
+      tt_axpy(n, factor * p[t] * m->term_weight[column] * tt_dot(n, v, x), u, y);
+    }
+  }
+}
+
+void tt_add_term(const tt_model* m, int term, double factor, double* matrix) {
+  const int n = m->order;
+  for (int c = 0; c < columns_of(m, term); ++c) {
+    const int column = m->term_first[term] + c, right = m->term_right_first[term];
+    const double* u = m->term_left + (long)column * n;
+    const double* v = right < 0 ? u : m->term_right + (long)(right + c) * n;
+    for (int j = 0; j < n; ++j) tt_axpy(n, factor * m->term_weight[column] * v[j], u, matrix + (long)j * n);
+  }
+}

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef THERMOTWIN_TWIN_H
+#define THERMOTWIN_TWIN_H
+/* The twin of one machine: rows of a control's channels in, axis offsets out, without allocation, files or clocks.
+ *
+ * The state advances in steps of at most step_s with the means of the rows, as compensation/online/state_clock.h states
+ * it. A step is a job of tt_slices slices. It begins in the row that ends the step; a row dt after the row before does
+ * ceil(slices dt / latency) of them, latency = step_s / 2, and the job takes effect in the row that does its last one.
+ * A row that comes later than the latency does the whole job, so that rows as far apart as the steps give what
+ * compensation/online/compensator.h gives. Until then offsets follow the last step's rate. When a job takes effect
+ * depends on machine time alone, not on processor time.
+ *
+ * The caller gives two blocks of memory, aligned to 8 bytes. All values of the twin lie in the first one and no pointer
+ * does: a copy of it is its state. The second holds what follows from the model and from an unfinished job.
+ *
+ * Open loop: readings of sensors are not used, and no deviation is given. */
+
+#include <stddef.h>
+
+#include "compensation/control/chiller.h"
+#include "compensation/control/mean_row.h"
+#include "compensation/control/stepper.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The status of a row: the first that holds. */
+enum { TT_OK, TT_LIMITED, TT_NO_SENSORS, TT_OUTSIDE_WORKSPACE, TT_INPUT_MISSING, TT_FAILED };
+/* A row that is refused changes nothing: its time does not rise, or leaps by more than 30 days. */
+enum { TT_REFUSED_TIME = -1 };
+/* Why a value of a channel is not used. */
+enum { TT_FAULT_NONE, TT_FAULT_UNREADABLE, TT_FAULT_BEYOND, TT_FAULT_IMPLAUSIBLE, TT_FAULT_KELVIN, TT_FAULT_FAHRENHEIT };
+enum { TT_FOLLOWING, TT_GUARD_LIMITED, TT_HOLDING_STILL, TT_RETURNING }; /* what the guard does */
+/* Why a saved state is refused. */
+enum { TT_LOADED, TT_NO_STATE, TT_OTHER_VERSION, TT_OTHER_MODEL, TT_DAMAGED };
+
+/* Times in s. */
+typedef struct tt_numbers {
+  double time;                       /* of the last row */
+  double started_at;                 /* of the first row */
+  double step_end, last_step;        /* end and length of the last step that took effect */
+  double job_began, job_end, job_step; /* the row that began the job; end and length of its step */
+  double interval_s;                 /* steps since the interval began: see tt_twin */
+  double valid_at;                   /* last row with valid offsets, for the guard */
+  int32_t started, job_active, slices_done;
+  int32_t failed;                    /* the last job gave no number */
+  int32_t status, guard;
+} tt_numbers;
+
+typedef struct tt_twin {
+  const tt_model* model;
+  tt_numbers* now;
+  double *row, *given_at;         /* (channels) values that hold; when each was given */
+  int32_t* fault;                 /* (channels) of the last row */
+  tt_mean_row mean;
+  tt_chiller chiller;
+  double *p, *q;                  /* of the last job */
+  double *state, *before;         /* (order) at step_end, and a step before */
+  double *sensors, *sensors_change; /* (readings) predicted at step_end, and their change over the step */
+  double *base, *slope;           /* outputs at all stored poses of state and change */
+  double *pose, *wanted_um, *offset_um; /* (axes) of the last row; (linear_axes) before and after the guard */
+  double *last_um;                /* (linear_axes) last valid offsets */
+  double *interval_p, *interval_q, *interval_state; /* sums over steps times their length, for an observer */
+  tt_work work;
+  double *mean_row, *given, *readings, *guide, *occupancy, *offset; /* scratch */
+  unsigned char* block;
+  size_t block_bytes;
+} tt_twin;
+
+size_t tt_twin_state_bytes(const tt_model* m);
+size_t tt_twin_work_bytes(const tt_model* m);
+/* Begins at start_C everywhere. Blocks of the sizes above; they and the model must outlive the twin. */
+void tt_twin_begin(tt_twin* twin, const tt_model* m, void* state, void* work);
+
+/* One row. time s, rising; channels (channels) in the units of their names, NaN where not given.
+ * Returns the status, or TT_REFUSED_TIME. Offsets: twin->offset_um */
+int tt_twin_row(tt_twin* twin, double time, const double* channels);
+/* Values of all channels of a machine that stands and is on; NaN where a law of the model takes over. */
+const double* tt_twin_defaults(const tt_model* m);
+/* (linear_axes) offsets in um at any pose (axes; m and rad) at the time of the last row, without the guard. */
+void tt_twin_offsets_at(const tt_twin* twin, const double* pose, double* offset_um);
+const char* tt_status_text(int status);
+const char* tt_fault_text(int fault);
+
+/* A saved state: a head with the model's hash and a sum over the block. */
+size_t tt_twin_saved_bytes(const tt_model* m);
+void tt_twin_save(const tt_twin* twin, void* saved);
+/* Goes on from a saved state, of a twin that has begun. Returns TT_LOADED, or why nothing was changed. */
+int tt_twin_load(tt_twin* twin, const void* saved, size_t bytes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,310 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compensation/control/work_before.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "compensation/control/errors.h"
+#include "compensation/control/linear.h"
+#include "compensation/control/scalars.h"
+#include "compensation/control/special.h"
+
+static const double hour = 3600.0;
+static const double on_h[tt_past_hours] = {0.5, 2.0, 6.0, 24.0};
+static const double idle_h[tt_past_idles] = {0.0, 0.25, 1.0, 3.0, 8.0, 24.0};
+static const double start_sizes[tt_past_sizes] = {0.03, 0.1, 0.3, 1.0, 3.0};
+static const double unmeasured_start_K = 2.0;
+static const double least_pattern = 0.01; /* of the largest pattern */
+
+enum { slice_products = 60000 }; /* multiplications of a slice, about */
+enum { job_none, job_modes, job_left, job_offers, job_gram, job_patterns, job_done, job_failed };
+enum { at_job, at_item, at_kind, at_count, at_predicts, at_start, at_shapes, progress_count };
+enum { offers = tt_past_idles * tt_past_sizes };
+
+static int order_of(const tt_past* w) { return w->model->sensors->order; }
+static int measured_of(const tt_past* w) { return w->model->sensors->measured; }
+static int wide_of(const tt_past* w) { return tt_past_kinds * w->model->heats; }
+static int offers_of(const tt_past_model* model) { return offers * (model->heats + 1); }
+
+void tt_past_lay(tt_past* w, const tt_past_model* model, tt_arena* arena) {
+  const size_t n = model->sensors->order, measured = model->sensors->measured, heats = model->heats;
+  const size_t columns = tt_past_kinds * heats * tt_past_idles;
+  w->model = model;
+  w->heats = tt_doubles(arena, n * heats);
+  w->left = tt_doubles(arena, n * columns);
+  w->seen = tt_doubles(arena, measured * columns);
+  w->cooling = tt_doubles(arena, n * n);
+  w->cooling_decay = tt_doubles(arena, n);
+  w->modes = tt_doubles(arena, n * n);
+  w->decay = tt_doubles(arena, n);
+  w->eigen_work = tt_doubles(arena, tt_eigen_work((int)n));
+  w->warm = tt_doubles(arena, 3 * n + columns);
+  w->eigen_progress = tt_ints(arena, tt_eigen_progress);
+  w->sizes = tt_doubles(arena, heats * tt_past_idles);
+  w->patterns = tt_doubles(arena, n * tt_most_patterns);
+  w->chosen = tt_ints(arena, measured);
+  w->values = tt_doubles(arena, 2 * measured);
+  w->rest = tt_doubles(arena, measured * measured);
+  w->whole = tt_doubles(arena, measured * measured);
+  w->alone = tt_doubles(arena, measured * measured);
+  w->spread = tt_doubles(arena, measured * measured);
+  w->factor = tt_doubles(arena, measured * measured);
+  w->offered = tt_doubles(arena, (size_t)tt_most_starts * offers_of(model));
+  w->chances = tt_doubles(arena, (size_t)tt_most_starts * offers_of(model));
+  w->progress = tt_ints(arena, progress_count);
+}
+
+void tt_past_set_heats(tt_past* w, const double* heats) { tt_copy(order_of(w) * w->model->heats, heats, w->heats); }
+
+static void begin(tt_past* w, int job) {
+  w->progress[at_job] = job;
+  w->progress[at_item] = 0;
+}
+
+static tt_eigen eigen_job(tt_past* w, int kind) {
+  const int cools = kind == TT_MODES_COOLING;
+  const tt_eigen job = {order_of(w), cools ? w->cooling : w->modes, cools ? w->cooling_decay : w->decay, w->eigen_work,
+                        w->eigen_progress};
+  return job;
+}
+
+void tt_past_begin_modes(tt_past* w, int kind, const double* operator_matrix) {
+  const int n = order_of(w);
+  const tt_eigen job = eigen_job(w, kind);
+  for (int j = 0; j < n; ++j) {
+    for (int i = j; i < n; ++i)
+      job.a[i + (long)j * n] = 0.5 * (operator_matrix[i + (long)j * n] + operator_matrix[j + (long)i * n]);
+  }
+  tt_eigen_begin(&job);
+  w->progress[at_kind] = kind;
+  begin(w, job_modes);
+}
+
+/* What one heat leaves after some hours of work, at all times since. */
+static void leave(tt_past* w, int heat, int on) {
+  const tt_sensor_model* m = w->model->sensors;
+  const int n = m->order, swept = w->progress[at_kind] == TT_MODES_SWEPT;
+  const int column = heat * tt_past_kinds + swept * tt_past_hours + on;
+  double *modal = w->warm, *state = modal + n, *warm = state + n;
+  tt_zero(3 * n, modal);
+  tt_gemv_t(n, n, 1.0, w->modes, w->heats + (long)heat * n, modal);
+  for (int k = 0; k < n; ++k) {
+    /* (1 - exp(-d t)) / d, also for a part that keeps its heat */
+    const double d = w->decay[k], t = on_h[on] * hour;
+    modal[k] *= d * t > 1e-9 ? -tt_expm1(-d * t) / d : t;
+  }
+  tt_gemv(n, n, 1.0, w->modes, modal, state);
+  tt_gemv_t(n, n, 1.0, w->cooling, state, warm);
+  for (int idle = 0; idle < tt_past_idles; ++idle) {
+    const long at = (long)idle * wide_of(w) + column;
+    double *left = w->left + at * n, *seen = w->seen + at * m->measured;
+    for (int k = 0; k < n; ++k)
+      modal[k] = warm[k] * tt_exp(-w->cooling_decay[k] * idle_h[idle] * hour) / sqrt(tt_past_kinds);
+    tt_zero(n, left);
+    tt_gemv(n, n, 1.0, w->cooling, modal, left);
+    tt_zero(m->measured, seen);
+    tt_gemv_t(n, m->measured, 1.0, m->sensor_rows, left, seen);
+  }
+}
+
+/* Standard deviations of readings and of the uniform temperature. */
+static void set_rest(tt_past* w, double uniform_K) {
+  const int count = w->progress[at_count];
+  for (int i = 0; i < count * count; ++i) w->rest[i] = uniform_K * uniform_K;
+  for (int i = 0; i < count; ++i) {
+    const double own = w->model->sensors->sensor_std[w->chosen[i]], noise = tt_reading_std(own, w->values[i]);
+    w->rest[i + i * count] += own * own + noise * noise;
+  }
+}
+
+void tt_past_begin_offers(tt_past* w, const tt_first_readings* readings, int predicts, int start) {
+  w->progress[at_count] = readings->count;
+  w->progress[at_predicts] = predicts;
+  w->progress[at_start] = start;
+  for (int i = 0; i < readings->count; ++i) {
+    w->chosen[i] = readings->sensor[i];
+    w->values[i] = readings->value_K[i] - readings->zero_K;
+  }
+  set_rest(w, readings->uniform_K);
+  begin(w, job_offers);
+}
+
+/* matrix += S S^T over some columns of what the chosen sensors see. */
+static void add_spread(const tt_past* w, long first, int columns, double* matrix) {
+  const int count = w->progress[at_count], measured = measured_of(w);
+  for (int c = 0; c < columns; ++c) {
+    const double* seen = w->seen + (first + c) * measured;
+    for (int j = 0; j < count; ++j) {
+      const double own = seen[w->chosen[j]];
+      for (int i = 0; i < count; ++i) matrix[i + j * count] += seen[w->chosen[i]] * own;
+    }
+  }
+}
+
+/* One covariance of the readings: its evidence and, where the last reading is judged, that one's probability. */
+static void offer(tt_past* w, double log_prior, double* offered, double* chance) {
+  const int all = w->progress[at_count], predicts = w->progress[at_predicts], count = all - predicts;
+  double *solved = w->values + measured_of(w), log_size = 0.0;
+  for (int j = 0; j < count; ++j) tt_copy(count, w->spread + j * all, w->factor + j * count);
+  tt_cholesky_columns(count, w->factor, 0, count);
+  for (int j = 0; j < count; ++j) log_size += tt_log(w->factor[j + j * count]);
+  tt_copy(count, w->values, solved);
+  tt_cholesky_solve(count, w->factor, solved);
+  *offered = log_prior - 0.5 * tt_dot(count, w->values, solved) - log_size;
+  if (!predicts) return;
+  const double* with_others = w->spread + (all - 1) * all;
+  tt_copy(count, with_others, solved);
+  tt_cholesky_solve(count, w->factor, solved);
+  const double variance = with_others[all - 1] - tt_dot(count, with_others, solved);
+  const double off = fabs(w->values[all - 1] - tt_dot(count, solved, w->values));
+  *chance = tt_erfc(off / sqrt(2.0 * tt_max(variance, 1e-12)));
+}
+
+/* All heats alike (heat -1) or one alone, in each size. */
+static void offer_heat(tt_past* w, int idle, int heat) {
+  const int heats = w->model->heats, entries = w->progress[at_count] * w->progress[at_count];
+  const long first = (long)idle * wide_of(w), place = (long)w->progress[at_start] * offers_of(w->model) +
+                                                      ((long)idle * (heats + 1) + heat + 1) * tt_past_sizes;
+  double* own = w->alone;
+  if (heat < 0) {
+    tt_zero(entries, w->whole);
+    add_spread(w, first, wide_of(w), w->whole);
+  } else {
+    tt_zero(entries, own);
+    add_spread(w, first + (long)heat * tt_past_kinds, tt_past_kinds, own);
+  }
+  const double log_prior = heat < 0 ? 0.0 : -tt_log(heats);
+  for (int size = 0; size < tt_past_sizes; ++size) {
+    const double square = start_sizes[size] * start_sizes[size], least = start_sizes[0] * start_sizes[0];
+    for (int i = 0; i < entries; ++i)
+      w->spread[i] = heat < 0 ? w->rest[i] + square * w->whole[i] : w->rest[i] + square * own[i] + least * w->whole[i];
+    offer(w, log_prior, w->offered + place + size, w->chances + place + size);
+  }
+}
+
+static int items_of_offers(const tt_past_model* model) {
+  const int count = model->sensors->measured;
+  const int items = slice_products / (tt_past_sizes * (count * count * count / 6 + 4 * count * count + 200));
+  return items < 1 ? 1 : items;
+}
+
+void tt_past_begin_patterns(tt_past* w) { begin(w, job_gram); }
+
+/* Column of sum_c size_c^2 l_c l_c^T: its eigenvectors are the left singular vectors of the columns size_c l_c. */
+static void gram_column(tt_past* w, int j) {
+  const int n = order_of(w), heats = w->model->heats, columns = wide_of(w) * tt_past_idles;
+  double *share = w->warm, *column = w->modes + (long)j * n;
+  for (int c = 0; c < columns; ++c) {
+    const double size = w->sizes[(c % wide_of(w)) / tt_past_kinds + (c / wide_of(w)) * heats];
+    share[c] = size * size * w->left[j + (long)c * n];
+  }
+  tt_zero(n, column);
+  tt_gemv(n, columns, 1.0, w->left, share, column);
+}
+
+static void keep_patterns(tt_past* w) {
+  const int n = order_of(w);
+  const double largest = w->decay[n - 1];
+  int kept = 0;
+  for (; kept < tt_most_patterns && kept < n; ++kept) {
+    const double square = w->decay[n - 1 - kept];
+    if (!(square > least_pattern * least_pattern * largest)) break;
+    const double* mode = w->modes + (long)(n - 1 - kept) * n;
+    for (int i = 0; i < n; ++i) w->patterns[i + (long)kept * n] = mode[i] * sqrt(square);
+  }
+  w->progress[at_shapes] = kept;
+}
+
+int tt_past_shapes(const tt_past* w) { return w->progress[at_shapes]; }
+
+int tt_past_slices(const tt_past_model* model) {
+  const int n = model->sensors->order, offered = tt_past_idles * (model->heats + 1), each = items_of_offers(model);
+  const int modes = tt_eigen_slices(n) + tt_past_hours * model->heats + 1, patterns = n + tt_eigen_slices(n) + 1;
+  const int weighing = (offered + each - 1) / each, most = modes > patterns ? modes : patterns;
+  return weighing > most ? weighing : most;
+}
+
+static void slice_of_modes(tt_past* w) {
+  const int n = order_of(w), kind = w->progress[at_kind], patterns = w->progress[at_job] == job_patterns;
+  const tt_eigen job = eigen_job(w, patterns ? TT_MODES_STILL : kind);
+  const int state = tt_eigen_slice(&job);
+  if (state == 2) w->progress[at_job] = job_failed;
+  if (state != 1) return;
+  if (patterns) {
+    keep_patterns(w);
+    w->progress[at_job] = job_done;
+    return;
+  }
+  for (int k = 0; k < n; ++k) job.values[k] = tt_max(job.values[k], 0.0);
+  begin(w, kind == TT_MODES_COOLING ? job_done : job_left);
+}
+
+static void slice_of_offers(tt_past* w) {
+  const int heats = w->model->heats + 1;
+  int* item = &w->progress[at_item];
+  for (int k = items_of_offers(w->model); k > 0 && *item < tt_past_idles * heats; --k, ++*item)
+    offer_heat(w, *item / heats, *item % heats - 1);
+  if (*item == tt_past_idles * heats) w->progress[at_job] = job_done;
+}
+
+int tt_past_slice(tt_past* w) {
+  int *job = &w->progress[at_job], *item = &w->progress[at_item];
+  switch (*job) {
+    case job_modes:
+    case job_patterns: slice_of_modes(w); break;
+    case job_left:
+      if (*item < tt_past_hours * w->model->heats) leave(w, *item / tt_past_hours, *item % tt_past_hours);
+      if (++*item >= tt_past_hours * w->model->heats) *job = job_done;
+      break;
+    case job_offers: slice_of_offers(w); break;
+    case job_gram:
+      gram_column(w, (*item)++);
+      if (*item == order_of(w)) {
+        const tt_eigen eigen = eigen_job(w, TT_MODES_STILL);
+        tt_eigen_begin(&eigen);
+        *job = job_patterns;
+      }
+      break;
+    default: break;
+  }
+  return *job == job_done ? 1 : *job == job_failed ? 2 : 0;
+}
+
+double tt_past_weigh(tt_past* w) {
+  const int heats = w->model->heats, all = offers_of(w->model);
+  double best = -HUGE_VAL, sum = 0.0;
+  for (int i = 0; i < all; ++i) best = tt_max(best, w->offered[i]);
+  /* Mean squares over all that was offered are what columns of one heat and time stand for. */
+  tt_zero(heats * tt_past_idles, w->sizes);
+  for (int i = 0; i < all; ++i) {
+    const int size = i % tt_past_sizes, heat = i / tt_past_sizes % (heats + 1) - 1;
+    const double weight = tt_exp(w->offered[i] - best), least = start_sizes[0] * start_sizes[0];
+    const double square = weight * start_sizes[size] * start_sizes[size];
+    double* column = w->sizes + (long)(i / tt_past_sizes / (heats + 1)) * heats;
+    sum += weight;
+    for (int k = 0; k < heats; ++k) column[k] += heat < 0 ? square : weight * least;
+    if (heat >= 0) column[heat] += square;
+  }
+  for (int i = 0; i < heats * tt_past_idles; ++i) w->sizes[i] = sqrt(w->sizes[i] / sum);
+  return best + tt_log(sum);
+}
+
+void tt_past_unmeasured(tt_past* w) {
+  const int heats = w->model->heats, measured = measured_of(w);
+  const double square =
+      tt_dot(measured * wide_of(w) * tt_past_idles, w->seen, w->seen) / tt_past_idles / tt_max(1.0, measured);
+  const double size = square > 0.0 ? tt_min(1.0, unmeasured_start_K / sqrt(square)) : 1.0;
+  for (int i = 0; i < heats * tt_past_idles; ++i) w->sizes[i] = size / sqrt(tt_past_idles);
+}
+
+double tt_past_chance(const tt_past* w, int starts) {
+  const int all = starts * offers_of(w->model);
+  double best = -HUGE_VAL, sum = 0.0, chance = 0.0;
+  for (int i = 0; i < all; ++i) best = tt_max(best, w->offered[i]);
+  for (int i = 0; i < all; ++i) {
+    const double weight = tt_exp(w->offered[i] - best);
+    sum += weight;
+    chance += weight * w->chances[i];
+  }
+  return chance / sum;
+}
