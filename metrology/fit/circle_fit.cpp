@@ -50,39 +50,40 @@ Algebraic taubin(const MatrixX2d& p) {
   return {-0.5 / a * v.tail<2>(), std::sqrt(std::max(0.0, v.tail<2>().squaredNorm() - 4.0 * a * last)) / std::abs(2.0 * a)};
 }
 
-/// Distances from the circle and their derivatives by centre and radius.
-void linearise(const MatrixX2d& p, const Vector3d& circle, VectorXd& distance, MatrixXd& slope) {
+/// Sums over the points of the squared distances from the circle, and of their derivatives by centre and radius.
+struct Sums {
+  Matrix3d normal = Matrix3d::Zero();
+  Vector3d gradient = Vector3d::Zero();
+  double squares = 0;
+};
+Sums sums_of(const MatrixX2d& p, const Vector3d& circle) {
+  Sums sums;
   for (Index i = 0; i < p.rows(); ++i) {
-    const Vector2d way = p.row(i).transpose() - circle.head<2>();
-    const double length = way.norm();
-    distance[i] = length - circle[2];
-    if (length > 0.0)
-      slope.row(i) << -way.transpose() / length, -1.0;
-    else
-      slope.row(i) << 0.0, 0.0, -1.0;
+    const double x = p(i, 0) - circle[0], y = p(i, 1) - circle[1], length = std::sqrt(x * x + y * y);
+    const double distance = length - circle[2], to_unit = length > 0.0 ? 1.0 / length : 0.0;
+    const Vector3d slope(-x * to_unit, -y * to_unit, -1.0);
+    sums.normal.noalias() += slope * slope.transpose();
+    sums.gradient += distance * slope;
+    sums.squares += distance * distance;
   }
+  return sums;
 }
 
 /// @return whether the steps became small
 bool improve(const MatrixX2d& p, Vector3d& circle) {
   constexpr int most = 200;
-  VectorXd distance(p.rows()), trial_distance(p.rows());
-  MatrixXd slope(p.rows(), 3), trial_slope(p.rows(), 3);
-  linearise(p, circle, distance, slope);
+  Sums at = sums_of(p, circle);
   double damping = 1e-4;
   for (int i = 0; i < most; ++i) {
-    const Matrix3d normal = slope.transpose() * slope;
-    const Vector3d gradient = slope.transpose() * distance;
-    Matrix3d damped = normal;
-    damped.diagonal() += damping * normal.diagonal();
-    const Vector3d step = damped.ldlt().solve(-gradient);
-    if (step.norm() <= 1e-13 * (1.0 + circle.norm())) return true;
+    Matrix3d damped = at.normal;
+    damped.diagonal() += damping * at.normal.diagonal();
+    const Vector3d step = damped.ldlt().solve(-at.gradient);
+    if (step.norm() <= 1e-12 * (1.0 + circle.norm())) return true;
     const Vector3d trial = circle + step;
-    linearise(p, trial, trial_distance, trial_slope);
-    if (trial_distance.squaredNorm() <= distance.squaredNorm()) {
+    const Sums there = sums_of(p, trial);
+    if (there.squares <= at.squares) {
       circle = trial;
-      distance.swap(trial_distance);
-      slope.swap(trial_slope);
+      at = there;
       damping *= 0.1;
     } else {
       damping = std::max(1e-12, damping) * 10.0;
@@ -120,13 +121,11 @@ Circle fit_circle(const MatrixX2d& points, CircleMethod method, const std::strin
   if (!circle.allFinite()) throw InputError(place, "points on a line", "points on an arc");
   Circle result;
   if (method == CircleMethod::geometric) result.converged = improve(p, circle);
-  VectorXd distance(p.rows());
-  MatrixXd slope(p.rows(), 3);
-  linearise(p, circle, distance, slope);
+  const Sums sums = sums_of(p, circle);
   result.centre = mean + spread * circle.head<2>();
   result.radius = spread * circle[2];
-  result.rms = spread * std::sqrt(distance.squaredNorm() / p.rows());
-  result.cofactor = (slope.transpose() * slope).inverse();
+  result.rms = spread * std::sqrt(sums.squares / p.rows());
+  result.cofactor = sums.normal.inverse();
   return result;
 }
 
