@@ -7,7 +7,7 @@
 set(thermotwin_joined 3)  # sources at most in a group
 
 # Sources that bring names along which others must not see: wrappers of large libraries.
-set(thermotwin_alone "#include <(vtk|assimp|gmsh|hdf5|umfpack|suitesparse|petsc|unistd|sys/|dlfcn)")
+set(thermotwin_alone "#include <(vtk|assimp|gmsh|hdf5|umfpack|suitesparse|petsc|muParser|unistd|sys/|dlfcn)")
 
 function(thermotwin_join target)
   if(NOT THERMOTWIN_JOINED)

@@ -31,14 +31,27 @@ std::vector<VerbGroup> verb_groups() {
   using namespace tools;
   return {{"Machine", {add_mesh, add_export}},
           {"Compute", {add_simulate, add_campaign, add_reduce, add_run}},
-          {"Measure", {add_evaluate, add_diagnose, add_validate}},
+          {"Measure", {add_measure, add_evaluate, add_diagnose, add_validate}},
           {"Control", {add_compensate, add_offsets}}};
+}
+
+/// The verb that was given, inside of its group: "measure uncertainty"; empty: none.
+struct GivenVerb {
+  const CLI::App* app;
+  std::string words;
+};
+GivenVerb given_verb(const CLI::App& app) {
+  GivenVerb given{&app, ""};
+  for (auto inside = app.get_subcommands(); !inside.empty(); inside = given.app->get_subcommands()) {
+    given.app = inside.front();
+    given.words += given.app->get_name() + " ";
+  }
+  return given;
 }
 
 /// What is wrong with the command line, with the nearest known word for one that is unknown.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
-  const auto verbs = app.get_subcommands();
-  const CLI::App& at = verbs.empty() ? app : *verbs.front();
+  const CLI::App& at = *given_verb(app).app;
   const auto is_option = [](const std::string& word) { return word.size() > 1 && word.front() == '-'; };
   const std::vector<std::string> extras = at.remaining();
   if (const auto option = std::find_if(extras.begin(), extras.end(), is_option); option != extras.end()) {
@@ -48,9 +61,9 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
     const std::string name = option->substr(0, option->find('='));
     return "unknown option '" + name + "' (nearest: " + core::nearest(name, known) + ")";
   }
-  if (verbs.empty() && !extras.empty()) {
+  if (!at.get_subcommands({}).empty() && !extras.empty()) {
     std::vector<std::string> known;
-    for (const CLI::App* verb : app.get_subcommands({})) known.push_back(verb->get_name());
+    for (const CLI::App* verb : at.get_subcommands({})) known.push_back(verb->get_name());
     return "unknown verb '" + extras.front() + "'; one of: " + core::join(known) +
            " (nearest: " + core::nearest(extras.front(), known) + ")";
   }
@@ -78,8 +91,7 @@ int parse_and_run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);
     std::cerr << "thermotwin: " << usage_message(app, error) << "\n";
-    const auto verbs = app.get_subcommands();
-    std::cerr << "see: thermotwin " << (verbs.empty() ? "" : verbs.front()->get_name() + " ") << "--help\n";
+    std::cerr << "see: thermotwin " << given_verb(app).words << "--help\n";
     return 2;
   }
   return 0;

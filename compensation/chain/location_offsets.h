@@ -49,6 +49,15 @@ public:
   /// Names of location errors of this chain: X0C ... C0C of each axis, X0T Y0T Z0T A0T B0T C0T R0T.
   const std::vector<std::string>& known_errors() const { return known_; }
 
+  struct Motion {
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
+  };
+  /// The definition of a location error: its share in the error of the tool against the workpiece at a point.
+  /// @param value  m (R0T: m at the radius) or rad @param point  m, machine frame, at these positions
+  /// @return m and rad, machine frame  @throws InputError for an unknown error
+  Motion motion_of(const std::string& error, double value, const std::map<std::string, double>& positions,
+                   const Eigen::Vector3d& point) const;
+
   /// @param errors     m (R0T: m at the radius) and rad by name
   /// @param positions  m and rad by axis
   /// @param functional_point  m, machine frame, at these positions
@@ -57,12 +66,6 @@ public:
                       const Eigen::Vector3d& functional_point) const;
 
 private:
-  struct Motion {
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
-  };
-  Motion motion_of(const std::string& error, double value, const std::map<std::string, double>& positions,
-                   const Eigen::Vector3d& point) const;
-
   KinematicChain chain_;
   OffsetOptions options_;
   std::vector<std::string> axes_, known_;

@@ -30,14 +30,28 @@ std::vector<std::string> entries(const std::string& help, bool options) {
 
 std::vector<std::string> verbs() { return entries(thermotwin({"--help"}).out, false); }
 
+namespace {
+
+std::set<std::string> options_in(const std::string& help) {
+  std::set<std::string> options;
+  for (const std::string& names : entries(help, true)) {
+    std::istringstream list(names);
+    for (std::string name; std::getline(list, name, ',');) options.insert(name);
+  }
+  return options;
+}
+
+}  // namespace
+
 std::set<std::string> options_of(const std::string& verb) {
   static std::map<std::string, std::set<std::string>> known;
   if (const auto at = known.find(verb); at != known.end()) return at->second;
   const Result help = thermotwin({verb, "--help"});
-  std::set<std::string> options;
-  for (const std::string& names : entries(help.status == 0 ? help.out : "", true)) {
-    std::istringstream list(names);
-    for (std::string name; std::getline(list, name, ',');) options.insert(name);
+  if (help.status != 0) return known[verb];
+  std::set<std::string> options = options_in(help.out);
+  for (const std::string& word : entries(help.out, false)) {  // arguments are in capitals, verbs of a group are not
+    if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyz") != std::string::npos) continue;
+    options.merge(options_in(thermotwin({verb, word, "--help"}).out));
   }
   return known[verb] = options;
 }

@@ -10,7 +10,7 @@ namespace thermotwin::cases {
 
 std::vector<std::string> verbs();
 
-/// "--out", "-h", ...; empty for an unknown verb
+/// "--out", "-h", ... of the verb and of the verbs in its group; empty for an unknown verb
 std::set<std::string> options_of(const std::string& verb);
 
 }  // namespace thermotwin::cases

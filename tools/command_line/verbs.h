@@ -13,6 +13,7 @@ void add_campaign(CLI::App& app);
 void add_reduce(CLI::App& app);
 void add_compensate(CLI::App& app);
 void add_offsets(CLI::App& app);
+void add_measure(CLI::App& app);
 void add_evaluate(CLI::App& app);
 void add_diagnose(CLI::App& app);
 void add_validate(CLI::App& app);

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "metrology/rtest/record_keys.h"
+
+namespace thermotwin::metrology {
+
+using core::Absent;
+using core::any_number;
+using core::KeyTable;
+using core::positive;
+using core::required;
+namespace key = core::key;
+
+namespace {
+
+const KeyTable axis_table{
+    "axis",
+    "A rotary axis of the chain.",
+    {
+        key::text("id", required, "Its id in the chain."),
+        key::number("x_mm", "mm", any_number, 0.0,
+                    "A point on the axis with all axes at 0, in the machine frame: where its location errors are stated."),
+        key::number("y_mm", "mm", any_number, 0.0, "The same, y."),
+        key::number("z_mm", "mm", any_number, 0.0, "The same, z."),
+        key::flag("with_letter", false, "It moves the workpiece with its letter instead of against it (ISO 841)."),
+    }};
+
+const KeyTable record_file{
+    "rtest.toml",
+    "An R-Test for `measure analyse`, beside points.csv.",
+    {
+        key::schema(),
+        key::text("chain", required, "Kinematic chain after ISO 10791-1, such as V [w C' B' b Y X Z (C1) t]."),
+        key::tables("axis", axis_table, Absent{"points on the axes at the origin"}, "One for each rotary axis off the origin."),
+        key::texts("errors", Absent{"those of the rotary axes that move"},
+                   "Location errors to be estimated, such as X0C, Z0T, R0T."),
+        key::number("table_radius_mm", "mm", positive, 300.0, "Radius at which R0T is stated."),
+        key::number("std_um", "um", positive, required, "Standard uncertainty of one coordinate of a point."),
+        key::word("reference", {"first", "absolute"}, "first",
+                  "first: errors against the first cycle; absolute: against the nominal chain."),
+        key::word("drift", {"repeated", "none"}, "repeated",
+                  "repeated: a linear drift from points that a cycle measures twice; none: no drift is estimated."),
+        key::whole("harmonics", 0, 12, 0.0,
+                   "Highest harmonic of the component errors of the axis, from 2; 0 or 1: none is estimated."),
+    }};
+
+}  // namespace
+
+const KeyTable& record_keys() { return record_file; }
+
+}  // namespace thermotwin::metrology

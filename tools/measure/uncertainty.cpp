@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The verb measure uncertainty: a budget by both methods side by side.
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+#include "core/file.h"
+#include "core/text.h"
+#include "metrology/budget/budget.h"
+#include "metrology/budget/gum.h"
+#include "metrology/budget/monte_carlo.h"
+#include "tools/measure/measure.h"
+
+namespace thermotwin::tools {
+namespace {
+
+using Eigen::Index;
+using metrology::Budget;
+using metrology::Comparison;
+using metrology::CoverageInterval;
+using metrology::GumResult;
+using metrology::MonteCarloResult;
+using nlohmann::json;
+
+using Rows = std::vector<std::vector<std::string>>;
+
+std::string number(double value) { return fmt::format("{:.5g}", value); }
+/// Infinite degrees of freedom are no number of JSON.
+json number_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+std::vector<Comparison> comparisons(const Budget& budget, const GumResult& linear, const MonteCarloResult& drawn) {
+  std::vector<Comparison> all;
+  for (Index i = 0; i < linear.value.size(); ++i) all.push_back(metrology::compare(budget, linear, drawn, i));
+  return all;
+}
+
+json json_of(const Budget& budget, const GumResult& linear, const MonteCarloResult& drawn) {
+  const std::vector<Comparison> compared = comparisons(budget, linear, drawn);
+  const auto ends = [](const CoverageInterval& at) { return json{at.low, at.high}; };
+  json quantities = json::array();
+  for (Index i = 0; i < linear.value.size(); ++i) {
+    json contributions = json::array(), gum_correlation = json::object(), drawn_correlation = json::object();
+    for (Index k = 0; k < linear.contribution.cols(); ++k) {
+      const metrology::BudgetInput& input = budget.inputs[k];
+      contributions.push_back({{"input", input.name},
+                               {"value", input.value},
+                               {"std", input.std},
+                               {"sensitivity", linear.sensitivity(i, k)},
+                               {"contribution", linear.contribution(i, k)}});
+    }
+    for (Index k = 0; k < linear.value.size(); ++k) {
+      gum_correlation[budget.quantities[k].name] = linear.correlation(i, k);
+      drawn_correlation[budget.quantities[k].name] = drawn.correlation(i, k);
+    }
+    quantities.push_back({{"name", budget.quantities[i].name},
+                          {"unit", budget.quantities[i].unit},
+                          {"gum",
+                           {{"value", linear.value[i]},
+                            {"std", linear.std[i]},
+                            {"degrees_of_freedom", number_or_null(linear.degrees_of_freedom[i])},
+                            {"coverage_factor", linear.factor[i]},
+                            {"expanded", linear.expanded[i]},
+                            {"correlation", gum_correlation},
+                            {"contributions", contributions}}},
+                          {"monte_carlo",
+                           {{"mean", drawn.mean[i]},
+                            {"std", drawn.std[i]},
+                            {"interval", ends(drawn.symmetric[i])},
+                            {"shortest_interval", ends(drawn.shortest[i])},
+                            {"interval_std", number_or_null(drawn.end_std[i])},
+                            {"correlation", drawn_correlation}}},
+                          {"tolerance", compared[i].tolerance},
+                          {"ends_apart", {compared[i].low_apart, compared[i].high_apart}},
+                          {"agree", compared[i].agree},
+                          {"enough_draws", compared[i].enough_draws}});
+  }
+  return {{"budget", budget.source}, {"says", budget.says},       {"probability", budget.probability},
+          {"draws", budget.draws},   {"quantities", quantities}};
+}
+
+std::string contributions_text(const Budget& budget, const GumResult& linear) {
+  Rows rows{{"input", "unit", "value", "u", "measurand", "c", "c u"}};
+  for (Index i = 0; i < linear.value.size(); ++i) {
+    for (Index k = 0; k < linear.contribution.cols(); ++k) {
+      const metrology::BudgetInput& input = budget.inputs[k];
+      if (linear.contribution(i, k) == 0.0 && linear.sensitivity(i, k) == 0.0) continue;
+      rows.push_back({input.name, input.unit, number(input.value), number(input.std), budget.quantities[i].name,
+                      number(linear.sensitivity(i, k)), number(linear.contribution(i, k))});
+    }
+  }
+  return core::format_table(rows);
+}
+
+std::string results_text(const Budget& budget, const GumResult& linear, const MonteCarloResult& drawn) {
+  Rows rows{{"measurand", "unit", "method", "value", "u", "dof", "k", "U", "low", "high"}};
+  for (Index i = 0; i < linear.value.size(); ++i) {
+    const metrology::BudgetQuantity& quantity = budget.quantities[i];
+    rows.push_back({quantity.name, quantity.unit, "GUM", fmt::format("{:.6g}", linear.value[i]), number(linear.std[i]),
+                    number(linear.degrees_of_freedom[i]), number(linear.factor[i]), number(linear.expanded[i]),
+                    fmt::format("{:.6g}", linear.value[i] - linear.expanded[i]),
+                    fmt::format("{:.6g}", linear.value[i] + linear.expanded[i])});
+    rows.push_back({quantity.name, quantity.unit, "draws", fmt::format("{:.6g}", drawn.mean[i]), number(drawn.std[i]),
+                    "", "", "", fmt::format("{:.6g}", drawn.symmetric[i].low),
+                    fmt::format("{:.6g}", drawn.symmetric[i].high)});
+  }
+  return core::format_table(rows);
+}
+
+std::string comparison_text(const Budget& budget, const GumResult& linear, const MonteCarloResult& drawn) {
+  std::string text;
+  const std::vector<Comparison> compared = comparisons(budget, linear, drawn);
+  for (Index i = 0; i < linear.value.size(); ++i) {
+    const Comparison& at = compared[i];
+    text += fmt::format("{}: GUM and Monte Carlo {}: ends {:.2g} and {:.2g} apart, tolerance {:.2g}{}\n",
+                        budget.quantities[i].name, at.agree ? "agree" : "DISAGREE", at.low_apart, at.high_apart,
+                        at.tolerance, at.enough_draws ? "" : "; the ends need more draws");
+  }
+  if (budget.factor) {
+    text += fmt::format("the factor {:.3g} is stated; the interval of the draws has a probability of {:.4g}\n",
+                        *budget.factor, budget.probability);
+  }
+  for (Index i = 0; i < linear.value.size(); ++i) {
+    for (Index k = i + 1; k < linear.value.size(); ++k) {
+      if (std::abs(linear.correlation(i, k)) < 5e-4) continue;
+      text += fmt::format("correlation of {} and {}: {:.3f}, of the draws {:.3f}\n", budget.quantities[i].name,
+                          budget.quantities[k].name, linear.correlation(i, k), drawn.correlation(i, k));
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+void measure_uncertainty(const MeasureOptions& options) {
+  const Budget budget = Budget::load(options.file);
+  const GumResult linear = metrology::gum(budget);
+  const MonteCarloResult drawn = metrology::monte_carlo(budget);
+  json result = json_of(budget, linear, drawn);
+  const std::filesystem::path file = options.out / "uncertainty.json";
+  core::write_file(file, result.dump(1) + "\n");
+  result["file"] = file.string();
+  print_summary(options,
+                contributions_text(budget, linear) + "\n" + results_text(budget, linear, drawn) + "\n" +
+                    comparison_text(budget, linear, drawn) + "all in " + file.string() + "\n",
+                result.dump());
+}
+
+}  // namespace thermotwin::tools
