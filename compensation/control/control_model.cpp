@@ -112,7 +112,8 @@ void add_grid(const std::vector<reduction::OutputGrid::GridAxis>& axes, std::vec
   first = {0};
   for (const reduction::OutputGrid::GridAxis& on : axes) {
     const auto count = std::ssize(on.positions);
-    core::require_within("online core: positions of an axis of the workspace", count, {1.0, 1.0 * TT_MOST_POSITIONS});
+    constexpr double most = static_cast<int>(TT_MOST_POSITIONS);
+    core::require_within("online core: positions of an axis of the workspace", count, {1.0, most});
     axis.push_back(on.axis);
     linear.push_back(on.linear);
     endless.push_back(on.endless);

@@ -1,20 +1,45 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/command_line/common.h"
 #include "tools/command_line/verbs.h"
-#include "tools/options.h"
+#include "tools/export_control.h"
 
 namespace thermotwin::tools {
 
+namespace {
+
+void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Option& matrices) {
+  auto* source = verb.add_option(
+      "--c", exported.c_folder,
+      "Folder for the model as C99 source without allocation: offsets in the bits of the online core, open loop.");
+  auto* fmu = verb.add_option("--fmu", exported.fmu,
+                              "Version of FMI (2): write the model as FMU for co-simulation to --out FILE.fmu.")
+                  ->check(CLI::IsMember({2}));
+  matrices.excludes(source)->excludes(fmu);
+  source->excludes(fmu);
+  const auto add = [&](const char* name, double& value, const char* text) { verb.add_option(name, value, text); };
+  add("--step", exported.step_s, "With --c, --fmu: longest step of the thermal state, s (default 60).");
+  add("--start-C", exported.start_C, "With --c, --fmu: initial temperature of the machine, degC (default 20).");
+  add("--largest-offset", exported.largest_um, "With --c, --fmu: limit of each offset, um (default: by the model).");
+  add("--offset-rate", exported.rate_um_s,
+      "With --c, --fmu: limit of each offset's rate of change, um/s (default: by the model).");
+  add("--low-rank", exported.tolerance,
+      "With --c, --fmu: eigenvalues of a term below this share of its largest are left out (default 1e-7).");
+}
+
+}  // namespace
+
 void add_export(CLI::App& app) {
-  const auto options = std::make_shared<ExportOptions>();
-  ExportOptions& exported = *options;
+  const auto options = std::make_shared<ControlExportOptions>();
+  ControlExportOptions& exported = *options;
   CLI::App* verb =
-      add_verb(app, "export", "Exports a machine to other programs, as a CalculiX deck or as Matrix Market files.",
+      add_verb(app, "export", "Exports a machine as a CalculiX deck or as Matrix Market files, or a reduced model as C source or FMU.",
                "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
                "  cd out/calculix && ccx heat && ccx static\n"
-               "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced",
-               options, &tools::export_model);
-  verb->add_option("MODEL", exported.model, "Case folder, case.toml or machine.toml.")->required();
+               "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced\n"
+               "  thermotwin export out/model.rom.h5 --c out/twin\n"
+               "  thermotwin export out/model.rom.h5 --fmu 2 --out out/twin.fmu",
+               options, &tools::export_any);
+  verb->add_option("MODEL", exported.model, "Case folder, case.toml or machine.toml; with --c, --fmu: model.rom.h5.")->required();
   verb->add_flag("--calculix", exported.calculix,
                  "Write decks for CalculiX (ccx 2.20) in SI units and degC: heat.inp, static.inp and mesh.inp.");
   auto* matrices = verb->add_flag(
@@ -40,6 +65,7 @@ void add_export(CLI::App& app) {
   auto* heat_only = verb->add_flag("--heat-only", exported.heat_only, "Write no static.inp.");
   for (CLI::Option* of_calculix : {load, body, heat_only}) matrices->excludes(of_calculix);
   add_mesh_options(*verb, exported.size, exported.mesh_order);
+  add_control_options(*verb, exported, *matrices);
 }
 
 }  // namespace thermotwin::tools

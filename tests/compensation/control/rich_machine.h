@@ -85,7 +85,7 @@ surfaces = ["spindle.skin"]
 kind = "table"
 input = "spindle.speed_rpm"
 at = [0, 3000, 12000]
-film_coefficients_W_m2K = [5, 20, 44]
+film_coefficient_W_m2K = [5, 20, 44]
 speed_factor = 1.3
 [[film]]
 id = "spindle_disc"

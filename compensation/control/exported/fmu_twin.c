@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "fmu_twin.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { longest_path = 4096 };
+#define FMU_NOT_GIVEN (-1e29)
+
+static int hexadecimal(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+/* file:///a%20b/resources, file:/a, file://localhost/a or a path, as a path to the model. */
+static int path_of(const char* uri, char* path) {
+  size_t n = 0;
+  if (strncmp(uri, "file:", 5) == 0) {
+    uri += 5;
+    if (strncmp(uri, "//localhost/", 12) == 0)
+      uri += 11;
+    else if (strncmp(uri, "//", 2) == 0)
+      uri += 2;
+  }
+  for (; *uri; ++uri) {
+    if (n + 16 > longest_path) return 0;
+    if (*uri == '%' && hexadecimal(uri[1]) >= 0 && hexadecimal(uri[2]) >= 0) {
+      path[n++] = (char)(16 * hexadecimal(uri[1]) + hexadecimal(uri[2]));
+      uri += 2;
+    } else {
+      path[n++] = *uri;
+    }
+  }
+  while (n > 0 && path[n - 1] == '/') --n;
+  memcpy(path + n, "/model.bin", 11);
+  return 1;
+}
+
+/* The whole file; NULL where it cannot be read. */
+static unsigned char* read_whole(const char* path, fmu_allocate allocate, fmu_free release, size_t* size) {
+  FILE* file = fopen(path, "rb");
+  unsigned char* bytes = NULL;
+  long length = -1;
+  if (!file) return NULL;
+  if (fseek(file, 0, SEEK_END) == 0) length = ftell(file);
+  if (length > 0 && fseek(file, 0, SEEK_SET) == 0) {
+    *size = (size_t)length;
+    bytes = (unsigned char*)allocate(*size + 8, 1);
+    if (bytes && fread(bytes, 1, *size, file) != *size) {
+      release(bytes);
+      bytes = NULL;
+    }
+  }
+  fclose(file);
+  return bytes;
+}
+
+static const char* read_model(fmu_twin* f, const char* resources, const char* hash) {
+  char path[longest_path], own[17];
+  size_t size = 0;
+  if (!resources || !path_of(resources, path)) return "no path of resources";
+  f->bytes = read_whole(path, f->allocate, f->release, &size);
+  if (!f->bytes) return "resources/model.bin cannot be read";
+  const long texts = tt_model_texts(f->bytes, size);
+  if (texts < 0) return "resources/model.bin is no model of this version";
+  f->texts = (const char**)f->allocate((size_t)texts + 1, sizeof *f->texts);
+  if (!f->texts) return "no memory";
+  if (tt_model_read(f->bytes, size, f->texts, &f->model)) return "resources/model.bin is damaged";
+  sprintf(own, "%08lx%08lx", (unsigned long)(f->model.hash >> 32), (unsigned long)(f->model.hash & 0xFFFFFFFFu));
+  return !hash || strstr(hash, own) ? NULL : "resources/model.bin belongs to another description";
+}
+
+static const char* make_room(fmu_twin* f) {
+  f->state = f->allocate(tt_twin_state_bytes(&f->model) + 8, 1);
+  f->work = f->allocate(tt_twin_work_bytes(&f->model) + 8, 1);
+  f->given = (double*)f->allocate((size_t)f->model.channels + 1, sizeof(double));
+  f->inputs = (double*)f->allocate((size_t)f->model.channels + 1, sizeof(double));
+  return f->state && f->work && f->given && f->inputs ? NULL : "no memory";
+}
+
+fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocate, fmu_free release, const char** why) {
+  fmu_twin* f = (fmu_twin*)allocate(1, sizeof *f);
+  *why = "no memory";
+  if (!f) return NULL;
+  f->allocate = allocate;
+  f->release = release;
+  *why = read_model(f, resources, hash);
+  if (!*why) *why = make_room(f);
+  if (!*why) {
+    fmu_begin(f);
+    return f;
+  }
+  fmu_close(f);
+  return NULL;
+}
+
+void fmu_close(fmu_twin* f) {
+  if (!f) return;
+  if (f->inputs) f->release(f->inputs);
+  if (f->given) f->release(f->given);
+  if (f->work) f->release(f->work);
+  if (f->state) f->release(f->state);
+  if (f->texts) f->release((void*)f->texts);
+  if (f->bytes) f->release(f->bytes);
+  f->release(f);
+}
+
+void fmu_begin(fmu_twin* f) {
+  tt_twin_begin(&f->twin, &f->model, f->state, f->work);
+  for (int k = 0; k < f->model.channels; ++k) {
+    const double usual = f->model.channel_default[k];
+    f->inputs[k] = isnan(usual) ? 10.0 * FMU_NOT_GIVEN : usual;
+  }
+}
+
+int fmu_row(fmu_twin* f, double time) {
+  for (int k = 0; k < f->model.channels; ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
+  f->time = time;
+  return tt_twin_row(&f->twin, time, f->given);
+}
+
+/* Inputs, time, then the twin's own saved state. */
+static size_t head_bytes(const fmu_twin* f) { return ((size_t)f->model.channels + 1) * sizeof(double); }
+size_t fmu_state_bytes(const fmu_twin* f) { return head_bytes(f) + tt_twin_saved_bytes(&f->model); }
+
+void fmu_save(const fmu_twin* f, void* bytes) {
+  unsigned char* to = (unsigned char*)bytes;
+  memcpy(to, &f->time, sizeof f->time);
+  memcpy(to + sizeof f->time, f->inputs, head_bytes(f) - sizeof f->time);
+  tt_twin_save(&f->twin, to + head_bytes(f));
+}
+
+int fmu_load(fmu_twin* f, const void* bytes, size_t count) {
+  const unsigned char* from = (const unsigned char*)bytes;
+  if (count != fmu_state_bytes(f)) return 1;
+  if (tt_twin_load(&f->twin, from + head_bytes(f), count - head_bytes(f)) != TT_LOADED) return 1;
+  memcpy(&f->time, from, sizeof f->time);
+  memcpy(f->inputs, from + sizeof f->time, head_bytes(f) - sizeof f->time);
+  return 0;
+}

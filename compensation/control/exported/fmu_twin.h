@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#ifndef THERMOTWIN_FMU_TWIN_H
+#define THERMOTWIN_FMU_TWIN_H
+/* A twin as an FMU has it: its model from resources/model.bin, inputs that are held, a state that can be copied.
+ * Values: inputs 0 to channels - 1, then the offsets of the linear axes in um; integers 0 the status, 1 the guard. */
+
+#include "model_bytes.h"
+#include "twin.h"
+
+typedef void* (*fmu_allocate)(size_t count, size_t size); /* of zeros */
+typedef void (*fmu_free)(void*);
+
+typedef struct fmu_twin {
+  fmu_allocate allocate;
+  fmu_free release;
+  unsigned char* bytes;
+  const char** texts;
+  void *state, *work;
+  double *given, *inputs; /* (channels) scratch; as they were set */
+  double time;
+  tt_model model;
+  tt_twin twin;
+} fmu_twin;
+
+/* From the folder of resources (a path or a file URI) and the hash that the description states, 16 digits.
+ * NULL where there is no such model, with the reason in *why. */
+fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocate, fmu_free release, const char** why);
+void fmu_close(fmu_twin* f);
+void fmu_begin(fmu_twin* f); /* anew, with default inputs */
+/* A row with the inputs that are set; those below -1e29 or NaN are not given. Returns as tt_twin_row. */
+int fmu_row(fmu_twin* f, double time);
+size_t fmu_state_bytes(const fmu_twin* f);
+void fmu_save(const fmu_twin* f, void* bytes);
+int fmu_load(fmu_twin* f, const void* bytes, size_t count); /* 0: done */
+
+#endif

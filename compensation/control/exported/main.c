@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+/* Reads rows of CSV from stdin and writes the offsets of each to stdout. The first line names the columns: time_s and
+ * channels of the machine; others are not read. An empty cell keeps the last value. --bits writes hexadecimal numbers;
+ * --state FILE goes on from a saved state and saves it at the end. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "model_data.h"
+#include "twin.h"
+
+enum { longest_line = 65536, most_columns = 1024, not_read = -2, is_time = -1 };
+
+static double state[TT_STATE_BYTES / 8 + 1], work[TT_WORK_BYTES / 8 + 1];
+static unsigned char saved[TT_STATE_BYTES + 64];
+static char line[longest_line];
+static int column[most_columns];
+
+static int channel_of(const char* name) {
+  if (strcmp(name, "time_s") == 0) return is_time;
+  for (int k = 0; k < tt_the_model.channels; ++k) {
+    if (strcmp(name, tt_the_model.channel_names[k]) == 0) return k;
+  }
+  return not_read;
+}
+
+/* The next cell of the line, which it ends; NULL after the last. */
+static char* next_cell(char** rest) {
+  char *cell = *rest, *end;
+  if (!cell) return NULL;
+  end = cell + strcspn(cell, ",\r\n");
+  *rest = *end == ',' ? end + 1 : NULL;
+  *end = '\0';
+  return cell;
+}
+
+static int read_header(void) {
+  char *rest = line, *cell;
+  int count = 0;
+  if (!fgets(line, sizeof line, stdin)) return 0;
+  while ((cell = next_cell(&rest)) != NULL && count < most_columns) column[count++] = channel_of(cell);
+  return count;
+}
+
+static double read_row(int columns, double* channels) {
+  char *rest = line, *cell;
+  double time = NAN;
+  for (int k = 0; k < tt_the_model.channels; ++k) channels[k] = NAN;
+  for (int i = 0; i < columns && (cell = next_cell(&rest)) != NULL; ++i) {
+    char* end;
+    const double value = strtod(cell, &end);
+    if (end == cell || column[i] == not_read) continue;
+    if (column[i] == is_time)
+      time = value;
+    else
+      channels[column[i]] = value;
+  }
+  return time;
+}
+
+static int load(tt_twin* twin, const char* path) {
+  FILE* file = fopen(path, "rb");
+  size_t bytes;
+  if (!file) return TT_LOADED; /* the first run */
+  bytes = fread(saved, 1, sizeof saved, file);
+  fclose(file);
+  return tt_twin_load(twin, saved, bytes);
+}
+
+static int save(const tt_twin* twin, const char* path) {
+  FILE* file = fopen(path, "wb");
+  const size_t bytes = tt_twin_saved_bytes(twin->model);
+  if (!file) return 1;
+  tt_twin_save(twin, saved);
+  const int bad = fwrite(saved, 1, bytes, file) != bytes;
+  return fclose(file) != 0 || bad;
+}
+
+int main(int argc, char** argv) {
+  static double channels[TT_CHANNELS];
+  const char *path = NULL, *format = "%.6f";
+  tt_twin twin;
+  for (int i = 1; i < argc; ++i) {
+    if (strcmp(argv[i], "--bits") == 0) format = "%a";
+    if (strcmp(argv[i], "--state") == 0 && i + 1 < argc) path = argv[++i];
+  }
+  tt_twin_begin(&twin, &tt_the_model, state, work);
+  if (path && load(&twin, path) != TT_LOADED) {
+    fprintf(stderr, "%s: not a state of this model\n", path);
+    return 3;
+  }
+  const int columns = read_header();
+  printf("time_s");
+  for (int i = 0; i < tt_the_model.linear_axes; ++i)
+    printf(",offset_%s_um", tt_the_model.axis_names[tt_the_model.linear_axis[i]]);
+  printf(",status\n");
+  while (fgets(line, sizeof line, stdin)) {
+    const double time = read_row(columns, channels);
+    const int status = tt_twin_row(&twin, time, channels);
+    printf("%.17g", time);
+    for (int i = 0; i < tt_the_model.linear_axes; ++i) {
+      printf(",");
+      printf(format, twin.offset_um[i]);
+    }
+    printf(",%s\n", tt_status_text(status));
+  }
+  if (path && save(&twin, path)) {
+    fprintf(stderr, "%s: cannot be written\n", path);
+    return 3;
+  }
+  return 0;
+}

@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// An importer of its own: it unpacks the archive, loads the library and follows the standard's order of calls.
+#include "compensation/control/control_fmu.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <dlfcn.h>
+#include <map>
+#include <optional>
+#include <regex>
+#include <stdexcept>
+
+#include "compensation/control/control_bytes.h"
+#include "compensation/control/model_bytes.h"
+#include "core/file.h"
+#include "tests/compensation/control/twin_of_lumps.h"
+#include "tests/compensation/scratch.h"
+#include "tests/compensation/shift.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::VectorXd;
+namespace fs = std::filesystem;
+
+const reduction::ReducedModel& lumps() {
+  static const reduction::ReducedModel model = test::lumps_with_lines();
+  return model;
+}
+const ControlModel& control() {
+  static const ControlModel model(lumps());
+  return model;
+}
+
+std::uint64_t number_at(const std::string& bytes, std::size_t at, int count) {
+  std::uint64_t value = 0;
+  for (int i = count; i-- > 0;) value = value << 8U | static_cast<unsigned char>(bytes.at(at + i));
+  return value;
+}
+
+/// By the directory at the archive's end; files are stored.
+std::map<std::string, std::string> unpacked(const std::string& archive) {
+  std::map<std::string, std::string> files;
+  const std::size_t end = archive.size() - 22;
+  EXPECT_EQ(number_at(archive, end, 4), 0x06054B50U);
+  std::size_t at = number_at(archive, end + 16, 4);
+  for (std::uint64_t i = 0; i < number_at(archive, end + 10, 2); ++i) {
+    EXPECT_EQ(number_at(archive, at, 4), 0x02014B50U);
+    const std::size_t name = number_at(archive, at + 28, 2), size = number_at(archive, at + 24, 4);
+    const std::size_t local = number_at(archive, at + 42, 4);
+    EXPECT_EQ(number_at(archive, local, 4), 0x04034B50U);
+    files[archive.substr(at + 46, name)] = archive.substr(local + 30 + name, size);
+    at += 46 + name;
+  }
+  return files;
+}
+
+using Component = void*;
+int logged = 0;
+void log_line(void* /*environment*/, const char* /*instance*/, int /*status*/, const char* /*category*/,
+              const char* /*message*/, ...) {
+  ++logged;
+}
+
+struct Callbacks {
+  void (*logger)(void*, const char*, int, const char*, const char*, ...) = log_line;
+  void* (*allocate)(std::size_t, std::size_t) = std::calloc;
+  void (*release)(void*) = std::free;
+  void (*finished)(void*, int) = nullptr;
+  void* environment = nullptr;
+};
+
+/// The library's functions by their names.
+class Importer {
+public:
+  explicit Importer(const fs::path& library) : handle_(dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    EXPECT_NE(handle_, nullptr) << dlerror();
+  }
+  ~Importer() { dlclose(handle_); }
+  Importer(const Importer&) = delete;
+  Importer& operator=(const Importer&) = delete;
+
+  template <class Result = int, class... Arguments>
+  Result call(const char* name, Arguments... arguments) const {
+    void* found = dlsym(handle_, name);
+    if (found == nullptr) throw std::runtime_error(std::string("no function ") + name);
+    Result (*function)(Arguments...) = nullptr;
+    std::memcpy(&function, &found, sizeof found);
+    return function(arguments...);
+  }
+
+private:
+  void* handle_;
+};
+
+class Fmu : public ::testing::Test {
+protected:
+  void SetUp() override {
+    write_fmu2(folder_.path() / "twin.fmu", control().data());
+    files_ = unpacked(core::read_file(folder_.path() / "twin.fmu"));
+    for (const auto& [name, content] : files_) core::write_file(folder_.path() / "fmu" / name, content);
+    importer_.emplace(folder_.path() / "fmu/binaries/linux64/thermotwin.so");
+    std::smatch found;
+    ASSERT_TRUE(std::regex_search(files_["modelDescription.xml"], found, std::regex("guid=\"([^\"]*)\"")));
+    guid_ = found[1];
+  }
+  std::string resources() const { return "file://" + (folder_.path() / "fmu/resources").string(); }
+  Component instantiate(const Importer& importer, const std::string& guid, int type = 1) const {
+    return importer.call<Component>("fmi2Instantiate", "one", type, guid.c_str(), resources().c_str(),
+                                    static_cast<const Callbacks*>(&callbacks_), 0, 0);
+  }
+  /// To the end of initialisation at time 0 with this row.
+  Component begun(const Importer& importer, const VectorXd& row) const {
+    const Component c = instantiate(importer, guid_);
+    EXPECT_NE(c, nullptr);
+    EXPECT_EQ(importer.call("fmi2SetupExperiment", c, 0, 0.0, 0.0, 0, 0.0), 0);
+    set(importer, c, row);
+    EXPECT_EQ(importer.call("fmi2EnterInitializationMode", c), 0);
+    EXPECT_EQ(importer.call("fmi2ExitInitializationMode", c), 0);
+    return c;
+  }
+  static void set(const Importer& importer, Component c, const VectorXd& row) {
+    std::vector<unsigned> references(row.size());
+    VectorXd values = row;
+    for (unsigned k = 0; k < references.size(); ++k) {
+      references[k] = k;
+      if (std::isnan(values[k])) values[k] = -1e30;
+    }
+    const unsigned* r = references.data();
+    const double* v = values.data();
+    EXPECT_EQ(importer.call("fmi2SetReal", c, r, references.size(), v), 0);
+  }
+  static VectorXd offsets(const Importer& importer, Component c) {
+    const unsigned first = control().model().channels, references[] = {first, first + 1, first + 2};
+    const unsigned* r = references;
+    VectorXd values(3);
+    EXPECT_EQ(importer.call("fmi2GetReal", c, r, std::size_t{3}, values.data()), 0);
+    return values;
+  }
+
+  test::Scratch folder_;
+  std::map<std::string, std::string> files_;
+  std::optional<Importer> importer_;
+  std::string guid_;
+  Callbacks callbacks_;
+};
+
+VectorXd row_at(const solver::Channels& channels, double time) {
+  return test::working_row(lumps().machine, channels, test::shift_row(channels, std::max(1.0, time)), time);
+}
+
+TEST_F(Fmu, HasTheBitsOfTheCoreOverManySteps) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  const Importer& fmu = *importer_;
+  EXPECT_STREQ(fmu.call<const char*>("fmi2GetVersion"), "2.0");
+  EXPECT_STREQ(fmu.call<const char*>("fmi2GetTypesPlatform"), "default");
+  test::Twin twin(control().model());
+  VectorXd row = row_at(operating.channels(), 0.0);
+  const Component c = begun(fmu, row);
+  twin.row(0.0, row);
+  double time = 0.0;
+  for (int i = 0; i < 100000; ++i) {
+    const double step = i % 1000 < 900 ? 0.25 : 7.0;
+    if (i % 20 == 0) {
+      row = row_at(operating.channels(), time);
+      set(fmu, c, row);
+    }
+    ASSERT_EQ(fmu.call("fmi2DoStep", c, time, step, 1), 0);
+    time += step;
+    twin.row(time, row);
+    ASSERT_EQ((offsets(fmu, c) - twin.offset_um()).norm(), 0.0) << i;
+  }
+  EXPECT_GT(twin.offset_um().norm(), 1.0);
+  int status = -1;
+  const unsigned reference = 0;
+  EXPECT_EQ(fmu.call("fmi2GetInteger", c, &reference, std::size_t{1}, &status), 0);
+  EXPECT_EQ(status, twin.get().now->status);
+  EXPECT_EQ(fmu.call("fmi2Terminate", c), 0);
+  fmu.call<void>("fmi2FreeInstance", c);
+}
+
+TEST_F(Fmu, StatesAreCopiedSerialisedAndContinuedWithTheSameBits) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  const Importer& fmu = *importer_;
+  const Component one = begun(fmu, row_at(operating.channels(), 0.0));
+  const Component two = begun(fmu, operating.channels().defaults());
+  const auto walk = [&](Component c, double from, int steps) {
+    std::vector<VectorXd> all;
+    for (int i = 0; i < steps; ++i) {
+      if (i % 50 == 0) set(fmu, c, row_at(operating.channels(), from));
+      EXPECT_EQ(fmu.call("fmi2DoStep", c, from, 0.5, 1), 0);
+      from += 0.5;
+      all.push_back(offsets(fmu, c));
+    }
+    return all;
+  };
+  walk(one, 0.0, 20000 + 127);  // amid a job
+  const double time = 0.5 * (20000 + 127);
+  void* state = nullptr;
+  ASSERT_EQ(fmu.call("fmi2GetFMUstate", one, &state), 0);
+  std::size_t size = 0;
+  ASSERT_EQ(fmu.call("fmi2SerializedFMUstateSize", one, state, &size), 0);
+  std::vector<char> bytes(size);
+  ASSERT_EQ(fmu.call("fmi2SerializeFMUstate", one, state, bytes.data(), size), 0);
+  const std::vector<VectorXd> on = walk(one, time, 3000);
+  ASSERT_EQ(fmu.call("fmi2SetFMUstate", one, state), 0);
+  EXPECT_TRUE(walk(one, time, 3000) == on);
+  void* other = nullptr;
+  const char* from = bytes.data();
+  ASSERT_EQ(fmu.call("fmi2DeSerializeFMUstate", two, from, size, &other), 0);
+  ASSERT_EQ(fmu.call("fmi2SetFMUstate", two, other), 0);
+  EXPECT_TRUE(walk(two, time, 3000) == on);
+  bytes[size / 2] ^= 1;
+  void* damaged = nullptr;
+  ASSERT_EQ(fmu.call("fmi2DeSerializeFMUstate", two, from, size, &damaged), 0);
+  EXPECT_EQ(fmu.call("fmi2SetFMUstate", two, damaged), 3);
+  for (void** each : {&state, &other, &damaged}) {
+    EXPECT_EQ(fmu.call("fmi2FreeFMUstate", one, each), 0);
+    EXPECT_EQ(*each, nullptr);
+  }
+  EXPECT_EQ(fmu.call("fmi2Reset", one), 0);
+  EXPECT_EQ(fmu.call("fmi2DoStep", one, 0.0, 1.0, 1), 3) << "not yet initialised";
+  for (const Component c : {one, two}) fmu.call<void>("fmi2FreeInstance", c);
+}
+
+TEST_F(Fmu, RefusesWhatItCannotDo) {
+  const Importer& fmu = *importer_;
+  logged = 0;
+  EXPECT_EQ(instantiate(fmu, "{0123456789abcdef}"), nullptr);
+  EXPECT_EQ(instantiate(fmu, guid_, 0), nullptr) << "model exchange";
+  EXPECT_EQ(logged, 2);
+  const Component c = begun(fmu, VectorXd::Constant(1, 1.0));
+  EXPECT_EQ(fmu.call("fmi2DoStep", c, 0.0, 5.0, 1), 0);
+  EXPECT_EQ(fmu.call("fmi2DoStep", c, 4.0, 0.5, 1), 3) << "back in time";
+  const unsigned reference = 5000;
+  double value = 0.0;
+  const double* given = &value;
+  EXPECT_EQ(fmu.call("fmi2GetReal", c, &reference, std::size_t{1}, &value), 3);
+  EXPECT_EQ(fmu.call("fmi2SetReal", c, &reference, std::size_t{1}, given), 3);
+  fmu.call<void>("fmi2FreeInstance", c);
+  std::string model = files_["resources/model.bin"];
+  model[model.size() / 2] ^= 1;
+  core::write_file(folder_.path() / "fmu/resources/model.bin", model);
+  EXPECT_EQ(instantiate(fmu, guid_), nullptr) << "damaged";
+  core::write_file(folder_.path() / "fmu/resources/model.bin", model.substr(0, 1000));
+  EXPECT_EQ(instantiate(fmu, guid_), nullptr) << "cut";
+  fs::remove(folder_.path() / "fmu/resources/model.bin");
+  EXPECT_EQ(instantiate(fmu, guid_), nullptr) << "missing";
+}
+
+TEST_F(Fmu, DescriptionNamesEveryVariableWithUnitAndStart) {
+  const std::string& xml = files_["modelDescription.xml"];
+  const ControlData& data = control().data();
+  const auto count = [&](const std::string& pattern) {
+    const std::regex regex(pattern);
+    return std::distance(std::sregex_iterator(xml.begin(), xml.end(), regex), std::sregex_iterator());
+  };
+  EXPECT_EQ(count("<ScalarVariable "), data.channels + data.linear_axes + 2);
+  EXPECT_EQ(count("causality=\"input\""), data.channels);
+  EXPECT_EQ(count("<Real unit=\"[^\"]+\" start=\"[-+0-9.e]+\"/>"), data.channels);
+  EXPECT_EQ(count("<Unknown index="), 2 * (data.linear_axes + 2));
+  EXPECT_EQ(count("<BaseUnit"), 10);
+  const char* spindle =
+      "name=\"spindle.speed_rpm\" valueReference=\"1\" causality=\"input\" variability=\"continuous\"><Real unit=\"rpm\"";
+  EXPECT_NE(xml.find(spindle), std::string::npos);
+  EXPECT_NE(xml.find("<Real unit=\"degC\" start=\"20\"/>"), std::string::npos);
+  for (const auto& [name, content] : files_) {
+    if (name.ends_with(".c")) {
+      EXPECT_NE(xml.find("<File name=\"" + name.substr(8) + "\"/>"), std::string::npos) << name;
+    }
+  }
+  if (std::system("command -v unzip > /dev/null 2>&1") == 0) {
+    EXPECT_EQ(std::system(("unzip -tq " + (folder_.path() / "twin.fmu").string() + " > /dev/null").c_str()), 0);
+  }
+}
+
+TEST_F(Fmu, LibraryNeedsLibcAndLibmAloneAndItsSourcesBuildIt) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  const std::string folder = (folder_.path() / "fmu").string(), built = (folder_.path() / "built.so").string();
+  const std::string compile = "cd " + folder +
+                              "/sources && gcc -std=c99 -O1 -Wall -Wextra -Werror -pedantic -ffp-contract=off -fPIC "
+                              "-shared *.c -o " + built + " -lm";
+  ASSERT_EQ(std::system(compile.c_str()), 0);
+  for (const std::string& library : {folder + "/binaries/linux64/thermotwin.so", built}) {
+    const std::string others = "readelf -d " + library + " | grep NEEDED | grep -v 'lib[cm]\\.so' > /dev/null";
+    EXPECT_NE(std::system(others.c_str()), 0) << library;
+  }
+  const std::string hidden = "nm -D --defined-only " + folder + "/binaries/linux64/thermotwin.so | grep -v ' fmi2'";
+  EXPECT_NE(std::system(hidden.c_str()), 0) << "only the standard's functions are visible";
+  const Importer other(built);
+  const VectorXd row = row_at(operating.channels(), 100.0);
+  const Component one = begun(*importer_, row), two = begun(other, row);
+  for (int i = 0; i < 2000; ++i) {
+    importer_->call("fmi2DoStep", one, 1.0 * i, 1.0, 1);
+    other.call("fmi2DoStep", two, 1.0 * i, 1.0, 1);
+    ASSERT_EQ((offsets(*importer_, one) - offsets(other, two)).norm(), 0.0);
+  }
+  importer_->call<void>("fmi2FreeInstance", one);
+  other.call<void>("fmi2FreeInstance", two);
+}
+
+TEST(ModelBytes, HoldTheWholeModel) {
+  const std::string bytes = control_bytes(control().data());
+  const long count = tt_model_texts(bytes.data(), bytes.size());
+  ASSERT_GT(count, 0);
+  std::vector<const char*> texts(count);
+  tt_model read{};
+  ASSERT_EQ(tt_model_read(bytes.data(), bytes.size(), texts.data(), &read), 0);
+  const tt_model& model = control().model();
+  EXPECT_STREQ(read.name, model.name);
+  EXPECT_EQ(read.hash, model.hash);
+  EXPECT_EQ(read.order, model.order);
+  EXPECT_EQ(read.largest_um, model.largest_um);
+  EXPECT_STREQ(read.channel_names[1], "spindle.speed_rpm");
+  EXPECT_STREQ(read.sensor_names[model.sensors - 1], model.sensor_names[model.sensors - 1]);
+  EXPECT_EQ(std::memcmp(read.term_left, model.term_left, 8 * control().data().term_left.size()), 0);
+  EXPECT_EQ(std::memcmp(read.chain_axis, model.chain_axis, 4 * control().data().chain_axis.size()), 0);
+  for (const std::size_t size : {std::size_t{0}, std::size_t{40}, bytes.size() / 2, bytes.size() - 8})
+    EXPECT_EQ(tt_model_texts(bytes.data(), size), -1) << size;
+}
+
+}  // namespace
+}  // namespace thermotwin::compensation

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "compensation/control/control_source.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <sstream>
+
+#include "core/file.h"
+#include "tests/compensation/control/twin_of_lumps.h"
+#include "tests/compensation/scratch.h"
+#include "tests/compensation/shift.h"
+
+namespace thermotwin::compensation {
+namespace {
+
+using Eigen::VectorXd;
+
+struct Said {
+  int status;
+  std::string text;
+};
+
+Said run(const std::string& command) {
+  Said said{-1, {}};
+  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  if (pipe == nullptr) return said;
+  std::array<char, 4096> part{};
+  for (std::size_t count = 0; (count = fread(part.data(), 1, part.size(), pipe)) > 0;)
+    said.text.append(part.data(), count);
+  said.status = pclose(pipe);
+  return said;
+}
+
+bool has_program(const std::string& name) { return run("command -v " + name).status == 0; }
+
+const reduction::ReducedModel& lumps() {
+  static const reduction::ReducedModel model = test::lumps_with_lines();
+  return model;
+}
+
+double time_of(int i) { return i % 500 < 350 ? 0.5 * i : 0.5 * i + 40.0 * (i % 500 - 350); }
+
+VectorXd row_of(const solver::Channels& channels, int i) {
+  const double time = time_of(i);
+  VectorXd row = test::working_row(lumps().machine, channels, test::shift_row(channels, time + 1.0), time);
+  if (i % 7 == 3) row.setConstant(solver::not_given);
+  return row;
+}
+
+/// Rows of CSV that keep all bits, rising in time.
+std::string csv(int rows) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  std::string text = "time_s";
+  for (const std::string& name : operating.channels().names()) text += "," + name;
+  text += "\n";
+  for (int i = 0; i < rows; ++i) {
+    text += fmt::format("{}", time_of(i) + 1e4 * (i / 500));
+    for (const double value : row_of(operating.channels(), i))
+      text += std::isnan(value) ? std::string(",") : fmt::format(",{}", value);
+    text += "\n";
+  }
+  return text;
+}
+
+/// What the example prints for these rows, by the core in this process.
+std::string expected(const tt_model& model, int rows) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  test::Twin twin(model);
+  std::string text = "time_s,offset_X_um,offset_Y_um,offset_Z_um,status\n";
+  std::array<char, 64> number{};
+  const auto add = [&](const char* format, double value) {
+    std::snprintf(number.data(), number.size(), format, value);
+    text += number.data();
+  };
+  for (int i = 0; i < rows; ++i) {
+    const double time = time_of(i) + 1e4 * (i / 500);
+    const int status = twin.row(time, row_of(operating.channels(), i));
+    add("%.17g", time);
+    for (const double offset : twin.offset_um()) add(",%a", offset);
+    text += std::string(",") + tt_status_text(status) + "\n";
+  }
+  return text;
+}
+
+class ControlSource : public ::testing::Test {
+protected:
+  static constexpr int rows = 2000;
+
+  void SetUp() override {
+    write_control_source(folder_.path() / "c", control_.data(), control_.model());
+    folder_.write("rows.csv", csv(rows));
+  }
+  std::string compiled(const std::string& compiler, const std::string& name) const {
+    const std::string program = (folder_.path() / name).string();
+    const Said said = run(fmt::format("cd {} && {} -std=c99 -Wall -Wextra -Werror -pedantic -ffp-contract=off *.c -o {} -lm",
+                                      (folder_.path() / "c").string(), compiler, program));
+    EXPECT_EQ(said.status, 0) << compiler << ": " << said.text;
+    return program;
+  }
+  std::string run_on_rows(const std::string& program, const std::string& more = "") const {
+    const Said said = run(fmt::format("{} --bits {} < {}", program, more, (folder_.path() / "rows.csv").string()));
+    EXPECT_EQ(said.status, 0) << said.text;
+    return said.text;
+  }
+
+  ControlModel control_{lumps()};
+  test::Scratch folder_;
+};
+
+TEST_F(ControlSource, HasTheBitsOfTheCoreWithAnyCompilerAndOptimisation) {
+  const std::string truth = expected(control_.model(), rows);
+  ASSERT_GT(std::count(truth.begin(), truth.end(), '\n'), rows);
+  int compilers = 0;
+  for (const char* compiler : {"gcc -O0", "gcc -O3", "clang -O0", "clang -O3"}) {
+    const std::string name(compiler);
+    if (!has_program(name.substr(0, name.find(' ')))) continue;
+    ++compilers;
+    EXPECT_TRUE(run_on_rows(compiled(compiler, "twin")) == truth) << compiler;
+  }
+  EXPECT_GE(compilers, 2);
+  if (!has_program("aarch64-linux-gnu-gcc") || !has_program("qemu-aarch64-static")) return;
+  const std::string arm = compiled("aarch64-linux-gnu-gcc -O3 -static", "arm");
+  EXPECT_TRUE(run_on_rows("qemu-aarch64-static " + arm) == truth);
+}
+
+TEST_F(ControlSource, TheExampleGoesOnFromItsState) {
+  const std::string program = compiled("gcc -O1", "twin"), state = (folder_.path() / "state").string();
+  const std::string whole = run_on_rows(program, "--state " + state);
+  const std::string after = core::read_file(state);
+  std::filesystem::remove(state);
+  std::istringstream lines(csv(rows));
+  std::string header, first, second;
+  std::getline(lines, header);
+  int at = 0;
+  for (std::string line; std::getline(lines, line); ++at) (at < 777 ? first : second) += line + "\n";
+  std::string joined;
+  for (const std::string& part : {first, second}) {
+    folder_.write("rows.csv", header + "\n" + part);
+    const std::string said = run_on_rows(program, "--state " + state);
+    joined += joined.empty() ? said : said.substr(said.find('\n') + 1);
+  }
+  EXPECT_TRUE(joined == whole);
+  EXPECT_TRUE(core::read_file(state) == after);
+  folder_.write("bad", std::string(after).replace(100, 1, "#"));
+  EXPECT_NE(run(program + " --state " + (folder_.path() / "bad").string() + " < /dev/null").status, 0);
+}
+
+/// The library's objects, and those of the exported source.
+TEST_F(ControlSource, NeedsNothingButLibmAndLibc) {
+  const std::set<std::string> allowed = {"memcpy", "memset", "memcmp", "sqrt", "fabs", "floor", "ceil"};
+  const Said said = run("nm -P " THERMOTWIN_CONTROL_LIBRARY);
+  ASSERT_EQ(said.status, 0) << said.text;
+  std::set<std::string> defined, needed;
+  std::istringstream lines(said.text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string name, kind;
+    words >> name >> kind;
+    if (kind == "U") needed.insert(name);
+    if (kind == "T") defined.insert(name);
+  }
+  EXPECT_GT(defined.size(), 40U);
+  for (const std::string& name : needed) EXPECT_TRUE(defined.count(name) + allowed.count(name) > 0) << name;
+  for (const std::string& name : defined) EXPECT_TRUE(name.starts_with("tt_")) << name;
+  std::istringstream libraries(run("readelf -d " + compiled("gcc -O1", "twin") + " | grep NEEDED").text);
+  for (std::string line; std::getline(libraries, line);) {
+    const bool known = line.find("[libm.so") != std::string::npos || line.find("[libc.so") != std::string::npos;
+    EXPECT_TRUE(known) << line;
+  }
+}
+
+}  // namespace
+}  // namespace thermotwin::compensation

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/export_control.h"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "compensation/control/control_fmu.h"
+#include "compensation/control/control_model.h"
+#include "compensation/control/control_source.h"
+#include "compensation/control/twin.h"
+#include "core/error.h"
+#include "core/file.h"
+#include "reduction/model/model_file.h"
+
+namespace thermotwin::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+compensation::ControlModel control_model(const ControlExportOptions& options) {
+  compensation::ControlOptions settings;
+  settings.compensator.step_s = options.step_s;
+  settings.compensator.start_C = options.start_C;
+  settings.compensator.largest_um = options.largest_um;
+  settings.compensator.rate_um_s = options.rate_um_s;
+  settings.tolerance = options.tolerance;
+  return compensation::ControlModel(reduction::read_model(options.model), settings);
+}
+
+void export_c(const ControlExportOptions& options) {
+  const compensation::ControlModel control = control_model(options);
+  const tt_model& model = control.model();
+  std::vector<std::string> names;
+  core::write_files_by(options.c_folder, [&](const fs::path& staged) {
+    names = compensation::write_control_source(staged, control.data(), model);
+    return std::vector<fs::path>(names.begin(), names.end());
+  });
+  const std::string folder = options.c_folder.string();
+  const auto state = tt_twin_state_bytes(&model), work = tt_twin_work_bytes(&model);
+  const std::string text = fmt::format(
+      "{}: {} states, {} channels, {} offsets as C99 source\n{} files in {}; memory of a twin: {:.1f} kB of state, "
+      "{:.1f} MB of work\nopen loop: without sensors and standard deviations\n"
+      "next: cd {} && cc -std=c99 -O3 -ffp-contract=off *.c -o twin -lm\n",
+      model.name, model.order, model.channels, model.linear_axes, names.size(), folder, 1e-3 * static_cast<double>(state),
+      1e-6 * static_cast<double>(work), folder);
+  const nlohmann::json json = {{"folder", folder},          {"files", names},       {"states", model.order},
+                               {"channels", model.channels}, {"offsets", model.linear_axes},
+                               {"state_bytes", state},      {"work_bytes", work},
+                               {"model_hash", fmt::format("{:016x}", model.hash)}};
+  print_summary(options, text, json.dump());
+}
+
+void export_fmu(const ControlExportOptions& options) {
+  if (options.out.extension() != ".fmu")
+    throw core::UsageError("--fmu writes one file; allowed: --out FILE.fmu, but it is '" + options.out.string() + "'");
+  const compensation::ControlModel control = control_model(options);
+  const tt_model& model = control.model();
+  compensation::write_fmu2(options.out, control.data());
+  const std::string text = fmt::format(
+      "{}: {} states, {} inputs, {} offsets as FMU for co-simulation (FMI 2.0)\n{}: {:.1f} MB, for Linux x86-64 and as "
+      "source\nopen loop: without sensors and standard deviations\n",
+      model.name, model.order, model.channels, model.linear_axes, options.out.string(),
+      1e-6 * static_cast<double>(fs::file_size(options.out)));
+  const nlohmann::json json = {{"fmu", options.out.string()},
+                               {"states", model.order},
+                               {"channels", model.channels},
+                               {"offsets", model.linear_axes},
+                               {"model_hash", fmt::format("{:016x}", model.hash)}};
+  print_summary(options, text, json.dump());
+}
+
+}  // namespace
+
+void export_any(const ControlExportOptions& options) {
+  const bool c = !options.c_folder.empty(), fmu = options.fmu > 0;
+  if (!c && !fmu) return export_model(options);
+  if (options.calculix || options.matrices || (c && fmu))
+    throw core::UsageError("export needs exactly one of --calculix, --matrices, --c and --fmu");
+  if (c)
+    export_c(options);
+  else
+    export_fmu(options);
+}
+
+}  // namespace thermotwin::tools
