@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iterator>
 
 #include "compensation/evaluation/replay.h"
@@ -13,6 +14,7 @@
 #include "core/error.h"
 #include "core/units.h"
 #include "mesh/machine/kinematics.h"
+#include "solver/elastic/outputs.h"
 
 namespace thermotwin::compensation {
 
@@ -21,18 +23,25 @@ using Eigen::VectorXd;
 
 namespace {
 
-/// Errors in the frame of the table where the channel asks for it.
-void turn_into_frame(std::vector<solver::TcpError>& errors, const MeasuredChannel& channel,
-                     const mesh::Machine& machine, const mesh::Pose& pose) {
-  if (channel.frame != "table") return;
-  const Eigen::Matrix3d to_table =
-      mesh::body_transform(machine, machine.body_index(machine.tcp.table_body), pose).linear().transpose();
-  for (solver::TcpError& error : errors) {
-    for (solver::Vector6* part : {&error.error, &error.tool, &error.table}) {
-      part->head<3>() = (to_table * part->head<3>()).eval();
-      part->tail<3>() = (to_table * part->tail<3>()).eval();
-    }
-  }
+constexpr double beside = 0.1;  ///< m, from the pose to those beside it
+
+/// Index of the body that an axis moves; -1: none.
+int body_of_axis(const mesh::Machine& machine, const std::string& axis) {
+  for (Index i = 0; i < std::ssize(machine.bodies); ++i)
+    if (machine.bodies[i].axis == axis) return i;
+  return -1;
+}
+
+/// Whether a body is the other one or carries it.
+bool carries(const mesh::Machine& machine, int body, int other) {
+  for (; other >= 0; other = machine.body_index(machine.bodies[other].parent))
+    if (other == body) return true;
+  return false;
+}
+
+/// The body's position; of the foundation nothing moves.
+Eigen::Isometry3d transform_of(const mesh::Machine& machine, int body, const mesh::Pose& pose) {
+  return body < 0 ? Eigen::Isometry3d::Identity() : mesh::body_transform(machine, body, pose);
 }
 
 }  // namespace
@@ -41,16 +50,25 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
                          bool with_sensors, Scorer& scorer) {
   require_fits(measurement, model.machine);
   const std::vector<MeasuredChannel>& displacements = scorer.data().targets;
+  std::vector<ObservedQuantity> quantities;
   std::vector<mesh::Pose> poses;
   for (const MeasuredChannel& channel : displacements) {
-    poses.push_back(mesh::parse_pose(model.machine, channel.pose_text, channel.id));
+    const mesh::Pose pose = mesh::parse_pose(model.machine, channel.pose_text, channel.id);
+    quantities.emplace_back(model.machine, channel, pose);
+    poses.insert(poses.end(), quantities.back().poses().begin(), quantities.back().poses().end());
   }
-  std::vector<std::vector<solver::TcpError>> errors =
+  const std::vector<std::vector<solver::TcpError>> errors =
       run_compensator(measurement, model, poses, {with_sensors, false, 0}, with_sensors ? &scorer.observer : nullptr);
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    const MeasuredChannel& channel = displacements[k];
-    turn_into_frame(errors[k], channel, model.machine, poses[k]);
-    const VectorXd predicted = quantity_series(errors[k], channel);
+  std::size_t first = 0;  // of the channel's poses
+  for (std::size_t k = 0; k < displacements.size(); ++k) {
+    const std::size_t count = quantities[k].poses().size();
+    VectorXd predicted(std::ssize(errors[first]));
+    for (Index i = 0; i < predicted.size(); ++i) {
+      std::vector<solver::TcpError> at;
+      for (std::size_t p = 0; p < count; ++p) at.push_back(errors[first + p][i]);
+      predicted[i] = quantities[k](at);
+    }
+    first += count;
     scorer.add(with_sensors ? name + "_sensors" : name, k, predicted, false);
   }
   if (!with_sensors) {
@@ -59,28 +77,95 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
   }
 }
 
-VectorXd quantity_series(const std::vector<solver::TcpError>& errors, const MeasuredChannel& channel) {
-  static constexpr const char* direct[] = {"dx", "dy", "dz", "ra", "rb", "rc"};
-  static constexpr char iso[] = {'X', 'Y', 'Z', 'A', 'B', 'C'};
+ObservedQuantity::ObservedQuantity(const mesh::Machine& machine, const MeasuredChannel& channel,
+                                   const mesh::Pose& pose)
+    : machine_(machine),
+      poses_{pose} {
+  static const std::vector<std::string> direct = {"dx", "dy", "dz", "ra", "rb", "rc"};
+  static const std::string iso = "XYZABCR";
   const std::string& quantity = channel.quantity;
-  int component = -1;
-  double sign = 1.0;
-  for (int i = 0; i < 6; ++i) {
-    if (quantity == direct[i]) component = i;
-    // An ISO location error is where the axis (or the table) went; the TCP error is tool - table.
-    if (quantity.size() == 3 && quantity[1] == '0' && quantity[0] == iso[i]) {
-      component = i;
-      sign = -1.0;
-    }
+  const int table = machine.body_index(machine.tcp.table_body);
+  if (const auto at = std::find(direct.begin(), direct.end(), quantity); at != direct.end()) {
+    component_ = static_cast<int>(at - direct.begin());
+    if (channel.frame == "table") to_frame_ = mesh::body_transform(machine, table, pose).linear().transpose();
+    return;
   }
-  if (component < 0) {
+  const std::size_t letter = quantity.size() == 3 && quantity[1] == '0' ? iso.find(quantity[0]) : std::string::npos;
+  const std::string of = letter == std::string::npos ? "" : quantity.substr(2);
+  const int axis = of == "T" ? -1 : machine.axis_index(of);
+  if (letter == std::string::npos || (of != "T" && (axis < 0 || letter == 6))) {
     throw core::InputError("channel '" + channel.id + "'", "quantity '" + quantity + "'",
-                           "a displacement or rotation of the TCP at a pose: dx dy dz ra rb rc X0C Y0C Z0T A0C B0C");
+                           "dx dy dz ra rb rc, or a location error of the machine: X0C, A0B, Z0T, R0T");
   }
-  const double scale = sign / (component < 3 ? core::units::um : core::units::um_per_m);
-  VectorXd values(std::ssize(errors));
-  for (Index i = 0; i < values.size(); ++i) values[i] = scale * errors[i].error[component];
-  return values;
+  component_ = static_cast<int>(letter);
+  located_ = true;
+  int carrier = solver::table_frames(machine).carrier;
+  Eigen::Vector3d point = transform_of(machine, table, pose) * machine.tcp.table_point;
+  table_side_ = true;
+  if (axis >= 0) {
+    const int body = body_of_axis(machine, of);
+    carrier = body < 0 ? -1 : machine.body_index(machine.bodies[body].parent);
+    point = transform_of(machine, carrier, pose) * machine.axes[axis].origin;
+    table_side_ = carries(machine, body, table);
+  }
+  to_frame_ = transform_of(machine, carrier, pose).linear().transpose();
+  arm_ = solver::tcp_position(machine, pose) - point;
+  if (!table_side_) return;
+  const auto [origin, direction] = solver::growth_axis(machine);
+  const Eigen::Isometry3d at_table = mesh::body_transform(machine, table, pose);
+  table_axis_ = at_table.linear() * direction;
+  const Eigen::Vector3d from_axis = solver::tcp_position(machine, pose) - at_table * origin;
+  radial_ = from_axis - table_axis_ * table_axis_.dot(from_axis);
+  place_beside(pose);
+  if (component_ == 6 && poses_.size() < 3) {
+    throw core::InputError("channel '" + channel.id + "'", "quantity 'R0T'",
+                           "a machine with a linear axis across the table's axis");
+  }
+}
+
+void ObservedQuantity::place_beside(const mesh::Pose& pose) {
+  const int table = machine_.body_index(machine_.tcp.table_body);
+  // Of the ways over the table that linear axes can go, the longest across the table's axis.
+  const auto over_table = [&](const mesh::Pose& at) {
+    return Eigen::Vector3d(mesh::body_transform(machine_, table, at).inverse() * solver::tcp_position(machine_, at));
+  };
+  const Eigen::Matrix3d from_table = mesh::body_transform(machine_, table, pose).linear();
+  double longest = 1e-4;
+  for (Index i = 0; i < std::ssize(machine_.axes); ++i) {
+    const mesh::Axis& axis = machine_.axes[i];
+    if (axis.kind != mesh::AxisKind::linear) continue;
+    mesh::Pose low = pose, high = pose;
+    low[i] = std::max(std::min(axis.low, pose[i]), pose[i] - beside);
+    high[i] = std::min(std::max(axis.high, pose[i]), pose[i] + beside);
+    const Eigen::Vector3d way = from_table * (over_table(high) - over_table(low));
+    const double across = (way - table_axis_ * table_axis_.dot(way)).norm();
+    if (across <= longest) continue;
+    longest = across;
+    way_ = way;
+    poses_ = {pose, low, high};
+  }
+}
+
+double ObservedQuantity::operator()(const std::vector<solver::TcpError>& errors) const {
+  const auto in_unit = [](double value, int component) {
+    return value / (component < 3 || component == 6 ? core::units::um : core::units::um_per_m);
+  };
+  const auto component_of = [&](const Eigen::Vector3d& shift, const Eigen::Vector3d& turn) {
+    const Eigen::Vector3d value = to_frame_ * (component_ < 3 ? shift : turn);
+    return in_unit(value[component_ % 3], component_);
+  };
+  const solver::TcpError& at = errors.front();
+  if (!located_) return component_of(at.error.head<3>(), at.error.tail<3>());
+  const solver::Vector6& side = table_side_ ? at.table : at.tool;
+  const Eigen::Vector3d turn = side.tail<3>();
+  double growth = 0.0;  // per length
+  if (poses_.size() == 3) {
+    const Eigen::Vector3d across = way_ - table_axis_ * table_axis_.dot(way_);
+    const Eigen::Vector3d stretch = errors[2].table.head<3>() - errors[1].table.head<3>() - turn.cross(way_);
+    growth = stretch.dot(across) / across.squaredNorm();
+  }
+  if (component_ == 6) return in_unit(growth * machine_.tcp.table_radius, component_);
+  return component_of(side.head<3>() - growth * radial_ - turn.cross(arm_), turn);
 }
 
 }  // namespace thermotwin::compensation

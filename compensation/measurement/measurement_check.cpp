@@ -51,20 +51,29 @@ void check_input(const Measurement& measurement, const MeasuredChannel& channel,
     throw InputError(place, "unit '" + channel.unit + "' of input '" + channel.input + "'", "'" + unit + "'");
 }
 
+/// "X0C": the axis C of a location error; "T" of the table; empty: it is none.
+std::string located(const std::string& quantity) {
+  const bool located = quantity.size() == 3 && quantity[1] == '0' &&
+                       (std::string("XYZABC").find(quantity[0]) != std::string::npos || quantity == "R0T");
+  return located ? quantity.substr(2) : "";
+}
+
 void check_displacement(const Measurement& measurement, const MeasuredChannel& channel, const mesh::Machine& machine) {
   const std::string place = place_of(measurement, channel);
-  static const std::vector<std::string> predicted = {"dx",  "dy",  "dz",  "ra",  "rb",  "rc",  "X0C", "Y0C",
-                                                     "Z0C", "Z0T", "A0C", "B0C", "X0B", "Y0B", "Z0B", "A0B",
-                                                     "C0B", "X0A", "Y0A", "Z0A", "B0A", "C0A"};
-  if (std::find(predicted.begin(), predicted.end(), channel.quantity) == predicted.end()) {
+  static const std::vector<std::string> errors = {"dx", "dy", "dz", "ra", "rb", "rc"};
+  const std::string axis = located(channel.quantity);
+  if (axis.empty() && std::find(errors.begin(), errors.end(), channel.quantity) == errors.end()) {
     throw InputError(place,
                      channel.quantity.empty() ? std::string("no quantity") : "quantity '" + channel.quantity + "'",
-                     "what the model predicts at a pose, one of: " + core::join(predicted));
+                     "what the model predicts at a pose, one of: " + core::join(errors) +
+                         ", or a location error such as X0C, A0B, Z0T, R0T");
   }
-  if (channel.quantity.size() == 3 && channel.quantity[2] != 'T' &&
-      machine.axis_index(channel.quantity.substr(2)) < 0) {
-    throw InputError(place, "quantity '" + channel.quantity + "' on machine " + machine.name,
-                     "errors of axes that it has");
+  if (!axis.empty() && axis != "T") {
+    const int index = machine.axis_index(axis);
+    if (index < 0 || machine.axes[index].kind != mesh::AxisKind::rotary) {
+      throw InputError(place, "quantity '" + channel.quantity + "' on machine " + machine.name,
+                       "errors of rotary axes that it has, or of the table (T)");
+    }
   }
   mesh::parse_pose(machine, channel.pose_text, place + " pose");
 }

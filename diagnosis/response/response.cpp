@@ -30,18 +30,22 @@ constexpr double spread_s = 600.0;  ///< 18 cm in steel
 constexpr double least_start_s = 1800.0;
 constexpr Index most_start_modes = 16;
 
-/// What a displacement channel shows of the 19 rows of reduction::side_rows at its pose. The zero is
-/// the observation's affair.
+/// What a displacement channel shows of the 19 rows of reduction::side_rows at its pose. The zero is the observation's
+/// affair. Rows at a pose beside it, which shows the growth of the table, are taken as equal to those at the pose.
 Eigen::RowVectorXd sides_of(const mesh::Machine& machine, const mesh::Pose& pose,
-                            compensation::MeasuredChannel channel) {
-  channel.zero = compensation::Zero::absolute;
+                            const compensation::MeasuredChannel& channel) {
+  const compensation::ObservedQuantity quantity(machine, channel, pose);
   const Eigen::Matrix<double, 19, 19> unit = Eigen::Matrix<double, 19, 19>::Identity();
-  std::vector<solver::TcpError> errors;
+  Eigen::RowVectorXd sides(19);
   for (Index i = 0; i < 19; ++i) {
-    errors.push_back(
-        solver::tcp_error(machine, pose, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>()));
+    std::vector<solver::TcpError> errors;
+    for (const mesh::Pose& at : quantity.poses()) {
+      errors.push_back(
+          solver::tcp_error(machine, at, unit.col(i).head<6>(), unit.col(i).segment<6>(6), unit.col(i).tail<7>()));
+    }
+    sides[i] = quantity(errors);
   }
-  return compensation::quantity_series(errors, channel).transpose();
+  return sides;
 }
 
 }  // namespace

@@ -21,8 +21,8 @@ namespace thermotwin::metrology {
 struct RTestPoint {
   double time = 0;                          ///< s
   std::map<std::string, double> positions;  ///< m and rad by axis
-  Eigen::Vector3d nominal;                  ///< m, machine frame
-  Eigen::Vector3d deviation;                ///< m, tool - workpiece, machine frame
+  Eigen::Vector3d nominal = Eigen::Vector3d::Zero();    ///< m, machine frame
+  Eigen::Vector3d deviation = Eigen::Vector3d::Zero();  ///< m, tool - workpiece, machine frame
 };
 
 struct RTestCycle {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "core/error.h"
 #include "core/file.h"
 #include "core/text.h"
 #include "metrology/budget/budget.h"
@@ -134,6 +135,9 @@ std::string comparison_text(const Budget& budget, const GumResult& linear, const
 }  // namespace
 
 void measure_uncertainty(const MeasureOptions& options) {
+  if (options.file.empty() == options.arcs_deg.empty())
+    throw core::UsageError("measure uncertainty takes either BUDGET or --arc");
+  if (!options.arcs_deg.empty()) return measure_arcs(options);
   const Budget budget = Budget::load(options.file);
   const GumResult linear = metrology::gum(budget);
   const MonteCarloResult drawn = metrology::monte_carlo(budget);

@@ -139,21 +139,77 @@ TEST(Evaluate, AClockMayStartAnywhere) {
   }
 }
 
-TEST(QuantitySeries, SignsAndUnits) {
-  solver::TcpError error;
-  error.error << 1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6;
-  const auto value = [&](const std::string& quantity) {
-    MeasuredChannel channel;
-    channel.id = channel.quantity = quantity;
-    return quantity_series({error}, channel)[0];
+double observed(const mesh::Machine& machine, const std::string& quantity, const std::string& pose_text,
+                const solver::Vector6& tool, const solver::Vector6& axis, const solver::Vector7& own,
+                const std::string& frame = "machine") {
+  MeasuredChannel channel;
+  channel.id = channel.quantity = quantity;
+  channel.frame = frame;
+  const mesh::Pose pose = mesh::parse_pose(machine, pose_text, "test");
+  const ObservedQuantity of(machine, channel, pose);
+  std::vector<solver::TcpError> errors;
+  for (const mesh::Pose& at : of.poses()) errors.push_back(solver::tcp_error(machine, at, tool, axis, own));
+  return of(errors);
+}
+
+TEST(ObservedQuantity, ComponentsOfTheErrorAtThePose) {
+  const mesh::Machine machine = test::five_axis_machine();
+  solver::Vector6 tool;
+  tool << 1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6;
+  const auto value = [&](const char* quantity, const char* frame = "machine") {
+    return observed(machine, quantity, "B=90", tool, solver::Vector6::Zero(), solver::Vector7::Zero(), frame);
   };
   EXPECT_NEAR(value("dx"), 1.0, 1e-12);
   EXPECT_NEAR(value("dz"), 3.0, 1e-12);
   EXPECT_NEAR(value("rc"), 6.0, 1e-12);
-  EXPECT_NEAR(value("X0C"), -1.0, 1e-12);  // the table went the other way
-  EXPECT_NEAR(value("Z0T"), -3.0, 1e-12);
-  EXPECT_NEAR(value("A0C"), -4.0, 1e-12);
-  expect_input_error([&] { value("R0T"); }, {"R0T"});
+  EXPECT_NEAR(std::abs(value("dx", "table")), 3.0, 1e-9) << "B has turned the table's x to the machine's z";
+  for (const char* error : {"X0C", "Z0T", "A0C", "X0B", "R0T"})
+    EXPECT_NEAR(value(error), 0.0, 1e-9) << error << ": the tool's side is no location error";
+}
+
+// The seat of the table's bearing moves by d and w at the table's point, in the frame of the swivel body; the table
+// grows. Errors of C stand in this frame, those of B in the machine's, each at a point of its own axis.
+TEST(ObservedQuantity, LocationErrorsHaveTheirOwnFrameAndPoint) {
+  mesh::Machine machine = test::five_axis_machine();
+  const Eigen::Vector3d b_origin(0.03, 0.0, -0.12), c_origin(0.01, -0.02, 0.0);
+  machine.axes[machine.axis_index("B")].origin = b_origin;
+  machine.axes[machine.axis_index("C")].origin = c_origin;
+  const Eigen::Vector3d d(10e-6, -20e-6, 30e-6), w(50e-6, -60e-6, 70e-6);
+  solver::Vector6 axis;
+  axis << d, w;
+  solver::Vector7 own = solver::Vector7::Zero();
+  own[6] = 12e-6;
+  const double um = 1e-6;
+  for (const char* pose : {"X=40,Y=-30", "X=-60,Y=20,B=35,C=80", "B=-90,C=10"}) {
+    const auto value = [&](const char* quantity) {
+      return observed(machine, quantity, pose, solver::Vector6::Constant(1e-6), axis, own);
+    };
+    const Eigen::Vector3d at_c = d + w.cross(c_origin - machine.tcp.table_point);
+    EXPECT_NEAR(value("X0C"), at_c[0] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("Y0C"), at_c[1] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("Z0C"), at_c[2] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("A0C"), w[0] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("B0C"), w[1] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("Z0T"), d[2] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("R0T"), 12.0, 1e-6) << pose;
+    const mesh::Pose at = mesh::parse_pose(machine, pose, "test");
+    const Eigen::Isometry3d swivel = mesh::body_transform(machine, machine.body_index("swivel"), at);
+    const Eigen::Vector3d at_b = swivel.linear() * (d + w.cross(b_origin - machine.tcp.table_point));
+    const Eigen::Vector3d turn_b = swivel.linear() * w;
+    EXPECT_NEAR(value("X0B"), at_b[0] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("Z0B"), at_b[2] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("A0B"), turn_b[0] / um, 1e-6) << pose;
+    EXPECT_NEAR(value("C0B"), turn_b[2] / um, 1e-6) << pose;
+  }
+}
+
+TEST(ObservedQuantity, QuantitiesThatTheMachineDoesNotHaveAreRefused) {
+  const mesh::Machine machine = test::five_axis_machine();
+  for (const char* quantity : {"X0A", "R0C", "Q0C", "dq", "X1C"}) {
+    MeasuredChannel channel;
+    channel.id = channel.quantity = quantity;
+    expect_input_error([&] { ObservedQuantity(machine, channel, mesh::home_pose(machine)); }, {quantity, "location"});
+  }
 }
 
 /// A measurement of the lumped machine made without writing files.

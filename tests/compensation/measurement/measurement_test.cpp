@@ -158,8 +158,8 @@ TEST(Measurement, FitsAMachineOrSaysWhyNot) {
   expect_input_error(with("spindle.speed_rpm", "axis.X.feed_mm_min"), {"rpm", "mm_min"});
   expect_input_error(with("X_mm = -100", "W_mm = 1"), {"W"});
   expect_input_error(with("X_mm = -100", "X_mm = 9000"), {"X", "travel"});
-  expect_input_error(with("\"dz\"", "\"X0A\""), {"X0A"});
-  expect_input_error(with("\"dz\"", "\"R0T\""), {"R0T", "dx"});
+  expect_input_error(with("\"dz\"", "\"X0A\""), {"X0A", "rotary axes"});
+  for (const char* error : {"\"X0T\"", "\"Y0B\""}) EXPECT_NO_THROW(with("\"dz\"", error)());
   expect_input_error(with("input = \"spindle.speed_rpm\"\n", ""), {"'n'", "neither sensor nor input"});
 }
 

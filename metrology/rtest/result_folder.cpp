@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "metrology/rtest/result_folder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/error.h"
+#include "core/units.h"
+
+namespace thermotwin::metrology {
+
+using compensation::Measurement;
+using compensation::MeasuredChannel;
+using core::Table;
+using Eigen::Index;
+
+namespace {
+
+std::vector<std::size_t> observed(const RTestAnalysis& analysis) {
+  std::vector<std::size_t> errors;
+  for (std::size_t e = 0; e < analysis.errors.size(); ++e) {
+    if (std::none_of(analysis.cycles.begin(), analysis.cycles.end(),
+                     [&](const CycleResult& cycle) { return std::isnan(cycle.value[e]); })) {
+      errors.push_back(e);
+    }
+  }
+  return errors;
+}
+
+/// Positions of the first point as pose of a channel.
+std::string pose_text(const RTestRecord& record) {
+  std::string text;
+  for (const auto& [axis, position] : record.cycles.front().points.front().positions) {
+    const double unit = record.chain.find(axis)->rotary ? core::units::deg : core::units::mm;
+    text += fmt::format("{}{}={:.9g}", text.empty() ? "" : ",", axis, position / unit);
+  }
+  return text;
+}
+
+/// The rows of both tables in the order of time; a time that both have is one row.
+Table merged(const Table& a, const Table& b) {
+  std::map<double, std::pair<Index, Index>> rows;
+  for (Index i = 0; i < a.rows(); ++i) rows[a.values(i, 0)] = {i, -1};
+  for (Index i = 0; i < b.rows(); ++i) rows.try_emplace(b.values(i, 0), -1, -1).first->second.second = i;
+  Table table;
+  table.source = a.source;
+  table.columns = a.columns;
+  table.columns.insert(table.columns.end(), b.columns.begin() + 1, b.columns.end());
+  table.values.setConstant(std::ssize(rows), std::ssize(table.columns), std::numeric_limits<double>::quiet_NaN());
+  Index row = 0;
+  for (const auto& [time, at] : rows) {
+    table.values(row, 0) = time;
+    if (at.first >= 0) table.values.block(row, 1, 1, a.values.cols() - 1) = a.values.row(at.first).tail(a.values.cols() - 1);
+    if (at.second >= 0) table.values.row(row).tail(b.values.cols() - 1) = b.values.row(at.second).tail(b.values.cols() - 1);
+    ++row;
+  }
+  return table;
+}
+
+}  // namespace
+
+Table error_table(const RTestAnalysis& analysis) {
+  Table table;
+  table.source = "location_errors.csv";
+  table.columns = {"time_s"};
+  const std::vector<std::size_t> errors = observed(analysis);
+  for (const char* prefix : {"", "std_"}) {
+    for (const std::size_t e : errors)
+      table.columns.push_back(prefix + analysis.errors[e] + (analysis.turns(e) ? "_um_per_m" : "_um"));
+  }
+  table.values.resize(std::ssize(analysis.cycles), std::ssize(table.columns));
+  for (Index i = 0; i < table.rows(); ++i) {
+    const CycleResult& cycle = analysis.cycles[i];
+    table.values(i, 0) = cycle.time;
+    Index column = 1;
+    for (const std::size_t e : errors) table.values(i, column++) = cycle.value[e] / core::units::um;
+    for (const std::size_t e : errors) table.values(i, column++) = cycle.std[e] / core::units::um;
+  }
+  return table;
+}
+
+Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
+                           const std::optional<Measurement>& beside) {
+  const std::vector<std::size_t> errors = observed(analysis);
+  const Table all = error_table(analysis);
+  Measurement measurement;
+  measurement.data.source = all.source;
+  measurement.data.columns = {"time_s"};
+  measurement.data.values = all.values.leftCols(1 + std::ssize(errors));
+  for (const std::size_t e : errors) {
+    MeasuredChannel channel;
+    channel.id = channel.quantity = analysis.errors[e];
+    channel.kind = compensation::ChannelKind::displacement;
+    channel.unit = analysis.turns(e) ? "um/m" : "um";
+    for (const CycleResult& cycle : analysis.cycles)
+      channel.uncertainty = std::max(channel.uncertainty, cycle.std[e] / core::units::um);
+    channel.pose_text = pose_text(record);
+    channel.zero = record.against_first ? compensation::Zero::first : compensation::Zero::absolute;
+    channel.column = std::ssize(measurement.data.columns);
+    measurement.data.columns.push_back(channel.id);
+    measurement.channels.push_back(channel);
+  }
+  if (!beside) return measurement;
+  for (const MeasuredChannel& channel : beside->channels) {
+    if (measurement.data.find(channel.id)) {
+      throw core::InputError((beside->folder / "channels.toml").string(), "channel '" + channel.id + "'",
+                             "ids that are no location errors of the test");
+    }
+  }
+  Measurement both = *beside;
+  both.channels.insert(both.channels.end(), measurement.channels.begin(), measurement.channels.end());
+  both.data = merged(beside->data, measurement.data);
+  for (MeasuredChannel& channel : both.channels) channel.column = *both.data.find(channel.id);
+  return both;
+}
+
+}  // namespace thermotwin::metrology

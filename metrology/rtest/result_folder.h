@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+// Location errors of an R-Test as a measurement folder for `evaluate` and `diagnose`, alone or beside the loads and
+// temperatures of a record that was taken meanwhile.
+
+#include <filesystem>
+#include <optional>
+
+#include "compensation/measurement/measurement.h"
+#include "core/table.h"
+#include "metrology/rtest/analysis.h"
+
+namespace thermotwin::metrology {
+
+/// time_s, then each error that is observable (X0C_um, A0C_um_per_m) with its standard uncertainty (std_X0C_um).
+core::Table error_table(const RTestAnalysis& analysis);
+
+/// One displacement channel for each error that is observable in all cycles, with its largest standard uncertainty.
+/// Rows of both are merged by time; a channel is blank where only the other has a row.
+/// @param beside  the record of loads and temperatures @throws InputError for a channel that both have
+compensation::Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analysis,
+                                         const std::optional<compensation::Measurement>& beside);
+
+}  // namespace thermotwin::metrology

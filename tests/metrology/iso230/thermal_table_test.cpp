@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "metrology/iso230/thermal_table.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace thermotwin::metrology {
+namespace {
+
+using compensation::ChannelKind;
+using compensation::Measurement;
+using Eigen::Index;
+
+compensation::MeasuredChannel channel(const std::string& id, const std::string& unit, ChannelKind kind,
+                                      double uncertainty) {
+  compensation::MeasuredChannel made;
+  made.id = id;
+  made.unit = unit;
+  made.kind = kind;
+  made.uncertainty = uncertainty;
+  return made;
+}
+
+/// An ETVE test of a day: Z follows the air with -1.8 um/K, A with 9 um/m per K, and Z has a rise of its own in the
+/// first hour.
+Measurement etve() {
+  Measurement measurement;
+  measurement.folder = "etve";
+  measurement.data.source = "etve/data.csv";
+  measurement.data.columns = {"time_s", "air", "Z", "A"};
+  const Index n = 24 * 12 + 1;
+  measurement.data.values.resize(n, 4);
+  for (Index i = 0; i < n; ++i) {
+    const double time = 300.0 * i, air = 21.0 + 2.75 * std::sin(2.0 * 3.14159265358979 * time / 86400.0);
+    measurement.data.values.row(i) << time, air, -1.8 * (air - 21.0), 9.0 * (air - 21.0);
+  }
+  measurement.data.values(5, 2) = std::nan("");
+  measurement.channels.push_back(channel("air", "degC", ChannelKind::temperature, 0.1));
+  measurement.channels.push_back(channel("Z", "um", ChannelKind::displacement, 0.2));
+  measurement.channels.push_back(channel("A", "um/m", ChannelKind::displacement, 0.5));
+  for (Index i = 0; i < 3; ++i) measurement.channels[i].column = i + 1;
+  return measurement;
+}
+
+TEST(ThermalTable, RangesAndGradients) {
+  const ThermalTable table = thermal_table(etve(), "air");
+  EXPECT_DOUBLE_EQ(table.duration, 86400.0);
+  EXPECT_NEAR(table.ambient_range, 5.5, 1e-3);
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.rows[0].count, 288);
+  EXPECT_NEAR(table.rows[0].whole, 1.8 * 5.5, 1e-3);
+  EXPECT_NEAR(table.rows[0].first_hour, 1.8 * 2.75 * std::sin(2.0 * 3.14159265358979 / 24.0), 1e-9);
+  EXPECT_NEAR(table.rows[0].gradient, -1.8, 1e-9);
+  EXPECT_NEAR(table.rows[1].gradient, 9.0, 1e-9);
+  EXPECT_NEAR(table.rows[0].uncertainty, 0.2828, 1e-4);
+  EXPECT_NEAR(table.rows[0].gradient_std, 0.2 / (2.75 / std::sqrt(2.0) * std::sqrt(288.0)), 2e-4);
+  EXPECT_TRUE(std::isnan(thermal_table(etve(), "").rows[0].gradient));
+}
+
+TEST(ThermalTable, SlipsAreNamed) {
+  const auto refused = [](const Measurement& measurement, const std::string& ambient, const std::string& word) {
+    try {
+      thermal_table(measurement, ambient);
+      ADD_FAILURE() << "accepted: " << word;
+    } catch (const core::InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    }
+  };
+  refused(etve(), "ait", "nearest: air");
+  Measurement measurement = etve();
+  measurement.data.values.col(1).setConstant(20.0);
+  refused(measurement, "air", "does not change");
+  measurement = etve();
+  measurement.data.values.col(3).setConstant(std::nan(""));
+  refused(measurement, "air", "0 values");
+  measurement = etve();
+  measurement.channels.resize(1);
+  refused(measurement, "air", "no displacement");
+}
+
+}  // namespace
+}  // namespace thermotwin::metrology

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "metrology/rtest/continuous.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "compensation/chain/location_offsets.h"
+#include "core/error.h"
+#include "core/units.h"
+#include "metrology/rtest/analysis.h"
+
+namespace thermotwin::metrology {
+namespace {
+
+using Eigen::Index;
+using Eigen::Vector3d;
+using core::units::deg;
+using core::units::um;
+
+const std::string cradle_toml = R"toml(schema = 1
+chain = "V [w C' A' b Y X Z t]"
+std_um = 1
+axis = [{id = "A", with_letter = true, y_mm = 30, z_mm = -80}]
+)toml";
+
+/// The A axis of a cradle swings from -90 deg to 60 deg with the sphere 190 mm away; every second cycle has the errors.
+core::Table swing(const std::map<std::string, double>& errors, double to_deg = 60.0) {
+  mesh::KinematicChain chain = mesh::KinematicChain::parse("V [w C' A' b Y X Z t]", "test");
+  chain.find("A")->direction = Vector3d::UnitX();
+  chain.find("A")->origin = Vector3d(0, 0.03, -0.08);
+  const compensation::LocationOffsets map(chain);
+  core::Table table;
+  table.source = "points.csv";
+  table.columns = {"time_s", "cycle", "A_deg", "x_mm", "y_mm", "z_mm", "dx_um", "dy_um", "dz_um"};
+  constexpr Index n = 151;
+  table.values.resize(2 * n, 9);
+  for (Index i = 0; i < 2 * n; ++i) {
+    const double angle = -90.0 + (to_deg + 90.0) * (i % n) / (n - 1);
+    const std::map<std::string, double> at{{"A", angle * deg}};
+    const Vector3d nominal = mesh::KinematicChain::frame(chain.table, 0, at) * Vector3d(0.07, 0.03, 0.11);
+    Vector3d deviation = Vector3d::Zero();
+    if (i >= n)
+      for (const auto& [name, value] : errors) deviation += map.motion_of(name, value, at, nominal).shift;
+    table.values.row(i) << 10.0 + i, i / n + 1, angle, nominal.transpose() * 1e3, deviation.transpose() / um;
+  }
+  return table;
+}
+
+// Plane and circle give the location errors that the least squares on the chain give, at the same point.
+TEST(ContinuousRTest, CircleAndChainAgree) {
+  const std::map<std::string, double> errors{{"X0T", 9 * um}, {"Y0A", 12 * um}, {"Z0A", -25 * um}, {"A0A", 40 * um},
+                                             {"B0A", 110 * um}, {"C0A", -60 * um}};
+  const RTestRecord record = RTestRecord::parse(cradle_toml, swing(errors), "rtest.toml");
+  EXPECT_EQ(record.errors, (std::vector<std::string>{"X0T", "Y0A", "Z0A", "A0A", "B0A", "C0A"}));
+  ASSERT_TRUE(is_continuous(record));
+  const RTestAnalysis chain = analyse(record);
+  for (std::size_t e = 0; e < record.errors.size(); ++e)
+    EXPECT_NEAR(chain.cycles[1].value[e] / um, errors.at(record.errors[e]) / um, 1e-6) << record.errors[e];
+  for (const CircleMethod method : {CircleMethod::kasa, CircleMethod::taubin, CircleMethod::geometric}) {
+    const std::vector<ArcFit> fits = fit_cycles(record, method);
+    ASSERT_EQ(fits.size(), 2U);
+    // x of the frame points to the first point, -90 deg: machine y and z follow from the fitted frame.
+    const RTestPoint& first = record.cycles[0].points[0];
+    const Vector3d origin(0, 0.03, -0.08);
+    const ArcFrame frame = ArcFrame::about(Vector3d::UnitX(), first.nominal - origin, origin);
+    const Eigen::Vector2d centre = fits[1].centre - fits[0].centre, tilt = fits[1].tilt - fits[0].tilt;
+    const Vector3d shift = frame.axes.leftCols<2>() * centre, turn = frame.axes.leftCols<2>() * tilt;
+    EXPECT_NEAR(shift[1] / um, 12.0, 0.02);
+    EXPECT_NEAR(shift[2] / um, -25.0, 0.02);
+    EXPECT_NEAR(turn[1] / um, 110.0, 0.02);
+    EXPECT_NEAR(turn[2] / um, -60.0, 0.02);
+  }
+}
+
+TEST(ContinuousRTest, ShortArcsAreRefused) {
+  const RTestRecord record = RTestRecord::parse(cradle_toml, swing({}, -84.0), "rtest.toml");
+  try {
+    fit_cycles(record, CircleMethod::geometric);
+    ADD_FAILURE();
+  } catch (const core::InputError& error) {
+    for (const char* word : {"points.csv cycle 1", "an arc of 6 deg", "at least"})
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace thermotwin::metrology

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "metrology/rtest/record.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "core/file.h"
+#include "core/key_reference.h"
+#include "metrology/rtest/record_keys.h"
+
+namespace thermotwin::metrology {
+namespace {
+
+TEST(RTestRecord, UsualErrorsOfTheAxesThatMove) {
+  const mesh::KinematicChain chain = mesh::KinematicChain::parse("V [w C' B' b Y X Z t]", "test");
+  const auto errors = [&](const std::vector<std::string>& moved) { return usual_errors(chain, moved); };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(errors({"C"}), (Names{"X0C", "Y0C", "Z0T", "A0C", "B0C", "C0C", "R0T"}));
+  EXPECT_EQ(errors({"B"}), (Names{"X0B", "Y0T", "Z0B", "A0B", "B0B", "C0B"}));
+  EXPECT_EQ(errors({"B", "C"}),
+            (Names{"X0B", "Z0B", "A0B", "C0B", "X0C", "Y0C", "Z0T", "A0C", "B0C", "C0C", "R0T"}));
+  const mesh::KinematicChain head = mesh::KinematicChain::parse("V [w b X Y Z C A t]", "test");
+  EXPECT_EQ(usual_errors(head, {"C", "A"}), (Names{"X0C", "Y0C", "A0C", "B0C", "X0A", "Y0A", "Z0A", "A0A", "B0A", "C0A"}));
+}
+
+TEST(RTestRecord, ReferencePageIsThatOfTheReader) {
+  const std::string text =
+      "<!-- SPDX-License-Identifier: GPL-3.0-or-later -->\n<!-- Made from the reader's table of keys; the test "
+      "RTestRecord.ReferencePageIsThatOfTheReader writes it. -->\n" +
+      core::key_reference(record_keys());
+  if (const char* folder = std::getenv("THERMOTWIN_REFERENCE"))
+    core::write_file(std::filesystem::path(folder) / "rtest.md", text);
+  EXPECT_EQ(core::read_file(std::string(THERMOTWIN_SOURCE_DIR) + "/docs/reference/rtest.md"), text)
+      << "write it anew: THERMOTWIN_REFERENCE=docs/reference build/tests/metrology_tests --gtest_filter=RTestRecord.*";
+}
+
+}  // namespace
+}  // namespace thermotwin::metrology

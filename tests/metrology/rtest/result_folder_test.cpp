@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "metrology/rtest/result_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.h"
+#include "core/units.h"
+
+namespace thermotwin::metrology {
+namespace {
+
+using compensation::ChannelKind;
+using compensation::Measurement;
+
+RTestAnalysis two_cycles() {
+  RTestAnalysis analysis;
+  analysis.errors = {"X0C", "A0C", "Y0B"};
+  for (const double time : {100.0, 460.0}) {
+    CycleResult cycle;
+    cycle.time = time;
+    cycle.value = Eigen::Vector3d(time * 1e-8, time * 2e-8, std::nan(""));
+    cycle.std = Eigen::Vector3d(0.2e-6, 1e-6, std::nan(""));
+    analysis.cycles.push_back(cycle);
+  }
+  return analysis;
+}
+
+RTestRecord record() {
+  RTestRecord record;
+  record.chain = mesh::KinematicChain::parse("V [w C' B' b Y X Z t]", "test");
+  record.cycles.resize(1);
+  record.cycles[0].points.resize(1);
+  record.cycles[0].points[0].positions = {{"B", 90 * core::units::deg}, {"X", 0.1}};
+  return record;
+}
+
+Measurement loads() {
+  Measurement measurement;
+  measurement.data.source = "loads/data.csv";
+  measurement.data.columns = {"time_s", "n", "air"};
+  measurement.data.values.resize(3, 3);
+  measurement.data.values << 0, 3000, 20, 100, 0, 21, 600, 3000, 22;
+  measurement.channels.resize(2);
+  compensation::MeasuredChannel &speed = measurement.channels[0], &air = measurement.channels[1];
+  speed.id = "n";
+  speed.unit = "rpm";
+  speed.kind = ChannelKind::speed;
+  speed.input = "spindle.speed_rpm";
+  speed.column = 1;
+  air.id = "air";
+  air.unit = "degC";
+  air.kind = ChannelKind::temperature;
+  air.uncertainty = 0.1;
+  air.column = 2;
+  return measurement;
+}
+
+TEST(ResultFolder, IsReadAsAMeasurementFolder) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "thermotwin_result_folder";
+  std::filesystem::remove_all(folder);
+  compensation::write_measurement(folder, measurement_of(record(), two_cycles(), loads()));
+  const Measurement read = compensation::read_measurement(folder);
+  std::filesystem::remove_all(folder);
+  ASSERT_EQ(read.channels.size(), 4U) << "Y0B is not observable";
+  EXPECT_EQ(read.channels[2].quantity, "X0C");
+  EXPECT_EQ(read.channels[3].unit, "um/m");
+  EXPECT_NEAR(read.channels[2].uncertainty, 0.2, 1e-9);
+  EXPECT_EQ(read.channels[2].pose_text, "B=90,X=100");
+  EXPECT_EQ(read.channels[2].zero, compensation::Zero::first);
+  ASSERT_EQ(read.data.rows(), 4);
+  const Eigen::VectorXd time = read.time();
+  EXPECT_TRUE(time.isApprox(Eigen::Vector4d(0, 100, 460, 600)));
+  EXPECT_TRUE(std::isnan(read.values(read.channels[2])[0]));
+  EXPECT_NEAR(read.values(read.channels[2])[1], 1.0, 1e-9);
+  EXPECT_EQ(read.values(read.channels[1])[1], 21.0) << "one row for a time that both have";
+  EXPECT_TRUE(std::isnan(read.values(read.channels[0])[2]));
+}
+
+TEST(ResultFolder, ChannelsOfBothAreRefused) {
+  Measurement both = loads();
+  both.channels[1].id = "X0C";
+  EXPECT_THROW(measurement_of(record(), two_cycles(), both), core::InputError);
+}
+
+TEST(ResultFolder, TableHasValuesAndDeviations) {
+  const core::Table table = error_table(two_cycles());
+  EXPECT_EQ(table.columns, (std::vector<std::string>{"time_s", "X0C_um", "A0C_um_per_m", "std_X0C_um",
+                                                     "std_A0C_um_per_m"}));
+  EXPECT_NEAR(table.values(1, 2), 9.2, 1e-9);
+  EXPECT_NEAR(table.values(0, 3), 0.2, 1e-9);
+}
+
+}  // namespace
+}  // namespace thermotwin::metrology
