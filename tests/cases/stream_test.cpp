@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/table.h"
+#include "core/text.h"
 #include "tests/cases/toy.h"
 
 namespace thermotwin::cases {
@@ -77,6 +78,48 @@ TEST(Stream, OffsetsAreTheErrorOfTheFullModelTurnedRound) {
   EXPECT_EQ(compared, 23);
   EXPECT_GT(largest, 20);
   EXPECT_LT(worst, 0.5);
+}
+
+TEST(Stream, ALineForEachAxisGoesThroughTheLastOffset) {
+  const Toy toy;
+  const Result done = thermotwin({"compensate", model(), "--in", inputs(), "--out", toy.file("offsets.csv"), "--lines",
+                                  toy.file("lines.csv"), "--axis-errors", toy.file("tables")});
+  ASSERT_EQ(done.status, 0) << done.err;
+  EXPECT_SAYS(done.err, "tables along the axes leave x ");
+  std::istringstream lines(read(toy.file("lines.csv")));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "time_s,axis,reference_mm,offset_um,slope_um_per_m,left_travel_um,left_across_um");
+  const core::Table offsets = core::read_csv(toy.file("offsets.csv"));
+  for (const std::string axis : {"X", "Y", "Z"}) {
+    ASSERT_TRUE(std::getline(lines, line)) << axis;
+    std::vector<std::string> cells;
+    std::istringstream of_line(line);
+    for (std::string cell; std::getline(of_line, cell, ',');) cells.push_back(cell);
+    ASSERT_EQ(cells.size(), 7U) << line;
+    EXPECT_EQ(cells[1], axis);
+    EXPECT_EQ(std::stod(cells[0]), offsets.column("time_s").tail(1)[0]);
+    EXPECT_EQ(std::stod(cells[3]), offsets.column("offset_" + core::lower(axis) + "_um").tail(1)[0]);
+    EXPECT_GE(std::stod(cells[6]), 0.0);
+    const core::Table table = core::read_csv(toy.file("tables/axis_" + axis + ".csv"));
+    EXPECT_EQ(table.rows(), 21);
+    EXPECT_NEAR(table.column("ex" + core::lower(axis) + "_um")[10], 0.0, 1e-3) << "the middle of the workspace";
+  }
+}
+
+TEST(Stream, LinesAreThereBesideAControlThatWaits) {
+  const Toy toy;
+  Program program({"compensate", model(), "--quiet", "--lines", toy.file("lines.csv"), "--lines-every", "120"});
+  program.write(header);
+  program.read_line();
+  for (int minute = 0; minute < 4; ++minute) {
+    program.write(std::to_string(60 * minute) + ",6000,10,20.5\n");
+    program.read_line();
+  }
+  // The answer comes after the lines of its row.
+  EXPECT_SAYS(read(toy.file("lines.csv")), "\n120,X,10.0000,");
+  EXPECT_EQ(program.wait().status, 0);
+  EXPECT_SAYS(read(toy.file("lines.csv")), "\n180,X,10.0000,");
 }
 
 TEST(Stream, UnknownColumnIsRefusedBeforeAnyAnswer) {
