@@ -14,6 +14,7 @@
 #include "metrology/rtest/analysis.h"
 #include "metrology/rtest/continuous.h"
 #include "metrology/rtest/result_folder.h"
+#include "tools/measure/json_number.h"
 #include "tools/measure/measure.h"
 
 namespace thermotwin::tools {
@@ -28,7 +29,6 @@ namespace units = core::units;
 
 constexpr std::size_t most_rows = 12;  ///< of cycles on the terminal
 
-json number_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 json in_um(const Eigen::Vector3d& value) {
   return {number_or_null(value[0] / units::um), number_or_null(value[1] / units::um), number_or_null(value[2] / units::um)};
 }

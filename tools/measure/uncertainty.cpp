@@ -12,6 +12,7 @@
 #include "metrology/budget/budget.h"
 #include "metrology/budget/gum.h"
 #include "metrology/budget/monte_carlo.h"
+#include "tools/measure/json_number.h"
 #include "tools/measure/measure.h"
 
 namespace thermotwin::tools {
@@ -28,8 +29,6 @@ using nlohmann::json;
 using Rows = std::vector<std::vector<std::string>>;
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
-/// Infinite degrees of freedom are no number of JSON.
-json number_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 std::vector<Comparison> comparisons(const Budget& budget, const GumResult& linear, const MonteCarloResult& drawn) {
   std::vector<Comparison> all;
