@@ -91,6 +91,7 @@ void tt_twin_begin(tt_twin* t, const tt_model* m, void* state, void* work) {
   tt_copy(m->order, t->state, t->before);
   read_sensors(t);
   tt_work_prepare(m, &t->work);
+  tt_project(m, 0, tt_output_count(m), t->state, t->work.difference, t->base, t->work.next_slope);
 }
 
 const double* tt_twin_defaults(const tt_model* m) { return m->channel_default; }
@@ -222,7 +223,6 @@ static void start(tt_twin* t, double time) {
   tt_guide_K(m, t->row, t->guide);
   tt_chiller_start(m, t->readings, t->guide, &t->chiller);
   tt_coefficients(m, t->row, t->chiller.outlet, t->readings, t->p, t->q, t->occupancy);
-  tt_project(m, 0, tt_output_count(m), t->state, t->work.difference, t->base, t->work.next_slope);
 }
 
 static void write_offsets(tt_twin* t, double time, double duration, int first, int missing) {

@@ -306,7 +306,9 @@ TEST(Stream, TheDeviationHoldsTheHeatOfADriveThatNobodyTells) {
           "{}, {}: wrong by up to {:.1f} um, {:.1f} deviations, RMS {:.2f}", column ? "no column" : "blank cells",
           sensors ? "with sensors" : "no sensors", off, worst, std::sqrt(square / static_cast<double>(values)));
       std::printf("%s, %ld rows blame a sensor\n", what.c_str(), blamed);
-      if (!sensors) EXPECT_GT(off, 3.0) << "the input has to matter";
+      if (!sensors) {
+        EXPECT_GT(off, 3.0) << "the input has to matter";
+      }
       EXPECT_LT(worst, 4.0) << what;
       EXPECT_LT(square / static_cast<double>(values), 2.0) << what;
       EXPECT_EQ(blamed, 0) << what;
