@@ -5,7 +5,7 @@
 #include <stddef.h>
 
 #include "compensation/control/linear.h"
-#include "compensation/control/observer_parts.h"
+#include "compensation/control/observer_start.h"
 #include "compensation/control/scalars.h"
 
 static const double rate_error_share = 0.2; /* of how fast what the start left fades at a sensor */

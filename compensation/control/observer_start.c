@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "compensation/control/linear.h"
-#include "compensation/control/observer_parts.h"
+#include "compensation/control/observer_start.h"
 #include "compensation/control/scalars.h"
 #include "compensation/control/special.h"
 

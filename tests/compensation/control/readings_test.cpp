@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "compensation/control/drift_watch.h"
+#include "compensation/control/observer_model.h"
 #include "compensation/control/reading_check.h"
 #include "compensation/control/sensor_monitor.h"
 #include "compensation/control/special.h"
@@ -15,7 +16,6 @@
 #include "core/missing.h"
 #include "core/statistics.h"
 #include "solver/operation/operating_model.h"
-#include "tests/compensation/control/reading_data.h"
 #include "tests/compensation/control/unit_capacity.h"
 
 namespace thermotwin::compensation {
@@ -53,16 +53,17 @@ TEST(ControlReadings, FaultsHaveTheNamesOfTheClasses) {
 }
 
 TEST(ControlReadings, TakesOutWhatTheClassTakesOut) {
-  const mesh::Machine machine = test::lumped_model().machine;
-  const solver::OperatingModel operating(machine, test::lumped_model().system.layout);
+  const reduction::ReducedModel model = test::unit_capacity(test::lumped_model());
+  const mesh::Machine& machine = model.machine;
+  const solver::OperatingModel operating(machine, model.system.layout);
+  const ObserverModel data(model, operating, {});
   const solver::Channels& channels = operating.channels();
   const auto sensors = std::ssize(machine.sensors);
   std::srand(1);
   int found = 0;
   for (int run = 0; run < 40; ++run) {
     ReadingCheck classic(machine, channels);
-    const test::ReadingData data(machine, channels);
-    test::InArena<tt_reading_check, tt_reading_model> core(tt_reading_check_lay, data.model());
+    test::InArena<tt_reading_check, tt_reading_model> core(tt_reading_check_lay, *data.data().readings);
     for (int i = 0; i < 30; ++i) {
       VectorXd given = channels.defaults(), readings = 25.0 + 5.0 * VectorXd::Random(sensors).array();
       for (Index k = 0; k < given.size(); ++k) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-#ifndef THERMOTWIN_OBSERVER_PARTS_H
-#define THERMOTWIN_OBSERVER_PARTS_H
+#ifndef THERMOTWIN_OBSERVER_START_H
+#define THERMOTWIN_OBSERVER_START_H
 /* What observer.c and observer_start.c share: places of the observer's numbers and flags, and its inner steps. */
 
 #include "compensation/control/observer.h"
