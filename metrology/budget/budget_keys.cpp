@@ -54,7 +54,7 @@ const KeyTable coverage_table{
     "coverage",
     "How wide the intervals are.",
     {
-        key::number("probability", "1", Range{0.5, 0.9999}, 0.95, "Coverage probability of the intervals."),
+        key::number("probability", "1", Range{0.5, 0.9999}, 0.95, "Coverage probability of the intervals; with a factor alone, that of a normal distribution."),
         key::number("factor", "1", positive, Absent{"from the probability and the effective degrees of freedom"},
                     "Coverage factor k of the expanded uncertainty."),
     }};

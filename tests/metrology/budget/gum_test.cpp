@@ -46,7 +46,9 @@ quantity = [{name = "R", formula = "1000*V/I*cos(phi)"}, {name = "X", formula = 
 
 // Gebhardt (2014), Table A.1: 0.52, 1.05 and 1.81 um.
 TEST(Gum, RTestDeviceOfTableA1) {
-  const GumResult found = gum(budget_of("rtest_probe.toml"));
+  const Budget budget = budget_of("rtest_probe.toml");
+  EXPECT_NEAR(budget.probability, 0.9545, 1e-4) << "that of k = 2";
+  const GumResult found = gum(budget);
   EXPECT_NEAR(found.std[0], 0.523, 1e-3);
   EXPECT_NEAR(found.expanded[0], 1.05, 5e-3);
   EXPECT_NEAR(found.expanded[1], 1.81, 5e-3);

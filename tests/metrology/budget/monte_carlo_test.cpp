@@ -29,9 +29,9 @@ TEST(MonteCarlo, RectangularInputsOfJcgm101) {
   EXPECT_NEAR(drawn.symmetric[1].high, 17.0, 0.05);
   const Comparison alike = compare(budget, linear, drawn, 0), dominated = compare(budget, linear, drawn, 1);
   EXPECT_DOUBLE_EQ(alike.tolerance, 0.05);
-  EXPECT_TRUE(alike.agree);
+  EXPECT_EQ(alike.agreement, Agreement::agree);
   EXPECT_DOUBLE_EQ(dominated.tolerance, 0.5);
-  EXPECT_FALSE(dominated.agree);
+  EXPECT_EQ(dominated.agreement, Agreement::disagree);
   EXPECT_NEAR(dominated.high_apart, 2.9, 0.1);
 }
 
@@ -46,6 +46,15 @@ TEST(MonteCarlo, IsTheSameForAnyNumberOfThreads) {
   EXPECT_TRUE(one.draws == three.draws);
   budget.seed = 2;
   EXPECT_FALSE(monte_carlo(budget).draws == one.draws);
+}
+
+// A tolerance that the draws cannot resolve decides nothing.
+TEST(MonteCarlo, TooFewDrawsDecideNothing) {
+  Budget budget = budget_of("jcgm100_h2.toml");
+  budget.draws = 20000;
+  const Comparison compared = compare(budget, gum(budget), monte_carlo(budget), 0);
+  EXPECT_FALSE(compared.enough_draws);
+  EXPECT_NE(compared.agreement, Agreement::disagree);
 }
 
 // Readings that were taken together keep their correlation; five of them have the deviation of a t distribution.
