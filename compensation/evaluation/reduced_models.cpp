@@ -77,8 +77,7 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
   }
 }
 
-ObservedQuantity::ObservedQuantity(const mesh::Machine& machine, const MeasuredChannel& channel,
-                                   const mesh::Pose& pose)
+ObservedQuantity::ObservedQuantity(const mesh::Machine& machine, const MeasuredChannel& channel, const mesh::Pose& pose)
     : machine_(machine),
       poses_{pose} {
   static const std::vector<std::string> direct = {"dx", "dy", "dz", "ra", "rb", "rc"};

@@ -3,7 +3,6 @@
 // The reduced model of the machine beside the models that are fitted.
 
 #include <string>
-
 #include <vector>
 
 #include "compensation/evaluation/scoring.h"

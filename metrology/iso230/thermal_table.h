@@ -15,9 +15,9 @@ namespace thermotwin::metrology {
 struct ThermalRow {
   std::string channel, unit;  ///< um or um/m
   Eigen::Index count = 0;
-  double first_hour = 0;  ///< range from the first value on, for an hour, unit
-  double whole = 0;       ///< range of all values, unit
-  double last = 0;        ///< last value less the first, unit
+  double first_hour = 0;   ///< range from the first value on, for an hour, unit
+  double whole = 0;        ///< range of all values, unit
+  double last = 0;         ///< last value less the first, unit
   double uncertainty = 0;  ///< one standard deviation of a range, from the stated one of a value: sqrt(2) of it
   double gradient = std::numeric_limits<double>::quiet_NaN();      ///< unit per K
   double gradient_std = std::numeric_limits<double>::quiet_NaN();  ///< of the line's residuals and the stated one

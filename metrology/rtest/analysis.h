@@ -31,7 +31,7 @@ struct CycleResult {
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();      ///< m, over the cycle; 0: not estimated
   Eigen::Vector3d drift_std = Eigen::Vector3d::Zero();  ///< m
   std::vector<Harmonic> harmonics;
-  double residual_rms = 0;       ///< m, of a coordinate
+  double residual_rms = 0;  ///< m, of a coordinate
   int rank = 0, parameters = 0;
   Eigen::Index degrees_of_freedom = 0;
 };

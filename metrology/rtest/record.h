@@ -19,8 +19,8 @@
 namespace thermotwin::metrology {
 
 struct RTestPoint {
-  double time = 0;                          ///< s
-  std::map<std::string, double> positions;  ///< m and rad by axis
+  double time = 0;                                      ///< s
+  std::map<std::string, double> positions;              ///< m and rad by axis
   Eigen::Vector3d nominal = Eigen::Vector3d::Zero();    ///< m, machine frame
   Eigen::Vector3d deviation = Eigen::Vector3d::Zero();  ///< m, tool - workpiece, machine frame
 };

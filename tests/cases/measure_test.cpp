@@ -48,12 +48,15 @@ TEST(Measure, ArcsAreDrawn) {
 /// An R-Test of C at B = 0 with the errors of a table that shifts by 10 um in x, tilts by 50 um/m about x and grows by
 /// 6 um at 300 mm, each an hour more.
 void write_rtest(const Toy& toy, const std::string& more = "") {
-  toy.write("rtest/rtest.toml", "schema = 1\nchain = \"V [w C' B' b Y X Z (C1) t]\"\nstd_um = 0.5\naxis = [{id = \"C\", "
-                                "with_letter = true}]\n" + more);
+  toy.write("rtest/rtest.toml",
+            "schema = 1\nchain = \"V [w C' B' b Y X Z (C1) t]\"\nstd_um = 0.5\naxis = [{id = \"C\", "
+            "with_letter = true}]\n" +
+                more);
   std::string points = "time_s,cycle,C_deg,x_mm,y_mm,z_mm,dx_um,dy_um,dz_um\n";
   for (int cycle = 0; cycle < 3; ++cycle) {
     for (int i = 0; i < 5; ++i) {
-      const double angle = 90.0 * i, c = std::cos(angle * std::numbers::pi / 180), s = std::sin(angle * std::numbers::pi / 180);
+      const double angle = 90.0 * i, c = std::cos(angle * std::numbers::pi / 180),
+                   s = std::sin(angle * std::numbers::pi / 180);
       const double x = 0.2 * c, y = 0.2 * s, z = 0.05, a = 50.0 * cycle, growth = 6.0 * cycle / 0.3;
       for (const double value : {3600.0 * cycle + 10.0 * i, cycle + 1.0, angle, 1e3 * x, 1e3 * y, 1e3 * z,
                                  -(10.0 * cycle + growth * x), -(-a * z + growth * y), -(a * y)})
@@ -70,10 +73,10 @@ TEST(Measure, RTestBecomesAFolderThatEvaluateReads) {
   std::string loads = "time_s,n,air\n";
   for (int i = 0; i < 40; ++i) loads += std::to_string(200 * i) + "," + std::to_string(i < 20 ? 3000 : 0) + ",21\n";
   toy.write("loads/data.csv", loads);
-  toy.write("loads/channels.toml", "[[channel]]\nid = 'n'\nkind = 'speed'\nunit = 'rpm'\n[[channel]]\nid = 'air'\nkind = "
-                                   "'temperature'\nunit = 'degC'\nuncertainty = 0.1\n");
-  const Result result =
-      toy.run({"measure", "analyse", toy.file("rtest"), "--record", toy.file("loads"), "--json"});
+  toy.write("loads/channels.toml",
+            "[[channel]]\nid = 'n'\nkind = 'speed'\nunit = 'rpm'\n[[channel]]\nid = 'air'\nkind = "
+            "'temperature'\nunit = 'degC'\nuncertainty = 0.1\n");
+  const Result result = toy.run({"measure", "analyse", toy.file("rtest"), "--record", toy.file("loads"), "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const nlohmann::json json = nlohmann::json::parse(result.out), errors = json["cycles"][2]["errors"];
   EXPECT_NEAR(errors["X0C"]["value"].get<double>(), 20.0, 0.01);
@@ -85,18 +88,20 @@ TEST(Measure, RTestBecomesAFolderThatEvaluateReads) {
   EXPECT_GT(table.column("std_R0T_um")[1], 0.0);
   const fs::path folder = toy.result("measurement");
   EXPECT_EQ(core::read_csv(folder / "data.csv").rows(), 43);
-  const Result evaluated = thermotwin({"evaluate", "--data", folder.string(), "--out", toy.result("e").string(), "--models",
-                                       "static_regression", "--json", "--quiet"});
+  const Result evaluated = thermotwin({"evaluate", "--data", folder.string(), "--out", toy.result("e").string(),
+                                       "--models", "static_regression", "--json", "--quiet"});
   EXPECT_EQ(evaluated.status, 0) << evaluated.err;
 }
 
 TEST(Measure, ThermalTable) {
   const Toy toy;
   std::string data = "time_s,air,z\n";
-  for (int i = 0; i < 25; ++i) data += std::to_string(600 * i) + "," + std::to_string(20 + 0.1 * i) + "," + std::to_string(0.3 * i) + "\n";
+  for (int i = 0; i < 25; ++i)
+    data += std::to_string(600 * i) + "," + std::to_string(20 + 0.1 * i) + "," + std::to_string(0.3 * i) + "\n";
   toy.write("etve/data.csv", data);
-  toy.write("etve/channels.toml", "[[channel]]\nid = 'air'\nkind = 'temperature'\nunit = 'degC'\nuncertainty = "
-                                  "0.1\n[[channel]]\nid = 'z'\nkind = 'displacement'\nunit = 'um'\nuncertainty = 0.2\n");
+  toy.write("etve/channels.toml",
+            "[[channel]]\nid = 'air'\nkind = 'temperature'\nunit = 'degC'\nuncertainty = "
+            "0.1\n[[channel]]\nid = 'z'\nkind = 'displacement'\nunit = 'um'\nuncertainty = 0.2\n");
   const Result result = toy.run({"measure", "analyse", toy.file("etve"), "--ambient", "air", "--json"});
   ASSERT_EQ(result.status, 0) << result.err;
   const nlohmann::json row = nlohmann::json::parse(result.out)["rows"][0];

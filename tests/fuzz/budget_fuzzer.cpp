@@ -24,7 +24,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require((linear.std.array() >= 0.0 || linear.std.array().isNaN()).all(), "no negative uncertainty");
     budget.draws = 100;
     const metrology::MonteCarloResult drawn = metrology::monte_carlo(budget);
-    for (const metrology::CoverageInterval& at : drawn.symmetric) require(at.low <= at.high, "an interval has its order");
+    for (const metrology::CoverageInterval& at : drawn.symmetric)
+      require(at.low <= at.high, "an interval has its order");
   } catch (const core::InputError&) {}
   return 0;
 }

@@ -85,8 +85,11 @@ json json_of(const Budget& budget, const GumResult& linear, const MonteCarloResu
                           {"verdict", verdict(compared[i])},
                           {"enough_draws", compared[i].enough_draws}});
   }
-  return {{"budget", budget.source}, {"says", budget.says},       {"probability", budget.probability},
-          {"draws", budget.draws},   {"quantities", quantities}};
+  return {{"budget", budget.source},
+          {"says", budget.says},
+          {"probability", budget.probability},
+          {"draws", budget.draws},
+          {"quantities", quantities}};
 }
 
 std::string contributions_text(const Budget& budget, const GumResult& linear) {

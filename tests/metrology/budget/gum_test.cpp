@@ -9,7 +9,9 @@
 namespace thermotwin::metrology {
 namespace {
 
-Budget budget_of(const char* name) { return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name); }
+Budget budget_of(const char* name) {
+  return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name);
+}
 
 // JCGM 100:2008, H.2: table H.4 with the values that the unrounded readings give.
 TEST(Gum, SimultaneousReadingsOfJcgm100) {

@@ -12,7 +12,9 @@
 namespace thermotwin::metrology {
 namespace {
 
-Budget budget_of(const char* name) { return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name); }
+Budget budget_of(const char* name) {
+  return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name);
+}
 
 // JCGM 101:2008, tables 3 and 4: +-3.88 beside +-3.92 of the law of propagation, +-17.0 beside +-19.9.
 TEST(MonteCarlo, RectangularInputsOfJcgm101) {
@@ -87,8 +89,7 @@ quantity = [{name = "R", formula = "r"}, {name = "T", formula = "t"}, {name = "A
   EXPECT_NEAR(drawn.correlation(1, 3), -0.5, 0.02);
   EXPECT_GE(drawn.draws.col(0).minCoeff(), -1.0);
   EXPECT_LE(drawn.draws.col(0).maxCoeff(), 3.0);
-  EXPECT_LT(drawn.shortest[5].high - drawn.shortest[5].low,
-            0.99 * (drawn.symmetric[5].high - drawn.symmetric[5].low));
+  EXPECT_LT(drawn.shortest[5].high - drawn.shortest[5].low, 0.99 * (drawn.symmetric[5].high - drawn.symmetric[5].low));
 }
 
 TEST(MonteCarlo, ToleranceIsHalfAUnitOfTheLastDigit) {

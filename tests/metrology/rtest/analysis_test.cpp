@@ -71,7 +71,7 @@ std::vector<std::array<double, 2>> grid() {
   return poses;
 }
 
-const Errors table_errors = {{"X0C", 100 * um}, {"Y0C", -72 * um}, {"Z0T", 43 * um}, {"A0C", 500 * um},
+const Errors table_errors = {{"X0C", 100 * um},  {"Y0C", -72 * um}, {"Z0T", 43 * um}, {"A0C", 500 * um},
                              {"B0C", -310 * um}, {"C0C", 120 * um}, {"R0T", 66 * um}};
 
 void expect_errors(const RTestAnalysis& found, std::size_t cycle, const Errors& expected) {
@@ -239,7 +239,8 @@ TEST(RTestAnalysis, SlipsInARecordAreNamed) {
   table = good;
   table.columns[3] = "D_deg";
   refused(toml, table, {"points.csv:1 column 4", "'D_deg'", "nearest: "});
-  refused(toml, points_table({{0, 0}, {0, 90}}, {table_errors}), {"cycle 1", "2 points for 7 parameters", "at least 3"});
+  refused(toml, points_table({{0, 0}, {0, 90}}, {table_errors}),
+          {"cycle 1", "2 points for 7 parameters", "at least 3"});
   refused(toml + "errors = [\"X0A\"]\n", good, {"'X0A'", "nearest: X0"});
   refused(toml + "errors = [\"X0C\", \"X0C\"]\n", good, {"'X0C' a second time"});
   refused(toml + "errors = [\"X0B\", \"X0C\"]\n", good, {"no observable error", "from X0C"});
