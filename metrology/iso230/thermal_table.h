@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The results of an ISO 230-3 test from a measurement folder: of each displacement the range in the first hour and in
-// the whole test, and its gradient over a temperature, which is the slope of the least-squares line. Rows with a missing
-// value of the displacement (for the gradient also of the temperature) are left out.
+// the whole test, and its gradient over a temperature, which is the slope of the least-squares line. Rows with a
+// missing value of the displacement (for the gradient also of the temperature) are left out.
 
 #include <limits>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Any bytes are an uncertainty budget or an InputError. A budget propagates to finite numbers, or is an InputError where
-// a formula is not defined beside the estimates.
+// Any bytes are an uncertainty budget or an InputError. A budget propagates to finite numbers, or is an InputError
+// where a formula is not defined beside the estimates.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

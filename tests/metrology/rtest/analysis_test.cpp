@@ -130,8 +130,8 @@ TEST(RTestAnalysis, RepeatedPointCorrectsTheDrift) {
   EXPECT_GT(std::abs(without.cycles[1].value[3] - table_errors.at("A0C")) / um, 5.0);
 }
 
-// The machine cools while it is measured: an exponential of 10 min and up to 12 um in any direction. The RMS error that it
-// adds to the location errors falls by at least 90 % over 20 draws.
+// The machine cools while it is measured: an exponential of 10 min and up to 12 um in any direction. The RMS error
+// that it adds to the location errors falls by at least 90 % over 20 draws.
 TEST(RTestAnalysis, ErrorByDriftFallsOverTwentyDraws) {
   std::mt19937_64 random(11);
   double with = 0.0, without = 0.0;
@@ -193,8 +193,8 @@ TEST(RTestAnalysis, HarmonicsStandBesideLocationErrors) {
   EXPECT_NEAR(found.cycles[0].harmonics[1].cosine.norm() / um, 0.0, 1e-6);
 }
 
-// 000, (4.13) and (4.14) beside rigid motion: with the points +y, +x, -y, -x as 1 to 4, C0C is 0 for any turn and R0T is
-// right; with +y, -x, -y, +x, R0T is 0 for any growth.
+// 000, (4.13) and (4.14) beside rigid motion: with the points +y, +x, -y, -x as 1 to 4, C0C is 0 for any turn and R0T
+// is right; with +y, -x, -y, +x, R0T is 0 for any growth.
 TEST(RTestAnalysis, PrintedFormulasFitNoCommonNumbering) {
   const auto printed = [](const std::array<Vector3d, 4>& p, const auto& moved, double& c0c, double& r0t) {
     std::array<Vector3d, 4> d;
