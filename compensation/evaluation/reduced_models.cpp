@@ -77,8 +77,7 @@ void score_reduced_model(const Measurement& measurement, const reduction::Reduce
   }
 }
 
-ObservedQuantity::ObservedQuantity(const mesh::Machine& machine, const MeasuredChannel& channel,
-                                   const mesh::Pose& pose)
+ObservedQuantity::ObservedQuantity(const mesh::Machine& machine, const MeasuredChannel& channel, const mesh::Pose& pose)
     : machine_(machine),
       poses_{pose} {
   static const std::vector<std::string> direct = {"dx", "dy", "dz", "ra", "rb", "rc"};
@@ -100,7 +99,7 @@ ObservedQuantity::ObservedQuantity(const mesh::Machine& machine, const MeasuredC
   component_ = static_cast<int>(letter);
   located_ = true;
   int carrier = solver::table_frames(machine).carrier;
-  Eigen::Vector3d point = transform_of(machine, table, pose) * machine.tcp.table_point;
+  Eigen::Vector3d point = transform_of(machine, carrier, pose) * machine.tcp.table_point;
   table_side_ = true;
   if (axis >= 0) {
     const int body = body_of_axis(machine, of);

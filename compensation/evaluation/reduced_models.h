@@ -3,7 +3,6 @@
 // The reduced model of the machine beside the models that are fitted.
 
 #include <string>
-
 #include <vector>
 
 #include "compensation/evaluation/scoring.h"
@@ -15,8 +14,8 @@ namespace thermotwin::compensation {
 void score_reduced_model(const Measurement& measurement, const reduction::ReducedModel& model, const std::string& name,
                          bool with_sensors, Scorer& scorer);
 
-/// A displacement channel's quantity as a linear functional of TCP errors. A component dx ... rc is that of the error at
-/// the channel's pose. A location error X0C ... is the rigid motion of what the axis carries, the table or the tool
+/// A displacement channel's quantity as a linear functional of TCP errors. A component dx ... rc is that of the error
+/// at the channel's pose. A location error X0C ... is the rigid motion of what the axis carries, the table or the tool
 /// alone, at the axis' own point and in the frame of the body on which the axis stands; with T it is that of the table
 /// at tcp.table_point, in the frame of the table's carrier. R0T is the growth at tcp.table_radius; it takes part in no
 /// other location error. Growth follows from the errors beside the pose, moved along a linear axis.

@@ -183,7 +183,12 @@ void read_quantities(const Node& root, Budget& budget) {
 void read_options(const Node& root, Budget& budget) {
   if (const auto coverage = root.table_if("coverage")) {
     budget.probability = coverage->number("probability");
-    if (coverage->has("factor")) budget.factor = coverage->number("factor");
+    if (coverage->has("factor")) {
+      budget.factor = coverage->number("factor");
+      // The draws get the probability that the factor has of a normal distribution.
+      if (!coverage->has("probability"))
+        budget.probability = std::clamp(std::erf(*budget.factor / std::sqrt(2.0)), 0.5, 0.9999);
+    }
     coverage->finish();
   }
   if (const auto monte_carlo = root.table_if("monte_carlo")) {

@@ -20,7 +20,7 @@ enum class Distribution { normal, rectangular, triangular, arcsine };
 struct BudgetInput {
   std::string name, unit, says;
   Distribution distribution = Distribution::normal;
-  double value = 0, std = 0;                                              ///< estimate and standard uncertainty
+  double value = 0, std = 0;                                            ///< estimate and standard uncertainty
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of std
   int group = 0;  ///< inputs that correlate, also by way of others, share it
 };
@@ -35,7 +35,7 @@ struct Budget {
   std::vector<BudgetInput> inputs;
   Eigen::MatrixXd correlation;  ///< (inputs x inputs), positive semidefinite
   std::vector<BudgetQuantity> quantities;
-  double probability = 0.95;      ///< of coverage
+  double probability = 0.95;     ///< of coverage
   std::optional<double> factor;  ///< k, in place of the probability's
   int draws = 1000000, digits = 2;
   std::uint64_t seed = 1;

@@ -28,8 +28,9 @@ const KeyTable input_table{
                     "Its standard uncertainty; the only choice of a normal distribution without readings."),
         key::number("half_width", "its unit", non_negative, Absent{"std or readings"},
                     "Half of the range of a rectangular, triangular or arcsine distribution, in place of std."),
-        key::numbers("readings", "its unit", any_number, Absent{"std or half_width"},
-                     "Repeated readings: their mean, its standard deviation, one degree of freedom fewer than readings."),
+        key::numbers(
+            "readings", "its unit", any_number, Absent{"std or half_width"},
+            "Repeated readings: their mean, its standard deviation, one degree of freedom fewer than readings."),
         key::number("degrees_of_freedom", "1", Range{1.0, 1e300}, Absent{"without limit"}, "Of a stated std."),
     }};
 
@@ -54,7 +55,8 @@ const KeyTable coverage_table{
     "coverage",
     "How wide the intervals are.",
     {
-        key::number("probability", "1", Range{0.5, 0.9999}, 0.95, "Coverage probability of the intervals."),
+        key::number("probability", "1", Range{0.5, 0.9999}, 0.95,
+                    "Coverage probability of the intervals; with a factor alone, that of a normal distribution."),
         key::number("factor", "1", positive, Absent{"from the probability and the effective degrees of freedom"},
                     "Coverage factor k of the expanded uncertainty."),
     }};
@@ -77,7 +79,8 @@ const KeyTable budget_file{
         key::tables("input", input_table, required, "One for each input quantity."),
         key::texts("simultaneous", Absent{"none"},
                    "Names of inputs whose readings were taken together: their correlation follows from the readings."),
-        key::tables("correlation", correlation_table, Absent{"inputs are independent"}, "One for each correlated pair."),
+        key::tables("correlation", correlation_table, Absent{"inputs are independent"},
+                    "One for each correlated pair."),
         key::tables("quantity", quantity_table, required, "One for each measurand."),
         key::table("coverage", coverage_table, Absent{}, "How wide the intervals are."),
         key::table("monte_carlo", monte_carlo_table, Absent{}, "The propagation of distributions."),

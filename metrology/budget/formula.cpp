@@ -61,7 +61,8 @@ Formula::Formula(const std::string& text, const std::vector<std::string>& names,
     int count = 0;
     parser.Eval(count);
     if (count != 1)
-      throw InputError(place, fmt::format("{} values from '{}'", count, text), "one value: no comma outside of functions");
+      throw InputError(place, fmt::format("{} values from '{}'", count, text),
+                       "one value: no comma outside of functions");
     for (const auto& [name, variable] : parser.GetUsedVar())
       parser_->used.push_back(std::find(names.begin(), names.end(), name) - names.begin());
     std::sort(parser_->used.begin(), parser_->used.end());

@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
-
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -93,7 +92,8 @@ GumResult gum(const Budget& budget) {
       if (i != k) result.correlation(i, k) = product > 0.0 ? covariance(i, k) / product : 0.0;
     }
     result.degrees_of_freedom[i] = effective_degrees(budget, result.contribution.row(i), result.std[i]);
-    result.factor[i] = budget.factor ? *budget.factor : coverage_factor(budget.probability, result.degrees_of_freedom[i]);
+    result.factor[i] =
+        budget.factor ? *budget.factor : coverage_factor(budget.probability, result.degrees_of_freedom[i]);
   }
   result.expanded = result.factor.cwiseProduct(result.std);
   return result;

@@ -2,7 +2,8 @@
 #pragma once
 // Law of propagation of uncertainty (JCGM 100:2008, 5.1 and 5.2) of a budget: u^2 = c^T S c with the sensitivities c
 // and the covariance S of the inputs. Effective degrees of freedom by Welch and Satterthwaite; inputs that correlate
-// count as one term with the fewest degrees of freedom among them. The expanded uncertainty is that of a t distribution.
+// count as one term with the fewest degrees of freedom among them. The expanded uncertainty is that of a t
+// distribution.
 
 #include <Eigen/Core>
 

@@ -217,7 +217,11 @@ Comparison compare(const Budget& budget, const GumResult& gum, const MonteCarloR
   const CoverageInterval& interval = draws.symmetric[quantity];
   result.low_apart = std::abs(gum.value[quantity] - gum.expanded[quantity] - interval.low);
   result.high_apart = std::abs(gum.value[quantity] + gum.expanded[quantity] - interval.high);
-  result.agree = result.low_apart <= result.tolerance && result.high_apart <= result.tolerance;
+  const double apart = std::max(result.low_apart, result.high_apart);
+  if (apart > result.tolerance) {
+    const bool sure = apart - 2.0 * draws.end_std[quantity] > result.tolerance;
+    result.agreement = sure ? Agreement::disagree : Agreement::undecided;
+  }
   result.enough_draws = 2.0 * draws.end_std[quantity] <= 0.2 * result.tolerance;
   return result;
 }

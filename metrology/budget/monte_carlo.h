@@ -20,22 +20,25 @@ struct CoverageInterval {
 };
 
 struct MonteCarloResult {
-  Eigen::VectorXd mean, std;                 ///< (quantities)
-  Eigen::MatrixXd correlation;               ///< (quantities x quantities)
-  std::vector<CoverageInterval> symmetric;   ///< (quantities) of equal probability on both sides
-  std::vector<CoverageInterval> shortest;    ///< (quantities)
-  Eigen::VectorXd end_std;                   ///< (quantities) of the ends of the symmetric interval, from blocks
-  Eigen::MatrixXd draws;                     ///< (draws x quantities)
+  Eigen::VectorXd mean, std;                ///< (quantities)
+  Eigen::MatrixXd correlation;              ///< (quantities x quantities)
+  std::vector<CoverageInterval> symmetric;  ///< (quantities) of equal probability on both sides
+  std::vector<CoverageInterval> shortest;   ///< (quantities)
+  Eigen::VectorXd end_std;                  ///< (quantities) of the ends of the symmetric interval, from blocks
+  Eigen::MatrixXd draws;                    ///< (draws x quantities)
 };
 
 /// @throws InputError where a draw of the inputs gives no finite value, with their share
 MonteCarloResult monte_carlo(const Budget& budget);
 
+/// undecided: the ends of the draws are not known well enough to say so.
+enum class Agreement { agree, disagree, undecided };
+
 /// Clause 8 for one measurand: the intervals y +- U and that of the draws agree within the tolerance of u.
 struct Comparison {
-  double tolerance = 0;                 ///< half a unit of the last significant digit of u
+  double tolerance = 0;                  ///< half a unit of the last significant digit of u
   double low_apart = 0, high_apart = 0;  ///< between the ends of both intervals
-  bool agree = false;
+  Agreement agreement = Agreement::agree;
   bool enough_draws = false;  ///< the ends of the draws are known to a fifth of the tolerance, 2 standard deviations
 };
 Comparison compare(const Budget& budget, const GumResult& gum, const MonteCarloResult& draws, Eigen::Index quantity);

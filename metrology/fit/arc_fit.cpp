@@ -61,8 +61,7 @@ ArcFit fit_arc(const MatrixX3d& points, const ArcFrame& frame, CircleMethod meth
     throw core::InputError(place, fmt::format("an arc of {:.3g} deg", result.span / core::units::deg),
                            fmt::format("at least {:.3g} deg", least_span / core::units::deg));
   }
-  const Vector3d centre =
-      plane.point + turn.transpose() * Vector3d(circle.centre[0], circle.centre[1], 0.0);
+  const Vector3d centre = plane.point + turn.transpose() * Vector3d(circle.centre[0], circle.centre[1], 0.0);
   const Vector3d at_point = centre - plane.normal * (centre[2] / plane.normal[2]);
   result.centre = at_point.head<2>();
   result.tilt = {-std::atan2(plane.normal[1], plane.normal[2]), std::atan2(plane.normal[0], plane.normal[2])};

@@ -14,12 +14,12 @@
 namespace thermotwin::metrology {
 
 struct ArcStudy {
-  double span = 0;            ///< rad, of the arc
-  double radius = 0.19;       ///< m
-  double half_width = 3e-6;   ///< m, of the uniform error of each coordinate
-  double rate = 100;          ///< Hz
-  double feed = 0;            ///< rad/s; 0: 600 deg/min
-  double plane_offset = 0;    ///< m, from the stated point to the plane of the arc along the axis
+  double span = 0;           ///< rad, of the arc
+  double radius = 0.19;      ///< m
+  double half_width = 3e-6;  ///< m, of the uniform error of each coordinate
+  double rate = 100;         ///< Hz
+  double feed = 0;           ///< rad/s; 0: 600 deg/min
+  double plane_offset = 0;   ///< m, from the stated point to the plane of the arc along the axis
   int draws = 4000;
   std::uint64_t seed = 1;
   CircleMethod method = CircleMethod::geometric;

@@ -47,7 +47,8 @@ Algebraic taubin(const MatrixX2d& p) {
   const Vector3d v = Eigen::SelfAdjointEigenSolver<MatrixXd>(rows.transpose() * rows).eigenvectors().col(0);
   const double a = v[0] / scale, last = -mean * a;
   if (a == 0.0) return kasa(p);
-  return {-0.5 / a * v.tail<2>(), std::sqrt(std::max(0.0, v.tail<2>().squaredNorm() - 4.0 * a * last)) / std::abs(2.0 * a)};
+  return {-0.5 / a * v.tail<2>(),
+          std::sqrt(std::max(0.0, v.tail<2>().squaredNorm() - 4.0 * a * last)) / std::abs(2.0 * a)};
 }
 
 /// Sums over the points of the squared distances from the circle, and of their derivatives by centre and radius.
@@ -114,7 +115,8 @@ Circle fit_circle(const MatrixX2d& points, CircleMethod method, const std::strin
   p /= spread;
   const VectorXd singular =
       Eigen::SelfAdjointEigenSolver<MatrixXd>(p.transpose() * p, Eigen::EigenvaluesOnly).eigenvalues();
-  if (!(singular[0] > flattest * flattest * singular[1])) throw InputError(place, "points on a line", "points on an arc");
+  if (!(singular[0] > flattest * flattest * singular[1]))
+    throw InputError(place, "points on a line", "points on an arc");
 
   const Algebraic start = method == CircleMethod::kasa ? kasa(p) : taubin(p);
   Vector3d circle(start.centre[0], start.centre[1], start.radius);

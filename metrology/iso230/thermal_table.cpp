@@ -47,7 +47,8 @@ void find_gradient(const VectorXd& values, const VectorXd& temperature, double u
     y.push_back(values[i]);
   }
   if (x.size() < 3 || !(range_of(x) > 0.0)) return;
-  const VectorXd at = Eigen::Map<VectorXd>(x.data(), std::ssize(x)), value = Eigen::Map<VectorXd>(y.data(), std::ssize(y));
+  const VectorXd at = Eigen::Map<VectorXd>(x.data(), std::ssize(x)),
+                 value = Eigen::Map<VectorXd>(y.data(), std::ssize(y));
   const VectorXd about = at.array() - at.mean();
   row.gradient = about.dot(value) / about.squaredNorm();
   const VectorXd residual = (value.array() - value.mean()).matrix() - row.gradient * about;

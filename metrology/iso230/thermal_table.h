@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The results of an ISO 230-3 test from a measurement folder: of each displacement the range in the first hour and in
-// the whole test, and its gradient over a temperature, which is the slope of the least-squares line. Rows with a missing
-// value of the displacement (for the gradient also of the temperature) are left out.
+// the whole test, and its gradient over a temperature, which is the slope of the least-squares line. Rows with a
+// missing value of the displacement (for the gradient also of the temperature) are left out.
 
 #include <limits>
 #include <string>
@@ -15,9 +15,9 @@ namespace thermotwin::metrology {
 struct ThermalRow {
   std::string channel, unit;  ///< um or um/m
   Eigen::Index count = 0;
-  double first_hour = 0;  ///< range from the first value on, for an hour, unit
-  double whole = 0;       ///< range of all values, unit
-  double last = 0;        ///< last value less the first, unit
+  double first_hour = 0;   ///< range from the first value on, for an hour, unit
+  double whole = 0;        ///< range of all values, unit
+  double last = 0;         ///< last value less the first, unit
   double uncertainty = 0;  ///< one standard deviation of a range, from the stated one of a value: sqrt(2) of it
   double gradient = std::numeric_limits<double>::quiet_NaN();      ///< unit per K
   double gradient_std = std::numeric_limits<double>::quiet_NaN();  ///< of the line's residuals and the stated one

@@ -225,15 +225,16 @@ RTestAnalysis analyse(const RTestRecord& record) {
   for (const RTestCycle& cycle : record.cycles) {
     const Equations equations = equations_of(record, cycle, map);
     if (equations.rows.rows() < equations.rows.cols()) {
-      throw InputError(cycle.place, fmt::format("{} points for {} parameters", cycle.points.size(), equations.rows.cols()),
-                       fmt::format("at least {} points, or fewer errors and harmonics", (equations.rows.cols() + 2) / 3));
+      throw InputError(
+          cycle.place, fmt::format("{} points for {} parameters", cycle.points.size(), equations.rows.cols()),
+          fmt::format("at least {} points, or fewer errors and harmonics", (equations.rows.cols() + 2) / 3));
     }
     const Solution solution = solve(equations);
     for (std::size_t e = 0; e < record.errors.size(); ++e) {
       if (named[e] || !hidden(solution, e)) continue;
       named[e] = true;
-      result.not_observable.push_back(record.errors[e] + ": not observable: " +
-                                      with_the_same_effect(record, solution, e));
+      result.not_observable.push_back(record.errors[e] +
+                                      ": not observable: " + with_the_same_effect(record, solution, e));
     }
     result.cycles.push_back(cycle_result(record, cycle, equations, solution));
   }

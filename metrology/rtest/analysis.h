@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// Location errors from the points of an R-Test by weighted least squares on the kinematic chain. The deviation of a point
-// is the sum of the motions of all errors there (compensation/chain/location_offsets.h has their definition), of a drift
-// and of harmonics:  d(p, t) = sum_e M_e(p) e + tau(t) v + sum_n Q (a_n cos n theta + b_n sin n theta).
-// v is the drift over the cycle where it measures a point twice, stated for the middle of the cycle. The harmonics are
-// component errors of the outermost axis that moves, in the frame Q of the body on which it stands.
-// An error is not observable where other errors have the same effect on all points; it has no value then. The
-// covariance is s^2 (A^T A)^-1 with the stated uncertainty of a coordinate; against a first cycle both add up. Systematic
-// errors of probes and linear axes are not in it: they belong into a budget.
+// Location errors from the points of an R-Test by least squares on the kinematic chain. The deviation of a
+// point is the sum of the motions of all errors there (compensation/chain/location_offsets.h has their definition), of
+// a drift and of harmonics:  d(p, t) = sum_e M_e(p) e + tau(t) v + sum_n Q (a_n cos n theta + b_n sin n theta). v is
+// the drift over the cycle where it measures a point twice, stated for the middle of the cycle. The harmonics are
+// component errors of the outermost axis that moves, in the frame Q of the body on which it stands. An error is not
+// observable where other errors have the same effect on all points; it has no value then. The covariance is s^2 (A^T
+// A)^-1 with the stated uncertainty of a coordinate; against a first cycle both add up. Systematic errors of probes
+// and linear axes are not in it: they belong into a budget.
 
 #include <Eigen/Core>
 
@@ -31,7 +31,7 @@ struct CycleResult {
   Eigen::Vector3d drift = Eigen::Vector3d::Zero();      ///< m, over the cycle; 0: not estimated
   Eigen::Vector3d drift_std = Eigen::Vector3d::Zero();  ///< m
   std::vector<Harmonic> harmonics;
-  double residual_rms = 0;       ///< m, of a coordinate
+  double residual_rms = 0;  ///< m, of a coordinate
   int rank = 0, parameters = 0;
   Eigen::Index degrees_of_freedom = 0;
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The continuous R-Test of one rotary axis by plane and circle (Gebhardt 2014, 4.16 to 4.32), beside the least squares
-// on the chain. The points are the places of the sphere as the axis carries it; position and tilt of the axis are stated
-// at the axis' point, in a frame with z along the axis.
+// on the chain. The points are the places of the sphere as the axis carries it; position and tilt of the axis are
+// stated at the axis' point, in a frame with z along the axis.
 
 #include <vector>
 

@@ -115,8 +115,9 @@ void read_axes(const Node& root, mesh::KinematicChain& chain) {
   for (const Node& node : root.tables("axis")) {
     const std::string id = node.text("id");
     if (std::find(rotary.begin(), rotary.end(), id) == rotary.end()) {
-      throw InputError(node.place("id"), "'" + id + "'",
-                       "rotary axes of the chain: " + core::join(rotary) + " (nearest: " + core::nearest(id, rotary) + ")");
+      throw InputError(
+          node.place("id"), "'" + id + "'",
+          "rotary axes of the chain: " + core::join(rotary) + " (nearest: " + core::nearest(id, rotary) + ")");
     }
     core::require_unique_id(id, node.place("id"), seen);
     mesh::ChainAxis& axis = *chain.find(id);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // The points of an R-Test: cycles of points, each at positions of the axes, with the deviation of the tool against the
-// workpiece. A folder has rtest.toml (docs/reference/rtest.md) and points.csv: time_s, cycle, positions X_mm, B_deg, the
-// nominal centre of the sphere x_mm, y_mm, z_mm in the machine frame at these positions, and the deviation dx_um,
+// workpiece. A folder has rtest.toml (docs/reference/rtest.md) and points.csv: time_s, cycle, positions X_mm, B_deg,
+// the nominal centre of the sphere x_mm, y_mm, z_mm in the machine frame at these positions, and the deviation dx_um,
 // dy_um, dz_um = tool - workpiece in the machine frame. A sphere on the table that is probed from the spindle moves by
 // the negative of it.
 
@@ -19,8 +19,8 @@
 namespace thermotwin::metrology {
 
 struct RTestPoint {
-  double time = 0;                          ///< s
-  std::map<std::string, double> positions;  ///< m and rad by axis
+  double time = 0;                                      ///< s
+  std::map<std::string, double> positions;              ///< m and rad by axis
   Eigen::Vector3d nominal = Eigen::Vector3d::Zero();    ///< m, machine frame
   Eigen::Vector3d deviation = Eigen::Vector3d::Zero();  ///< m, tool - workpiece, machine frame
 };

@@ -17,8 +17,9 @@ const KeyTable axis_table{
     "A rotary axis of the chain.",
     {
         key::text("id", required, "Its id in the chain."),
-        key::number("x_mm", "mm", any_number, 0.0,
-                    "A point on the axis with all axes at 0, in the machine frame: where its location errors are stated."),
+        key::number(
+            "x_mm", "mm", any_number, 0.0,
+            "A point on the axis with all axes at 0, in the machine frame: where its location errors are stated."),
         key::number("y_mm", "mm", any_number, 0.0, "The same, y."),
         key::number("z_mm", "mm", any_number, 0.0, "The same, z."),
         key::flag("with_letter", false, "It moves the workpiece with its letter instead of against it (ISO 841)."),
@@ -30,7 +31,8 @@ const KeyTable record_file{
     {
         key::schema(),
         key::text("chain", required, "Kinematic chain after ISO 10791-1, such as V [w C' B' b Y X Z (C1) t]."),
-        key::tables("axis", axis_table, Absent{"points on the axes at the origin"}, "One for each rotary axis off the origin."),
+        key::tables("axis", axis_table, Absent{"points on the axes at the origin"},
+                    "One for each rotary axis off the origin."),
         key::texts("errors", Absent{"those of the rotary axes that move"},
                    "Location errors to be estimated, such as X0C, Z0T, R0T."),
         key::number("table_radius_mm", "mm", positive, 300.0, "Radius at which R0T is stated."),

@@ -54,8 +54,10 @@ Table merged(const Table& a, const Table& b) {
   Index row = 0;
   for (const auto& [time, at] : rows) {
     table.values(row, 0) = time;
-    if (at.first >= 0) table.values.block(row, 1, 1, a.values.cols() - 1) = a.values.row(at.first).tail(a.values.cols() - 1);
-    if (at.second >= 0) table.values.row(row).tail(b.values.cols() - 1) = b.values.row(at.second).tail(b.values.cols() - 1);
+    if (at.first >= 0)
+      table.values.block(row, 1, 1, a.values.cols() - 1) = a.values.row(at.first).tail(a.values.cols() - 1);
+    if (at.second >= 0)
+      table.values.row(row).tail(b.values.cols() - 1) = b.values.row(at.second).tail(b.values.cols() - 1);
     ++row;
   }
   return table;

@@ -78,8 +78,8 @@ TEST(Layers, HeavyLibrariesStayOutOfHeadersAndInOneFile) {
   const std::map<std::string, std::regex> heavy = {
       {"assimp", std::regex("^assimp/.*")},     {"gmsh", std::regex("^gmsh\\.h.*")},
       {"cholmod", std::regex(".*cholmod\\.h")}, {"umfpack", std::regex(".*umfpack\\.h")},
-      {"HDF5", std::regex("^(H5.*|hdf5)\\.h")}, {"muParser", std::regex("^muParser.*")}, {"toml++", std::regex("^toml\\+\\+/.*")},
-      {"VTK", std::regex("^vtk[A-Z].*\\.h")}};
+      {"HDF5", std::regex("^(H5.*|hdf5)\\.h")}, {"muParser", std::regex("^muParser.*")},
+      {"toml++", std::regex("^toml\\+\\+/.*")}, {"VTK", std::regex("^vtk[A-Z].*\\.h")}};
   std::map<std::string, std::set<std::string>> users;  // library and folder -> files
   for (const Source& source : sources_below(layers)) {
     if (source.path == "tools/benchmarks/bare_cholmod.cpp") continue;  // what we are measured against

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Any bytes are an uncertainty budget or an InputError. A budget propagates to finite numbers, or is an InputError where
-// a formula is not defined beside the estimates.
+// Any bytes are an uncertainty budget or an InputError. A budget propagates to finite numbers, or is an InputError
+// where a formula is not defined beside the estimates.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -24,7 +24,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require((linear.std.array() >= 0.0 || linear.std.array().isNaN()).all(), "no negative uncertainty");
     budget.draws = 100;
     const metrology::MonteCarloResult drawn = metrology::monte_carlo(budget);
-    for (const metrology::CoverageInterval& at : drawn.symmetric) require(at.low <= at.high, "an interval has its order");
+    for (const metrology::CoverageInterval& at : drawn.symmetric)
+      require(at.low <= at.high, "an interval has its order");
   } catch (const core::InputError&) {}
   return 0;
 }

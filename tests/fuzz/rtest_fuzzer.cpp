@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Any bytes as the record of an R-Test: the first line "---" ends rtest.toml and begins points.csv. Either location errors
-// that are finite or missing, or an InputError.
+// Any bytes as the record of an R-Test: the first line "---" ends rtest.toml and begins points.csv. Either location
+// errors that are finite or missing, or an InputError.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

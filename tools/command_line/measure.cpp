@@ -17,11 +17,12 @@ void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& opt
       "  thermotwin measure uncertainty --arc 45,90,150",
       options, &tools::measure_uncertainty);
   auto* budget = verb->add_option("BUDGET", measured.file, "Budget: inputs, correlations and formulas of measurands.");
-  auto* arc = verb->add_option("--arc", measured.arcs_deg,
-                               "Spans of continuous R-Tests, deg, whose centre and tilt are drawn in place of a budget.")
-                  ->delimiter(',')
-                  ->check(CLI::Range(10.0, 360.0))
-                  ->excludes(budget);
+  auto* arc =
+      verb->add_option("--arc", measured.arcs_deg,
+                       "Spans of continuous R-Tests, deg, whose centre and tilt are drawn in place of a budget.")
+          ->delimiter(',')
+          ->check(CLI::Range(10.0, 360.0))
+          ->excludes(budget);
   verb->add_option("--radius", measured.radius_mm, "Distance of the sphere from the axis, mm.")
       ->check(CLI::PositiveNumber)
       ->capture_default_str()
@@ -55,12 +56,13 @@ void add_uncertainty(CLI::App& group, const std::shared_ptr<MeasureOptions>& opt
 
 void add_analyse(CLI::App& group, const std::shared_ptr<MeasureOptions>& options) {
   MeasureOptions& measured = *options;
-  CLI::App* verb = add_verb(group, "analyse",
-                            "Computes location errors with their uncertainty from an R-Test, or ranges and gradients of "
-                            "an ISO 230-3 test.",
-                            "thermotwin measure analyse rtest --record loads --out out/rtest\n"
-                            "  thermotwin measure analyse etve --ambient air",
-                            options, &tools::measure_analyse);
+  CLI::App* verb =
+      add_verb(group, "analyse",
+               "Computes location errors with their uncertainty from an R-Test, or ranges and gradients of "
+               "an ISO 230-3 test.",
+               "thermotwin measure analyse rtest --record loads --out out/rtest\n"
+               "  thermotwin measure analyse etve --ambient air",
+               options, &tools::measure_analyse);
   verb->add_option("FOLDER", measured.file, "Folder with rtest.toml and points.csv, or a measurement folder.")
       ->required();
   verb->add_option("--record", measured.record,

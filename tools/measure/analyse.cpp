@@ -30,7 +30,8 @@ namespace units = core::units;
 constexpr std::size_t most_rows = 12;  ///< of cycles on the terminal
 
 json in_um(const Eigen::Vector3d& value) {
-  return {number_or_null(value[0] / units::um), number_or_null(value[1] / units::um), number_or_null(value[2] / units::um)};
+  return {number_or_null(value[0] / units::um), number_or_null(value[1] / units::um),
+          number_or_null(value[2] / units::um)};
 }
 
 json json_of(const RTestAnalysis& analysis) {
@@ -121,13 +122,13 @@ void analyse_rtest(const MeasureOptions& options) {
   compensation::write_measurement(options.out / "measurement", measurement);
   core::write_file(options.out / "analysis.json", result.dump(1) + "\n");
   result["measurement"] = (options.out / "measurement").string();
-  print_summary(options,
-                text_of(record, analysis) + fmt::format("{} cycles; location errors in {}, a folder for evaluate and "
-                                                        "diagnose in {}\n",
-                                                        analysis.cycles.size(),
-                                                        (options.out / "location_errors.csv").string(),
-                                                        (options.out / "measurement").string()),
-                result.dump());
+  print_summary(
+      options,
+      text_of(record, analysis) + fmt::format("{} cycles; location errors in {}, a folder for evaluate and "
+                                              "diagnose in {}\n",
+                                              analysis.cycles.size(), (options.out / "location_errors.csv").string(),
+                                              (options.out / "measurement").string()),
+      result.dump());
 }
 
 void analyse_thermal(const MeasureOptions& options) {

@@ -30,6 +30,14 @@ using Rows = std::vector<std::vector<std::string>>;
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
 
+std::string verdict(const Comparison& compared) {
+  switch (compared.agreement) {
+    case metrology::Agreement::agree: return "agree";
+    case metrology::Agreement::disagree: return "disagree";
+    default: return "undecided";
+  }
+}
+
 std::vector<Comparison> comparisons(const Budget& budget, const GumResult& linear, const MonteCarloResult& drawn) {
   std::vector<Comparison> all;
   for (Index i = 0; i < linear.value.size(); ++i) all.push_back(metrology::compare(budget, linear, drawn, i));
@@ -73,11 +81,14 @@ json json_of(const Budget& budget, const GumResult& linear, const MonteCarloResu
                             {"correlation", drawn_correlation}}},
                           {"tolerance", compared[i].tolerance},
                           {"ends_apart", {compared[i].low_apart, compared[i].high_apart}},
-                          {"agree", compared[i].agree},
+                          {"verdict", verdict(compared[i])},
                           {"enough_draws", compared[i].enough_draws}});
   }
-  return {{"budget", budget.source}, {"says", budget.says},       {"probability", budget.probability},
-          {"draws", budget.draws},   {"quantities", quantities}};
+  return {{"budget", budget.source},
+          {"says", budget.says},
+          {"probability", budget.probability},
+          {"draws", budget.draws},
+          {"quantities", quantities}};
 }
 
 std::string contributions_text(const Budget& budget, const GumResult& linear) {
@@ -113,12 +124,12 @@ std::string comparison_text(const Budget& budget, const GumResult& linear, const
   const std::vector<Comparison> compared = comparisons(budget, linear, drawn);
   for (Index i = 0; i < linear.value.size(); ++i) {
     const Comparison& at = compared[i];
-    text += fmt::format("{}: GUM and Monte Carlo {}: ends {:.2g} and {:.2g} apart, tolerance {:.2g}{}\n",
-                        budget.quantities[i].name, at.agree ? "agree" : "DISAGREE", at.low_apart, at.high_apart,
-                        at.tolerance, at.enough_draws ? "" : "; the ends need more draws");
+    text += fmt::format("{}: GUM and Monte Carlo: {}: ends {:.2g} and {:.2g} apart, tolerance {:.2g}{}\n",
+                        budget.quantities[i].name, verdict(at), at.low_apart, at.high_apart, at.tolerance,
+                        at.enough_draws ? "" : "; the ends need more draws");
   }
   if (budget.factor) {
-    text += fmt::format("the factor {:.3g} is stated; the interval of the draws has a probability of {:.4g}\n",
+    text += fmt::format("the factor {:.3g} is stated; intervals of the draws have a probability of {:.4g}\n",
                         *budget.factor, budget.probability);
   }
   for (Index i = 0; i < linear.value.size(); ++i) {

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <cstdlib>
-
 #include <string>
 #include <vector>
 
@@ -32,8 +31,8 @@ void refused(const std::string& text, const std::vector<std::string>& words) {
 }
 
 TEST(Budget, ReadsInputsAndMeasurands) {
-  const Budget budget = Budget::parse(head + sum + "[[quantity]]\nname = \"z\"\nformula = \"2 * y - (a > 1 ? pi : 0)\"\n",
-                                      "budget.toml");
+  const Budget budget =
+      Budget::parse(head + sum + "[[quantity]]\nname = \"z\"\nformula = \"2 * y - (a > 1 ? pi : 0)\"\n", "budget.toml");
   ASSERT_EQ(budget.inputs.size(), 2U);
   const Eigen::VectorXd values = Budget::Model(budget)(Eigen::Vector2d(2.0, 5.0));
   EXPECT_DOUBLE_EQ(values[0], 7.0);
@@ -53,7 +52,8 @@ TEST(Budget, SlipsAreNamedWithPlaceValueAndWhatIsAllowed) {
   refused("schema = 1\n[[input]]\nname = \"a\"\nstd = -0.1\n", {"budget.toml:4", "input[1].std", "-0.1", "at least 0"});
   refused(head + "[[quantity]]\nname = \"y\"\nformula = \"a + bb\"\n", {"budget.toml:11", "'bb'", "nearest: b"});
   refused(head + "[[correlation]]\nbetween = [\"a\", \"c\"]\ncoefficient = 0.1\n" + sum, {"'c'", "inputs: a, b"});
-  refused(head + "[[correlation]]\nbetween = [\"a\", \"b\"]\ncoefficient = 1.5\n" + sum, {"coefficient", "1.5", "-1 to 1"});
+  refused(head + "[[correlation]]\nbetween = [\"a\", \"b\"]\ncoefficient = 1.5\n" + sum,
+          {"coefficient", "1.5", "-1 to 1"});
   refused(head + "[[input]]\nname = \"a\"\nstd = 1\n" + sum, {"'a' a second time"});
   refused(head + "[[input]]\nname = \"sin\"\nstd = 1\n" + sum, {"'sin'", "no name of a function"});
   refused(head + "[[quantity]]\nname = \"y\"\nformula = \"a = 3\"\n", {"'='", "no assignment"});
@@ -66,8 +66,11 @@ TEST(Budget, SlipsAreNamedWithPlaceValueAndWhatIsAllowed) {
   refused(head + sum + "probability = 0.9\n", {"probability"});
   refused("schema = 1\n[[input]]\nname = \"a\"\nreadings = [1]\n" + sum, {"1 readings", "at least 2"});
   refused("schema = 1\n[[input]]\nname = \"a\"\nreadings = [1, 2]\nstd = 1\n" + sum, {"beside readings"});
-  refused("schema = 1\nsimultaneous = [\"a\", \"b\"]\n[[input]]\nname = \"a\"\nreadings = [1, 2]\n[[input]]\nname = "
-          "\"b\"\nreadings = [1, 2, 3]\n" + sum, {"3 readings of 'b'", "as many as 'a'"});
+  refused(
+      "schema = 1\nsimultaneous = [\"a\", \"b\"]\n[[input]]\nname = \"a\"\nreadings = [1, 2]\n[[input]]\nname = "
+      "\"b\"\nreadings = [1, 2, 3]\n" +
+          sum,
+      {"3 readings of 'b'", "as many as 'a'"});
 }
 
 TEST(Budget, CorrelationsWithANegativeVarianceAreRefused) {

@@ -9,7 +9,9 @@
 namespace thermotwin::metrology {
 namespace {
 
-Budget budget_of(const char* name) { return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name); }
+Budget budget_of(const char* name) {
+  return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name);
+}
 
 // JCGM 100:2008, H.2: table H.4 with the values that the unrounded readings give.
 TEST(Gum, SimultaneousReadingsOfJcgm100) {
@@ -46,7 +48,9 @@ quantity = [{name = "R", formula = "1000*V/I*cos(phi)"}, {name = "X", formula = 
 
 // Gebhardt (2014), Table A.1: 0.52, 1.05 and 1.81 um.
 TEST(Gum, RTestDeviceOfTableA1) {
-  const GumResult found = gum(budget_of("rtest_probe.toml"));
+  const Budget budget = budget_of("rtest_probe.toml");
+  EXPECT_NEAR(budget.probability, 0.9545, 1e-4) << "that of k = 2";
+  const GumResult found = gum(budget);
   EXPECT_NEAR(found.std[0], 0.523, 1e-3);
   EXPECT_NEAR(found.expanded[0], 1.05, 5e-3);
   EXPECT_NEAR(found.expanded[1], 1.81, 5e-3);

@@ -12,7 +12,9 @@
 namespace thermotwin::metrology {
 namespace {
 
-Budget budget_of(const char* name) { return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name); }
+Budget budget_of(const char* name) {
+  return Budget::load(std::string(THERMOTWIN_SOURCE_DIR) + "/cases/budgets/" + name);
+}
 
 // JCGM 101:2008, tables 3 and 4: +-3.88 beside +-3.92 of the law of propagation, +-17.0 beside +-19.9.
 TEST(MonteCarlo, RectangularInputsOfJcgm101) {
@@ -29,9 +31,9 @@ TEST(MonteCarlo, RectangularInputsOfJcgm101) {
   EXPECT_NEAR(drawn.symmetric[1].high, 17.0, 0.05);
   const Comparison alike = compare(budget, linear, drawn, 0), dominated = compare(budget, linear, drawn, 1);
   EXPECT_DOUBLE_EQ(alike.tolerance, 0.05);
-  EXPECT_TRUE(alike.agree);
+  EXPECT_EQ(alike.agreement, Agreement::agree);
   EXPECT_DOUBLE_EQ(dominated.tolerance, 0.5);
-  EXPECT_FALSE(dominated.agree);
+  EXPECT_EQ(dominated.agreement, Agreement::disagree);
   EXPECT_NEAR(dominated.high_apart, 2.9, 0.1);
 }
 
@@ -46,6 +48,15 @@ TEST(MonteCarlo, IsTheSameForAnyNumberOfThreads) {
   EXPECT_TRUE(one.draws == three.draws);
   budget.seed = 2;
   EXPECT_FALSE(monte_carlo(budget).draws == one.draws);
+}
+
+// A tolerance that the draws cannot resolve decides nothing.
+TEST(MonteCarlo, TooFewDrawsDecideNothing) {
+  Budget budget = budget_of("jcgm100_h2.toml");
+  budget.draws = 20000;
+  const Comparison compared = compare(budget, gum(budget), monte_carlo(budget), 0);
+  EXPECT_FALSE(compared.enough_draws);
+  EXPECT_NE(compared.agreement, Agreement::disagree);
 }
 
 // Readings that were taken together keep their correlation; five of them have the deviation of a t distribution.
@@ -78,8 +89,7 @@ quantity = [{name = "R", formula = "r"}, {name = "T", formula = "t"}, {name = "A
   EXPECT_NEAR(drawn.correlation(1, 3), -0.5, 0.02);
   EXPECT_GE(drawn.draws.col(0).minCoeff(), -1.0);
   EXPECT_LE(drawn.draws.col(0).maxCoeff(), 3.0);
-  EXPECT_LT(drawn.shortest[5].high - drawn.shortest[5].low,
-            0.99 * (drawn.symmetric[5].high - drawn.symmetric[5].low));
+  EXPECT_LT(drawn.shortest[5].high - drawn.shortest[5].low, 0.99 * (drawn.symmetric[5].high - drawn.symmetric[5].low));
 }
 
 TEST(MonteCarlo, ToleranceIsHalfAUnitOfTheLastDigit) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/fit/arc_fit.h"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "core/error.h"
@@ -67,7 +67,8 @@ TEST(ArcFit, ArcsThatAreTooShortAreRefused) {
     }
   };
   refused(space_arc(0.19, 0, 0, 5 * deg, 50), "an arc of 5 deg");
-  refused(space_arc(0.19, 0, 0, 90 * deg, 50) * Eigen::AngleAxisd(1.5, Vector3d::UnitX()).toRotationMatrix(), "not normal");
+  refused(space_arc(0.19, 0, 0, 90 * deg, 50) * Eigen::AngleAxisd(1.5, Vector3d::UnitX()).toRotationMatrix(),
+          "not normal");
   refused(space_arc(0.19, 0, 0, 90 * deg, 2), "2 points");
 }
 
@@ -80,7 +81,8 @@ TEST(ArcStudy, SpreadIsThatOfTheTheory) {
   struct Row {
     double degrees, along, across, tilt_along, tilt_across;  // um, um/m
   };
-  for (const Row& row : {Row{45, 3.58, 0.365, 18.8, 1.92}, {90, 0.655, 0.135, 3.45, 0.71}, {150, 0.198, 0.070, 1.04, 0.37}}) {
+  for (const Row& row :
+       {Row{45, 3.58, 0.365, 18.8, 1.92}, {90, 0.655, 0.135, 3.45, 0.71}, {150, 0.198, 0.070, 1.04, 0.37}}) {
     const ArcStudyResult found = studied(row.degrees, 0.0);
     const double expected[] = {row.along, row.across, row.tilt_along, row.tilt_across};
     for (int i = 0; i < 4; ++i) {

@@ -49,8 +49,8 @@ core::Table swing(const std::map<std::string, double>& errors, double to_deg = 6
 
 // Plane and circle give the location errors that the least squares on the chain give, at the same point.
 TEST(ContinuousRTest, CircleAndChainAgree) {
-  const std::map<std::string, double> errors{{"X0T", 9 * um}, {"Y0A", 12 * um}, {"Z0A", -25 * um}, {"A0A", 40 * um},
-                                             {"B0A", 110 * um}, {"C0A", -60 * um}};
+  const std::map<std::string, double> errors{{"X0T", 9 * um},  {"Y0A", 12 * um},  {"Z0A", -25 * um},
+                                             {"A0A", 40 * um}, {"B0A", 110 * um}, {"C0A", -60 * um}};
   const RTestRecord record = RTestRecord::parse(cradle_toml, swing(errors), "rtest.toml");
   EXPECT_EQ(record.errors, (std::vector<std::string>{"X0T", "Y0A", "Z0A", "A0A", "B0A", "C0A"}));
   ASSERT_TRUE(is_continuous(record));

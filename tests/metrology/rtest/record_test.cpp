@@ -18,10 +18,10 @@ TEST(RTestRecord, UsualErrorsOfTheAxesThatMove) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(errors({"C"}), (Names{"X0C", "Y0C", "Z0T", "A0C", "B0C", "C0C", "R0T"}));
   EXPECT_EQ(errors({"B"}), (Names{"X0B", "Y0T", "Z0B", "A0B", "B0B", "C0B"}));
-  EXPECT_EQ(errors({"B", "C"}),
-            (Names{"X0B", "Z0B", "A0B", "C0B", "X0C", "Y0C", "Z0T", "A0C", "B0C", "C0C", "R0T"}));
+  EXPECT_EQ(errors({"B", "C"}), (Names{"X0B", "Z0B", "A0B", "C0B", "X0C", "Y0C", "Z0T", "A0C", "B0C", "C0C", "R0T"}));
   const mesh::KinematicChain head = mesh::KinematicChain::parse("V [w b X Y Z C A t]", "test");
-  EXPECT_EQ(usual_errors(head, {"C", "A"}), (Names{"X0C", "Y0C", "A0C", "B0C", "X0A", "Y0A", "Z0A", "A0A", "B0A", "C0A"}));
+  EXPECT_EQ(usual_errors(head, {"C", "A"}),
+            (Names{"X0C", "Y0C", "A0C", "B0C", "X0A", "Y0A", "Z0A", "A0A", "B0A", "C0A"}));
 }
 
 TEST(RTestRecord, ReferencePageIsThatOfTheReader) {

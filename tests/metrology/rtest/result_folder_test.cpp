@@ -87,8 +87,8 @@ TEST(ResultFolder, ChannelsOfBothAreRefused) {
 
 TEST(ResultFolder, TableHasValuesAndDeviations) {
   const core::Table table = error_table(two_cycles());
-  EXPECT_EQ(table.columns, (std::vector<std::string>{"time_s", "X0C_um", "A0C_um_per_m", "std_X0C_um",
-                                                     "std_A0C_um_per_m"}));
+  EXPECT_EQ(table.columns,
+            (std::vector<std::string>{"time_s", "X0C_um", "A0C_um_per_m", "std_X0C_um", "std_A0C_um_per_m"}));
   EXPECT_NEAR(table.values(1, 2), 9.2, 1e-9);
   EXPECT_NEAR(table.values(0, 3), 0.2, 1e-9);
 }
