@@ -44,7 +44,7 @@ void add_compensate(CLI::App& app) {
   auto* lines =
       verb->add_option("--lines", compensate.lines,
                        "CSV file of a straight line for each axis (reference position, offset, slope) for controls "
-                       "that take one, with what it leaves, um.");
+                       "that take one, with the largest residual, um.");
   verb->add_option("--lines-every", compensate.lines_every_s, "Time between two rows of --lines, s.")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str()
