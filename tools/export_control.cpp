@@ -41,11 +41,15 @@ void export_c(const ControlExportOptions& options) {
       "{}: {} states, {} channels, {} offsets as C99 source\n{} files in {}; memory of a twin: {:.1f} kB of state, "
       "{:.1f} MB of work\nopen loop: without sensors and standard deviations\n"
       "next: cd {} && cc -std=c99 -O3 -ffp-contract=off *.c -o twin -lm\n",
-      model.name, model.order, model.channels, model.linear_axes, names.size(), folder, 1e-3 * static_cast<double>(state),
-      1e-6 * static_cast<double>(work), folder);
-  const nlohmann::json json = {{"folder", folder},          {"files", names},       {"states", model.order},
-                               {"channels", model.channels}, {"offsets", model.linear_axes},
-                               {"state_bytes", state},      {"work_bytes", work},
+      model.name, model.order, model.channels, model.linear_axes, names.size(), folder,
+      1e-3 * static_cast<double>(state), 1e-6 * static_cast<double>(work), folder);
+  const nlohmann::json json = {{"folder", folder},
+                               {"files", names},
+                               {"states", model.order},
+                               {"channels", model.channels},
+                               {"offsets", model.linear_axes},
+                               {"state_bytes", state},
+                               {"work_bytes", work},
                                {"model_hash", fmt::format("{:016x}", model.hash)}};
   print_summary(options, text, json.dump());
 }

@@ -97,7 +97,8 @@ std::string stored_zip(const std::vector<ArchiveFile>& files) {
 std::string fmu2_description(const ControlData& data, const std::vector<std::string>& sources) {
   std::string text = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{}\" "
-      "guid=\"{{{:016x}}}\" generationTool=\"thermotwin\" license=\"GPL-3.0-or-later\" variableNamingConvention=\"flat\" "
+      "guid=\"{{{:016x}}}\" generationTool=\"thermotwin\" license=\"GPL-3.0-or-later\" "
+      "variableNamingConvention=\"flat\" "
       "description=\"Thermal twin of a machine tool: channels of a control in, axis offsets out. Open loop.\">\n"
       "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" "
       "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\">\n    <SourceFiles>\n",
@@ -107,7 +108,8 @@ std::string fmu2_description(const ControlData& data, const std::vector<std::str
   }
   text += "    </SourceFiles>\n  </CoSimulation>\n  <UnitDefinitions>\n";
   for (const Unit& unit : units)
-    text += fmt::format("    <Unit name=\"{}\"><BaseUnit{}{}/></Unit>\n", unit.name, *unit.base != 0 ? " " : "", unit.base);
+    text +=
+        fmt::format("    <Unit name=\"{}\"><BaseUnit{}{}/></Unit>\n", unit.name, *unit.base != 0 ? " " : "", unit.base);
   text += "  </UnitDefinitions>\n  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n  <ModelVariables>\n";
   int reference = 0;
   for (const std::string& name : data.channel_names) {
@@ -115,13 +117,15 @@ std::string fmu2_description(const ControlData& data, const std::vector<std::str
     text += fmt::format(
         "    <ScalarVariable name=\"{}\" valueReference=\"{}\" causality=\"input\" variability=\"continuous\"{}>"
         "<Real unit=\"{}\" start=\"{}\"/></ScalarVariable>\n",
-        escaped(name), reference, std::isnan(usual) ? " description=\"-1e30: not given, the model's own law holds\"" : "",
-        unit_of(name).name, std::isnan(usual) ? -1e30 : usual);
+        escaped(name), reference,
+        std::isnan(usual) ? " description=\"-1e30: not given, the model's own law holds\"" : "", unit_of(name).name,
+        std::isnan(usual) ? -1e30 : usual);
     ++reference;
   }
   for (const std::int32_t axis : data.linear_axis) {
     text += fmt::format(
-        "    <ScalarVariable name=\"offset_{}_um\" valueReference=\"{}\" causality=\"output\" variability=\"continuous\" "
+        "    <ScalarVariable name=\"offset_{}_um\" valueReference=\"{}\" causality=\"output\" "
+        "variability=\"continuous\" "
         "description=\"to be applied to the axis\"><Real unit=\"um\"/></ScalarVariable>\n",
         escaped(data.axis_names[axis]), reference++);
   }

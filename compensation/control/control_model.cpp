@@ -50,7 +50,9 @@ public:
     if (matrix == matrix.transpose()) result = (0.5 * (result + result.transpose())).eval();
     return result;
   }
-  MatrixXd state(const VectorXd& x) const { return lower_.size() == 0 ? MatrixXd(x) : MatrixXd(lower_.transpose() * x); }
+  MatrixXd state(const VectorXd& x) const {
+    return lower_.size() == 0 ? MatrixXd(x) : MatrixXd(lower_.transpose() * x);
+  }
 
 private:
   MatrixXd lower_;
@@ -232,7 +234,8 @@ void ControlOptions::validate() const {
 
 ControlData control_data(const reduction::ReducedModel& model, const ControlOptions& options) {
   options.validate();
-  if (!model.machine.has_tcp()) throw core::InputError("online core", "a machine without [tcp]", "one with a TCP error");
+  if (!model.machine.has_tcp())
+    throw core::InputError("online core", "a machine without [tcp]", "one with a TCP error");
   ControlData data;
   const solver::OperatingModel operating(model.machine, model.system.layout);
   fill_machine(model.machine, model.system.layout, operating.channels(), data);
@@ -258,7 +261,7 @@ ControlModel::ControlModel(ControlData given) : data_(std::make_unique<const Con
   TT_MODEL_DOUBLES(TT_FIELD)
   TT_MODEL_INTS(TT_FIELD)
 #undef TT_FIELD
-#define TT_FIELD(x)                                                      \
+#define TT_FIELD(x)                                                    \
   for (const std::string& text : data.x) x##_.push_back(text.c_str()); \
   model_.x = x##_.data();
   TT_MODEL_TEXTS(TT_FIELD)

@@ -32,9 +32,7 @@ void append(fmt::memory_buffer& out, double value) {
     put(out, "{:a}", value);
 }
 void append(fmt::memory_buffer& out, std::int32_t value) { put(out, "{}", value); }
-void append(fmt::memory_buffer& out, const std::string& value) {
-  put(out, "\"{}\"", value);
-}
+void append(fmt::memory_buffer& out, const std::string& value) { put(out, "\"{}\"", value); }
 
 /// static const TYPE name[] = {...};  an empty array has one element that nothing reads
 template <class Value>
@@ -89,9 +87,9 @@ std::string model_source(const ControlData& data) {
 #define TT_FIELD(x) put(out, "  {}, /* {} */\n", data.x, #x);
   TT_MODEL_COUNTS(TT_FIELD)
 #undef TT_FIELD
-#define TT_FIELD(x)         \
-  put(out, "  ");                \
-  append(out, data.x);      \
+#define TT_FIELD(x)    \
+  put(out, "  ");      \
+  append(out, data.x); \
   put(out, ", /* {} */\n", #x);
   TT_MODEL_NUMBERS(TT_FIELD)
 #undef TT_FIELD
@@ -107,9 +105,11 @@ std::string model_source(const ControlData& data) {
 std::string model_header(const ControlData& data, const tt_model& model) {
   fmt::memory_buffer out;
   put(out, "{}#ifndef THERMOTWIN_MODEL_DATA_H\n#define THERMOTWIN_MODEL_DATA_H\n", licence);
-  put(out, "/* The reduced model of {}, and the memory that a twin of it needs. */\n\n#include \"model.h\"\n\n", data.name);
+  put(out, "/* The reduced model of {}, and the memory that a twin of it needs. */\n\n#include \"model.h\"\n\n",
+      data.name);
   put(out, "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\nextern const tt_model tt_the_model;\n\n");
-  put(out, "enum {{\n  TT_STATE_BYTES = {},\n  TT_WORK_BYTES = {},\n  TT_CHANNELS = {},\n  TT_LINEAR_AXES = {}\n}};\n\n",
+  put(out,
+      "enum {{\n  TT_STATE_BYTES = {},\n  TT_WORK_BYTES = {},\n  TT_CHANNELS = {},\n  TT_LINEAR_AXES = {}\n}};\n\n",
       tt_twin_state_bytes(&model), tt_twin_work_bytes(&model), data.channels, data.linear_axes);
   put(out, "/* Channels of a row, in the units of their names. */\nenum {{\n");
   for (std::size_t k = 0; k < data.channel_names.size(); ++k)

@@ -74,9 +74,8 @@ private:
       data_.channel_high.push_back(limits[k].high + limits[k].slack);
       data_.channel_state.push_back(name.ends_with(".on") || name.ends_with(".open"));
       data_.channel_temperature.push_back(name.ends_with("T_C"));
-      const bool own = std::any_of(machine_.ambients.begin(), machine_.ambients.end(), [&](const auto& spec) {
-        return spec.follows.empty() && name == spec.id + ".T_C";
-      });
+      const bool own = std::any_of(machine_.ambients.begin(), machine_.ambients.end(),
+                                   [&](const auto& spec) { return spec.follows.empty() && name == spec.id + ".T_C"; });
       data_.channel_ambient.push_back(own);
     }
   }
@@ -117,9 +116,9 @@ private:
     const bool constant = film.kind == mesh::FilmKind::constant, disc = film.kind == mesh::FilmKind::rotating_disc;
     const int volume = machine_.volume_index(film.ambient), own = ambient(film.ambient);
     ++data_.films;
-    data_.film_still.push_back(
-        constant ? film.coefficient.value
-                 : solver::free_convection(film.orientation, film.length, film.delta, reference_K_));
+    data_.film_still.push_back(constant
+                                   ? film.coefficient.value
+                                   : solver::free_convection(film.orientation, film.length, film.delta, reference_K_));
     data_.film_radiation.push_back(solver::radiation(film.emissivity, reference_K_));
     data_.film_emissivity.push_back(film.emissivity);
     data_.film_length.push_back(film.length);
@@ -243,7 +242,9 @@ private:
       data_.loss_high.push_back(of_axis.high);
       data_.loss_clamp.push_back(of_axis.clamped);
       data_.loss_to_position.push_back(of_axis.unit);
-      data_.loss_to_speed.push_back((by_speed ? units::mm : linear ? loss.turns * units::mm : loss.turns / 360.0) /
+      data_.loss_to_speed.push_back((by_speed ? units::mm
+                                     : linear ? loss.turns * units::mm
+                                              : loss.turns / 360.0) /
                                     units::minute);
       data_.loss_fastest.push_back(machine_.axes[axis].rapid * units::minute / of_axis.unit);
     }
@@ -326,8 +327,7 @@ private:
       case solver::InputKind::source: {
         const mesh::SourcePlace& place = machine_.sources[input.item].places[input.place];
         share = place.share;
-        if (!place.joint.empty())
-          occupied = data_.joint_first_term[machine_.joint_index(place.joint)] + input.node;
+        if (!place.joint.empty()) occupied = data_.joint_first_term[machine_.joint_index(place.joint)] + input.node;
         break;
       }
       default: break;

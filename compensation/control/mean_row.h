@@ -12,10 +12,10 @@ extern "C" {
 #endif
 
 typedef struct tt_mean_row {
-  double* duration;               /* (1) s since the last take */
-  double *first, *sum, *weight;   /* (channels) */
-  double *least, *most;           /* (axes) of the positions, in the channel's unit */
-  int32_t* changed;               /* (channels) */
+  double* duration;             /* (1) s since the last take */
+  double *first, *sum, *weight; /* (channels) */
+  double *least, *most;         /* (axes) of the positions, in the channel's unit */
+  int32_t* changed;             /* (channels) */
 } tt_mean_row;
 
 tt_mean_row tt_mean_row_in(tt_arena* arena, const tt_model* m);

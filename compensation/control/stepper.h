@@ -26,7 +26,7 @@ typedef struct tt_work {
   int32_t *symmetric, *pivots, *lu_first;
   int symmetric_terms, constant_symmetric;
   int sum_slices, flow_slices, lu_slices, project_slices; /* beside 1 that builds M, 2 stages, 1 for sensors */
-  double factor_step; /* the factor belongs to factor_p and this; 0: none */
+  double factor_step;                                     /* the factor belongs to factor_p and this; 0: none */
 } tt_work;
 
 tt_work tt_work_in(tt_arena* arena, const tt_model* m);

@@ -30,37 +30,44 @@ enum { TT_OK, TT_LIMITED, TT_NO_SENSORS, TT_OUTSIDE_WORKSPACE, TT_INPUT_MISSING,
 /* A row that is refused changes nothing: its time does not rise, or leaps by more than 30 days. */
 enum { TT_REFUSED_TIME = -1 };
 /* Why a value of a channel is not used. */
-enum { TT_FAULT_NONE, TT_FAULT_UNREADABLE, TT_FAULT_BEYOND, TT_FAULT_IMPLAUSIBLE, TT_FAULT_KELVIN, TT_FAULT_FAHRENHEIT };
+enum {
+  TT_FAULT_NONE,
+  TT_FAULT_UNREADABLE,
+  TT_FAULT_BEYOND,
+  TT_FAULT_IMPLAUSIBLE,
+  TT_FAULT_KELVIN,
+  TT_FAULT_FAHRENHEIT
+};
 enum { TT_FOLLOWING, TT_GUARD_LIMITED, TT_HOLDING_STILL, TT_RETURNING }; /* what the guard does */
 /* Why a saved state is refused. */
 enum { TT_LOADED, TT_NO_STATE, TT_OTHER_VERSION, TT_OTHER_MODEL, TT_DAMAGED };
 
 /* Times in s. */
 typedef struct tt_numbers {
-  double time;                       /* of the last row */
-  double started_at;                 /* of the first row */
-  double step_end, last_step;        /* end and length of the last step that took effect */
+  double time;                         /* of the last row */
+  double started_at;                   /* of the first row */
+  double step_end, last_step;          /* end and length of the last step that took effect */
   double job_began, job_end, job_step; /* the row that began the job; end and length of its step */
-  double interval_s;                 /* steps since the interval began: see tt_twin */
-  double valid_at;                   /* last row with valid offsets, for the guard */
+  double interval_s;                   /* steps since the interval began: see tt_twin */
+  double valid_at;                     /* last row with valid offsets, for the guard */
   int32_t started, job_active, slices_done;
-  int32_t failed;                    /* the last job gave no number */
+  int32_t failed; /* the last job gave no number */
   int32_t status, guard;
 } tt_numbers;
 
 typedef struct tt_twin {
   const tt_model* model;
   tt_numbers* now;
-  double *row, *given_at;         /* (channels) values that hold; when each was given */
-  int32_t* fault;                 /* (channels) of the last row */
+  double *row, *given_at; /* (channels) values that hold; when each was given */
+  int32_t* fault;         /* (channels) of the last row */
   tt_mean_row mean;
   tt_chiller chiller;
-  double *p, *q;                  /* of the last job */
-  double *state, *before;         /* (order) at step_end, and a step before */
-  double *sensors, *sensors_change; /* (readings) predicted at step_end, and their change over the step */
-  double *base, *slope;           /* outputs at all stored poses of state and change */
+  double *p, *q;                        /* of the last job */
+  double *state, *before;               /* (order) at step_end, and a step before */
+  double *sensors, *sensors_change;     /* (readings) predicted at step_end, and their change over the step */
+  double *base, *slope;                 /* outputs at all stored poses of state and change */
   double *pose, *wanted_um, *offset_um; /* (axes) of the last row; (linear_axes) before and after the guard */
-  double *last_um;                /* (linear_axes) last valid offsets */
+  double* last_um;                      /* (linear_axes) last valid offsets */
   double *interval_p, *interval_q, *interval_state; /* sums over steps times their length, for an observer */
   tt_work work;
   double *mean_row, *given, *readings, *guide, *occupancy, *offset; /* scratch */

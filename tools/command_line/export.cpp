@@ -32,14 +32,16 @@ void add_export(CLI::App& app) {
   const auto options = std::make_shared<ControlExportOptions>();
   ControlExportOptions& exported = *options;
   CLI::App* verb =
-      add_verb(app, "export", "Exports a machine as a CalculiX deck or as Matrix Market files, or a reduced model as C source or FMU.",
+      add_verb(app, "export",
+               "Exports a machine as a CalculiX deck or as Matrix Market files, or a reduced model as C source or FMU.",
                "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
                "  cd out/calculix && ccx heat && ccx static\n"
                "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced\n"
                "  thermotwin export out/model.rom.h5 --c out/twin\n"
                "  thermotwin export out/model.rom.h5 --fmu 2 --out out/twin.fmu",
                options, &tools::export_any);
-  verb->add_option("MODEL", exported.model, "Case folder, case.toml or machine.toml; with --c, --fmu: model.rom.h5.")->required();
+  verb->add_option("MODEL", exported.model, "Case folder, case.toml or machine.toml; with --c, --fmu: model.rom.h5.")
+      ->required();
   verb->add_flag("--calculix", exported.calculix,
                  "Write decks for CalculiX (ccx 2.20) in SI units and degC: heat.inp, static.inp and mesh.inp.");
   auto* matrices = verb->add_flag(

@@ -266,7 +266,8 @@ TEST_F(Fmu, DescriptionNamesEveryVariableWithUnitAndStart) {
   EXPECT_EQ(count("<Unknown index="), 2 * (data.linear_axes + 2));
   EXPECT_EQ(count("<BaseUnit"), 10);
   const char* spindle =
-      "name=\"spindle.speed_rpm\" valueReference=\"1\" causality=\"input\" variability=\"continuous\"><Real unit=\"rpm\"";
+      "name=\"spindle.speed_rpm\" valueReference=\"1\" causality=\"input\" variability=\"continuous\"><Real "
+      "unit=\"rpm\"";
   EXPECT_NE(xml.find(spindle), std::string::npos);
   EXPECT_NE(xml.find("<Real unit=\"degC\" start=\"20\"/>"), std::string::npos);
   for (const auto& [name, content] : files_) {
@@ -284,7 +285,8 @@ TEST_F(Fmu, LibraryNeedsLibcAndLibmAloneAndItsSourcesBuildIt) {
   const std::string folder = (folder_.path() / "fmu").string(), built = (folder_.path() / "built.so").string();
   const std::string compile = "cd " + folder +
                               "/sources && gcc -std=c99 -O0 -Wall -Wextra -Werror -pedantic -ffp-contract=off -fPIC "
-                              "-shared *.c -o " + built + " -lm";
+                              "-shared *.c -o " +
+                              built + " -lm";
   ASSERT_EQ(std::system(compile.c_str()), 0);
   for (const std::string& library : {folder + "/binaries/linux64/thermotwin.so", built}) {
     const std::string others = "readelf -d " + library + " | grep NEEDED | grep -v 'lib[cm]\\.so' > /dev/null";

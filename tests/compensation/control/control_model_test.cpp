@@ -77,7 +77,8 @@ TEST(ControlModel, CapacityBecomesOne) {
   reduction::ReducedModel model = test::lumps_with_lines();
   const Index r = model.system.order();
   test::Uniform number(6);
-  MatrixXd other = MatrixXd::Identity(r, r) + MatrixXd::NullaryExpr(r, r, [&](Index, Index) { return number(-.1, .1); });
+  MatrixXd other =
+      MatrixXd::Identity(r, r) + MatrixXd::NullaryExpr(r, r, [&](Index, Index) { return number(-.1, .1); });
   // The same machine in other coordinates, x = T z.
   reduction::ReducedModel turned = model;
   reduction::ReducedSystem& system = turned.system;

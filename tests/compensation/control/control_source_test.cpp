@@ -98,8 +98,9 @@ protected:
   }
   std::string compiled(const std::string& compiler) const {
     const std::string program = (folder_.path() / "twin").string();
-    const Said said = run(fmt::format("cd {} && {} -std=c99 -Wall -Wextra -Werror -pedantic -ffp-contract=off *.c -o {} -lm",
-                                      (folder_.path() / "c").string(), compiler, program));
+    const Said said =
+        run(fmt::format("cd {} && {} -std=c99 -Wall -Wextra -Werror -pedantic -ffp-contract=off *.c -o {} -lm",
+                        (folder_.path() / "c").string(), compiler, program));
     EXPECT_EQ(said.status, 0) << compiler << ": " << said.text;
     return program;
   }

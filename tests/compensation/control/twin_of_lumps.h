@@ -21,8 +21,7 @@ inline reduction::ReducedModel lumps_with_lines() {
   model.outputs.tool_poses = grid.tool_poses();
   model.outputs.tool.clear();
   for (std::size_t i = 0; i < grid.tool_count(); ++i) {
-    const Eigen::MatrixXd change =
-        first.unaryExpr([&](double value) { return value * number(-0.2, 0.2); });
+    const Eigen::MatrixXd change = first.unaryExpr([&](double value) { return value * number(-0.2, 0.2); });
     model.outputs.tool.push_back(first + change);
   }
   return model;
@@ -64,7 +63,8 @@ inline Eigen::VectorXd working_row(const mesh::Machine& machine, const solver::C
   for (std::size_t a = 0; a < machine.axes.size(); ++a) {
     const mesh::Axis& axis = machine.axes[a];
     const double low = axis.endless ? -3.0 : axis.low, high = axis.endless ? 3.0 : axis.high;
-    const double place = 0.5 + 0.5 * std::sin(time / (1900.0 + 300.0 * static_cast<double>(a)) + static_cast<double>(a));
+    const double place =
+        0.5 + 0.5 * std::sin(time / (1900.0 + 300.0 * static_cast<double>(a)) + static_cast<double>(a));
     row[channels.of_axis(a).position] = (low + place * (high - low)) / channels.of_axis(a).unit;
   }
   return row;

@@ -52,8 +52,7 @@ Difference compared(const std::function<double(double)>& next, double end) {
     const Offsets& expected = compensator.step(time, row, {});
     const int status = twin.row(time, row);
     difference.other_status += std::string(tt_status_text(status)) != status_text(expected.status);
-    difference.worst =
-        std::max(difference.worst, (twin.offset_um() - expected.offset_um).cwiseAbs().maxCoeff());
+    difference.worst = std::max(difference.worst, (twin.offset_um() - expected.offset_um).cwiseAbs().maxCoeff());
     difference.largest = std::max(difference.largest, expected.offset_um.cwiseAbs().maxCoeff());
   }
   return difference;
