@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef THERMOTWIN_CHILLER_H
 #define THERMOTWIN_CHILLER_H
-/* Outlet temperatures of the chillers, as solver/operation/chiller.h states them, for readings that stand over a step. */
+/* Outlet temperatures of the chillers, as solver/operation/chiller.h states them, for readings that stand over a
+ * step. */
 
 #include "compensation/control/arena.h"
 #include "compensation/control/model.h"

@@ -2,8 +2,7 @@
 #pragma once
 // Builds the constant data of the online core (model.h) from a reduced model: capacity 1, terms in low rank, machine as
 // flat arrays. A symmetric term keeps the eigenvectors whose eigenvalues exceed tolerance times its largest, another
-// one the singular vectors alike. With 1e-7 the offsets of vmc5 (order 240) differ by less than 0.001 um from those of the dense
-// model (held-out loads).
+// one the singular vectors alike. docs/howto/control_in_c.md has figures.
 
 #include <memory>
 #include <vector>
@@ -21,7 +20,8 @@ struct ControlOptions {
   void validate() const;           ///< @throws InputError
 };
 
-/// @throws InputError for options out of range, a machine without TCP, or a grid with more positions than the core holds
+/// @throws InputError for options out of range, a machine without TCP, or a grid with more positions than the core
+///   holds
 ControlData control_data(const reduction::ReducedModel& model, const ControlOptions& options = {});
 
 /// Data in the form that the core reads.

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef THERMOTWIN_OCCUPANCY_H
 #define THERMOTWIN_OCCUPANCY_H
-/* Weights of a joint's grid nodes by where an axis spends its time, as solver/operation/grid_occupancy.h states them. */
+/* Weights of a joint's grid nodes by where an axis spends its time, as solver/operation/grid_occupancy.h states
+ * them. */
 
 #include "compensation/control/model.h"
 

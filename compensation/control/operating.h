@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef THERMOTWIN_OPERATING_H
 #define THERMOTWIN_OPERATING_H
-/* From channels to the coefficients p and q of the equation, as solver/operation/operating_model.h states them, and what
- * rows do to the channels that hold. A value that nobody gives is NaN. */
+/* From channels to the coefficients p and q of the equation, as solver/operation/operating_model.h states them, and
+ * what rows do to the channels that hold. A value that nobody gives is NaN. */
 
 #include "compensation/control/model.h"
 

@@ -3,8 +3,8 @@
 #define THERMOTWIN_SCALARS_H
 /* Elementary functions of the online core. Those of libm differ from system to system in the last bit; these consist of
  * IEEE additions, products and divisions in a fixed order and give the same bits everywhere. Errors lie below 1.5 units
- * in the last place (sine and cosine beyond 20 rad: 3). Logarithms are carried as a sum of two doubles (T. J. Dekker 1971), so that
- * a power loses nothing by the size of its exponent. */
+ * in the last place (sine and cosine beyond 20 rad: 3). Logarithms are carried as a sum of two doubles (T. J. Dekker
+ * 1971), so that a power loses nothing by the size of its exponent. */
 
 #ifdef __cplusplus
 extern "C" {

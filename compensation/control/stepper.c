@@ -138,7 +138,8 @@ static void build_matrix(const tt_model* m, tt_work* w, double scale) {
   }
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < j; ++i) {
-      const double beside = w->constant_symmetric ? 0.0 : m->conduction[i + (long)j * n] - m->conduction[j + (long)i * n];
+      const double* k = m->conduction;
+      const double beside = w->constant_symmetric ? 0.0 : k[i + (long)j * n] - k[j + (long)i * n];
       w->matrix[i + (long)j * n] = w->matrix[j + (long)i * n] + scale * beside;
     }
   }

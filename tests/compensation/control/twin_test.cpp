@@ -111,6 +111,29 @@ TEST(ControlTwin, AStepTakesEffectWithinHalfAStepOfMachineTime) {
   EXPECT_LE(effect, 90.0 + 1e-9);
 }
 
+/// Rows of 3 s do one of the 8 slices of this small model each. Offsets go on while a job runs.
+TEST(ControlTwin, AStepIsSharedByRowsOfEqualLength) {
+  const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
+  const VectorXd row = test::shift_row(operating.channels(), 3600.0);
+  Twin twin(core());
+  ASSERT_EQ(tt_slices(&twin.get().work), 8);
+  std::vector<double> offsets;
+  std::vector<bool> in_a_job;
+  double effect = 0.0;
+  for (int i = 0; i < 3600; ++i) {
+    twin.row(3.0 * i, row);
+    if (effect == 0.0 && twin.get().now->last_step > 0.0) effect = 3.0 * i;
+    offsets.push_back(twin.offset_um()[2]);
+    in_a_job.push_back(twin.get().now->job_active != 0);
+  }
+  EXPECT_EQ(effect, 81.0);
+  for (int i = 1200; i < 3580; ++i) {
+    if (!in_a_job[i]) continue;
+    const double mean = (offsets[i + 20] - offsets[i - 20]) / 40.0;
+    ASSERT_GT((offsets[i] - offsets[i - 1]) / mean, 0.7) << i;
+  }
+}
+
 TEST(ControlTwin, ASavedStateGoesOnWithTheSameBits) {
   const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
   test::Uniform number(5);
