@@ -24,7 +24,7 @@ double tt_erfc(double x) {
     return 1.0 - 2.0 / root_pi * bell * sum;
   }
   double below = x;
-  for (int k = 60; k >= 1; --k) below = x + 0.5 * k / below;
+  for (int k = 120; k >= 1; --k) below = x + 0.5 * k / below;
   return bell / (root_pi * below);
 }
 

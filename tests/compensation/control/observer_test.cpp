@@ -68,6 +68,26 @@ TEST(ControlObserver, NamesTheSensorsThatTheClassNames) {
     EXPECT_TRUE(both.named.count(fault)) << fault;
 }
 
+// A machine at work: first readings lie far apart, the others explain some, and one of them is wrong.
+TEST(ControlObserver, StartsInTheMiddleOfWork) {
+  const test::Truth truth = other_machine(10, 20.0, 3, 8 * 3600.0);
+  for (const double off_K : {0.0, 6.0}) {
+    test::Uniform noise(10);
+    Beside both;
+    double lowest = 1e9, highest = -1e9;
+    for (std::size_t i = 400; i < 460 && !testing::Test::HasFatalFailure(); ++i) {
+      VectorXd reading = noisy(truth.readings_C[i], noise);
+      reading[2] += off_K;
+      if (i == 400) lowest = reading.minCoeff(), highest = reading.maxCoeff();
+      both.step(truth.time[i], truth.rows[i], reading);
+    }
+    EXPECT_GT(highest - lowest, 5.0);
+    int explained = 0;
+    for (int s = 0; s < both.core->trust.monitor.sensors; ++s) explained += both.core->explained[s];
+    EXPECT_GT(explained, 2);
+  }
+}
+
 TEST(ControlObserver, TakesDrivesThatNobodyRecordsAndProbing) {
   const test::Truth truth = other_machine(5, 20.0, 3, 6 * 3600.0);
   test::Uniform noise(5);
