@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
   CLI::App app{"Speed of thermotwin as ratios to named alternatives, measured in turn in one run", "tools/bench"};
   bench::Settings settings;
   std::vector<std::string> subjects;
-  app.add_option("SUBJECT", subjects, "solver, reduction, compensate (absent: all)")
-      ->check(CLI::IsMember({"solver", "reduction", "compensate"}));
+  app.add_option("SUBJECT", subjects, "solver, reduction, compensate, online (absent: all)")
+      ->check(CLI::IsMember({"solver", "reduction", "compensate", "online"}));
   app.add_option("--case", settings.case_path, "case folder")->capture_default_str()->check(CLI::ExistingPath);
   app.add_option("--size", settings.size, "mesh: coarse, standard, fine, or a factor of the element sizes")
       ->capture_default_str();
@@ -49,11 +49,12 @@ int main(int argc, char** argv) {
     settings.case_path = fs::absolute(settings.case_path);
     if (!settings.model.empty()) settings.model = fs::absolute(settings.model);
     if (settings.threads == 0) settings.threads = std::max(1U, std::thread::hardware_concurrency());
-    if (subjects.empty()) subjects = {"solver", "reduction", "compensate"};
+    if (subjects.empty()) subjects = {"solver", "reduction", "compensate", "online"};
     for (const std::string& subject : subjects) {
       std::cerr << "measuring: " << subject << std::endl;
       std::cout << (subject == "solver"      ? bench::solver_subject(settings)
                     : subject == "reduction" ? bench::reduction_subject(settings)
+                    : subject == "online"    ? bench::online_subject(settings)
                                              : bench::compensate_subject(settings))
                 << std::endl;
     }

@@ -20,6 +20,7 @@ struct Settings {
 std::string solver_subject(const Settings& settings);
 std::string reduction_subject(const Settings& settings);
 std::string compensate_subject(const Settings& settings);
+std::string online_subject(const Settings& settings);
 
 /// model.rom.h5 to be used: --model, or the one in the work folder, made if it is missing.
 std::filesystem::path model_of(const Settings& settings);

@@ -31,6 +31,7 @@
 #include "solver/thermal/assembly.h"
 #include "solver/thermal/integrator.h"
 #include "tools/benchmarks/body_case.h"
+#include "tools/benchmarks/control_rows.h"
 #include "tools/benchmarks/report.h"
 #include "tools/benchmarks/stopwatch.h"
 
@@ -391,6 +392,8 @@ void rows(const Options& options) {
   print("order", model.system.order());
 }
 
+void control(const Options& options) { control_rows(options.model, options.rows); }
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -398,8 +401,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Options options;
   const std::vector<std::pair<std::string, void (*)(const Options&)>> works = {
-      {"files", write_files}, {"heat", heat},   {"memory", memory}, {"elastic", elastic}, {"iterative", iterative},
-      {"loads", loads},       {"poses", poses}, {"steps", steps},   {"online", online},   {"rows", rows}};
+      {"files", write_files},   {"heat", heat},   {"memory", memory},  {"elastic", elastic},
+      {"iterative", iterative}, {"loads", loads}, {"poses", poses},    {"steps", steps},
+      {"online", online},       {"rows", rows},   {"control", control}};
   for (const auto& [name, work] : works) {
     CLI::App* verb = app.add_subcommand(name);
     verb->add_option("--case", options.case_path);

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/benchmarks/control_rows.h"
+
+#include <Eigen/Core>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <ctime>
+#include <vector>
+
+#include "compensation/control/control_model.h"
+#include "compensation/control/twin.h"
+#include "compensation/online/compensator.h"
+#include "reduction/model/model_file.h"
+#include "tools/benchmarks/stopwatch.h"
+
+namespace thermotwin::bench {
+
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double period_s = 0.1;
+
+double now(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return 1.0 * time.tv_sec + 1e-9 * time.tv_nsec;
+}
+
+/// A control's channels, row by row.
+class Rows {
+public:
+  explicit Rows(const compensation::Compensator& compensator, const mesh::Machine& machine)
+      : row_(compensator.channels().defaults()),
+        speed_(compensator.channels().index("spindle.speed_rpm")),
+        air_(compensator.channels().index("air.T_C")),
+        most_(machine.spindle_max_rpm),
+        reference_C_(machine.reference_C) {
+    for (const mesh::Axis& axis : machine.axes) {
+      if (axis.kind != mesh::AxisKind::linear) continue;
+      moving_.push_back({compensator.channels().index("axis." + axis.id + ".position_mm"),
+                         500.0 * (axis.low + axis.high), 450.0 * (axis.high - axis.low)});
+    }
+  }
+  const VectorXd& at(double t) {
+    if (speed_ >= 0) row_[speed_] = std::fmod(std::floor(t / 600.0), 3.0) * 0.25 * most_;
+    if (air_ >= 0) row_[air_] = reference_C_ + 2.0 * std::sin(t / 14000.0);
+    for (std::size_t a = 0; a < moving_.size(); ++a)
+      row_[moving_[a].channel] = moving_[a].middle + moving_[a].reach * std::sin(t / (7.0 + 3.0 * a));
+    return row_;
+  }
+
+private:
+  struct Moving {
+    int channel;
+    double middle, reach;
+  };
+  VectorXd row_;
+  int speed_, air_;
+  double most_, reference_C_;
+  std::vector<Moving> moving_;
+};
+
+void print_quantiles(const std::string& name, std::vector<double> times) {
+  std::sort(times.begin(), times.end());
+  const auto at = [&](double share) {
+    return times[std::min(times.size() - 1, static_cast<std::size_t>(share * static_cast<double>(times.size())))];
+  };
+  for (const auto& [word, share] : {std::pair{"median", 0.5}, {"999", 0.999}, {"9999", 0.9999}, {"most", 1.0}})
+    print((name + "_" + word).c_str(), at(share));
+}
+
+/// Times of one row each. step(time, row)
+template <class Step>
+void measure(const std::string& name, Rows& inputs, long rows, const Step& step) {
+  std::vector<double> processor, wall;
+  processor.reserve(rows);
+  wall.reserve(rows);
+  for (long i = 0; i < rows; ++i) {
+    const double t = i * period_s;
+    const VectorXd& row = inputs.at(t);
+    const double wall_0 = now(CLOCK_MONOTONIC), own_0 = now(CLOCK_THREAD_CPUTIME_ID);
+    step(t, row);
+    processor.push_back(now(CLOCK_THREAD_CPUTIME_ID) - own_0);
+    wall.push_back(now(CLOCK_MONOTONIC) - wall_0);
+  }
+  print_quantiles(name, std::move(processor));
+  print_quantiles(name + "_wall", std::move(wall));
+}
+
+double bytes_of(const tt_model& m) {
+  const double order = m.order;
+  double columns = m.term_first[m.terms];
+  double right = 0.0;
+  for (int j = 0; j < m.terms; ++j)
+    if (m.term_right_first[j] >= 0) right += m.term_first[j + 1] - m.term_first[j];
+  return 8.0 * order * (order + columns + right + m.inputs + m.readings + 6.0 * m.tool_poses + 13.0 * m.table_poses);
+}
+
+}  // namespace
+
+void control_rows(const std::filesystem::path& model_file, long rows) {
+  const reduction::ReducedModel model = reduction::read_model(model_file);
+  compensation::CompensatorOptions open_loop;
+  open_loop.use_sensors = false;
+  compensation::Compensator compensator(model, open_loop);
+  Rows inputs(compensator, model.machine);
+
+  const Watch build;
+  compensation::ControlOptions options;
+  options.compensator = open_loop;
+  const compensation::ControlModel control(model, options);
+  print("build", build.seconds());
+  const tt_model& m = control.model();
+  std::vector<std::uint64_t> state((tt_twin_state_bytes(&m) + 7) / 8), work((tt_twin_work_bytes(&m) + 7) / 8);
+  const Watch start;
+  tt_twin twin;
+  tt_twin_begin(&twin, &m, state.data(), work.data());
+  print("start", start.seconds());
+  print("order", m.order);
+  print("data_MB", 1e-6 * bytes_of(m));
+  print("state_kB", 8e-3 * static_cast<double>(state.size()));
+  print("work_MB", 8e-6 * static_cast<double>(work.size()));
+
+  measure("core", inputs, rows, [&](double t, const VectorXd& row) { tt_twin_row(&twin, t, row.data()); });
+  const VectorXd none;
+  measure("classes", inputs, std::min(rows, 100000L),
+          [&](double t, const VectorXd& row) { compensator.step(t, row, none); });
+
+  // Rows a minute apart: the largest difference of the offsets.
+  compensation::Compensator other(model, open_loop);
+  tt_twin_begin(&twin, &m, state.data(), work.data());
+  double apart_um = 0.0, most_um = 0.0;
+  for (double t = 0.0; t <= 36000.0; t += 60.0) {
+    const VectorXd& row = inputs.at(t);
+    tt_twin_row(&twin, t, row.data());
+    const VectorXd& offsets = other.step(t, row, none).offset_um;
+    for (Eigen::Index a = 0; a < offsets.size(); ++a) {
+      apart_um = std::max(apart_um, std::abs(offsets[a] - twin.offset_um[a]));
+      most_um = std::max(most_um, std::abs(offsets[a]));
+    }
+  }
+  print("apart_um", apart_um);
+  print("most_um", most_um);
+}
+
+}  // namespace thermotwin::bench
