@@ -392,7 +392,7 @@ void rows(const Options& options) {
   print("order", model.system.order());
 }
 
-void control(const Options& options) { control_rows(options.model, options.rows); }
+void control(const Options& options) { bench::control_rows(options.model, options.rows); }
 
 }  // namespace
 
