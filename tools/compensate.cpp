@@ -67,6 +67,15 @@ private:
   double next_ = -std::numeric_limits<double>::infinity();
 };
 
+/// Files that describe the state after the last row.
+void write_at_end(const CompensateOptions& options, const compensation::Compensator& compensator,
+                  const mesh::Machine& machine) {
+  if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
+  if (!options.axis_errors.empty())
+    core::log_line(write_axis_errors(options.axis_errors, compensation::error_tables(compensator, machine)));
+  if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
+}
+
 }  // namespace
 
 void compensate(const CompensateOptions& options) {
@@ -123,12 +132,8 @@ void compensate(const CompensateOptions& options) {
       }
     });
   }
-  if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
   if (lines) lines->write();
-  if (!options.axis_errors.empty()) {
-    core::log_line(write_axis_errors(options.axis_errors, compensation::error_tables(compensator, model.machine)));
-  }
-  if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
+  write_at_end(options, compensator, model.machine);
   std::string statuses;
   for (const auto& [status, rows] : done.not_ok)
     statuses += fmt::format("{} {} in {} rows", statuses.empty() ? "; status" : ",", status, rows);

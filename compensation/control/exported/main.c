@@ -16,6 +16,7 @@ static double state[TT_STATE_BYTES / 8 + 1], work[TT_WORK_BYTES / 8 + 1];
 static unsigned char saved[TT_STATE_BYTES + 64];
 static char line[longest_line];
 static int column[most_columns];
+static char has_column[TT_CHANNELS];
 
 static int channel_of(const char* name) {
   if (strcmp(name, "time_s") == 0) return is_time;
@@ -39,14 +40,19 @@ static int read_header(void) {
   char *rest = line, *cell;
   int count = 0;
   if (!fgets(line, sizeof line, stdin)) return 0;
-  while ((cell = next_cell(&rest)) != NULL && count < most_columns) column[count++] = channel_of(cell);
+  while ((cell = next_cell(&rest)) != NULL && count < most_columns) {
+    const int channel = channel_of(cell);
+    column[count++] = channel;
+    if (channel >= 0) has_column[channel] = 1;
+  }
   return count;
 }
 
 static double read_row(int columns, double* channels) {
   char *rest = line, *cell;
   double time = NAN;
-  for (int k = 0; k < tt_the_model.channels; ++k) channels[k] = NAN;
+  /* A channel without a column keeps the value of a machine that stands; a blank cell is a missing value. */
+  for (int k = 0; k < tt_the_model.channels; ++k) channels[k] = has_column[k] ? NAN : tt_twin_defaults(&tt_the_model)[k];
   for (int i = 0; i < columns && (cell = next_cell(&rest)) != NULL; ++i) {
     char* end;
     const double value = strtod(cell, &end);
