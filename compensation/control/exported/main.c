@@ -52,7 +52,8 @@ static double read_row(int columns, double* channels) {
   char *rest = line, *cell;
   double time = NAN;
   /* A channel without a column keeps the value of a machine that stands; a blank cell is a missing value. */
-  for (int k = 0; k < tt_the_model.channels; ++k) channels[k] = has_column[k] ? NAN : tt_twin_defaults(&tt_the_model)[k];
+  const double* standing = tt_twin_defaults(&tt_the_model);
+  for (int k = 0; k < tt_the_model.channels; ++k) channels[k] = has_column[k] ? NAN : standing[k];
   for (int i = 0; i < columns && (cell = next_cell(&rest)) != NULL; ++i) {
     char* end;
     const double value = strtod(cell, &end);
