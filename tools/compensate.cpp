@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include <fstream>
-#include <functional>
 #include <iostream>
 #include <limits>
 #include <optional>
@@ -48,8 +47,17 @@ public:
 
   void after_row(const compensation::Offsets& offsets) {
     last_ = offsets;
-    if (options_.out == "-" && !(offsets.time < next_)) write();
+    if (options_.out != "-" || offsets.time < next_) return;
+    // The offsets go on where the lines cannot be written.
+    try {
+      write();
+    } catch (const core::InputError& error) {
+      if (!warned_) core::warn(error.what());
+      warned_ = true;
+      next_ = offsets.time + options_.lines_every_s;
+    }
   }
+  /// Nothing where no row could be read.
   void write() {
     if (last_.offset_um.size() == 0) return;
     core::write_file(options_.lines,
@@ -65,13 +73,14 @@ private:
   compensation::OutputMap map_;
   compensation::Offsets last_;
   double next_ = -std::numeric_limits<double>::infinity();
+  bool warned_ = false;
 };
 
 /// Files that describe the state after the last row.
 void write_at_end(const CompensateOptions& options, const compensation::Compensator& compensator,
-                  const mesh::Machine& machine) {
+                  const mesh::Machine& machine, bool any_row) {
   if (!options.learned.empty()) core::write_file(options.learned, learned_csv(compensator));
-  if (!options.axis_errors.empty())
+  if (!options.axis_errors.empty() && any_row)
     core::log_line(write_axis_errors(options.axis_errors, compensation::error_tables(compensator, machine)));
   if (!options.explain.empty()) core::write_file(options.explain, compensator.detectability().brief());
 }
@@ -110,11 +119,12 @@ void compensate(const CompensateOptions& options) {
   stream.probe_std_um = options.probe_std_um;
   stream.probed_compensated = options.probed_compensated;
   std::optional<LinesFile> lines;
-  std::function<void(const compensation::Offsets&)> after_row;
-  if (!options.lines.empty()) {
-    lines.emplace(options, compensator, model);
-    after_row = [&](const compensation::Offsets& offsets) { lines->after_row(offsets); };
-  }
+  if (!options.lines.empty()) lines.emplace(options, compensator, model);
+  bool any_row = false;
+  const auto after_row = [&](const compensation::Offsets& offsets) {
+    any_row = true;
+    if (lines) lines->after_row(offsets);
+  };
   const Stopwatch time;
   compensation::StreamSummary done;
   if (to_stdout) {
@@ -133,7 +143,7 @@ void compensate(const CompensateOptions& options) {
     });
   }
   if (lines) lines->write();
-  write_at_end(options, compensator, model.machine);
+  write_at_end(options, compensator, model.machine, any_row);
   std::string statuses;
   for (const auto& [status, rows] : done.not_ok)
     statuses += fmt::format("{} {} in {} rows", statuses.empty() ? "; status" : ",", status, rows);

@@ -11,6 +11,7 @@
 #include <limits>
 #include <utility>
 
+#include "compensation/control/low_rank.h"
 #include "compensation/control/machine_arrays.h"
 #include "compensation/control/output_weights.h"
 #include "compensation/online/offset_guard.h"
@@ -57,34 +58,6 @@ public:
 private:
   MatrixXd lower_;
 };
-
-struct LowRank {
-  MatrixXd left, right;  ///< right without columns: symmetric
-  VectorXd weight;
-};
-
-LowRank low_rank(const MatrixXd& matrix, double tolerance) {
-  LowRank result;
-  if (matrix == matrix.transpose()) {
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(matrix);
-    const VectorXd& values = solver.eigenvalues();
-    const double least = tolerance * values.cwiseAbs().maxCoeff();
-    std::vector<Index> kept;
-    for (Index i = 0; i < values.size(); ++i) {
-      if (std::abs(values[i]) > least) kept.push_back(i);
-    }
-    result.left = solver.eigenvectors()(Eigen::all, kept) * values(kept).cwiseAbs().cwiseSqrt().asDiagonal();
-    result.weight = values(kept).cwiseSign();
-    return result;
-  }
-  const Eigen::JacobiSVD<MatrixXd> solver(matrix, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXd& values = solver.singularValues();
-  const Index rank = std::max<Index>(1, (values.array() > tolerance * values[0]).count());
-  result.left = solver.matrixU().leftCols(rank) * values.head(rank).asDiagonal();
-  result.right = solver.matrixV().leftCols(rank);
-  result.weight = VectorXd::Ones(rank);
-  return result;
-}
 
 void add_system(const reduction::ReducedSystem& system, double tolerance, ControlData& data) {
   const UnitCapacity unit(system.capacity);

@@ -3,8 +3,8 @@
 #define THERMOTWIN_ERRORS_H
 /* The uncertain quantities theta of a machine and their estimation from sensors and probing: a Kalman filter in a few
  * parameters on top of the sensitivities S (the C++ class, with the reasons: online/error_model.h). theta holds, in
- * this order: the columns of S (sensitivities.h), a constant offset of each reading, and nine quantities of the outputs that
- * only probing estimates: relative excess of the motion of the tool side and the table side along x, y, z, and a
+ * this order: the columns of S (sensitivities.h), a constant offset of each reading, and nine quantities of the outputs
+ * that only probing estimates: relative excess of the motion of the tool side and the table side along x, y, z, and a
  * remainder in x, y, z (m). A quantity that is not there (a drive that was always recorded, a pattern beyond those of
  * the start) has the standard deviation 0. */
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "compensation/control/sensor_model.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iterator>
 
+#include "compensation/control/low_rank.h"
 #include "core/error.h"
 #include "solver/operation/layout.h"
 
@@ -49,34 +47,17 @@ SensorModel::SensorModel(const reduction::ReducedModel& model, int drives, doubl
 }
 
 void SensorModel::add_terms(const reduction::ReducedSystem& system, double tolerance) {
-  std::int32_t columns = 0, right = 0;
-  const auto add = [&](const VectorXd& left, double weight) {
-    append(term_left_, left);
-    term_weight_.push_back(weight);
-    ++columns;
-  };
-  for (Index t = 0; t < std::ssize(system.terms); ++t) {
-    term_first_.push_back(columns);
-    if (system.layout.terms[t].kind == solver::TermKind::coolant_flow) {
-      term_right_first_.push_back(right);
-      const Eigen::JacobiSVD<MatrixXd> parts(system.terms[t], Eigen::ComputeThinU | Eigen::ComputeThinV);
-      const VectorXd& sizes = parts.singularValues();
-      for (Index c = 0; c < sizes.size() && sizes[c] > tolerance * sizes[0]; ++c, ++right) {
-        add(parts.matrixU().col(c) * sizes[c], 1.0);
-        append(term_right_, parts.matrixV().col(c));
-      }
-      continue;
-    }
-    term_right_first_.push_back(-1);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> parts(system.terms[t]);
-    const VectorXd& sizes = parts.eigenvalues();
-    const double largest = sizes.cwiseAbs().maxCoeff();
-    for (Index c = 0; c < sizes.size(); ++c) {
-      const double size = std::abs(sizes[c]);
-      if (size > tolerance * largest) add(parts.eigenvectors().col(c) * std::sqrt(size), sizes[c] < 0.0 ? -1.0 : 1.0);
-    }
+  std::int32_t right = 0;
+  term_first_ = {0};
+  for (const MatrixXd& matrix : system.terms) {
+    const LowRank term = low_rank(matrix, tolerance);
+    append(term_left_, term.left.reshaped());
+    append(term_right_, term.right.reshaped());
+    append(term_weight_, term.weight);
+    term_first_.push_back(static_cast<std::int32_t>(term_weight_.size()));
+    term_right_first_.push_back(term.right.size() > 0 ? right : -1);
+    right += static_cast<std::int32_t>(term.right.cols());
   }
-  term_first_.push_back(columns);
 }
 
 void SensorModel::add_quantities() {

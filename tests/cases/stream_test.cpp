@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <sstream>
 
 #include "core/table.h"
@@ -127,6 +128,25 @@ TEST(Stream, LinesAreThereBesideAControlThatWaits) {
   EXPECT_SAYS(read(toy.file("lines.csv")), "\n120,X,10.0000,");
   EXPECT_EQ(program.wait().status, 0);
   EXPECT_SAYS(read(toy.file("lines.csv")), "\n180,X,10.0000,");
+}
+
+TEST(Stream, LinesThatCannotBeWrittenEndNoControl) {
+  const Toy toy;
+  toy.write("taken", "a file where a folder should be");
+  const Result done = thermotwin({"compensate", model(), "--lines", toy.file("taken/lines.csv"), "--lines-every", "0"},
+                                 header + "0,6000,10,20.5\n60,6000,10,20.5\n120,6000,10,20.5\n");
+  EXPECT_SAYS(done.out, "\n120,");
+  EXPECT_SAYS(done.err, "taken/lines.csv");
+  EXPECT_EQ(done.status, 3) << "the last lines cannot be written either";
+}
+
+TEST(Stream, NoRowsLeaveNoLinesAndNoTables) {
+  const Toy toy;
+  const Result done = thermotwin(
+      {"compensate", model(), "--lines", toy.file("lines.csv"), "--axis-errors", toy.file("tables")}, header);
+  EXPECT_EQ(done.status, 0) << done.err;
+  EXPECT_FALSE(std::filesystem::exists(toy.file("lines.csv")));
+  EXPECT_FALSE(std::filesystem::exists(toy.file("tables")));
 }
 
 TEST(Stream, UnknownColumnIsRefusedBeforeAnyAnswer) {

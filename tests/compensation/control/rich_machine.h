@@ -143,15 +143,51 @@ id = "losses"
 scale = 1.1
 standstill_W = 35
 speed_exponent = 0.4
-law = [
-  { input = "hall.T_C", at = [10, 20, 30], power_W = [0, 5, 30] },
-  { kind = "bearing", motion = "spindle", ratio = 1.2, f0 = 3, f1 = 0.0005, mean_diameter_mm = 90, viscosity_mm2_s = 20, load_N = 400, count = 4 },
-  { kind = "guide", motion = "Y", coulomb_N = 80, viscous_N_s_m = 900 },
-  { kind = "ball_screw", motion = "Z", pitch_mm = 20, mean_diameter_mm = 40, preload_N = 2500, load_N = 900, efficiency = 0.92 },
-  { kind = "motor", motion = "X", pitch_mm = 20, torque_Nm = [3, 5], at_rpm = [0, 3000], torque_constant_Nm_A = 0.9, resistance_ohm = 0.6, hysteresis_W = 20, eddy_W = 30, nominal_rpm = 3000 },
-  { kind = "holding", motion = "B", balanced_at_deg = 10, full_power_W = 700, linear_share = 0.3 },
-]
 place = [ { volume = "tank", share = 0.4 }, { joint = "Y_guide", share = 0.4, slave_share = 0.5 } ]
+[[source.law]]
+input = "hall.T_C"
+at = [10, 20, 30]
+power_W = [0, 5, 30]
+[[source.law]]
+kind = "bearing"
+motion = "spindle"
+ratio = 1.2
+f0 = 3
+f1 = 0.0005
+mean_diameter_mm = 90
+viscosity_mm2_s = 20
+load_N = 400
+count = 4
+[[source.law]]
+kind = "guide"
+motion = "Y"
+coulomb_N = 80
+viscous_N_s_m = 900
+[[source.law]]
+kind = "ball_screw"
+motion = "Z"
+pitch_mm = 20
+mean_diameter_mm = 40
+preload_N = 2500
+load_N = 900
+efficiency = 0.92
+[[source.law]]
+kind = "motor"
+motion = "X"
+pitch_mm = 20
+torque_Nm = [3, 5]
+at_rpm = [0, 3000]
+torque_constant_Nm_A = 0.9
+resistance_ohm = 0.6
+hysteresis_W = 20
+eddy_W = 30
+nominal_rpm = 3000
+[[source.law]]
+kind = "holding"
+motion = "B"
+balanced_at_deg = 10
+full_power_W = 700
+linear_share = 0.3
 )";
 }
 

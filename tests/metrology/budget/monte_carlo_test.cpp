@@ -75,7 +75,8 @@ TEST(MonteCarlo, DistributionsHaveTheirMoments) {
   const Budget budget = Budget::parse(R"toml(schema = 1
 monte_carlo.draws = 200000
 input = [{name = "r", value = 1, distribution = "rectangular", half_width = 2},
-         {name = "t", distribution = "triangular", half_width = 2}, {name = "a", distribution = "arcsine", half_width = 2},
+         {name = "t", distribution = "triangular", half_width = 2},
+         {name = "a", distribution = "arcsine", half_width = 2},
          {name = "n", std = 2}, {name = "q", distribution = "rectangular", half_width = 3}]
 correlation = [{between = ["r", "q"], coefficient = 0.8}, {between = ["t", "n"], coefficient = -0.5}]
 quantity = [{name = "R", formula = "r"}, {name = "T", formula = "t"}, {name = "A", formula = "a"},
