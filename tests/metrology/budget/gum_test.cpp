@@ -72,6 +72,20 @@ quantity = [{name = "y", formula = "a + b + c + d"}, {name = "still", formula = 
   EXPECT_EQ(found.correlation(0, 1), 0.0);
 }
 
+// u^2 = 1 + 1 + 2 * 0.5 = 3 of a and b together, 1 of c: nu = 1 / ((3/4)^2 / 5 + (1/4)^2 / 10).
+TEST(Gum, CorrelatedInputsHaveTheFewestDegreesAmongThem) {
+  for (const char* degrees : {"degrees_of_freedom = 5}, {name = \"b\", value = 0, std = 1, degrees_of_freedom = 50",
+                              "degrees_of_freedom = 50}, {name = \"b\", value = 0, std = 1, degrees_of_freedom = 5"}) {
+    const std::string text = std::string("schema = 1\ninput = [{name = \"a\", value = 0, std = 1, ") + degrees +
+                             "}, {name = \"c\", value = 0, std = 1, degrees_of_freedom = 10}]\n"
+                             "correlation = [{between = [\"a\", \"b\"], coefficient = 0.5}]\n"
+                             "quantity = [{name = \"y\", formula = \"a + b + c\"}]\n";
+    const GumResult found = gum(Budget::parse(text, "groups.toml"));
+    EXPECT_NEAR(found.std[0], 2.0, 1e-9);
+    EXPECT_NEAR(found.degrees_of_freedom[0], 1.0 / (0.5625 / 5.0 + 0.0625 / 10.0), 1e-6) << degrees;
+  }
+}
+
 TEST(Gum, SensitivitiesAreSlopes) {
   const Budget budget = Budget::parse(R"toml(schema = 1
 input = [{name = "a", value = 0.7, std = 0.2}, {name = "b", value = 3e6, std = 0.001}]
