@@ -95,6 +95,7 @@ void compensate(const CompensateOptions& options) {
   compensation::CompensatorOptions settings;
   settings.use_sensors = !options.no_sensors;
   settings.step_s = options.step_s;
+  settings.start_C = options.start_C;
   settings.largest_um = options.largest_um;
   settings.rate_um_s = options.rate_um_s;
   compensation::Compensator compensator(model, settings);

@@ -8,8 +8,10 @@
 #include "compensation/control/control_model.h"
 #include "compensation/control/control_source.h"
 #include "compensation/control/twin.h"
+#include "compensation/linuxcnc/hal_pieces.h"
 #include "core/error.h"
 #include "core/file.h"
+#include "core/text.h"
 #include "reduction/model/model_file.h"
 
 namespace thermotwin::tools {
@@ -73,17 +75,42 @@ void export_fmu(const ControlExportOptions& options) {
   print_summary(options, text, json.dump());
 }
 
+void export_linuxcnc(const ControlExportOptions& options) {
+  const compensation::HalConfig config = compensation::read_hal_config(options.linuxcnc);
+  const compensation::ControlModel control = control_model(options);
+  const fs::path folder = fs::absolute(options.out).lexically_normal();
+  const compensation::HalPieces pieces = compensation::hal_pieces(config, control.data(), folder);
+  std::vector<fs::path> names;
+  core::write_files_by(folder, [&](const fs::path& staged) {
+    return names = compensation::write_linuxcnc(staged, control.data(), control.model(), pieces);
+  });
+  std::string text = fmt::format("{} for {}: {} files in {}\nlinked: {}\nnot given yet: {}\n", control.model().name,
+                                 options.linuxcnc.string(), names.size(), folder.string(), core::join(pieces.linked),
+                                 pieces.unlinked.empty() ? "none" : core::join(pieces.unlinked));
+  for (const std::string& file : config.unread)
+    text += fmt::format("warning: {}; links in it are not known, and HAL refuses to link a pin twice\n", file);
+  text += fmt::format("next: README.md in {}\n", folder.string());
+  const nlohmann::json json = {{"folder", folder.string()},
+                               {"linked", pieces.linked},
+                               {"not_given", pieces.unlinked},
+                               {"unread", config.unread},
+                               {"model_hash", fmt::format("{:016x}", control.model().hash)}};
+  print_summary(options, text, json.dump());
+}
+
 }  // namespace
 
 void export_any(const ControlExportOptions& options) {
-  const bool c = !options.c_folder.empty(), fmu = options.fmu > 0;
-  if (!c && !fmu) return export_model(options);
-  if (options.calculix || options.matrices || (c && fmu))
-    throw core::UsageError("export needs exactly one of --calculix, --matrices, --c and --fmu");
+  const bool c = !options.c_folder.empty(), fmu = options.fmu > 0, linuxcnc = !options.linuxcnc.empty();
+  if (!c && !fmu && !linuxcnc) return export_model(options);
+  if (int{options.calculix} + int{options.matrices} + int{c} + int{fmu} + int{linuxcnc} != 1)
+    throw core::UsageError("export needs exactly one of --calculix, --matrices, --c, --fmu and --linuxcnc");
   if (c)
     export_c(options);
-  else
+  else if (fmu)
     export_fmu(options);
+  else
+    export_linuxcnc(options);
 }
 
 }  // namespace thermotwin::tools

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-// `export MODEL --c` and `--fmu`: a reduced model as C source for a control, or as an FMU.
+// `export MODEL --c`, `--fmu` and `--linuxcnc`: a reduced model as C source for a control, as an FMU, or with what joins it
+// to a LinuxCNC configuration.
 
 #include "tools/options.h"
 
@@ -9,13 +10,14 @@ namespace thermotwin::tools {
 struct ControlExportOptions : ExportOptions {
   std::filesystem::path c_folder;  ///< empty: no C source
   int fmu = 0;                     ///< version of FMI, 2; 0: no FMU
+  std::filesystem::path linuxcnc;  ///< INI file of a LinuxCNC configuration; empty: nothing for LinuxCNC
   double step_s = 60;              ///< longest step of the state
   double start_C = 20;
   double largest_um = 0, rate_um_s = 0;  ///< 0: by the model
   double tolerance = 1e-7;
 };
 
-/// Writes the C source or the FMU, or does what export_model() does.
+/// Writes the C source, the FMU or the folder for LinuxCNC, or does what export_model() does.
 void export_any(const ControlExportOptions& options);
 
 }  // namespace thermotwin::tools

@@ -81,6 +81,7 @@ struct CompensateOptions : CommonOptions {
   std::string in = "-";
   bool no_sensors = false;
   double step_s = 60;
+  double start_C = 20;                   ///< of the machine, without sensors
   double largest_um = 0, rate_um_s = 0;  ///< of an offset; 0: by the model
   bool strict = false;
   double probe_std_um = 0.5;

@@ -19,7 +19,7 @@ inline const std::vector<Layer> house = {
     {"mesh", {"machine", "body", "surface", "import"}},
     {"solver", {"operation", "linear", "contact", "thermal", "elastic", "campaign", "export"}},
     {"reduction", {"linear", "model", "systems", "basis", "bound"}},
-    {"compensation", {"measurement", "models", "online", "control", "evaluation", "chain"}},
+    {"compensation", {"measurement", "models", "online", "control", "linuxcnc", "evaluation", "chain"}},
     {"diagnosis", {"record", "statistics", "causes", "response", "inference", "judge", "report", "data"}},
     {"metrology", {"fit", "budget", "rtest", "iso230"}},
     {"tools", {}}};

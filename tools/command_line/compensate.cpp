@@ -18,7 +18,9 @@ void add_compensate(CLI::App& app) {
   verb->add_option("--step", compensate.step_s, "Longest step of the thermal state, s.")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-
+  verb->add_option("--start-C", compensate.start_C,
+                   "Temperature of the whole machine at the start, degC; with sensors they tell it.")
+      ->capture_default_str();
   verb->add_option("--largest-offset", compensate.largest_um,
                    "Limit of each offset, um (default: twice the largest offset at the model's operating points).")
       ->check(CLI::PositiveNumber);

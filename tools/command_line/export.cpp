@@ -14,16 +14,24 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
   auto* fmu = verb.add_option("--fmu", exported.fmu,
                               "Version of FMI (2): write the model as FMU for co-simulation to --out FILE.fmu.")
                   ->check(CLI::IsMember({2}));
-  matrices.excludes(source)->excludes(fmu);
-  source->excludes(fmu);
+  auto* linuxcnc = verb.add_option("--linuxcnc", exported.linuxcnc,
+                                   "INI file of a LinuxCNC configuration: write model, pins, guard and the pieces of "
+                                   "HAL and INI for it to the folder --out.")
+                       ->check(CLI::ExistingFile);
+  matrices.excludes(source)->excludes(fmu)->excludes(linuxcnc);
+  source->excludes(fmu)->excludes(linuxcnc);
+  fmu->excludes(linuxcnc);
   const auto add = [&](const char* name, double& value, const char* text) { verb.add_option(name, value, text); };
-  add("--step", exported.step_s, "With --c, --fmu: longest step of the thermal state, s (default 60).");
-  add("--start-C", exported.start_C, "With --c, --fmu: initial temperature of the machine, degC (default 20).");
-  add("--largest-offset", exported.largest_um, "With --c, --fmu: limit of each offset, um (default: by the model).");
+  add("--step", exported.step_s, "With --c, --fmu, --linuxcnc: longest step of the thermal state, s (default 60).");
+  add("--start-C", exported.start_C,
+      "With --c, --fmu, --linuxcnc: initial temperature of the machine, degC (default 20).");
+  add("--largest-offset", exported.largest_um,
+      "With --c, --fmu, --linuxcnc: limit of each offset, um (default: by the model).");
   add("--offset-rate", exported.rate_um_s,
-      "With --c, --fmu: limit of each offset's rate of change, um/s (default: by the model).");
+      "With --c, --fmu, --linuxcnc: limit of each offset's rate of change, um/s (default: by the model).");
   add("--low-rank", exported.tolerance,
-      "With --c, --fmu: eigenvalues of a term below this share of its largest are left out (default 1e-7).");
+      "With --c, --fmu, --linuxcnc: eigenvalues of a term below this share of its largest are left out (default "
+      "1e-7).");
 }
 
 }  // namespace
@@ -31,16 +39,19 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
 void add_export(CLI::App& app) {
   const auto options = std::make_shared<ControlExportOptions>();
   ControlExportOptions& exported = *options;
-  CLI::App* verb =
-      add_verb(app, "export",
-               "Exports a machine as a CalculiX deck or as Matrix Market files, or a reduced model as C source or FMU.",
-               "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
-               "  cd out/calculix && ccx heat && ccx static\n"
-               "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced\n"
-               "  thermotwin export out/model.rom.h5 --c out/twin\n"
-               "  thermotwin export out/model.rom.h5 --fmu 2 --out out/twin.fmu",
-               options, &tools::export_any);
-  verb->add_option("MODEL", exported.model, "Case folder, case.toml or machine.toml; with --c, --fmu: model.rom.h5.")
+  CLI::App* verb = add_verb(
+      app, "export",
+      "Exports a machine as a CalculiX deck or as Matrix Market files, or a reduced model as C source, as FMU or "
+      "for LinuxCNC.",
+      "thermotwin export cases/vmc5 --calculix --load spindle_6000 --pose X=0,Y=0,Z=275\n"
+      "  cd out/calculix && ccx heat && ccx static\n"
+      "  thermotwin export cases/vmc5 --matrices && thermotwin reduce --matrices out/matrices --out reduced\n"
+      "  thermotwin export out/model.rom.h5 --c out/twin\n"
+      "  thermotwin export out/model.rom.h5 --fmu 2 --out out/twin.fmu\n"
+      "  thermotwin export out/model.rom.h5 --linuxcnc ~/linuxcnc/configs/mill/mill.ini --out out/linuxcnc",
+      options, &tools::export_any);
+  verb->add_option("MODEL", exported.model,
+                   "Case folder, case.toml or machine.toml; with --c, --fmu, --linuxcnc: model.rom.h5.")
       ->required();
   verb->add_flag("--calculix", exported.calculix,
                  "Write decks for CalculiX (ccx 2.20) in SI units and degC: heat.inp, static.inp and mesh.inp.");
