@@ -24,6 +24,7 @@ compensation::ControlModel control_model(const ControlExportOptions& options) {
   settings.compensator.largest_um = options.largest_um;
   settings.compensator.rate_um_s = options.rate_um_s;
   settings.tolerance = options.tolerance;
+  settings.observer = false;
   return compensation::ControlModel(reduction::read_model(options.model), settings);
 }
 

@@ -119,7 +119,7 @@ void fmu_begin(fmu_twin* f) {
 int fmu_row(fmu_twin* f, double time) {
   for (int k = 0; k < f->model.channels; ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
   f->time = time;
-  return tt_twin_row(&f->twin, time, f->given);
+  return tt_twin_row(&f->twin, time, f->given, NULL);
 }
 
 /* Inputs, time, then the twin's own saved state. */

@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   printf(",status\n");
   while (fgets(line, sizeof line, stdin)) {
     const double time = read_row(columns, channels);
-    const int status = tt_twin_row(&twin, time, channels);
+    const int status = tt_twin_row(&twin, time, channels, NULL);
     printf("%.17g", time);
     for (int i = 0; i < tt_the_model.linear_axes; ++i) {
       printf(",");
