@@ -108,8 +108,7 @@ void tt_error_of_sides(const tt_model* m, const double* pose, const double sides
     double from[3], along = 0.0;
     for (int i = 0; i < 3; ++i) from[i] = at_table[i] - m->growth_origin[i];
     for (int i = 0; i < 3; ++i) along += from[i] * m->growth_direction[i];
-    for (int i = 0; i < 3; ++i)
-      motion[i] += own[6] / m->table_radius * (from[i] - along * m->growth_direction[i]);
+    for (int i = 0; i < 3; ++i) motion[i] += own[6] / m->table_radius * (from[i] - along * m->growth_direction[i]);
   }
   turn(table.r, motion, part);
   for (int i = 0; i < 3; ++i) error[i] -= part[i];
