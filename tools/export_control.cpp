@@ -19,6 +19,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+const char* about_sensors(const tt_model& model) {
+  return model.observer != 0 ? "temperature sensors correct it; offsets have standard deviations"
+                             : "open loop: without sensors and standard deviations";
+}
+
 compensation::ControlModel control_model(const ControlExportOptions& options) {
   compensation::ControlOptions settings;
   settings.compensator.step_s = options.step_s;
@@ -26,6 +31,8 @@ compensation::ControlModel control_model(const ControlExportOptions& options) {
   settings.compensator.largest_um = options.largest_um;
   settings.compensator.rate_um_s = options.rate_um_s;
   settings.tolerance = options.tolerance;
+  settings.observer = options.observer;
+  settings.start_over_s = options.start_over_s;
   return compensation::ControlModel(reduction::read_model(options.model), settings);
 }
 
@@ -41,15 +48,16 @@ void export_c(const ControlExportOptions& options) {
   const auto state = tt_twin_state_bytes(&model), work = tt_twin_work_bytes(&model);
   const std::string text = fmt::format(
       "{}: {} states, {} channels, {} offsets as C99 source\n{} files in {}; memory of a twin: {:.1f} kB of state, "
-      "{:.1f} MB of work\nopen loop: without sensors and standard deviations\n"
+      "{:.1f} MB of work\n{}\n"
       "next: cd {} && cc -std=c99 -O3 -ffp-contract=off *.c -o twin -lm\n",
       model.name, model.order, model.channels, model.linear_axes, names.size(), folder,
-      1e-3 * static_cast<double>(state), 1e-6 * static_cast<double>(work), folder);
+      1e-3 * static_cast<double>(state), 1e-6 * static_cast<double>(work), about_sensors(model), folder);
   const nlohmann::json json = {{"folder", folder},
                                {"files", names},
                                {"states", model.order},
                                {"channels", model.channels},
                                {"offsets", model.linear_axes},
+                               {"observer", model.observer != 0},
                                {"state_bytes", state},
                                {"work_bytes", work},
                                {"model_hash", fmt::format("{:016x}", model.hash)}};
@@ -64,14 +72,12 @@ void export_fmu(const ControlExportOptions& options) {
   compensation::write_fmu2(options.out, control.data());
   const std::string text = fmt::format(
       "{}: {} states, {} inputs, {} offsets as FMU for co-simulation (FMI 2.0)\n{}: {:.1f} MB, for Linux x86-64 and as "
-      "source\nopen loop: without sensors and standard deviations\n",
+      "source\n{}\n",
       model.name, model.order, model.channels, model.linear_axes, options.out.string(),
-      1e-6 * static_cast<double>(fs::file_size(options.out)));
-  const nlohmann::json json = {{"fmu", options.out.string()},
-                               {"states", model.order},
-                               {"channels", model.channels},
-                               {"offsets", model.linear_axes},
-                               {"model_hash", fmt::format("{:016x}", model.hash)}};
+      1e-6 * static_cast<double>(fs::file_size(options.out)), about_sensors(model));
+  const nlohmann::json json = {{"fmu", options.out.string()},     {"states", model.order},
+                               {"channels", model.channels},      {"offsets", model.linear_axes},
+                               {"observer", model.observer != 0}, {"model_hash", fmt::format("{:016x}", model.hash)}};
   print_summary(options, text, json.dump());
 }
 

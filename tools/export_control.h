@@ -15,6 +15,8 @@ struct ControlExportOptions : ExportOptions {
   double start_C = 20;
   double largest_um = 0, rate_um_s = 0;  ///< 0: by the model
   double tolerance = 1e-7;
+  bool observer = true;     ///< sensors correct the model
+  double start_over_s = 0;  ///< the work of the start is spread over this time
 };
 
 /// Writes the C source, the FMU or the folder for LinuxCNC, or does what export_model() does.

@@ -23,8 +23,7 @@ tt_chiller tt_chiller_in(tt_arena* arena, const tt_model* m) {
 
 static double set_point(const tt_model* m, int i, const double* readings_K, const double* guide_K) {
   double guide = m->coolant_guide[i] < 0 ? guide_K[i] : readings_K[m->coolant_guide[i]];
-  if (m->coolant_warmed_by[i] >= 0)
-    guide += m->coolant_warmed_share[i] * (readings_K[m->coolant_warmed_by[i]] - guide);
+  if (m->coolant_warmed_by[i] >= 0) guide += m->coolant_warmed_share[i] * (readings_K[m->coolant_warmed_by[i]] - guide);
   return guide + m->coolant_offset[i];
 }
 

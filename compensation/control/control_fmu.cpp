@@ -94,15 +94,74 @@ std::string stored_zip(const std::vector<ArchiveFile>& files) {
          little(files.size(), 2) + little(directory.size(), 4) + little(start, 4) + little(0, 2);
 }
 
+namespace {
+
+std::string real_variable(const std::string& name, int reference, const char* causality, const std::string& meaning,
+                          const std::string& unit, const std::string& start) {
+  return fmt::format(
+      "    <ScalarVariable name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"continuous\"{}>"
+      "<Real unit=\"{}\"{}/></ScalarVariable>\n",
+      escaped(name), reference, causality, meaning.empty() ? "" : " description=\"" + meaning + "\"", unit,
+      start.empty() ? "" : " start=\"" + start + "\"");
+}
+
+std::string integer_output(const std::string& name, int reference, const char* meaning) {
+  return fmt::format(
+      "    <ScalarVariable name=\"{}\" valueReference=\"{}\" causality=\"output\" variability=\"discrete\" "
+      "description=\"{}\"><Integer/></ScalarVariable>\n",
+      escaped(name), reference, meaning);
+}
+
+int sensors_of(const ControlData& data) { return data.observer != 0 ? data.sensors : 0; }
+
+std::string inputs_of(const ControlData& data) {
+  std::string text;
+  int reference = 0;
+  for (const std::string& name : data.channel_names) {
+    const double usual = data.channel_default[reference];
+    const bool law = std::isnan(usual);
+    text += real_variable(name, reference, "input", law ? "-1e30: not given, the model's own law holds" : "",
+                          unit_of(name).name, fmt::format("{}", law ? -1e30 : usual));
+    ++reference;
+  }
+  for (int s = 0; s < sensors_of(data); ++s)
+    text += real_variable(data.sensor_names[s] + "_C", reference++, "input", "-1e30: no reading", "degC", "-1e+30");
+  return text;
+}
+
+std::string outputs_of(const ControlData& data) {
+  std::string text;
+  int reference = data.channels + sensors_of(data);
+  const auto add = [&](const char* kind, const char* meaning) {
+    for (const std::int32_t axis : data.linear_axis)
+      text +=
+          real_variable(fmt::format("{}_{}_um", kind, data.axis_names[axis]), reference++, "output", meaning, "um", "");
+  };
+  add("offset", "to be applied to the axis");
+  if (data.observer != 0) add("std", "one standard deviation of the offset");
+  text += integer_output("status", 0,
+                         "0 ok, 1 limited, 2 sensor_failed, 3 no_sensors, 4 outside_workspace, 5 input_missing, 6 "
+                         "starting, 7 failed");
+  text += integer_output("guard", 1, "0 following, 1 limited, 2 holding, 3 returning to 0");
+  for (int s = 0; s < sensors_of(data); ++s) {
+    text += integer_output(data.sensor_names[s] + "_fault", s + 2,
+                           "0 none, 1 implausible, 2 kelvin, 3 fahrenheit, 4 absent, 5 stuck, 6 offset, 7 noise, 8 "
+                           "drift");
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string fmu2_description(const ControlData& data, const std::vector<std::string>& sources) {
   std::string text = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"2.0\" modelName=\"{}\" "
       "guid=\"{{{:016x}}}\" generationTool=\"thermotwin\" license=\"GPL-3.0-or-later\" "
       "variableNamingConvention=\"flat\" "
-      "description=\"Thermal twin of a machine tool: channels of a control in, axis offsets out. Open loop.\">\n"
+      "description=\"Thermal twin of a machine tool: channels of a control in, axis offsets out. {}\">\n"
       "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"true\" "
       "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\">\n    <SourceFiles>\n",
-      escaped(data.name), data.hash, identifier);
+      escaped(data.name), data.hash, data.observer != 0 ? "Temperature sensors correct it." : "Open loop.", identifier);
   for (const std::string& name : sources) {
     if (name.ends_with(".c")) text += fmt::format("      <File name=\"{}\"/>\n", name);
   }
@@ -111,35 +170,12 @@ std::string fmu2_description(const ControlData& data, const std::vector<std::str
     text +=
         fmt::format("    <Unit name=\"{}\"><BaseUnit{}{}/></Unit>\n", unit.name, *unit.base != 0 ? " " : "", unit.base);
   text += "  </UnitDefinitions>\n  <DefaultExperiment startTime=\"0\" stepSize=\"1\"/>\n  <ModelVariables>\n";
-  int reference = 0;
-  for (const std::string& name : data.channel_names) {
-    const double usual = data.channel_default[reference];
-    text += fmt::format(
-        "    <ScalarVariable name=\"{}\" valueReference=\"{}\" causality=\"input\" variability=\"continuous\"{}>"
-        "<Real unit=\"{}\" start=\"{}\"/></ScalarVariable>\n",
-        escaped(name), reference,
-        std::isnan(usual) ? " description=\"-1e30: not given, the model's own law holds\"" : "", unit_of(name).name,
-        std::isnan(usual) ? -1e30 : usual);
-    ++reference;
-  }
-  for (const std::int32_t axis : data.linear_axis) {
-    text += fmt::format(
-        "    <ScalarVariable name=\"offset_{}_um\" valueReference=\"{}\" causality=\"output\" "
-        "variability=\"continuous\" "
-        "description=\"to be applied to the axis\"><Real unit=\"um\"/></ScalarVariable>\n",
-        escaped(data.axis_names[axis]), reference++);
-  }
-  text +=
-      "    <ScalarVariable name=\"status\" valueReference=\"0\" causality=\"output\" variability=\"discrete\" "
-      "description=\"0 ok, 1 limited, 2 no_sensors, 3 outside_workspace, 4 input_missing, 5 failed\"><Integer/>"
-      "</ScalarVariable>\n"
-      "    <ScalarVariable name=\"guard\" valueReference=\"1\" causality=\"output\" variability=\"discrete\" "
-      "description=\"0 following, 1 limited, 2 holding, 3 returning to 0\"><Integer/></ScalarVariable>\n"
-      "  </ModelVariables>\n  <ModelStructure>\n";
+  text += inputs_of(data) + outputs_of(data) + "  </ModelVariables>\n  <ModelStructure>\n";
+  const int inputs = data.channels + sensors_of(data);
+  const int outputs = (data.observer != 0 ? 2 : 1) * data.linear_axes + 2 + sensors_of(data);
   for (const char* list : {"Outputs", "InitialUnknowns"}) {
     text += fmt::format("    <{}>\n", list);
-    for (int k = data.channels + 1; k <= data.channels + data.linear_axes + 2; ++k)
-      text += fmt::format("      <Unknown index=\"{}\"/>\n", k);
+    for (int k = inputs + 1; k <= inputs + outputs; ++k) text += fmt::format("      <Unknown index=\"{}\"/>\n", k);
     text += fmt::format("    </{}>\n", list);
   }
   return text + "  </ModelStructure>\n</fmiModelDescription>\n";

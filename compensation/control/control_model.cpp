@@ -13,6 +13,7 @@
 
 #include "compensation/control/low_rank.h"
 #include "compensation/control/machine_arrays.h"
+#include "compensation/control/observer_arrays.h"
 #include "compensation/control/output_weights.h"
 #include "compensation/online/offset_guard.h"
 #include "core/dense_algebra.h"
@@ -141,8 +142,8 @@ void add_travels(const mesh::Machine& machine, ControlData& data) {
   data.travels = std::ssize(data.travel_axis);
 }
 
-void add_guard(const reduction::ReducedModel& model, const CompensatorOptions& options, ControlData& data) {
-  const OutputMap map(model);
+void add_guard(const reduction::ReducedModel& model, const OutputMap& map, const CompensatorOptions& options,
+               ControlData& data) {
   OffsetLimits limits = offset_limits(model, map);
   if (options.largest_um > 0.0) limits.largest_um = options.largest_um;
   if (options.rate_um_s > 0.0) {
@@ -203,6 +204,7 @@ std::uint64_t hash_of(const ControlData& data) {
 void ControlOptions::validate() const {
   compensator.validate();
   core::require_option(tolerance >= 0.0 && tolerance <= 0.1, "online core: tolerance", tolerance, "0 to 0.1");
+  core::require_within("online core: start_over_s", start_over_s, {0.0, 3600.0});
 }
 
 ControlData control_data(const reduction::ReducedModel& model, const ControlOptions& options) {
@@ -217,7 +219,11 @@ ControlData control_data(const reduction::ReducedModel& model, const ControlOpti
   add_system(model.system, options.tolerance, data);
   add_outputs(model, data);
   add_travels(model.machine, data);
-  add_guard(model, options.compensator, data);
+  const OutputMap map(model);
+  add_guard(model, map, options.compensator, data);
+  data.correction_s = options.compensator.correction_s;
+  data.start_over_s = options.start_over_s;
+  if (options.observer) fill_observer(model, operating, map, options.compensator, data);
   data.hash = hash_of(data);
   return data;
 }

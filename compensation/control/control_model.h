@@ -15,8 +15,10 @@
 namespace thermotwin::compensation {
 
 struct ControlOptions {
-  CompensatorOptions compensator;  ///< step, start and limits; the rest is not used
+  CompensatorOptions compensator;  ///< without use_sensors, the observer has no readings; see observer
   double tolerance = 1e-7;         ///< of the low rank, 0 to 0.1
+  bool observer = true;            ///< sensors correct the state and offsets have a deviation; else open loop
+  double start_over_s = 0.0;       ///< machine time that the work of the start is spread over, up to an hour; 0: none
   void validate() const;           ///< @throws InputError
 };
 

@@ -109,8 +109,9 @@ std::string model_header(const ControlData& data, const tt_model& model) {
       data.name);
   put(out, "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\nextern const tt_model tt_the_model;\n\n");
   put(out,
-      "enum {{\n  TT_STATE_BYTES = {},\n  TT_WORK_BYTES = {},\n  TT_CHANNELS = {},\n  TT_LINEAR_AXES = {}\n}};\n\n",
-      tt_twin_state_bytes(&model), tt_twin_work_bytes(&model), data.channels, data.linear_axes);
+      "enum {{\n  TT_STATE_BYTES = {},\n  TT_WORK_BYTES = {},\n  TT_CHANNELS = {},\n  TT_SENSORS = {},\n  "
+      "TT_LINEAR_AXES = {}\n}};\n\n",
+      tt_twin_state_bytes(&model), tt_twin_work_bytes(&model), data.channels, data.sensors, data.linear_axes);
   put(out, "/* Channels of a row, in the units of their names. */\nenum {{\n");
   for (std::size_t k = 0; k < data.channel_names.size(); ++k)
     put(out, "  TT_CHANNEL_{} = {}{}\n", constant_name(data.channel_names[k]), k,
@@ -128,7 +129,7 @@ std::vector<std::string> write_control_source(const std::filesystem::path& folde
   };
   for (const EmbeddedFile& file : control_files()) {
     const std::string name = file.name;
-    if (!name.starts_with("fm")) write(name, flat_includes(file.text));
+    if (!name.starts_with("fm") && !name.starts_with("model_bytes")) write(name, flat_includes(file.text));
   }
   write("model_data.h", model_header(data, model));
   write("model_data.c", model_source(data));

@@ -20,8 +20,7 @@ static double motion_um(const tt_model* m, const double* from, const double* to,
 
 void tt_guard(tt_twin* twin, double time, double duration, int first, const double* pose) {
   const tt_model* m = twin->model;
-  const double reach =
-      m->rate_um_s * tt_max(0.0, duration) + (first ? 0.0 : motion_um(m, twin->pose, pose, duration));
+  const double reach = m->rate_um_s * tt_max(0.0, duration) + (first ? 0.0 : motion_um(m, twin->pose, pose, duration));
   int valid = 1, limited = 0;
   for (int i = 0; i < m->linear_axes; ++i) valid = valid && tt_is_finite(twin->wanted_um[i]);
   if (valid) {

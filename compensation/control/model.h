@@ -46,13 +46,26 @@ enum { TT_CHAIN_TOOL, TT_CHAIN_CARRIER, TT_CHAIN_TABLE, TT_CHAINS };
   X(lines)         /* with more tool poses: reduction/model/output_grid.h */ \
   X(travels)       /* bounds of the workspace */ \
   X(machine_on)    /* channel */ \
-  X(has_middle)    /* whether lines run through the middle */
+  X(has_middle)    /* whether lines run through the middle */ \
+  X(observer)      /* 1: sensors correct the state and offsets have a deviation; 0: what follows is not there */ \
+  X(quantities)    /* uncertain ones of the machine */ \
+  X(day_drives) X(heating) /* the spindle and the axes; those of them that heat */ \
+  X(warm)          /* quantities that are surroundings */ \
+  X(own_ambients)  /* channels of surroundings that have a temperature of their own */ \
+  X(leaping)       /* channels whose values may leap */ \
+  X(air_channel) X(air_quantity) X(fluid_on) /* channel; quantity; channel */ \
+  X(start_from_sensors) \
+  X(grid_poses) X(grid_tables) /* of the workspace grid, for deviations */ \
+  X(grid_angles)   /* angles of the table's own axis there */
 
 #define TT_MODEL_NUMBERS(X) \
   X(step_s)        /* longest step of the state */ \
   X(start_C) X(reference_C) X(plausible_low_C) X(plausible_high_C) \
   X(largest_um) X(rate_um_s) X(hold_s) /* guard of the offsets */ \
-  X(table_radius)  /* m; 0: no radial growth */
+  X(table_radius)  /* m; 0: no radial growth */ \
+  X(correction_s)  /* longest time between corrections by sensors; after it, an input is no longer news */ \
+  X(start_over_s)  /* machine time that the work of the start is spread over; 0: done in the first row */ \
+  X(model_error)   /* m, stated error of the reduced model */
 
 #define TT_MODEL_DOUBLES(X) \
   X(conduction)    /* (order x order) K0 */ \
@@ -86,7 +99,14 @@ enum { TT_CHAIN_TOOL, TT_CHAIN_CARRIER, TT_CHAIN_TABLE, TT_CHAINS };
   X(tool_positions) X(table_positions) X(fine_positions) \
   X(travel_low) X(travel_high) \
   X(to_axes)       /* (linear_axes x 3) offsets that cancel a translation of 1 */ \
-  X(tool_point) X(table_point) X(growth_origin) X(growth_direction) /* (3) */
+  X(tool_point) X(table_point) X(growth_origin) X(growth_direction) /* (3) */ \
+  X(sensor_std)    /* (sensors) stated standard deviation of a reading, K */ \
+  X(quantity_std) X(quantity_memory) /* a share or K; s, 0: does not fade */ \
+  X(day_low) X(day_high) /* (axes) ends of the travel in the channel's unit */ \
+  X(drive_half_speed) /* (day_drives) in the channel's unit */ \
+  X(warm_K)        /* (warm) how much warmer than the hall */ \
+  X(grid_table_positions) /* of the table's axes in the workspace grid */ \
+  X(grid_pose)     /* (axes x grid_angles x grid_tables x grid_poses) */
 
 #define TT_MODEL_INTS(X) \
   X(term_kind) X(term_item) X(term_channel) \
@@ -113,7 +133,14 @@ enum { TT_CHAIN_TOOL, TT_CHAIN_CARRIER, TT_CHAIN_TABLE, TT_CHAINS };
   X(table_axis) X(table_linear) X(table_endless) X(table_first) \
   X(fine_first) X(line_axis) X(line_at) X(line_on_grid) \
   X(travel_axis) \
-  X(chain_first) X(chain_axis) /* axes that move tool, carrier and table, from the body to the bed */
+  X(chain_first) X(chain_axis) /* axes that move tool, carrier and table, from the body to the bed */ \
+  X(quantity_ambient) /* ambient that it is the temperature of; -1: none */ \
+  X(quantity_term_first) X(quantity_term) X(quantity_input_first) X(quantity_input) \
+  X(quantity_warm_first) X(quantity_warm) /* lists of a quantity: sensitivities.h */ \
+  X(drive_channel) /* (day_drives) of speed or feed; -1: none */ \
+  X(heating_drive) /* (heating) among the day's drives */ \
+  X(warm_quantity) X(own_ambient) X(leaping_channel) \
+  X(grid_table_first) X(grid_table) /* (grid_tables) stored table poses of the workspace grid */
 
 #define TT_MODEL_TEXTS(X) X(channel_names) X(axis_names) X(sensor_names)
 /* clang-format on */

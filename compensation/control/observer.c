@@ -261,7 +261,9 @@ void tt_observer_set_corrected(tt_observer* o, const tt_moment* now) {
     o->corrected[i] = now->state[i] + o->correction[i] + since * o->correction_rate[i];
 }
 
-void tt_observer_predicted_C(tt_observer* o, const tt_moment* now, double* readings_C) {
+double tt_observer_corrected_at(const tt_observer* o) { return o->numbers[corrected_at]; }
+
+void tt_observer_predicted_C(const tt_observer* o, const tt_moment* now, double* readings_C) {
   const double ahead = tt_min(1.0, ahead_of(now));
   for (int s = 0; s < o->model->sensors->measured; ++s)
     readings_C[s] = now->seen[s] + ahead * now->seen_change[s] + o->shift[s] + o->model->sensor_offset[s] +

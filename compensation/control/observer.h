@@ -99,8 +99,9 @@ void tt_observer_finish_correction(tt_observer* o, const tt_moment* now);
 void tt_observer_learn(tt_observer* o, const tt_moment* now, const double* tool, const double* table,
                        const double* state, const double* error, double std_m);
 void tt_observer_show(tt_observer* o, double duration);
-void tt_observer_set_corrected(tt_observer* o, const tt_moment* now);                   /* after a step of the state */
-void tt_observer_predicted_C(tt_observer* o, const tt_moment* now, double* readings_C); /* (measured) */
+void tt_observer_set_corrected(tt_observer* o, const tt_moment* now); /* after a step of the state */
+double tt_observer_corrected_at(const tt_observer* o);                /* s, time since which correction_rate counts */
+void tt_observer_predicted_C(const tt_observer* o, const tt_moment* now, double* readings_C); /* (measured) */
 
 #ifdef __cplusplus
 }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 /* The first row: the uniform temperature with the most evidence in the readings, sensors that are off, earlier work. */
+#include "compensation/control/observer_start.h"
+
 #include <math.h>
 
 #include "compensation/control/linear.h"
-#include "compensation/control/observer_start.h"
 #include "compensation/control/scalars.h"
 #include "compensation/control/special.h"
 

@@ -82,16 +82,15 @@ static film film_at(const tt_model* m, int i, const double* row, const double* r
   const int ambient = m->film_ambient[i], surroundings = m->film_surroundings[i], own = m->film_own[i];
   film f = {m->film_still[i], m->film_radiation[i], 0.0, 0.0};
   if (ambient >= 0) f.ambient_K = tt_ambient_K(m, ambient, row);
-  if (surroundings >= 0)
-    f.surroundings_K = surroundings == ambient ? f.ambient_K : tt_ambient_K(m, surroundings, row);
+  if (surroundings >= 0) f.surroundings_K = surroundings == ambient ? f.ambient_K : tt_ambient_K(m, surroundings, row);
   if (own >= 0 && readings_K) {
     if (m->film_of_temperature[i]) {
       const int volume = m->film_volume[i];
       f.convection = own_convection(m, i, readings_K[own], volume >= 0 ? readings_K[volume] : f.ambient_K);
     }
     if (m->film_exact[i]) {
-      f.radiation = tt_radiation_between(m->film_emissivity[i], readings_K[own] + reference_K,
-                                         f.surroundings_K + reference_K);
+      f.radiation =
+          tt_radiation_between(m->film_emissivity[i], readings_K[own] + reference_K, f.surroundings_K + reference_K);
     }
   }
   if (m->film_table[i] >= 0) f.convection = table_convection(m, i, row[m->film_table_channel[i]]);
@@ -130,8 +129,7 @@ void tt_pose(const tt_model* m, const double* row, double* pose) {
 
 static double conductance(const tt_model* m, int joint, const double* row, const double* readings_K) {
   double factor = m->joint_factor[joint];
-  if (m->joint_clamp[joint] >= 0)
-    factor += row[m->joint_clamp[joint]] * (m->joint_clamped_factor[joint] - factor);
+  if (m->joint_clamp[joint] >= 0) factor += row[m->joint_clamp[joint]] * (m->joint_clamped_factor[joint] - factor);
   if (m->joint_reading[joint] >= 0) {
     const double at_K = readings_K ? readings_K[m->joint_reading[joint]] : 0.0;
     factor *= tt_curve(m, m->joint_curve[joint], m->reference_C + at_K);

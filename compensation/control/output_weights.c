@@ -170,3 +170,13 @@ void tt_table_weights(const tt_model* m, const double* pose, double* weights) {
   const grid g = {m->table_grid, m->table_axis, m->table_linear, m->table_endless, m->table_first, m->table_positions};
   weights_on(g, pose, weights);
 }
+
+void tt_grid_weights(const tt_model* m, const double* pose, double* weights) {
+  weights_on(tool_grid(m), pose, weights);
+}
+
+void tt_grid_table_weights(const tt_model* m, const double* pose, double* weights) {
+  const grid g = {m->table_grid,    m->table_axis,       m->table_linear,
+                  m->table_endless, m->grid_table_first, m->grid_table_positions};
+  weights_on(g, pose, weights);
+}

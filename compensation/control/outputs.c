@@ -85,7 +85,7 @@ static void into(const frame* f, const double point[3], double out[3]) {
 }
 
 /* sides: tool 6, axis 6, own 7 */
-static void error_of(const tt_model* m, const double* pose, const double* sides, double error[3]) {
+void tt_error_of_sides(const tt_model* m, const double* pose, const double sides[19], double error[3]) {
   const double *tool = sides, *axis = sides + 6, *own = sides + 12;
   double tcp[3], arm[3], motion[3], part[3], at_table[3];
   const frame of_tool = frame_of(m, TT_CHAIN_TOOL, pose), carrier = frame_of(m, TT_CHAIN_CARRIER, pose),
@@ -108,8 +108,7 @@ static void error_of(const tt_model* m, const double* pose, const double* sides,
     double from[3], along = 0.0;
     for (int i = 0; i < 3; ++i) from[i] = at_table[i] - m->growth_origin[i];
     for (int i = 0; i < 3; ++i) along += from[i] * m->growth_direction[i];
-    for (int i = 0; i < 3; ++i)
-      motion[i] += own[6] / m->table_radius * (from[i] - along * m->growth_direction[i]);
+    for (int i = 0; i < 3; ++i) motion[i] += own[6] / m->table_radius * (from[i] - along * m->growth_direction[i]);
   }
   turn(table.r, motion, part);
   for (int i = 0; i < 3; ++i) error[i] -= part[i];
@@ -131,7 +130,7 @@ void tt_tcp_error(const tt_model* m, const double* base, const double* change, d
   tt_table_weights(m, pose, at_table);
   add_sides(m, base, at_tool, at_table, 1.0, sides);
   if (share != 0.0) add_sides(m, change, at_tool, at_table, share, sides);
-  error_of(m, pose, sides, error);
+  tt_error_of_sides(m, pose, sides, error);
 }
 
 void tt_offsets(const tt_model* m, const double error[3], double* offsets) {

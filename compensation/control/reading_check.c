@@ -20,7 +20,6 @@ const char* tt_sensor_fault_text(int fault) {
 
 void tt_reading_check_lay(tt_reading_check* check, const tt_reading_model* model, tt_arena* arena) {
   check->model = model;
-  check->input_fault = tt_ints(arena, (size_t)model->channels);
   check->sensor_fault = tt_ints(arena, (size_t)model->sensors);
   check->fahrenheit_like = tt_ints(arena, (size_t)model->sensors);
   check->flags = tt_ints(arena, flag_count);
@@ -36,22 +35,6 @@ static int fault_outside(double value_C, double surroundings_C) {
 
 static int like_fahrenheit(double value_C, double surroundings_C) {
   return value_C - surroundings_C > too_warm_K && fabs((value_C - 32.0) / 1.8 - surroundings_C) <= near_K;
-}
-
-void tt_take_out_inputs(tt_reading_check* check, double* given) {
-  const tt_reading_model* m = check->model;
-  for (int i = 0; i < m->temperatures; ++i) {
-    const int k = m->temperature[i];
-    int* fault = &check->input_fault[k];
-    *fault = TT_SENSOR_FINE;
-    if (tt_is_nan(given[k])) continue;
-    const double usual_C = tt_is_nan(m->default_C[k]) ? m->reference_C : m->default_C[k];
-    if (outside(m, given[k]))
-      *fault = fault_outside(given[k], usual_C);
-    else if (m->is_ambient[i] && like_fahrenheit(given[k], usual_C))
-      *fault = TT_SENSOR_FAHRENHEIT;
-    if (*fault != TT_SENSOR_FINE) given[k] = tt_nan();
-  }
 }
 
 /* Half of the ambients are below the middle one: a warm fluid among them does not count. */
@@ -92,12 +75,9 @@ void tt_take_out_sensors(tt_reading_check* check, double* readings_C, const doub
   }
 }
 
-static int any(int count, const int32_t* faults) {
-  for (int i = 0; i < count; ++i) {
-    if (faults[i] != TT_SENSOR_FINE) return 1;
+int tt_any_sensor_out(const tt_reading_check* check) {
+  for (int s = 0; s < check->model->sensors; ++s) {
+    if (check->sensor_fault[s] != TT_SENSOR_FINE) return 1;
   }
   return 0;
 }
-
-int tt_any_input_out(const tt_reading_check* check) { return any(check->model->channels, check->input_fault); }
-int tt_any_sensor_out(const tt_reading_check* check) { return any(check->model->sensors, check->sensor_fault); }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
 #ifndef THERMOTWIN_READING_CHECK_H
 #define THERMOTWIN_READING_CHECK_H
-/* Removes measured temperatures that cannot be values of this machine in degC (the C++ class, with the rules:
- * online/reading_check.h). Missing is NaN. */
+/* Removes readings of sensors that cannot be values of this machine in degC (the C++ class, with the rules:
+ * online/reading_check.h; for channels: row_check.h). Missing is NaN. */
 
 #include <stdint.h>
 
@@ -28,26 +28,21 @@ const char* tt_sensor_fault_text(int fault);
 
 typedef struct tt_reading_model {
   double low_C, high_C, reference_C; /* plausible_C of machine.toml */
-  int32_t channels, sensors;
-  int32_t temperatures, ambients;
-  const int32_t* temperature; /* (temperatures) channels in degC */
-  const int32_t* is_ambient;  /* (temperatures) 1: of surroundings that have a temperature of their own */
-  const int32_t* ambient;     /* (ambients) channels of those */
-  const double* default_C;    /* (channels) NaN: none */
+  int32_t channels, sensors, ambients;
+  const int32_t* ambient;  /* (ambients) channels of surroundings that have a temperature of their own */
+  const double* default_C; /* (channels) NaN: none */
 } tt_reading_model;
 
 typedef struct tt_reading_check {
   const tt_reading_model* model;
-  int32_t *input_fault, *sensor_fault, *fahrenheit_like; /* (channels), (sensors), (sensors) of the last reading */
+  int32_t *sensor_fault, *fahrenheit_like; /* (sensors) of the last reading */
   int32_t* flags;
   double* around; /* (ambients) scratch */
 } tt_reading_check;
 
 void tt_reading_check_lay(tt_reading_check* check, const tt_reading_model* model, tt_arena* arena);
-void tt_take_out_inputs(tt_reading_check* check, double* given); /* (channels) */
 /* row: (channels) as it holds; it tells the surroundings. */
 void tt_take_out_sensors(tt_reading_check* check, double* readings_C, const double* row);
-int tt_any_input_out(const tt_reading_check* check);
 int tt_any_sensor_out(const tt_reading_check* check);
 
 #ifdef __cplusplus

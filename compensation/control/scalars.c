@@ -121,9 +121,9 @@ double tt_cbrt(double x) {
 
 /* sin(r) and cos(r) for |r| <= pi / 4 */
 static double sin_near(double r) {
-  static const double inverse[] = {1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0,
-                                   -1.0 / 39916800.0,       1.0 / 362880.0,         -1.0 / 5040.0,
-                                   1.0 / 120.0,             -1.0 / 6.0};
+  static const double inverse[] = {
+      1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+      1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
   const double z = r * r;
   double sum = 0.0;
   for (int i = 0; i < 8; ++i) sum = sum * z + inverse[i];

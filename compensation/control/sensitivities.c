@@ -6,7 +6,7 @@
 #include "compensation/control/linear.h"
 
 enum { slice_products = 60000 }; /* multiplications of a slice, about */
-enum { stage_idle, stage_factor, stage_rates, stage_solve, stage_done, stage_failed };
+enum { stage_idle, stage_wait, stage_factor, stage_rates, stage_solve, stage_done, stage_failed };
 enum { at_stage, at_item, at_quantity, at_foresight, progress_count };
 enum { job_duration, factor_duration, number_count };
 
@@ -108,9 +108,15 @@ void tt_sensitivities_begin(tt_sensitivities* s, const tt_interval* interval, co
     s->progress[at_stage] = stage_rates;
     return;
   }
-  set_matrix(s, h, interval->operator_matrix);
   tt_copy(m->terms, s->p, s->factor_p);
   s->numbers[factor_duration] = 0.0; /* until it is whole */
+  s->progress[at_stage] = stage_wait;
+  if (interval->operator_matrix) tt_sensitivities_set_operator(s, interval->operator_matrix);
+}
+
+void tt_sensitivities_set_operator(tt_sensitivities* s, const double* operator_matrix) {
+  if (s->progress[at_stage] != stage_wait) return;
+  set_matrix(s, s->numbers[job_duration], operator_matrix);
   s->progress[at_stage] = stage_factor;
 }
 

@@ -45,7 +45,7 @@ typedef struct tt_sensor_model {
 typedef struct tt_interval {
   double duration;               /* s */
   const double *p, *q, *state;   /* (terms), (inputs), (order) */
-  const double* operator_matrix; /* (order x order) K0 + sum p K */
+  const double* operator_matrix; /* (order x order) K0 + sum p K; NULL: follows by tt_sensitivities_set_operator */
 } tt_interval;
 
 typedef struct tt_sensitivities {
@@ -75,6 +75,7 @@ void tt_sensitivities_set_heat(tt_sensitivities* s, int drive, const double* hea
 
 /* An advance over an interval, linearised about the interval's state plus S theta. */
 void tt_sensitivities_begin(tt_sensitivities* s, const tt_interval* interval, const double* theta);
+void tt_sensitivities_set_operator(tt_sensitivities* s, const double* operator_matrix);
 /* How what the start left changes from now on, until the next advance; only duration and operator count. */
 void tt_sensitivities_begin_foresight(tt_sensitivities* s, double duration, const double* operator_matrix);
 int tt_sensitivities_slices(const tt_sensor_model* model); /* no job takes more */

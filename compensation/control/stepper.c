@@ -10,7 +10,7 @@
 #endif
 
 #define TT_GAMMA 0.29289321881345254 /* 1 - 1 / sqrt(2) */
-enum { slice_work = 60000 }; /* products and sums of a slice: about 20 us */
+enum { slice_work = 60000 };         /* products and sums of a slice: about 20 us */
 
 static int triangle_size(int n) { return n * (n + 1) / 2; }
 static int columns_of(const tt_model* m, int t) { return m->term_first[t + 1] - m->term_first[t]; }
@@ -38,6 +38,9 @@ tt_work tt_work_in(tt_arena* arena, const tt_model* m) {
   w.right = tt_doubles(arena, n);
   w.heat = tt_doubles(arena, n);
   w.difference = tt_doubles(arena, n);
+  w.corrected = tt_doubles(arena, n);
+  w.corrected_change = tt_doubles(arena, n);
+  w.operator_matrix = tt_doubles(arena, m->observer ? n * n : 0);
   w.next_sensors = tt_doubles(arena, (size_t)m->readings);
   w.next_base = tt_doubles(arena, outputs);
   w.next_slope = tt_doubles(arena, outputs);
@@ -128,24 +131,25 @@ static void sum_terms(const tt_model* m, tt_work* w, const double* p, int slice)
   }
 }
 
-static void build_matrix(const tt_model* m, tt_work* w, double scale) {
+/* matrix = diagonal + scale times the sum of the terms so far */
+static void build_matrix(const tt_model* m, const tt_work* w, double diagonal, double scale, double* matrix) {
   const int n = m->order;
   const double* from = w->triangle;
   for (int j = 0; j < n; ++j) {
-    double* column = w->matrix + (long)j * n;
+    double* column = matrix + (long)j * n;
     for (int i = j; i < n; ++i) column[i] = scale * *from++;
-    column[j] += 1.0;
+    column[j] += diagonal;
   }
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < j; ++i) {
       const double* k = m->conduction;
       const double beside = w->constant_symmetric ? 0.0 : k[i + (long)j * n] - k[j + (long)i * n];
-      w->matrix[i + (long)j * n] = w->matrix[j + (long)i * n] + scale * beside;
+      matrix[i + (long)j * n] = matrix[j + (long)i * n] + scale * beside;
     }
   }
 }
 
-static void add_flows(const tt_model* m, tt_work* w, double scale, const double* p, int slice) {
+static void add_flows(const tt_model* m, double scale, const double* p, int slice, double* matrix) {
   const int n = m->order, each = flows_a_slice(n), first = slice * each, last = first + each;
   int column = 0;
   for (int t = 0; t < m->terms; ++t) {
@@ -154,7 +158,7 @@ static void add_flows(const tt_model* m, tt_work* w, double scale, const double*
       if (column < first || column >= last || p[t] == 0.0) continue;
       const double *u = m->term_left + (long)(m->term_first[t] + c) * n,
                    *v = m->term_right + (long)(m->term_right_first[t] + c) * n;
-      for (int j = 0; j < n; ++j) tt_axpy(n, scale * p[t] * v[j], u, w->matrix + (long)j * n);
+      for (int j = 0; j < n; ++j) tt_axpy(n, scale * p[t] * v[j], u, matrix + (long)j * n);
     }
   }
 }
@@ -199,9 +203,9 @@ static int factor_slice(const tt_model* m, tt_work* w, double step_s, const doub
   if (slice < w->sum_slices) {
     sum_terms(m, w, p, slice);
   } else if (slice == w->sum_slices) {
-    build_matrix(m, w, scale);
+    build_matrix(m, w, 1.0, scale, w->matrix);
   } else if (slice < of_factor) {
-    add_flows(m, w, scale, p, slice - w->sum_slices - 1);
+    add_flows(m, scale, p, slice - w->sum_slices - 1, w->matrix);
   } else {
     const int k = slice - of_factor;
     if (tt_lu_columns(n, w->matrix, w->pivots, w->lu_first[k], w->lu_first[k + 1])) return 1;
@@ -212,24 +216,48 @@ static int factor_slice(const tt_model* m, tt_work* w, double step_s, const doub
   return 0;
 }
 
-int tt_slice(const tt_model* m, tt_work* w, double step_s, const double* p, const double* q, const double* state,
-             int slice) {
+static void correct(const tt_model* m, tt_work* w, const tt_step* step) {
+  tt_copy(m->order, w->stage, w->corrected);
+  tt_copy(m->order, w->difference, w->corrected_change);
+  if (!step->correction) return;
+  for (int i = 0; i < m->order; ++i) {
+    w->corrected[i] += step->correction[i] + step->since * step->rate[i];
+    w->corrected_change[i] += step->step_s * step->rate[i];
+  }
+}
+
+int tt_slice(const tt_model* m, tt_work* w, const tt_step* step, int slice) {
   const int n = m->order, of_stages = w->sum_slices + 1 + w->flow_slices + w->lu_slices;
-  const double scale = TT_GAMMA * step_s;
-  if (slice < of_stages) return factor_slice(m, w, step_s, p, slice);
+  const double scale = TT_GAMMA * step->step_s;
+  if (slice < of_stages) return factor_slice(m, w, step->step_s, step->p, slice);
   switch (slice - of_stages) {
-    case 0: first_stage(m, w, scale, q, state); return 0;
-    case 1: return second_stage(m, w, scale, state);
+    case 0: first_stage(m, w, scale, step->q, step->state); return 0;
+    case 1: return second_stage(m, w, scale, step->state);
     case 2:
       tt_zero(m->readings, w->next_sensors);
       tt_gemv_t(n, m->readings, 1.0, m->sensor_rows, w->stage, w->next_sensors);
+      correct(m, w, step);
       return 0;
-    default: break;
+    default: tt_project_slice(m, w, w->corrected, w->corrected_change, slice - of_stages - 3); return 0;
   }
-  const int each = rows_a_slice(n), first = (slice - of_stages - 3) * each, count = tt_output_count(m);
-  tt_project(m, first, first + each < count ? first + each : count, w->stage, w->difference, w->next_base,
-             w->next_slope);
-  return 0;
+}
+
+int tt_operator_slices(const tt_work* w) { return w->sum_slices + 1 + w->flow_slices; }
+
+void tt_operator_slice(const tt_model* m, tt_work* w, const double* p, int slice) {
+  if (slice < w->sum_slices)
+    sum_terms(m, w, p, slice);
+  else if (slice == w->sum_slices)
+    build_matrix(m, w, 0.0, 1.0, w->operator_matrix);
+  else
+    add_flows(m, 1.0, p, slice - w->sum_slices - 1, w->operator_matrix);
+}
+
+int tt_project_slices(const tt_work* w) { return w->project_slices; }
+
+void tt_project_slice(const tt_model* m, tt_work* w, const double* state, const double* change, int slice) {
+  const int each = rows_a_slice(m->order), first = slice * each, count = tt_output_count(m);
+  tt_project(m, first, first + each < count ? first + each : count, state, change, w->next_base, w->next_slope);
 }
 
 void tt_apply_operator(const tt_model* m, double factor, const double* p, const double* x, double* y) {

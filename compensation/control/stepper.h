@@ -22,22 +22,38 @@ typedef struct tt_work {
   double *triangles, *triangle; /* lower triangles column by column: of all symmetric terms, and their sum */
   double *matrix, *factor_p, *stage, *right, *heat;
   double *next_sensors, *next_base, *next_slope, *difference;
-  double* scratch; /* weights of poses */
+  double *corrected, *corrected_change; /* x2 and x2 - x with the correction */
+  double* operator_matrix;              /* (order x order) of tt_operator_slice */
+  double* scratch;                      /* weights of poses */
   int32_t *symmetric, *pivots, *lu_first;
   int symmetric_terms, constant_symmetric;
   int sum_slices, flow_slices, lu_slices, project_slices; /* beside 1 that builds M, 2 stages, 1 for sensors */
   double factor_step;                                     /* the factor belongs to factor_p and this; 0: none */
 } tt_work;
 
+typedef struct tt_step {
+  double step_s;
+  const double *p, *q, *state; /* (terms), (inputs), (order) */
+  /* Outputs are those of x2 + correction + since rate, (order) each; NULL: of x2. */
+  const double *correction, *rate;
+  double since; /* s */
+} tt_step;
+
 tt_work tt_work_in(tt_arena* arena, const tt_model* m);
 /* Expands the terms and counts the slices. */
 void tt_work_prepare(const tt_model* m, tt_work* w);
 
 int tt_slices(const tt_work* w); /* of a step */
-/* One slice of a step, 0 to tt_slices - 1 in this order. p (terms), q (inputs), state (order) stay as they are.
+/* One slice of a step, 0 to tt_slices - 1 in this order; the step stays as it is.
  * Returns 0, or 1 if the numerics failed. The result of the last: stage, next_sensors, next_base, next_slope. */
-int tt_slice(const tt_model* m, tt_work* w, double step_s, const double* p, const double* q, const double* state,
-             int slice);
+int tt_slice(const tt_model* m, tt_work* w, const tt_step* step, int slice);
+
+/* operator_matrix = K0 + sum_j p_j K_j. Not while a step is under way. */
+int tt_operator_slices(const tt_work* w);
+void tt_operator_slice(const tt_model* m, tt_work* w, const double* p, int slice);
+/* next_base and next_slope: outputs at all stored poses of a state and a change. */
+int tt_project_slices(const tt_work* w);
+void tt_project_slice(const tt_model* m, tt_work* w, const double* state, const double* change, int slice);
 
 /* y += factor (K0 + sum_j p_j K_j) x, by low-rank terms */
 void tt_apply_operator(const tt_model* m, double factor, const double* p, const double* x, double* y);

@@ -10,152 +10,102 @@
 #include "compensation/control/outputs.h"
 #include "compensation/control/row_check.h"
 #include "compensation/control/scalars.h"
+#include "compensation/control/twin_jobs.h"
 
 #ifdef __clang__
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-static const double longest_gap_s = 30 * 86400.0, news_s = 300.0, least_step_s = 1e-6, never = -1e300;
+static const double longest_gap_s = 30 * 86400.0, least_step_s = 1e-6, never = -1e300;
+static const double leap_share = 0.2;          /* an input leaps if it changes by more of itself from row to row */
+static const double offset_error_share = 0.03; /* of an offset, for what the observer does not estimate */
+#define UM 1e-6
 
-static void lay_out_state(tt_twin* t, tt_arena* arena) {
+static void lay_out(tt_twin* t, tt_arena* state, tt_arena* work) {
   const tt_model* m = t->model;
   const size_t channels = (size_t)m->channels, order = (size_t)m->order, linear = (size_t)m->linear_axes,
                readings = (size_t)m->readings, outputs = (size_t)tt_output_count(m), terms = (size_t)m->terms,
                inputs = (size_t)m->inputs;
-  t->now = (tt_numbers*)tt_doubles(arena, (sizeof(tt_numbers) + 7) / 8);
-  t->row = tt_doubles(arena, channels);
-  t->given_at = tt_doubles(arena, channels);
-  t->fault = tt_ints(arena, channels);
-  t->mean = tt_mean_row_in(arena, m);
-  t->chiller = tt_chiller_in(arena, m);
-  t->p = tt_doubles(arena, terms);
-  t->q = tt_doubles(arena, inputs);
-  t->state = tt_doubles(arena, order);
-  t->before = tt_doubles(arena, order);
-  t->sensors = tt_doubles(arena, readings);
-  t->sensors_change = tt_doubles(arena, readings);
-  t->base = tt_doubles(arena, outputs);
-  t->slope = tt_doubles(arena, outputs);
-  t->pose = tt_doubles(arena, (size_t)m->axes);
-  t->wanted_um = tt_doubles(arena, linear);
-  t->offset_um = tt_doubles(arena, linear);
-  t->last_um = tt_doubles(arena, linear);
-  t->interval_p = tt_doubles(arena, terms);
-  t->interval_q = tt_doubles(arena, inputs);
-  t->interval_state = tt_doubles(arena, order);
+  t->now = (tt_numbers*)tt_doubles(state, (sizeof(tt_numbers) + 7) / 8);
+  double** const of_channels[] = {&t->row, &t->given_at};
+  double** const of_states[] = {&t->state, &t->before, &t->change, &t->interval_state};
+  double** const of_offsets[] = {&t->wanted_um, &t->offset_um, &t->std_um, &t->last_um};
+  for (size_t i = 0; i < sizeof of_channels / sizeof *of_channels; ++i) *of_channels[i] = tt_doubles(state, channels);
+  for (size_t i = 0; i < sizeof of_states / sizeof *of_states; ++i) *of_states[i] = tt_doubles(state, order);
+  for (size_t i = 0; i < sizeof of_offsets / sizeof *of_offsets; ++i) *of_offsets[i] = tt_doubles(state, linear);
+  t->fault = tt_ints(state, channels);
+  t->untold = tt_ints(state, channels);
+  t->mean = tt_mean_row_in(state, m);
+  t->chiller = tt_chiller_in(state, m);
+  t->p = tt_doubles(state, terms);
+  t->q = tt_doubles(state, inputs);
+  t->sensors = tt_doubles(state, readings);
+  t->sensors_change = tt_doubles(state, readings);
+  t->base = tt_doubles(state, outputs);
+  t->slope = tt_doubles(state, outputs);
+  t->pose = tt_doubles(state, (size_t)m->axes);
+  t->interval_p = tt_doubles(state, terms);
+  t->interval_q = tt_doubles(state, inputs);
+  t->work = tt_work_in(work, m);
+  t->mean_row = tt_doubles(work, channels);
+  t->given = tt_doubles(work, channels);
+  t->row_before = tt_doubles(work, channels);
+  t->readings = tt_doubles(work, readings);
+  t->guide = tt_doubles(work, (size_t)m->coolants);
+  t->occupancy = tt_doubles(work, terms);
+  t->offset = tt_doubles(work, linear + (size_t)m->axes);
+  tt_lay_jobs(t, state, work);
 }
 
-static void lay_out_work(tt_twin* t, tt_arena* arena) {
-  const tt_model* m = t->model;
-  t->work = tt_work_in(arena, m);
-  t->mean_row = tt_doubles(arena, (size_t)m->channels);
-  t->given = tt_doubles(arena, (size_t)m->channels);
-  t->readings = tt_doubles(arena, (size_t)m->readings);
-  t->guide = tt_doubles(arena, (size_t)m->coolants);
-  t->occupancy = tt_doubles(arena, (size_t)m->terms);
-  t->offset = tt_doubles(arena, (size_t)(m->linear_axes + m->axes));
-}
-
-size_t tt_twin_state_bytes(const tt_model* m) {
+static tt_arena counted(const tt_model* m, int of_state) {
   tt_twin twin;
-  tt_arena arena = {NULL, 0};
+  tt_arena state = {NULL, 0}, work = {NULL, 0};
   twin.model = m;
-  lay_out_state(&twin, &arena);
-  return arena.used;
+  lay_out(&twin, &state, &work);
+  return of_state ? state : work;
 }
 
-size_t tt_twin_work_bytes(const tt_model* m) {
-  tt_twin twin;
-  tt_arena arena = {NULL, 0};
-  twin.model = m;
-  lay_out_work(&twin, &arena);
-  return arena.used;
-}
-
-static void read_sensors(tt_twin* t) {
-  const tt_model* m = t->model;
-  tt_zero(m->readings, t->sensors);
-  tt_gemv_t(m->order, m->readings, 1.0, m->sensor_rows, t->state, t->sensors);
-}
+size_t tt_twin_state_bytes(const tt_model* m) { return counted(m, 1).used; }
+size_t tt_twin_work_bytes(const tt_model* m) { return counted(m, 0).used; }
 
 void tt_twin_begin(tt_twin* t, const tt_model* m, void* state, void* work) {
   tt_arena of_state = {(unsigned char*)state, 0}, of_work = {(unsigned char*)work, 0};
   t->model = m;
-  lay_out_state(t, &of_state);
-  lay_out_work(t, &of_work);
+  lay_out(t, &of_state, &of_work);
   t->block = (unsigned char*)state;
   t->block_bytes = of_state.used;
   tt_copy(m->channels, m->channel_default, t->row);
   for (int k = 0; k < m->channels; ++k) t->given_at[k] = never;
   for (int i = 0; i < m->order; ++i) t->state[i] = m->one_kelvin[i] * (m->start_C - m->reference_C);
   tt_copy(m->order, t->state, t->before);
-  read_sensors(t);
+  tt_read_predicted(t);
   tt_work_prepare(m, &t->work);
-  tt_project(m, 0, tt_output_count(m), t->state, t->work.difference, t->base, t->work.next_slope);
+  tt_reset_jobs(t);
+  tt_project(m, 0, tt_output_count(m), t->state, t->change, t->base, t->work.next_slope);
 }
 
 const double* tt_twin_defaults(const tt_model* m) { return m->channel_default; }
 
-/* Readings that chillers and laws use: predicted ones, with the sensors' own offsets. */
-static void guide_readings(tt_twin* t) {
-  const tt_model* m = t->model;
-  for (int s = 0; s < m->readings; ++s) t->readings[s] = t->sensors[s] + m->sensor_offset[s];
+void tt_twin_never_given(tt_twin* t, int channel) {
+  t->untold[channel] = 1;
+  if (t->model->observer && channel == t->model->air_channel) tt_errors_air_is_untold(&t->observer.errors);
 }
 
 /* Times differ by rounding; steps that are meant equal must be equal to reuse a factor. */
 static double rounded(double duration) { return duration > 1e-3 ? floor(duration * 1e6 + 0.5) / 1e6 : duration; }
 
-static void begin_job(tt_twin* t, double step_s, double end) {
-  const tt_model* m = t->model;
-  guide_readings(t);
-  tt_guide_K(m, t->mean_row, t->guide);
-  tt_chiller_advance(m, t->mean_row, t->readings, t->guide, step_s, &t->chiller);
-  tt_coefficients(m, t->mean_row, t->chiller.inlet, t->readings, t->p, t->q, t->occupancy);
-  t->now->job_active = 1;
-  t->now->slices_done = 0;
-  t->now->job_step = step_s;
-  t->now->job_end = end;
+/* What is under way, and a correction that is due after it. */
+static void finish(tt_twin* t) {
+  tt_finish_job(t);
+  if (!tt_correction_due(t)) return;
+  tt_begin_correction(t);
+  tt_finish_job(t);
 }
-
-static void take_effect(tt_twin* t) {
-  const tt_model* m = t->model;
-  const tt_work* w = &t->work;
-  const double h = t->now->job_step;
-  tt_copy(m->order, t->state, t->before);
-  tt_copy(m->order, w->stage, t->state);
-  for (int s = 0; s < m->readings; ++s) t->sensors_change[s] = w->next_sensors[s] - t->sensors[s];
-  tt_copy(m->readings, w->next_sensors, t->sensors);
-  tt_copy(tt_output_count(m), w->next_base, t->base);
-  tt_copy(tt_output_count(m), w->next_slope, t->slope);
-  t->now->last_step = h;
-  t->now->interval_s += h;
-  tt_axpy(m->terms, h, t->p, t->interval_p);
-  tt_axpy(m->inputs, h, t->q, t->interval_q);
-  tt_axpy(m->order, 0.5 * h, t->before, t->interval_state);
-  tt_axpy(m->order, 0.5 * h, t->state, t->interval_state);
-}
-
-/* Does slices of the job; the last one takes effect. */
-static void work_on(tt_twin* t, int slices) {
-  tt_numbers* now = t->now;
-  const int all = tt_slices(&t->work);
-  for (; slices > 0 && now->job_active; --slices) {
-    const int bad = tt_slice(t->model, &t->work, now->job_step, t->p, t->q, t->state, now->slices_done);
-    if (bad) t->work.factor_step = 0.0;
-    if (!bad && ++now->slices_done < all) continue;
-    now->job_active = 0;
-    now->failed = bad;
-    now->step_end = now->job_end;
-    if (!bad) take_effect(t);
-  }
-}
-
-static void finish_job(tt_twin* t) { work_on(t, tt_slices(&t->work)); }
 
 /* Ends the step of the rows so far at the last row's time. whole: its job is done at once */
 static void close_step(tt_twin* t, int whole) {
   const double duration = *t->mean.duration, step_s = t->model->step_s;
-  finish_job(t);
+  finish(t);
   tt_mean_take(t->model, &t->mean, t->mean_row);
   if (duration < least_step_s) { /* no heat flows, but the matrix of a step would overflow */
     t->now->step_end = t->now->time;
@@ -166,30 +116,53 @@ static void close_step(tt_twin* t, int whole) {
   const double part_s = rounded(duration / parts);
   t->now->job_began = t->now->time;
   for (int i = 0; i < parts; ++i) {
-    begin_job(t, part_s, t->now->time);
-    if (whole || parts > 1) finish_job(t);
+    if (i > 0) finish(t);
+    tt_begin_step(t, part_s, i + 1 < parts ? t->now->step_end + part_s : t->now->time);
+    if (whole || parts > 1) tt_finish_job(t);
   }
+}
+
+/* Slices of the job in progress that fall to a row. */
+static int share_of(const tt_twin* t, double dt, double latency) { return (int)ceil(dt / latency * tt_job_slices(t)); }
+
+/* Each row's readings are judged beside what the model then expects, before they correct it. */
+static void use_readings(tt_twin* t) {
+  const tt_model* m = t->model;
+  const tt_moment now = tt_moment_of(t);
+  int leapt = 0;
+  for (int i = 0; i < m->leaping; ++i) {
+    const double to = t->row[m->leaping_channel[i]], from = t->row_before[m->leaping_channel[i]];
+    leapt = leapt || fabs(to - from) > leap_share * tt_max(fabs(to), fabs(from));
+  }
+  tt_observer_add_readings(&t->observer, &now, leapt);
 }
 
 static void advance(tt_twin* t, double time) {
   tt_numbers* now = t->now;
   const double dt = time - now->time, step_s = t->model->step_s, latency = 0.5 * step_s;
-  const double share = dt / latency * tt_slices(&t->work);
-  const int whole = dt >= latency, active = now->job_active;
-  if (*t->mean.duration > 0.0 && *t->mean.duration + dt > step_s * (1.0 + 1e-9)) close_step(t, whole);
+  const int whole = dt >= latency, job = now->job, share = share_of(t, dt, latency);
+  if (*t->mean.duration > 0.0 && *t->mean.duration + dt > step_s * (1.0 + 1e-9)) {
+    close_step(t, whole);
+    if (whole) finish(t);
+  }
   tt_mean_add(t->model, t->row, dt, &t->mean);
   now->time = time;
   if (*t->mean.duration >= step_s * (1.0 - 1e-9)) close_step(t, whole);
   if (whole)
-    finish_job(t);
-  else if (active || now->job_active)
-    work_on(t, (int)ceil(share));
+    tt_finish_job(t);
+  else if (now->job != TT_JOB_NONE)
+    tt_work_on(t, now->job == job ? share : share_of(t, dt, latency));
+  if (!t->model->observer) return;
+  use_readings(t);
+  if (!tt_correction_due(t)) return;
+  tt_begin_correction(t);
+  if (whole) tt_finish_job(t);
 }
 
 /* How far the row is ahead of the last step, in steps: at most 1, and while a job runs as much more, up to 1.5. */
 static double share_ahead(const tt_numbers* now) {
   if (!(now->last_step > 0.0)) return 0.0;
-  const double more = now->job_active ? tt_min(0.5, (now->time - now->job_began) / now->last_step) : 0.0;
+  const double more = now->job == TT_JOB_STEP ? tt_min(0.5, (now->time - now->job_began) / now->last_step) : 0.0;
   return tt_min(1.0 + more, (now->time - now->step_end) / now->last_step);
 }
 
@@ -198,63 +171,151 @@ void tt_twin_offsets_at(const tt_twin* t, const double* pose, double* offset_um)
   double error[3];
   tt_tcp_error(m, t->base, t->slope, share_ahead(t->now), pose, t->work.scratch, error);
   tt_offsets(m, error, offset_um);
-  for (int i = 0; i < m->linear_axes; ++i) offset_um[i] /= 1e-6;
+  for (int i = 0; i < m->linear_axes; ++i) offset_um[i] /= UM;
 }
 
 /* Takes the given values over. Returns whether an input is missing. */
 static int take_inputs(tt_twin* t, double time) {
   const tt_model* m = t->model;
   int missing = tt_check_row(m, t->given, t->fault) > 0;
+  tt_copy(m->channels, t->row, t->row_before);
   tt_update_row(m, t->given, t->row);
   for (int k = 0; k < m->channels; ++k) {
     if (!tt_is_nan(t->given[k]))
       t->given_at[k] = time;
-    else if (!tt_is_nan(m->channel_default[k]) && time - t->given_at[k] > news_s)
+    else if (!tt_is_nan(m->channel_default[k]) && time - t->given_at[k] > m->correction_s)
       missing = 1; /* the last value holds for a while; then it is no longer news */
   }
   return missing;
 }
 
-static void start(tt_twin* t, double time) {
+/* Drives whose speed was never told, or not for a while, since the row before. */
+static void add_drives(tt_twin* t, double time, double duration) {
   const tt_model* m = t->model;
-  t->now->time = t->now->step_end = t->now->started_at = time;
-  t->now->started = 1;
-  guide_readings(t);
-  tt_guide_K(m, t->row, t->guide);
-  tt_chiller_start(m, t->readings, t->guide, &t->chiller);
-  tt_coefficients(m, t->row, t->chiller.outlet, t->readings, t->p, t->q, t->occupancy);
+  tt_observer_add_row(&t->observer, duration);
+  for (int d = 0; d < m->heating; ++d) {
+    const int drive = m->heating_drive[d], k = m->drive_channel[drive];
+    if (!t->untold[k] && !(tt_is_nan(t->given[k]) && time - t->given_at[k] > m->correction_s)) continue;
+    tt_zero(m->coolants, t->guide);
+    tt_day_drive_heat(&t->day, drive, t->row, t->heat);
+    tt_observer_add_drive(&t->observer, d, duration, t->heat, fabs(t->row[k]) / m->drive_half_speed[drive]);
+  }
 }
 
-static void write_offsets(tt_twin* t, double time, double duration, int first, int missing) {
+/* The first row. */
+static void start(tt_twin* t, double time, const double* sensors_C) {
+  t->now->time = t->now->step_end = t->now->started_at = time;
+  t->now->started = 1;
+  if (!t->model->observer) {
+    tt_start_clock(t, t->row);
+    return;
+  }
+  tt_observer_read(&t->observer, sensors_C, t->row);
+  tt_begin_start(t);
+  if (!(t->model->start_over_s > 0.0)) tt_finish_job(t);
+}
+
+/* Whether the start is still under way. */
+static int still_starts(tt_twin* t, double time) {
+  const double dt = time - t->now->time, over = t->model->start_over_s;
+  if (t->now->job != TT_JOB_START) return 0;
+  if (dt >= over)
+    tt_finish_job(t);
+  else
+    tt_work_on(t, share_of(t, dt, over));
+  if (t->now->job != TT_JOB_START) return 0;
+  t->now->time = time;
+  return 1;
+}
+
+/* Deviations of the offsets. Returns whether the guard keeps back more than the model's own. */
+static int write_deviations(tt_twin* t, const double* pose) {
+  const tt_model* m = t->model;
+  int held_back = 0;
+  if (!m->observer) {
+    for (int i = 0; i < m->linear_axes; ++i) t->std_um[i] = tt_nan();
+    return 0;
+  }
+  tt_deviation_at(&t->deviation, m, pose, t->offset);
+  for (int i = 0; i < m->linear_axes; ++i) {
+    const double rest = offset_error_share * t->wanted_um[i] * UM, back_um = t->wanted_um[i] - t->offset_um[i];
+    const double own_um = sqrt(t->offset[i] + rest * rest + m->model_error * m->model_error) / UM;
+    held_back = held_back || fabs(back_um) > own_um;
+    t->std_um[i] = sqrt(own_um * own_um + back_um * back_um);
+  }
+  return held_back;
+}
+
+static void set_deviations(tt_twin* t, double value_um) {
+  for (int i = 0; t->model->observer && i < t->model->linear_axes; ++i) t->std_um[i] = value_um;
+}
+
+/* What the sensors say about a row. */
+static int sensor_status(const tt_twin* t, int held_back) {
+  const tt_model* m = t->model;
+  if (!m->observer) return TT_NO_SENSORS;
+  const tt_trust* trust = &t->observer.trust;
+  if (!tt_observer_any_reading(&t->observer) && !tt_any_sensor_out(&trust->check)) return TT_NO_SENSORS;
+  for (int s = 0; s < m->sensors; ++s) {
+    if (trust->named[s] != TT_SENSOR_FINE) return TT_SENSOR_FAILED;
+  }
+  return held_back ? TT_LIMITED : TT_OK;
+}
+
+static void write_offsets(tt_twin* t, double time, double duration, int missing) {
   const tt_model* m = t->model;
   tt_numbers* now = t->now;
   double* pose = t->offset + m->linear_axes;
   tt_pose(m, t->row, pose);
   tt_twin_offsets_at(t, pose, t->wanted_um);
   for (int i = 0; now->failed && i < m->linear_axes; ++i) t->wanted_um[i] = tt_nan();
-  tt_guard(t, time, duration, first, pose);
+  tt_guard(t, time, duration, !now->guarded, pose);
+  now->guarded = 1;
+  const int held_back = write_deviations(t, pose);
   now->status = now->guard == TT_HOLDING_STILL || now->guard == TT_RETURNING ? TT_FAILED
                 : missing                                                    ? TT_INPUT_MISSING
                 : tt_outside(m, pose)                                        ? TT_OUTSIDE_WORKSPACE
-                                                                             : TT_NO_SENSORS;
+                                                                             : sensor_status(t, held_back);
+  if (now->status == TT_FAILED) set_deviations(t, m->largest_um);
 }
 
-int tt_twin_row(tt_twin* t, double time, const double* channels) {
+int tt_twin_row(tt_twin* t, double time, const double* channels, const double* sensors_C) {
   const int first = !t->now->started;
   const double duration = first ? 0.0 : time - t->now->time;
   if (!tt_is_finite(time) || (!first && (!(duration > 0.0) || duration > longest_gap_s))) return TT_REFUSED_TIME;
   tt_copy(t->model->channels, channels, t->given);
   const int missing = take_inputs(t, time);
-  if (first)
-    start(t, time);
-  else
-    advance(t, time);
-  write_offsets(t, time, duration, first, missing);
+  if (first) start(t, time, sensors_C);
+  if (first ? t->now->job == TT_JOB_START : still_starts(t, time)) {
+    set_deviations(t, t->model->largest_um);
+    return t->now->status = TT_STARTING;
+  }
+  if (!first && t->model->observer) {
+    tt_observer_read(&t->observer, sensors_C, t->row);
+    add_drives(t, time, duration);
+  }
+  if (!first) advance(t, time);
+  write_offsets(t, time, t->now->guarded ? duration : 0.0, missing);
   return t->now->status;
 }
 
+int tt_twin_sensor_fault(const tt_twin* t, int sensor) {
+  return t->model->observer ? t->observer.trust.named[sensor] : TT_SENSOR_FINE;
+}
+
+const char* tt_twin_sensor_fault_text(const tt_twin* t, int sensor) {
+  return tt_sensor_fault_text(tt_twin_sensor_fault(t, sensor));
+}
+
+void tt_twin_predicted_C(const tt_twin* t, double* readings_C) {
+  const tt_moment now = tt_moment_of(t);
+  for (int s = 0; s < t->model->sensors; ++s) readings_C[s] = tt_nan();
+  if (t->model->observer) tt_observer_predicted_C(&t->observer, &now, readings_C);
+}
+
 const char* tt_status_text(int status) {
-  static const char* const texts[] = {"ok", "limited", "no_sensors", "outside_workspace", "input_missing", "failed"};
+  static const char* const texts[] = {
+      "ok", "limited", "sensor_failed", "no_sensors", "outside_workspace", "input_missing", "starting", "failed"};
   return status >= TT_OK && status <= TT_FAILED ? texts[status] : "refused_time";
 }
 
@@ -269,7 +330,7 @@ typedef struct head {
 } head;
 
 static const char magic[8] = {'t', 't', ' ', 's', 't', 'a', 't', 'e'};
-enum { state_version = 1 };
+enum { state_version = 2 };
 
 static uint64_t sum_of(const unsigned char* bytes, size_t count) {
   uint64_t sum = UINT64_C(0xCBF29CE484222325);
@@ -300,9 +361,6 @@ int tt_twin_load(tt_twin* t, const void* saved, size_t bytes) {
   if (h.model != t->model->hash || h.bytes != t->block_bytes) return TT_OTHER_MODEL;
   if (bytes < sizeof h + t->block_bytes || sum_of(block, t->block_bytes) != h.sum) return TT_DAMAGED;
   memcpy(t->block, block, t->block_bytes);
-  /* An unfinished job is done again as far as it had come: its slices follow from the state. */
-  t->work.factor_step = 0.0;
-  for (int i = 0; i < t->now->slices_done && t->now->job_active; ++i)
-    tt_slice(t->model, &t->work, t->now->job_step, t->p, t->q, t->state, i);
+  tt_redo_job(t); /* an unfinished one, as far as it had come: its slices follow from the state */
   return TT_LOADED;
 }

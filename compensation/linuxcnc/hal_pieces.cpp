@@ -125,6 +125,10 @@ void add_inputs(const HalConfig& config, const ControlData& model, Nets& nets, H
       pieces.unlinked.push_back(name);
     }
   }
+  for (const std::string& sensor : model.sensor_names) {
+    nets.comment(fmt::format("net YOUR-SIGNAL => {}.{}_C", pins, sensor));
+    pieces.unlinked.push_back(sensor + "_C");
+  }
 }
 
 /// Limits, and what the motion of an axis allows offsets to change by: numbers of the model's own guard.

@@ -125,7 +125,7 @@ void control_rows(const std::filesystem::path& model_file, long rows) {
   print("state_kB", 8e-3 * static_cast<double>(state.size()));
   print("work_MB", 8e-6 * static_cast<double>(work.size()));
 
-  measure("core", inputs, rows, [&](double t, const VectorXd& row) { tt_twin_row(&twin, t, row.data()); });
+  measure("core", inputs, rows, [&](double t, const VectorXd& row) { tt_twin_row(&twin, t, row.data(), nullptr); });
   const VectorXd none;
   measure("classes", inputs, std::min(rows, 100000L),
           [&](double t, const VectorXd& row) { compensator.step(t, row, none); });
@@ -136,7 +136,7 @@ void control_rows(const std::filesystem::path& model_file, long rows) {
   double apart_um = 0.0, most_um = 0.0;
   for (double t = 0.0; t <= 36000.0; t += 60.0) {
     const VectorXd& row = inputs.at(t);
-    tt_twin_row(&twin, t, row.data());
+    tt_twin_row(&twin, t, row.data(), nullptr);
     const VectorXd& offsets = other.step(t, row, none).offset_um;
     for (Eigen::Index a = 0; a < offsets.size(); ++a) {
       apart_um = std::max(apart_um, std::abs(offsets[a] - twin.offset_um[a]));

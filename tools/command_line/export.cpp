@@ -8,9 +8,9 @@ namespace thermotwin::tools {
 namespace {
 
 void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Option& matrices) {
-  auto* source = verb.add_option(
-      "--c", exported.c_folder,
-      "Folder for the model as C99 source without allocation: offsets in the bits of the online core, open loop.");
+  auto* source =
+      verb.add_option("--c", exported.c_folder,
+                      "Folder for the model as C99 source without allocation: offsets in the bits of the online core.");
   auto* fmu = verb.add_option("--fmu", exported.fmu,
                               "Version of FMI (2): write the model as FMU for co-simulation to --out FILE.fmu.")
                   ->check(CLI::IsMember({2}));
@@ -32,6 +32,15 @@ void add_control_options(CLI::App& verb, ControlExportOptions& exported, CLI::Op
   add("--low-rank", exported.tolerance,
       "With --c, --fmu, --linuxcnc: eigenvalues of a term below this share of its largest are left out (default "
       "1e-7).");
+  add("--start-over", exported.start_over_s,
+      "With --c, --fmu, --linuxcnc: machine time that the work of the first row is spread over, s (default 0: done in "
+      "that row).");
+  verb.add_option_function<std::string>(
+          "--observer", [&exported](const std::string& value) { exported.observer = value == "on"; },
+          "With --c, --fmu, --linuxcnc: on: temperature sensors correct the model and offsets have standard "
+          "deviations; off: open "
+          "loop (default on).")
+      ->check(CLI::IsMember({"on", "off"}));
 }
 
 }  // namespace

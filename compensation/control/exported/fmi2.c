@@ -113,10 +113,10 @@ fmi2Status fmi2Reset(fmi2Component c) {
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, fmi2Real v[]) {
   const instance* i = (const instance*)c;
   if (!i) return fmi2Error;
-  const unsigned channels = (unsigned)i->twin->model.channels, offsets = (unsigned)i->twin->model.linear_axes;
+  const unsigned inputs = (unsigned)fmu_inputs(i->twin), outputs = (unsigned)fmu_outputs(i->twin);
   for (size_t k = 0; k < n; ++k) {
-    if (r[k] >= channels + offsets) return complain(i, fmi2Error, "no real variable of this reference");
-    v[k] = r[k] < channels ? i->twin->inputs[r[k]] : i->twin->twin.offset_um[r[k] - channels];
+    if (r[k] >= inputs + outputs) return complain(i, fmi2Error, "no real variable of this reference");
+    v[k] = r[k] < inputs ? i->twin->inputs[r[k]] : fmu_output(i->twin, (int)(r[k] - inputs));
   }
   return fmi2OK;
 }
@@ -125,8 +125,11 @@ fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference r[], size_t 
   const instance* i = (const instance*)c;
   if (!i) return fmi2Error;
   for (size_t k = 0; k < n; ++k) {
-    if (r[k] > 1) return complain(i, fmi2Error, "no integer variable of this reference");
-    v[k] = r[k] == 0 ? i->twin->twin.now->status : i->twin->twin.now->guard;
+    if (r[k] > 1 + (unsigned)(fmu_inputs(i->twin) - i->twin->model.channels))
+      return complain(i, fmi2Error, "no integer variable of this reference");
+    v[k] = r[k] == 0   ? i->twin->twin.now->status
+           : r[k] == 1 ? i->twin->twin.now->guard
+                       : tt_twin_sensor_fault(&i->twin->twin, (int)r[k] - 2);
   }
   return fmi2OK;
 }
@@ -145,7 +148,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference r[], size_t n, 
   const instance* i = (const instance*)c;
   if (!i) return fmi2Error;
   for (size_t k = 0; k < n; ++k) {
-    if (r[k] >= (unsigned)i->twin->model.channels) return complain(i, fmi2Error, "no input of this reference");
+    if (r[k] >= (unsigned)fmu_inputs(i->twin)) return complain(i, fmi2Error, "no input of this reference");
     i->twin->inputs[r[k]] = v[k];
   }
   return fmi2OK;

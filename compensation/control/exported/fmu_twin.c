@@ -58,6 +58,15 @@ static unsigned char* read_whole(const char* path, fmu_allocate allocate, fmu_fr
   return bytes;
 }
 
+int fmu_inputs(const fmu_twin* f) { return f->model.channels + (f->model.observer ? f->model.sensors : 0); }
+
+int fmu_outputs(const fmu_twin* f) { return (f->model.observer ? 2 : 1) * f->model.linear_axes; }
+
+double fmu_output(const fmu_twin* f, int i) {
+  const int linear = f->model.linear_axes;
+  return i < linear ? f->twin.offset_um[i] : f->twin.std_um[i - linear];
+}
+
 static const char* read_model(fmu_twin* f, const char* resources, const char* hash) {
   char path[longest_path], own[17];
   size_t size = 0;
@@ -76,8 +85,8 @@ static const char* read_model(fmu_twin* f, const char* resources, const char* ha
 static const char* make_room(fmu_twin* f) {
   f->state = f->allocate(tt_twin_state_bytes(&f->model) + 8, 1);
   f->work = f->allocate(tt_twin_work_bytes(&f->model) + 8, 1);
-  f->given = (double*)f->allocate((size_t)f->model.channels + 1, sizeof(double));
-  f->inputs = (double*)f->allocate((size_t)f->model.channels + 1, sizeof(double));
+  f->given = (double*)f->allocate((size_t)fmu_inputs(f) + 1, sizeof(double));
+  f->inputs = (double*)f->allocate((size_t)fmu_inputs(f) + 1, sizeof(double));
   return f->state && f->work && f->given && f->inputs ? NULL : "no memory";
 }
 
@@ -114,16 +123,17 @@ void fmu_begin(fmu_twin* f) {
     const double usual = f->model.channel_default[k];
     f->inputs[k] = isnan(usual) ? 10.0 * FMU_NOT_GIVEN : usual;
   }
+  for (int k = f->model.channels; k < fmu_inputs(f); ++k) f->inputs[k] = 10.0 * FMU_NOT_GIVEN;
 }
 
 int fmu_row(fmu_twin* f, double time) {
-  for (int k = 0; k < f->model.channels; ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
+  for (int k = 0; k < fmu_inputs(f); ++k) f->given[k] = f->inputs[k] > FMU_NOT_GIVEN ? f->inputs[k] : NAN;
   f->time = time;
-  return tt_twin_row(&f->twin, time, f->given);
+  return tt_twin_row(&f->twin, time, f->given, f->given + f->model.channels);
 }
 
 /* Inputs, time, then the twin's own saved state. */
-static size_t head_bytes(const fmu_twin* f) { return ((size_t)f->model.channels + 1) * sizeof(double); }
+static size_t head_bytes(const fmu_twin* f) { return ((size_t)fmu_inputs(f) + 1) * sizeof(double); }
 size_t fmu_state_bytes(const fmu_twin* f) { return head_bytes(f) + tt_twin_saved_bytes(&f->model); }
 
 void fmu_save(const fmu_twin* f, void* bytes) {

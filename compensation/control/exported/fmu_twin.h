@@ -2,7 +2,8 @@
 #ifndef THERMOTWIN_FMU_TWIN_H
 #define THERMOTWIN_FMU_TWIN_H
 /* A twin as an FMU has it: its model from resources/model.bin, inputs that are held, a state that can be copied.
- * Values: inputs 0 to channels - 1, then the offsets of the linear axes in um; integers 0 the status, 1 the guard. */
+ * Values: inputs 0 to channels - 1, sensors in degC, the offsets of the linear axes in um, with an observer their
+ * standard deviations; integers 0 the status, 1 the guard, then the fault of each sensor. */
 
 #include "model_bytes.h"
 #include "twin.h"
@@ -16,7 +17,7 @@ typedef struct fmu_twin {
   unsigned char* bytes;
   const char** texts;
   void *state, *work;
-  double *given, *inputs; /* (channels) scratch; as they were set */
+  double *given, *inputs; /* (channels, then sensors) scratch; as they were set */
   double time;
   tt_model model;
   tt_twin twin;
@@ -25,6 +26,9 @@ typedef struct fmu_twin {
 /* From the folder of resources (a path or a file URI) and the hash that the description states, 16 digits.
  * NULL where there is no such model, with the reason in *why. */
 fmu_twin* fmu_open(const char* resources, const char* hash, fmu_allocate allocate, fmu_free release, const char** why);
+int fmu_inputs(const fmu_twin* f); /* channels and sensors */
+int fmu_outputs(const fmu_twin* f);
+double fmu_output(const fmu_twin* f, int i);
 void fmu_close(fmu_twin* f);
 void fmu_begin(fmu_twin* f); /* anew, with default inputs */
 /* A row with the inputs that are set; those below -1e29 or NaN are not given. Returns as tt_twin_row. */

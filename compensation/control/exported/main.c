@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later */
-/* Reads rows of CSV from stdin and writes the offsets of each to stdout. The first line names the columns: time_s and
- * channels of the machine; others are not read. An empty cell keeps the last value. --bits writes hexadecimal numbers;
- * --state FILE goes on from a saved state and saves it at the end. */
+/* Reads rows of CSV from stdin and writes the offsets of each to stdout. The first line names the columns: time_s,
+ * channels of the machine, and its sensors as NAME_C; others are not read. An empty cell keeps the last value, or says
+ * that a sensor has no reading. --bits writes hexadecimal numbers; --state FILE goes on from a saved state and saves it
+ * at the end. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,18 +11,24 @@
 #include "model_data.h"
 #include "twin.h"
 
-enum { longest_line = 65536, most_columns = 1024, not_read = -2, is_time = -1 };
+enum { longest_line = 65536, most_columns = 1024, not_read = -2, is_time = -1, first_sensor = TT_CHANNELS };
 
 static double state[TT_STATE_BYTES / 8 + 1], work[TT_WORK_BYTES / 8 + 1];
 static unsigned char saved[TT_STATE_BYTES + 64];
 static char line[longest_line];
 static int column[most_columns];
 static char has_column[TT_CHANNELS];
+static double channels[TT_CHANNELS], sensors[TT_SENSORS + 1];
 
 static int channel_of(const char* name) {
   if (strcmp(name, "time_s") == 0) return is_time;
   for (int k = 0; k < tt_the_model.channels; ++k) {
     if (strcmp(name, tt_the_model.channel_names[k]) == 0) return k;
+  }
+  for (int s = 0; s < TT_SENSORS; ++s) {
+    const size_t length = strlen(tt_the_model.sensor_names[s]);
+    if (strncmp(name, tt_the_model.sensor_names[s], length) == 0 && strcmp(name + length, "_C") == 0)
+      return first_sensor + s;
   }
   return not_read;
 }
@@ -43,23 +50,26 @@ static int read_header(void) {
   while ((cell = next_cell(&rest)) != NULL && count < most_columns) {
     const int channel = channel_of(cell);
     column[count++] = channel;
-    if (channel >= 0) has_column[channel] = 1;
+    if (channel >= 0 && channel < first_sensor) has_column[channel] = 1;
   }
   return count;
 }
 
-static double read_row(int columns, double* channels) {
+static double read_row(int columns) {
   char *rest = line, *cell;
   double time = NAN;
   /* A channel without a column keeps the value of a machine that stands; a blank cell is a missing value. */
   const double* standing = tt_twin_defaults(&tt_the_model);
   for (int k = 0; k < tt_the_model.channels; ++k) channels[k] = has_column[k] ? NAN : standing[k];
+  for (int s = 0; s < TT_SENSORS; ++s) sensors[s] = NAN;
   for (int i = 0; i < columns && (cell = next_cell(&rest)) != NULL; ++i) {
     char* end;
     const double value = strtod(cell, &end);
     if (end == cell || column[i] == not_read) continue;
     if (column[i] == is_time)
       time = value;
+    else if (column[i] >= first_sensor)
+      sensors[column[i] - first_sensor] = value;
     else
       channels[column[i]] = value;
   }
@@ -84,8 +94,34 @@ static int save(const tt_twin* twin, const char* path) {
   return fclose(file) != 0 || bad;
 }
 
+static void print_header(void) {
+  static const char* const kinds[] = {"offset", "std"};
+  printf("time_s");
+  for (int kind = 0; kind < 1 + tt_the_model.observer; ++kind) {
+    for (int i = 0; i < TT_LINEAR_AXES; ++i)
+      printf(",%s_%s_um", kinds[kind], tt_the_model.axis_names[tt_the_model.linear_axis[i]]);
+  }
+  printf(",status\n");
+}
+
+/* The failed sensors follow the status: "sensor_failed T3=stuck". */
+static void print_row(const tt_twin* twin, double time, int status, const char* format) {
+  printf("%.17g", time);
+  for (int kind = 0; kind < 1 + tt_the_model.observer; ++kind) {
+    for (int i = 0; i < TT_LINEAR_AXES; ++i) {
+      printf(",");
+      printf(format, kind == 0 ? twin->offset_um[i] : twin->std_um[i]);
+    }
+  }
+  printf(",%s", tt_status_text(status));
+  for (int s = 0; s < TT_SENSORS && status == TT_SENSOR_FAILED; ++s) {
+    if (tt_twin_sensor_fault(twin, s) != TT_SENSOR_FINE)
+      printf(" %s=%s", tt_the_model.sensor_names[s], tt_twin_sensor_fault_text(twin, s));
+  }
+  printf("\n");
+}
+
 int main(int argc, char** argv) {
-  static double channels[TT_CHANNELS];
   const char *path = NULL, *format = "%.6f";
   tt_twin twin;
   for (int i = 1; i < argc; ++i) {
@@ -98,19 +134,13 @@ int main(int argc, char** argv) {
     return 3;
   }
   const int columns = read_header();
-  printf("time_s");
-  for (int i = 0; i < tt_the_model.linear_axes; ++i)
-    printf(",offset_%s_um", tt_the_model.axis_names[tt_the_model.linear_axis[i]]);
-  printf(",status\n");
+  for (int k = 0; k < TT_CHANNELS; ++k) {
+    if (!has_column[k] && !isnan(tt_twin_defaults(&tt_the_model)[k])) tt_twin_never_given(&twin, k);
+  }
+  print_header();
   while (fgets(line, sizeof line, stdin)) {
-    const double time = read_row(columns, channels);
-    const int status = tt_twin_row(&twin, time, channels);
-    printf("%.17g", time);
-    for (int i = 0; i < tt_the_model.linear_axes; ++i) {
-      printf(",");
-      printf(format, twin.offset_um[i]);
-    }
-    printf(",%s\n", tt_status_text(status));
+    const double time = read_row(columns);
+    print_row(&twin, time, tt_twin_row(&twin, time, channels, sensors), format);
   }
   if (path && save(&twin, path)) {
     fprintf(stderr, "%s: cannot be written\n", path);

@@ -11,11 +11,12 @@ typedef struct model_row {
   double time_s;                /* rising */
   uint64_t session;             /* of the pins: the same as before the model died, or another after the power was off */
   double channels[TT_CHANNELS]; /* NaN: not given */
+  double sensors_C[TT_SENSORS + 1]; /* NaN: no reading */
 } model_row;
 
 typedef struct model_answer {
   double time_s; /* of the row */
-  double offset_um[TT_LINEAR_AXES];
+  double offset_um[TT_LINEAR_AXES], std_um[TT_LINEAR_AXES];
   int32_t status; /* twin.h; TT_REFUSED_TIME: nothing has changed */
   int32_t guard;
 } model_answer;

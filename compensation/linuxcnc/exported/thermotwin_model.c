@@ -113,8 +113,8 @@ static void pass_pause(tt_twin* twin, double until) {
   }
   for (int a = 0; a < m->axes; ++a) off[m->axis_position[a]] = NAN; /* axes stay where they are */
   if (m->machine_on >= 0) off[m->machine_on] = 0.0;
-  tt_twin_row(twin, time + 1e-3, off);
-  for (time += pause_step_s; time < until - 1e-3; time += pause_step_s) tt_twin_row(twin, time, off);
+  tt_twin_row(twin, time + 1e-3, off, NULL);
+  for (time += pause_step_s; time < until - 1e-3; time += pause_step_s) tt_twin_row(twin, time, off, NULL);
 }
 
 /* The offset to add to the pins' time so that the twin's time rises. */
@@ -175,9 +175,10 @@ int main(int argc, char** argv) {
     time = row.time_s + shift;
     memset(&answer, 0, sizeof answer);
     answer.time_s = row.time_s;
-    answer.status = tt_twin_row(&twin, time, row.channels);
+    answer.status = tt_twin_row(&twin, time, row.channels, row.sensors_C);
     answer.guard = twin.now->guard;
     memcpy(answer.offset_um, twin.offset_um, sizeof answer.offset_um);
+    memcpy(answer.std_um, twin.std_um, sizeof answer.std_um);
     if (!write_whole(STDOUT_FILENO, &answer, sizeof answer)) break;
     if (fabs(row.time_s - saved_at) >= every_s) {
       const int good = save(&twin, argv[1], row.session, 1);

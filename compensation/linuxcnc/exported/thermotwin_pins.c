@@ -5,7 +5,8 @@
  *   thermotwin_pins --model PROGRAM --state FILE [--name thermotwin] [--period-ms 10] [--mm-per-unit 1]
  *
  * Inputs: a pin for each channel of the model, in the channel's unit; positions of linear axes in the machine's unit.
- * A float pin that nothing is linked to is not given. Feeds follow from the positions. Outputs: offset-X-um and so on;
+ * A float pin that nothing is linked to is not given. Feeds follow from the positions. A pin for each temperature sensor,
+ * degC. Outputs: offset-X-um and so on, and their standard deviations;
  * heartbeat, which changes with every valid answer; status (twin.h), model-is-up, restarts, and the time from reading
  * the inputs to setting the offsets. */
 #define _POSIX_C_SOURCE 200809L
@@ -23,7 +24,8 @@
 #include "twin.h"
 
 typedef struct all_pins {
-  hal_float_t *value[TT_CHANNELS], *offset_um[TT_LINEAR_AXES], *answer_ms, *slowest_ms;
+  hal_float_t *value[TT_CHANNELS], *sensor_C[TT_SENSORS + 1], *offset_um[TT_LINEAR_AXES], *std_um[TT_LINEAR_AXES];
+  hal_float_t *answer_ms, *slowest_ms;
   hal_bit_t *state[TT_CHANNELS], *model_is_up;
   hal_u32_t *heartbeat, *restarts;
   hal_s32_t* status;
@@ -73,9 +75,15 @@ static int make_pins(all_pins* pins, int component, const char* name) {
       if (!bad) *pins->value[k] = NAN;
     }
   }
-  for (int i = 0; i < model->linear_axes; ++i)
-    bad |= hal_pin_float_newf(HAL_OUT, &pins->offset_um[i], component, "%s.offset-%s-um", name,
-                              model->axis_names[model->linear_axis[i]]);
+  for (int s = 0; s < model->sensors; ++s) {
+    bad |= hal_pin_float_newf(HAL_IN, &pins->sensor_C[s], component, "%s.%s_C", name, model->sensor_names[s]);
+    if (!bad) *pins->sensor_C[s] = NAN;
+  }
+  for (int i = 0; i < model->linear_axes; ++i) {
+    const char* axis = model->axis_names[model->linear_axis[i]];
+    bad |= hal_pin_float_newf(HAL_OUT, &pins->offset_um[i], component, "%s.offset-%s-um", name, axis);
+    bad |= hal_pin_float_newf(HAL_OUT, &pins->std_um[i], component, "%s.std-%s-um", name, axis);
+  }
   bad |= hal_pin_float_newf(HAL_OUT, &pins->answer_ms, component, "%s.answer-ms", name);
   bad |= hal_pin_float_newf(HAL_OUT, &pins->slowest_ms, component, "%s.slowest-ms", name);
   bad |= hal_pin_bit_newf(HAL_OUT, &pins->model_is_up, component, "%s.model-is-up", name);
@@ -85,10 +93,12 @@ static int make_pins(all_pins* pins, int component, const char* name) {
   return bad;
 }
 
-static void read_pins(const all_pins* pins, const settings* how, double* channels) {
+static void read_pins(const all_pins* pins, const settings* how, model_row* row) {
+  double* channels = row->channels;
   for (int k = 0; k < model->channels; ++k) {
     channels[k] = pins->state[k] ? (*pins->state[k] ? 1.0 : 0.0) : pins->value[k] ? *pins->value[k] : NAN;
   }
+  for (int s = 0; s < model->sensors; ++s) row->sensors_C[s] = *pins->sensor_C[s];
   for (int a = 0; a < model->axes; ++a) {
     if (!model->axis_rotary[a]) channels[model->axis_position[a]] *= how->mm_per_unit;
   }
@@ -110,7 +120,10 @@ static void show(all_pins* pins, const model_answer* answer, double took_ms) {
   *pins->answer_ms = took_ms;
   if (took_ms > *pins->slowest_ms) *pins->slowest_ms = took_ms;
   if (!valid) return; /* no heartbeat: the guard holds, then returns to zero */
-  for (int i = 0; i < model->linear_axes; ++i) *pins->offset_um[i] = answer->offset_um[i];
+  for (int i = 0; i < model->linear_axes; ++i) {
+    *pins->offset_um[i] = answer->offset_um[i];
+    *pins->std_um[i] = answer->std_um[i];
+  }
   __sync_synchronize();
   ++*pins->heartbeat;
 }
@@ -130,7 +143,7 @@ static void run(all_pins* pins, const settings* how) {
     model_link_tend(&link, now);
     before = row;
     row.time_s = wall + (now - begun); /* a clock that is set meanwhile does not matter */
-    read_pins(pins, how, row.channels);
+    read_pins(pins, how, &row);
     add_feeds(before.channels, before.time_s > 0.0 ? row.time_s - before.time_s : 0.0, row.channels);
     model_link_send(&link, &row);
     if (model_link_answer(&link, wait_ms, seconds(CLOCK_MONOTONIC), &answer))

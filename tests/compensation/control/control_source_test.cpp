@@ -53,16 +53,28 @@ VectorXd row_of(const solver::Channels& channels, int i) {
   return row;
 }
 
+/// Readings that wander, some missing; the second sensor fails.
+VectorXd readings_of(int i) {
+  VectorXd readings(std::ssize(lumps().machine.sensors));
+  for (Eigen::Index s = 0; s < readings.size(); ++s)
+    readings[s] = (i + s) % 11 == 0 ? solver::not_given
+                                    : 20.0 + 0.1 * static_cast<double>(s) + 3.0 * std::sin(time_of(i) / 5000.0);
+  if (i > 900) readings[1] = 21.5;
+  return readings;
+}
+
 /// Rows of CSV that keep all bits, rising in time.
 std::string csv(int rows) {
   const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
   std::string text = "time_s";
   for (const std::string& name : operating.channels().names()) text += "," + name;
+  for (const mesh::SensorSpec& sensor : lumps().machine.sensors) text += "," + sensor.id + "_C";
   text += "\n";
   for (int i = 0; i < rows; ++i) {
     text += fmt::format("{}", time_of(i) + 1e4 * (i / 500));
-    for (const double value : row_of(operating.channels(), i))
-      text += std::isnan(value) ? std::string(",") : fmt::format(",{}", value);
+    for (const VectorXd& values : {row_of(operating.channels(), i), readings_of(i)}) {
+      for (const double value : values) text += std::isnan(value) ? std::string(",") : fmt::format(",{}", value);
+    }
     text += "\n";
   }
   return text;
@@ -72,7 +84,7 @@ std::string csv(int rows) {
 std::string expected(const tt_model& model, int rows) {
   const solver::OperatingModel operating(lumps().machine, lumps().system.layout);
   test::Twin twin(model);
-  std::string text = "time_s,offset_X_um,offset_Y_um,offset_Z_um,status\n";
+  std::string text = "time_s,offset_X_um,offset_Y_um,offset_Z_um,std_X_um,std_Y_um,std_Z_um,status\n";
   std::array<char, 64> number{};
   const auto add = [&](const char* format, double value) {
     std::snprintf(number.data(), number.size(), format, value);
@@ -80,10 +92,16 @@ std::string expected(const tt_model& model, int rows) {
   };
   for (int i = 0; i < rows; ++i) {
     const double time = time_of(i) + 1e4 * (i / 500);
-    const int status = twin.row(time, row_of(operating.channels(), i));
+    const int status = twin.row(time, row_of(operating.channels(), i), readings_of(i));
     add("%.17g", time);
     for (const double offset : twin.offset_um()) add(",%a", offset);
-    text += std::string(",") + tt_status_text(status) + "\n";
+    for (const double std : twin.std_um()) add(",%a", std);
+    text += std::string(",") + tt_status_text(status);
+    for (int s = 0; s < model.sensors && status == TT_SENSOR_FAILED; ++s) {
+      if (tt_twin_sensor_fault(&twin.get(), s) != TT_SENSOR_FINE)
+        text += fmt::format(" {}={}", model.sensor_names[s], tt_twin_sensor_fault_text(&twin.get(), s));
+    }
+    text += "\n";
   }
   return text;
 }
@@ -117,6 +135,7 @@ protected:
 TEST_F(ControlSource, HasTheBitsOfTheCoreWithAnyCompilerAndOptimisation) {
   const std::string truth = expected(control_.model(), rows);
   ASSERT_GT(std::count(truth.begin(), truth.end(), '\n'), rows);
+  ASSERT_NE(truth.find("sensor_failed"), std::string::npos);
   int compilers = 0;
   for (const char* compiler : {"gcc -O3", "clang -O2"}) {
     const std::string name(compiler);

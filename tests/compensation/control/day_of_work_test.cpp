@@ -4,9 +4,9 @@
 
 #include <gtest/gtest.h>
 
-#include "compensation/control/day_model.h"
 #include "compensation/control/work_before.h"
 #include "tests/compensation/control/day_of_work.h"
+#include "tests/compensation/control/observer_parts.h"
 #include "tests/compensation/control/unit_capacity.h"
 
 namespace thermotwin::compensation {
@@ -31,13 +31,12 @@ void coefficients(const void* with, const double* row, double* p, double* q) {
 
 struct Core {
   solver::OperatingModel operating{lumps().machine, lumps().system.layout};
-  SensorModel sensors{lumps(), 0};
-  DayModel model{lumps().machine, operating.channels(), sensors};
-  test::InArena<tt_day, tt_day_model> day{tt_day_lay, model.data()};
+  test::ObserverParts parts{lumps(), {}, 0};
+  test::InArena<tt_day, tt_day_model> day{tt_day_lay, parts.day()};
   VectorXd row = operating.channels().defaults();
 
   Core() {
-    model.set_coefficients(coefficients, &operating);
+    parts.set_coefficients(coefficients, &operating);
     row[operating.channels().index("axis.X.position_mm")] = 250.0;
     tt_day_set(day.get(), row.data());
   }
@@ -46,7 +45,7 @@ struct Core {
 TEST(ControlDayOfWork, HasTheHeatsOfTheClass) {
   Core core;
   const MatrixXd heats = test::Day(lumps(), core.row).heats();
-  ASSERT_EQ(tt_day_heats(&core.model.data()), heats.cols());
+  ASSERT_EQ(tt_day_heats(&core.parts.day()), heats.cols());
   for (Index k = 0; k < heats.cols(); ++k) {
     VectorXd heat(lumps().system.order());
     tt_day_heat(core.day.get(), static_cast<int>(k), heat.data());
@@ -77,7 +76,7 @@ TEST(ControlDayOfWork, DrivesHeatAsInTheClassWhileTheMachineIsOn) {
   row[channels.index("spindle.speed_rpm")] = 3000.0;
   row[channels.index("axis.X.feed_mm_min")] = 9000.0;
   const std::vector<DriveHeat> drives = drive_heats(lumps(), core.operating, channels.defaults());
-  ASSERT_EQ(core.model.data().drives, std::ssize(drives));
+  ASSERT_EQ(core.parts.day().drives, std::ssize(drives));
   double largest = 0.0;
   for (const bool on : {true, false}) {
     row[channels.index("machine.on")] = on ? 1.0 : 0.0;

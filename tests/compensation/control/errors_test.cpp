@@ -7,10 +7,10 @@
 #include <cmath>
 #include <vector>
 
-#include "compensation/control/sensor_model.h"
 #include "compensation/online/error_model.h"
 #include "core/missing.h"
 #include "solver/operation/operating_model.h"
+#include "tests/compensation/control/observer_parts.h"
 #include "tests/compensation/control/unit_capacity.h"
 #include "tests/compensation/shift.h"
 
@@ -29,12 +29,12 @@ const reduction::ReducedModel& nominal() {
 /// Both filters, with the same calls.
 class Pair {
 public:
-  Pair() : classic(nominal()), sensors(nominal(), drives()), core(tt_errors_lay, sensors.data()) {
+  Pair() : classic(nominal()), parts(nominal(), {}, drives()), core(tt_errors_lay, parts.sensors()) {
     classic.work_ends_at(operating.channels().defaults());
   }
 
   int drives() const { return static_cast<int>(classic.drives().size()); }
-  const tt_sensor_model& model() const { return sensors.data(); }
+  const tt_sensor_model& model() const { return parts.sensors(); }
 
   void start(double uniform_K, const std::vector<FirstReading>& readings, double air_gap_K = 0.0) {
     VectorXd gap = VectorXd::Zero(std::ssize(nominal().machine.ambients));
@@ -134,7 +134,7 @@ public:
 
   solver::OperatingModel operating{nominal().machine, nominal().system.layout};
   ErrorModel classic;
-  SensorModel sensors;
+  test::ObserverParts parts;
   test::InArena<tt_errors, tt_sensor_model> core;
   Index shapes = 0;
   std::vector<int> known;  ///< drives, in the order in which they were first untold

@@ -167,7 +167,7 @@ TEST(ControlObserver, GoesOnFromACopyWithTheSameBits) {
   moment.interval_s = 300.0;
   tt_observer_begin_correction(both.core.get(), &moment, &interval);
   for (int slices = 0; slices < 4; ++slices) tt_observer_correction_slice(both.core.get());
-  test::InArena<tt_observer, tt_observer_model> copy(tt_observer_lay, both.data.data());
+  test::InArena<tt_observer, tt_observer_model> copy(tt_observer_lay, both.data.observer());
   copy.block() = both.core.block();
   for (tt_observer* one : {both.core.get(), copy.get()}) {
     while (tt_observer_correction_slice(one) == 0) continue;
@@ -185,7 +185,7 @@ TEST(ControlObserver, ACorrectionThatFailsChangesNothing) {
   Beside both;
   for (std::size_t i = 0; i + 2 < truth.time.size(); ++i) both.step(truth.time[i], truth.rows[i], truth.readings_C[i]);
   MatrixXd matrix = both.own_clock.operator_at(both.own_clock.coefficients().p);
-  const VectorXd p = VectorXd::Constant(both.data.sensors().data().terms, 0.123);
+  const VectorXd p = VectorXd::Constant(both.data.sensors().terms, 0.123);
   const tt_interval interval = {300.0, p.data(), both.own_clock.coefficients().q.data(), both.own_clock.state().data(),
                                 matrix.data()};
   tt_moment moment = both.now();

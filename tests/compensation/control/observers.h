@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "compensation/control/observer_model.h"
 #include "compensation/online/compensator.h"
 #include "compensation/online/observer.h"
 #include "tests/compensation/control/day_of_work.h"
+#include "tests/compensation/control/observer_parts.h"
 #include "tests/compensation/control/unit_capacity.h"
 
 namespace thermotwin::compensation::test {
@@ -36,14 +36,14 @@ public:
         clock(nominal(), operating, o.step_s),
         own_clock(nominal(), operating, o.step_s),
         classic(nominal(), operating, options, clock),
-        data(nominal(), operating, options),
-        core(tt_observer_lay, data.data()),
+        data(nominal(), options),
+        core(tt_observer_lay, data.observer()),
         row(operating.channels().defaults()) {
     const VectorXd start = nominal().system.one_kelvin * (o.start_C - nominal().machine.reference_C);
     clock.set_state(start);
     own_clock.set_state(start);
     tt_observer_reset(core.get());
-    EXPECT_EQ(std::ssize(data.drives()), std::ssize(classic.errors().drives()));
+    EXPECT_EQ(data.sensors().drives, std::ssize(classic.errors().drives()));
   }
 
   tt_moment now() const {
@@ -59,9 +59,7 @@ public:
   }
 
   void step(double time, VectorXd given, const VectorXd& sensors_C, const std::vector<char>& untold = {}) {
-    VectorXd own_given = given;
     classic.take_out_inputs(given);
-    tt_take_out_inputs(&core->trust.check, own_given.data());
     const VectorXd before = row;
     operating.channels().update(given, row);
     classic.read(sensors_C, row);
@@ -94,7 +92,7 @@ public:
   solver::OperatingModel operating;
   StateClock clock, own_clock;
   Observer classic;
-  ObserverModel data;
+  test::ObserverParts data;
   test::InArena<tt_observer, tt_observer_model> core;
   VectorXd row;
   bool started = false;
@@ -120,7 +118,7 @@ private:
     tt_observer_begin_start(core.get(), &moment, row.data());
     int slices = 1;
     while (tt_observer_start_slice(core.get()) == 0) ++slices;
-    EXPECT_LE(slices, tt_observer_start_slices(&data.data()));
+    EXPECT_LE(slices, tt_observer_start_slices(&data.observer()));
     double uniform_K = 0.0;
     if (tt_observer_uniform(core.get(), &uniform_K)) own_clock.set_state(nominal().system.one_kelvin * uniform_K);
     moment = now();
@@ -186,7 +184,7 @@ private:
     tt_observer_begin_correction(core.get(), &moment, &same);
     int slices = 1;
     while (tt_observer_correction_slice(core.get()) == 0) ++slices;
-    EXPECT_LE(slices, tt_observer_correction_slices(&data.data()));
+    EXPECT_LE(slices, tt_observer_correction_slices(&data.observer()));
     moment = now();
     tt_observer_finish_correction(core.get(), &moment);
   }
@@ -231,7 +229,7 @@ private:
     ASSERT_EQ(text, failed) << time;
     const double sigma = classic.errors().all_covariance().trace();
     double own_sigma = 0.0;
-    const int all = tt_errors_count(data.data().sensors);
+    const int all = tt_errors_count(&data.sensors());
     for (int k = 0; k < all; ++k) own_sigma += core->errors.sigma[k + static_cast<long>(k) * all];
     ASSERT_NEAR(own_sigma, sigma, 1e-8 * sigma) << time;
   }

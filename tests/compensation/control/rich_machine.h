@@ -213,6 +213,12 @@ inline solver::Layout rich_layout(const mesh::Machine& machine) {
 class Uniform {
 public:
   explicit Uniform(std::uint64_t seed) : engine_(seed) {}
+  /// Sum of twelve: near to normal.
+  double normal() {
+    double sum = -6.0;
+    for (int i = 0; i < 12; ++i) sum += (*this)(0.0, 1.0);
+    return sum;
+  }
   double operator()(double low, double high) {
     return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
   }

@@ -38,10 +38,12 @@ public:
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
 
-  int row(double time, const Eigen::VectorXd& channels) { return tt_twin_row(&twin_, time, channels.data()); }
-  Eigen::VectorXd offset_um() const {
-    return Eigen::Map<const Eigen::VectorXd>(twin_.offset_um, twin_.model->linear_axes);
+  int row(double time, const Eigen::VectorXd& channels) { return tt_twin_row(&twin_, time, channels.data(), nullptr); }
+  int row(double time, const Eigen::VectorXd& channels, const Eigen::VectorXd& sensors_C) {
+    return tt_twin_row(&twin_, time, channels.data(), sensors_C.data());
   }
+  Eigen::VectorXd offset_um() const { return of_axes(twin_.offset_um); }
+  Eigen::VectorXd std_um() const { return of_axes(twin_.std_um); }
   std::vector<unsigned char> saved() const {
     std::vector<unsigned char> bytes(tt_twin_saved_bytes(twin_.model));
     tt_twin_save(&twin_, bytes.data());
@@ -52,6 +54,10 @@ public:
   const tt_twin& get() const { return twin_; }
 
 private:
+  Eigen::VectorXd of_axes(const double* values) const {
+    return Eigen::Map<const Eigen::VectorXd>(values, twin_.model->linear_axes);
+  }
+
   std::vector<double> state_, work_;
   tt_twin twin_{};
 };

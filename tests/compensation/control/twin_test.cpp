@@ -104,7 +104,7 @@ TEST(ControlTwin, AStepTakesEffectWithinHalfAStepOfMachineTime) {
     twin.row(0.1 * i, work_row(operating.channels(), 3600.0));
     if (twin.get().now->last_step > 0.0) effect = 0.1 * i;
     if (effect == 0.0 && 0.1 * i > 60.05) {
-      EXPECT_TRUE(twin.get().now->job_active);
+      EXPECT_TRUE(twin.get().now->job);
     }
   }
   EXPECT_GT(effect, 60.0);
@@ -124,7 +124,7 @@ TEST(ControlTwin, AStepIsSharedByRowsOfEqualLength) {
     twin.row(3.0 * i, row);
     if (effect == 0.0 && twin.get().now->last_step > 0.0) effect = 3.0 * i;
     offsets.push_back(twin.offset_um()[2]);
-    in_a_job.push_back(twin.get().now->job_active != 0);
+    in_a_job.push_back(twin.get().now->job == TT_JOB_STEP);
   }
   EXPECT_EQ(effect, 81.0);
   for (int i = 1200; i < 3580; ++i) {
@@ -145,7 +145,7 @@ TEST(ControlTwin, ASavedStateGoesOnWithTheSameBits) {
     twin.row(time, work_row(operating.channels(), time));
     if (number(0.0, 1.0) > 0.02) continue;
     ++loads;
-    in_a_job += twin.get().now->job_active;
+    in_a_job += twin.get().now->job != 0;
     Twin other(core());
     other.row(3.0, operating.channels().defaults());
     ASSERT_EQ(other.load(twin.saved()), TT_LOADED);

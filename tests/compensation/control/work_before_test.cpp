@@ -7,9 +7,9 @@
 #include <cmath>
 #include <vector>
 
-#include "compensation/control/sensor_model.h"
 #include "compensation/online/error_model.h"
 #include "tests/compensation/control/day_of_work.h"
+#include "tests/compensation/control/observer_parts.h"
 #include "tests/compensation/control/unit_capacity.h"
 
 namespace thermotwin::compensation {
@@ -29,10 +29,10 @@ const reduction::ReducedModel& nominal() {
 class Both {
 public:
   Both()
-      : sensors_(nominal(), 0),
+      : parts_(nominal(), {}, 0),
         before(nominal(), test::ambients_of(nominal())),
         heats_(day_.heats()),
-        model_{&sensors_.data(), static_cast<std::int32_t>(heats_.cols())},
+        model_{&parts_.sensors(), static_cast<std::int32_t>(heats_.cols())},
         core(tt_past_lay, model_) {
     before.ends_at(day_.rest());
     tt_past_set_heats(core.get(), heats_.data());
@@ -79,7 +79,7 @@ public:
 
 private:
   Day day_{nominal()};
-  SensorModel sensors_;
+  test::ObserverParts parts_;
 
 public:
   WorkBefore before;

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later */
+#include "compensation/control/deviation.h"
+
+#include "compensation/control/linear.h"
+#include "compensation/control/output_weights.h"
+#include "compensation/control/outputs.h"
+#include "compensation/control/scalars.h"
+
+enum { slice_products = 60000 }; /* multiplications of a slice, about */
+enum { of_tool = 6, of_axis = 6, of_own = 7, sides = 19 };
+
+static int places_of(const tt_model* m) { return m->grid_poses * m->grid_tables; }
+static int outputs_of(const tt_model* m) { return of_tool * m->grid_poses + (of_axis + of_own) * m->grid_tables; }
+
+void tt_deviation_lay(tt_deviation* d, const tt_model* m, const tt_sensor_model* sensors, tt_arena* state,
+                      tt_arena* work) {
+  const size_t axes = (size_t)m->linear_axes, places = (size_t)places_of(m), columns = (size_t)tt_columns(sensors);
+  d->variance = tt_doubles(state, axes * places);
+  d->smallest = tt_doubles(state, axes);
+  d->next = tt_doubles(state, axes * places);
+  d->columns = tt_doubles(work, axes * sides * places * (size_t)m->grid_angles);
+  d->outputs = tt_doubles(work, columns * (size_t)outputs_of(m));
+  d->influence = tt_doubles(work, columns);
+  d->product = tt_doubles(work, columns);
+  d->at_poses = tt_doubles(work, (size_t)m->grid_poses);
+  d->at_tables = tt_doubles(work, (size_t)m->grid_tables);
+}
+
+void tt_deviation_prepare(tt_deviation* d, const tt_model* m) {
+  const int poses = places_of(m) * m->grid_angles, axes = m->linear_axes;
+  for (int i = 0; i < poses; ++i) {
+    for (int k = 0; k < sides; ++k) {
+      double unit[sides] = {0}, error[3];
+      unit[k] = 1.0;
+      tt_error_of_sides(m, m->grid_pose + (long)i * m->axes, unit, error);
+      tt_offsets(m, error, d->columns + ((long)i * sides + k) * axes);
+    }
+  }
+}
+
+static int slices_for(int items, int each) { return (items + each - 1) / each; }
+static int rows_a_slice(const tt_model* m, int columns) {
+  const int rows = slice_products / (m->order * columns);
+  return rows > 1 ? rows : 1;
+}
+static int places_a_slice(const tt_model* m, int columns) {
+  const int places = slice_products / ((columns + sides) * columns * m->linear_axes * m->grid_angles + 1);
+  return places > 1 ? places : 1;
+}
+
+int tt_deviation_slices(const tt_model* m, const tt_sensor_model* sensors) {
+  const int columns = tt_columns(sensors);
+  return slices_for(outputs_of(m), rows_a_slice(m, columns)) + slices_for(places_of(m), places_a_slice(m, columns));
+}
+
+/* The row of one of the outputs: all of the tool at each pose, then those of the table at each of its poses. */
+static const double* row_of(const tt_model* m, int output) {
+  const long n = m->order;
+  if (output < of_tool * m->grid_poses) return m->tool_rows + output * n;
+  output -= of_tool * m->grid_poses;
+  if (output < of_axis * m->grid_tables)
+    return m->axis_rows + (m->grid_table[output / of_axis] * of_axis + output % of_axis) * n;
+  output -= of_axis * m->grid_tables;
+  return m->own_rows + (m->grid_table[output / of_own] * of_own + output % of_own) * n;
+}
+
+static void set_output(tt_deviation* d, const tt_model* m, const tt_errors* e, int columns, int output) {
+  double* to = d->outputs + (long)output * columns;
+  tt_zero(columns, to);
+  tt_gemv_t(m->order, columns, 1.0, e->sensitivities.directions, row_of(m, output), to);
+}
+
+/* influence (columns) of the offset of an axis at a pose of the grid, at an angle */
+static void set_influence(tt_deviation* d, const tt_model* m, int columns, int pose, int table, int angle, int axis) {
+  const double* by =
+      d->columns + (((long)pose * m->grid_tables + table) * m->grid_angles + angle) * sides * m->linear_axes;
+  const long of_axes = (long)of_tool * m->grid_poses, of_owns = of_axes + (long)of_axis * m->grid_tables;
+  tt_zero(columns, d->influence);
+  for (int k = 0; k < sides; ++k) {
+    const long output = k < of_tool             ? (long)of_tool * pose + k
+                        : k < of_tool + of_axis ? of_axes + (long)of_axis * table + k - of_tool
+                                                : of_owns + (long)of_own * table + k - of_tool - of_axis;
+    tt_axpy(columns, by[k * m->linear_axes + axis], d->outputs + output * columns, d->influence);
+  }
+}
+
+static void set_place(tt_deviation* d, const tt_model* m, const tt_errors* e, int columns, int place) {
+  const int all = tt_errors_count(e->sensitivities.model), pose = place / m->grid_tables,
+            table = place % m->grid_tables;
+  for (int axis = 0; axis < m->linear_axes; ++axis) {
+    double sum = 0.0;
+    for (int angle = 0; angle < m->grid_angles; ++angle) {
+      set_influence(d, m, columns, pose, table, angle, axis);
+      for (int k = 0; k < columns; ++k) d->product[k] = tt_dot(columns, e->sigma + (long)k * all, d->influence);
+      sum += tt_dot(columns, d->product, d->influence);
+    }
+    d->next[(long)place * m->linear_axes + axis] = tt_max(0.0, sum / m->grid_angles);
+  }
+}
+
+void tt_deviation_slice(tt_deviation* d, const tt_model* m, const tt_errors* e, int slice) {
+  const int columns = tt_columns(e->sensitivities.model), rows = rows_a_slice(m, columns),
+            places = places_a_slice(m, columns), first_place = slices_for(outputs_of(m), rows);
+  if (slice < first_place) {
+    for (int i = slice * rows; i < (slice + 1) * rows && i < outputs_of(m); ++i) set_output(d, m, e, columns, i);
+    return;
+  }
+  slice -= first_place;
+  for (int i = slice * places; i < (slice + 1) * places && i < places_of(m); ++i) set_place(d, m, e, columns, i);
+}
+
+void tt_deviation_finish(tt_deviation* d, const tt_model* m) {
+  tt_copy(places_of(m) * m->linear_axes, d->next, d->variance);
+  for (int axis = 0; axis < m->linear_axes; ++axis) {
+    double least = d->variance[axis];
+    for (int i = 1; i < places_of(m); ++i) least = tt_min(least, d->variance[(long)i * m->linear_axes + axis]);
+    d->smallest[axis] = least;
+  }
+}
+
+void tt_deviation_at(const tt_deviation* d, const tt_model* m, const double* pose, double* variance) {
+  tt_grid_weights(m, pose, d->at_poses);
+  tt_grid_table_weights(m, pose, d->at_tables);
+  tt_zero(m->linear_axes, variance);
+  for (int i = 0; i < m->grid_poses; ++i) {
+    if (d->at_poses[i] == 0.0) continue;
+    for (int j = 0; j < m->grid_tables; ++j)
+      tt_axpy(m->linear_axes, d->at_poses[i] * d->at_tables[j],
+              d->variance + ((long)i * m->grid_tables + j) * m->linear_axes, variance);
+  }
+  for (int axis = 0; axis < m->linear_axes; ++axis) variance[axis] = tt_max(variance[axis], d->smallest[axis]);
+}
