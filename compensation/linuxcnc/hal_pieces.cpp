@@ -138,6 +138,7 @@ void add_limits(const HalConfig& config, const ControlData& model, Nets& nets) {
   nets.line(fmt::format("setp {}.return-um-s {:g}", guard, model.rate_um_s));
   nets.line(fmt::format("setp {}.hold-s {:g}", guard, model.hold_s));
   nets.line(fmt::format("setp {}.counts-per-um {:g}", guard, counts_per_um));
+  nets.line(fmt::format("setp {}.um-per-unit {:g}", guard, 1e3 * config.mm_per_unit));
   for (std::size_t a = 0; a < model.axis_names.size(); ++a) {
     const HalAxis* axis = axis_of(config, model.axis_names[a]);
     if (axis == nullptr) continue;
@@ -159,6 +160,7 @@ void add_guard(const HalConfig& config, const ControlData& model, Nets& nets) {
     nets.line(
         fmt::format("net thermotwin-wanted-{2} {0}.offset-{3}-um => {1}.wanted-um-{4}", pins, guard, axis, name, a));
     nets.line(fmt::format("net thermotwin-counts-{1} {0}.counts-{2} => axis.{1}.eoffset-counts", guard, axis, a));
+    nets.join(fmt::format("axis.{}.eoffset", axis), fmt::format("{}.eoffset-{}", guard, a));
     nets.line(fmt::format("setp axis.{}.eoffset-scale {:g}", axis, 1e-3 / counts_per_um / config.mm_per_unit));
     nets.line(fmt::format("setp axis.{}.eoffset-enable 1", axis));
   }

@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 enum { most_unanswered = 16 };
-static const double first_wait_s = 0.1, longest_wait_s = 1.0, start_s = 30.0, hang_s = 2.0;
+static const double first_wait_s = 0.02, longest_wait_s = 1.0, start_s = 30.0, hang_s = 2.0;
 
 void model_link_begin(model_link* link, const char* program, const char* state) {
   memset(link, 0, sizeof *link);

@@ -13,7 +13,9 @@ for each unit that axis N moves, as an error changes over the workspace. A heart
 .B hold-s
 seconds, then return to zero at
 .B return-um-s.
-LinuxCNC drops external offsets when the machine goes off, so they begin at zero when it comes on again.
+LinuxCNC drops external offsets without a word when the machine goes off and when an axis is homed.
+.B eoffset
+tells the guard; it goes on from there within the rate.
 """;
 license "GPL-3.0-or-later";
 author "thermotwin";
@@ -22,6 +24,7 @@ option personality yes;
 
 pin in float wanted_um-#[9:personality] "Offset that is wanted, um; a value that is no number counts as none";
 pin in float position-#[9:personality] "Position of the axis, in the machine's unit";
+pin in float eoffset-#[9:personality] "axis.L.eoffset, what LinuxCNC applies, in the machine's unit";
 pin in u32 heartbeat "Changes with every new set of wanted offsets";
 pin in bit machine_is_on "Machine on: motion.motion-enabled";
 pin in bit enable = 1 "FALSE: return to zero at return-um-s";
@@ -34,11 +37,14 @@ param rw float rate_um_s = 1 "Fastest change of an offset while no axis moves, u
 param rw float return_um_s = 1 "Fastest change on the way to zero, um/s";
 param rw float hold_s = 10 "Offsets are held for so long without a heartbeat, s";
 param rw float counts_per_um = 1000 "Counts of an um: 1e-3 / (axis.L.eoffset-scale in mm)";
+param rw float um_per_unit = 1000 "um in the machine's unit of length";
 param rw float slope_um-#[9:personality] = 0 "Change of offsets that a unit of this axis' motion allows, um";
 param rw float fastest-#[9:personality] = 0 "Fastest motion of the axis, units/s; more counts as no motion";
 variable double last_um[9];
 variable double last_position[9];
 variable double room_um;
+variable double dropped_um[9];
+variable double apart_s[9];
 variable double silent_s = 1e9;
 variable hal_u32_t last_beat;
 
@@ -49,6 +55,8 @@ function _ fp;
 #define shown_after_s 1.0 /* a pause of a second is no silence yet */
 #define kept_s 0.1
 #define seen_um 1e-3
+#define apart_um 0.02
+#define dropped_after_s 0.1
 
 enum { follows, limited, holds, returns, off };
 
@@ -72,6 +80,13 @@ static double motion_um(struct __comp_state* __comp_inst, double dt) {
   return room_um;
 }
 
+/* Whether LinuxCNC applies another offset than it was given, though that has not moved for a while. */
+static int is_dropped(struct __comp_state* __comp_inst, int i, int still, double dt) {
+  const int apart = fabs(eoffset(i) * um_per_unit - offset_um(i)) > apart_um;
+  apart_s[i] = apart && still ? apart_s[i] + dt : 0;
+  return apart_s[i] > dropped_after_s;
+}
+
 FUNCTION(_) {
   const double dt = period * 1e-9, limit = positive(limit_um), still = positive(rate_um_s) * dt;
   double reach = still + motion_um(__comp_inst, dt), used = 0;
@@ -93,8 +108,12 @@ FUNCTION(_) {
     const double applied = offset_um(i), aim = now == returns ? 0 : clamped(last_um[i], -limit, limit);
     offset_um(i) = now == off ? 0 : clamped(aim, applied - reach, applied + reach);
     if (now != off && fabs(offset_um(i) - applied) > used) used = fabs(offset_um(i) - applied);
+    if (is_dropped(__comp_inst, i, fabs(offset_um(i) - applied) <= still, dt)) {
+      dropped_um[i] += offset_um(i) - eoffset(i) * um_per_unit; /* counts stay: LinuxCNC adds their changes */
+      offset_um(i) = eoffset(i) * um_per_unit;
+    }
     behind = behind || fabs(offset_um(i) - last_um[i]) > seen_um;
-    counts(i) = (int)floor(offset_um(i) * counts_per_um + 0.5);
+    counts(i) = (int)floor((offset_um(i) + dropped_um[i]) * counts_per_um + 0.5);
   }
   if (used > still) room_um = positive(room_um - (used - still));
   state = now == follows && behind ? limited : now;
