@@ -41,11 +41,21 @@ std::string pose_text(const RTestRecord& record) {
   return text;
 }
 
+constexpr double same_time = 1e-3;  ///< s
+
 /// The rows of both tables in the order of time; a time that both have is one row.
 Table merged(const Table& a, const Table& b) {
   std::map<double, std::pair<Index, Index>> rows;
   for (Index i = 0; i < a.rows(); ++i) rows[a.values(i, 0)] = {i, -1};
-  for (Index i = 0; i < b.rows(); ++i) rows.try_emplace(b.values(i, 0), -1, -1).first->second.second = i;
+  for (Index i = 0; i < b.rows(); ++i) {
+    const auto near = rows.lower_bound(b.values(i, 0) - same_time);
+    const bool found = near != rows.end() && near->first <= b.values(i, 0) + same_time && near->second.second < 0;
+    if (found) {
+      near->second.second = i;
+    } else {
+      rows.try_emplace(b.values(i, 0), -1, i);
+    }
+  }
   Table table;
   table.source = a.source;
   table.columns = a.columns;
