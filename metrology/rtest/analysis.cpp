@@ -84,10 +84,10 @@ MatrixXd table_shifts(const RTestRecord& record, const RTestCycle& cycle) {
                   [&](const RTestPoint& point) { return (on_table(point) - first).norm() < apart; })) {
     return MatrixXd(3, 0);
   }
-  MatrixXd across(3, 2);
-  across.col(0) = branch[last].direction.unitOrthogonal();
-  across.col(1) = branch[last].direction.cross(across.col(0));
-  return across;
+  const Vector3d direction = branch[last].direction, across = direction.unitOrthogonal();
+  MatrixXd shifts(3, 2);
+  shifts << across, direction.cross(across);
+  return shifts;
 }
 
 struct Equations {

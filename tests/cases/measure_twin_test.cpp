@@ -58,14 +58,14 @@ TEST(MeasureTwin, AHiddenCauseIsNamed) {
   const Toy toy;
   ASSERT_EQ(plan(toy, "rtest", {{"--warm-up", "3"}, {"--cool-down", "2"}}).status, 0);
   simulate(toy, {"--hide", "source_power:C.drive:1.8", "--size", "0.8"});
-  const Result analysed =
-      toy.run({"measure", "analyse", toy.file("record"), "--record", toy.file("record") + "/loads", "--quiet"});
+  const Result analysed = toy.run({"measure", "analyse", toy.file("record"), "--record", toy.file("record") + "/loads",
+                                   "--channels", "points", "--quiet"});
   ASSERT_EQ(analysed.status, 0) << analysed.err;
   const fs::path model = toy_run() / "model.rom.h5";
   const Result diagnosed = thermotwin({"diagnose", toy.path(), "--data", toy.result("measurement").string(), "--model",
                                        model.string(), "--out", toy.file("diagnosis"), "--json", "--quiet"});
   ASSERT_EQ(diagnosed.status, 0) << diagnosed.err;
-  const json causes = json::parse(read(toy.file("diagnosis") + "/diagnosis.json"))["causes"];
+  const json causes = json::parse(read(toy.file("diagnosis") + "/diagnosis/diagnosis.json"))["causes"];
   ASSERT_FALSE(causes.empty());
   EXPECT_EQ(causes[0]["kind"], "source_power");
   EXPECT_EQ(causes[0]["where"], "C.drive");

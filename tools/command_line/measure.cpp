@@ -67,6 +67,10 @@ void add_analyse(CLI::App& group, const std::shared_ptr<MeasureOptions>& options
       ->required();
   verb->add_option("--record", measured.record,
                    "Measurement folder of loads and temperatures during the R-Test, to be merged with its errors.");
+  verb->add_option("--channels", measured.channels,
+                   "What the folder for evaluate and diagnose has: location errors, or the deviations at the points.")
+      ->check(CLI::IsMember({"errors", "points"}))
+      ->capture_default_str();
   verb->add_option("--ambient", measured.ambient, "Temperature channel for gradients per K of an ISO 230-3 test.");
 }
 

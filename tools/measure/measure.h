@@ -19,8 +19,9 @@ struct MeasureOptions : CommonOptions {
   int draws = 4000;
   std::uint64_t seed = 1;
   std::string fit = "geometric";
-  std::filesystem::path record;  ///< of analyse: loads and temperatures for the result's folder
-  std::string ambient;           ///< of analyse: the temperature of the gradients
+  std::filesystem::path record;     ///< of analyse: loads and temperatures for the result's folder
+  std::string ambient;              ///< of analyse: the temperature of the gradients
+  std::string channels = "errors";  ///< of analyse: in the result's folder, or "points"
 };
 
 struct MeasurePlanOptions : CommonOptions {
