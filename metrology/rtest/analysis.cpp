@@ -67,8 +67,31 @@ Turning outermost(const RTestRecord& record) {
   return found;
 }
 
+/// Directions across the table's axis, table's home frame, along which its surface may shift against the axis. None
+/// where the points have one place on the table: it would not be distinguished from C0C and R0T.
+MatrixXd table_shifts(const RTestRecord& record, const RTestCycle& cycle) {
+  const auto& branch = record.chain.table;
+  int last = static_cast<int>(std::ssize(branch)) - 1;
+  while (last >= 0 && !branch[last].rotary) --last;
+  if (last < 0) return MatrixXd(3, 0);
+  const auto on_table = [&](const RTestPoint& point) {
+    const Vector3d place = mesh::KinematicChain::frame(branch, last, point.positions).inverse() * point.nominal;
+    return Vector3d(place - branch[last].direction * branch[last].direction.dot(place));
+  };
+  constexpr double apart = 1e-3;  // m
+  const Vector3d first = on_table(cycle.points.front());
+  if (std::all_of(cycle.points.begin(), cycle.points.end(),
+                  [&](const RTestPoint& point) { return (on_table(point) - first).norm() < apart; })) {
+    return MatrixXd(3, 0);
+  }
+  const Vector3d direction = branch[last].direction, across = direction.unitOrthogonal();
+  MatrixXd shifts(3, 2);
+  shifts << across, direction.cross(across);
+  return shifts;
+}
+
 struct Equations {
-  MatrixXd rows;  ///< (3 points x parameters): errors, drift, harmonics
+  MatrixXd rows;  ///< (3 points x parameters): errors, drift, harmonics, shifts of the table
   VectorXd deviation;
   Index drift = 0;  ///< columns
 };
@@ -79,7 +102,9 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
   result.drift = record.drift && repeats_a_point(record.chain, cycle) ? 3 : 0;
   const int orders = std::max(0, record.harmonics - 1);
   const Turning axis = orders > 0 ? outermost(record) : Turning();
-  result.rows = MatrixXd::Zero(3 * points, errors + result.drift + 6 * orders);
+  const MatrixXd shifts = table_shifts(record, cycle);
+  const auto last = static_cast<int>(std::ssize(record.chain.table)) - 1;
+  result.rows = MatrixXd::Zero(3 * points, errors + result.drift + 6 * orders + shifts.cols());
   result.deviation.resize(3 * points);
   const double length = std::max(1e-9, cycle.last_time() - cycle.first_time());
   const double middle = 0.5 * (cycle.first_time() + cycle.last_time());
@@ -91,6 +116,10 @@ Equations equations_of(const RTestRecord& record, const RTestCycle& cycle, const
     }
     if (result.drift > 0)
       result.rows.block<3, 3>(3 * i, errors) = (point.time - middle) / length * Matrix3d::Identity();
+    if (shifts.cols() > 0) {
+      const Matrix3d table = mesh::KinematicChain::frame(record.chain.table, last, point.positions).linear();
+      result.rows.block(3 * i, result.rows.cols() - shifts.cols(), 3, shifts.cols()) = -table * shifts;
+    }
     if (axis.branch == nullptr) continue;
     const mesh::ChainAxis& turning = (*axis.branch)[axis.index];
     const Matrix3d frame = mesh::KinematicChain::frame(*axis.branch, axis.index - 1, point.positions).linear();
@@ -147,8 +176,8 @@ std::string with_the_same_effect(const RTestRecord& record, const Solution& solu
     if (i == parameter || std::abs(together[i]) < 1e-5) continue;
     if (i < std::ssize(record.errors)) {
       names.push_back(record.errors[i]);
-    } else if (names.empty() || names.back() != "a drift or a harmonic") {
-      names.emplace_back("a drift or a harmonic");
+    } else if (names.empty() || names.back() != "a drift, a harmonic or a shift of the table") {
+      names.emplace_back("a drift, a harmonic or a shift of the table");
     }
   }
   return names.empty() ? "no point shows it" : "the points do not distinguish it from " + core::join(names);

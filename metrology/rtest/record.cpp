@@ -45,7 +45,9 @@ std::map<std::string, Column> known_columns(const mesh::KinematicChain& chain) {
   return known;
 }
 
-std::vector<Column> columns_of(const Table& table, const mesh::KinematicChain& chain) {
+bool has_deviations(const Table& table) { return table.find("dx_um") || table.find("dy_um") || table.find("dz_um"); }
+
+std::vector<Column> columns_of(const Table& table, const mesh::KinematicChain& chain, bool raw) {
   const std::map<std::string, Column> known = known_columns(chain);
   std::vector<std::string> names;
   for (const auto& [name, column] : known) names.push_back(name);
@@ -59,7 +61,7 @@ std::vector<Column> columns_of(const Table& table, const mesh::KinematicChain& c
     columns.push_back(found->second);
   }
   for (const char* needed : {"cycle", "x_mm", "y_mm", "z_mm", "dx_um", "dy_um", "dz_um"}) {
-    if (!table.find(needed)) {
+    if (!table.find(needed) && !(raw && std::string(needed).ends_with("_um"))) {
       throw InputError(table.source + ":1", std::string("no column ") + needed,
                        "time_s, cycle, positions of axes, x_mm, y_mm, z_mm, dx_um, dy_um, dz_um");
     }
@@ -78,10 +80,10 @@ void check_cell(const Table& table, Index row, Index column) {
                    fmt::format("a number of at most {:.0e}; leave out the row of a point that was not measured", most));
 }
 
-std::vector<RTestCycle> read_cycles(const Table& table, const mesh::KinematicChain& chain) {
+std::vector<RTestCycle> read_cycles(const Table& table, const mesh::KinematicChain& chain, bool raw) {
   if (table.rows() == 0) throw InputError(table.source, "no rows", "at least one point below the column names");
   core::require_time_column(table);
-  const std::vector<Column> columns = columns_of(table, chain);
+  const std::vector<Column> columns = columns_of(table, chain, raw);
   const Index cycle_column = *table.find("cycle");
   std::vector<RTestCycle> cycles;
   double last = 0.0;
@@ -135,7 +137,20 @@ void read_axes(const Node& root, mesh::KinematicChain& chain) {
 
 }  // namespace
 
-RTestRecord RTestRecord::parse(const std::string& toml, const Table& points, const std::string& source) {
+void take_displacements(RTestRecord& record, const ProbeSetup& setup, const std::vector<Vector3d>& displacements) {
+  const auto& branch = setup.on_table ? record.chain.table : record.chain.tool;
+  std::size_t at = 0;
+  for (RTestCycle& cycle : record.cycles) {
+    for (RTestPoint& point : cycle.points) {
+      const Eigen::Matrix3d carrier =
+          mesh::KinematicChain::frame(branch, static_cast<int>(std::ssize(branch)) - 1, point.positions).linear();
+      point.deviation = (setup.on_table ? 1.0 : -1.0) * (carrier * displacements[at++]);
+    }
+  }
+}
+
+RTestRecord RTestRecord::parse(const std::string& toml, const Table& points, const std::string& source,
+                               const RawSignals* signals) {
   const core::Config config = core::Config::parse(toml, source, &record_keys());
   const Node root = config.root();
   root.schema(1);
@@ -151,8 +166,11 @@ RTestRecord RTestRecord::parse(const std::string& toml, const Table& points, con
   record.errors_stated = root.has("errors");
   record.errors = root.texts_or_empty("errors");
   const std::string place = record.errors_stated ? root.place("errors") : source;
+  const std::optional<Node> probes = root.table_if("probes");
+  const ProbeSetup setup = probes ? read_probes(*probes) : ProbeSetup();
   root.finish();
-  record.cycles = read_cycles(points, record.chain);
+  record.cycles = read_cycles(points, record.chain, signals != nullptr);
+  if (signals != nullptr) take_displacements(record, setup, sphere_displacements(*signals, setup, points.rows()));
   if (!record.errors_stated) record.errors = usual_errors(record.chain, record.moved_axes());
   if (record.errors.empty()) {
     throw InputError(place, record.errors_stated ? "no error" : "no rotary axis that moves",
@@ -173,7 +191,10 @@ RTestRecord RTestRecord::load(const std::filesystem::path& folder) {
       throw InputError(folder.string(), std::string("no file ") + name, "a folder with rtest.toml and points.csv");
   }
   const core::Config config = core::Config::load(folder / "rtest.toml");
-  return parse(config.text(), core::read_csv(folder / "points.csv"), config.source());
+  const Table points = core::read_csv(folder / "points.csv");
+  if (has_deviations(points)) return parse(config.text(), points, config.source());
+  const RawSignals signals = RawSignals::load(folder);
+  return parse(config.text(), points, config.source(), &signals);
 }
 
 std::vector<std::string> RTestRecord::moved_axes() const {

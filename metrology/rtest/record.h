@@ -15,6 +15,7 @@
 
 #include "core/table.h"
 #include "mesh/machine/kinematic_chain.h"
+#include "metrology/probe/raw_signals.h"
 
 namespace thermotwin::metrology {
 
@@ -45,11 +46,18 @@ struct RTestRecord {
 
   /// @throws InputError: an unknown axis, error or column, a missing value, time or cycles that run back, no points
   static RTestRecord load(const std::filesystem::path& folder);
-  static RTestRecord parse(const std::string& toml, const core::Table& points, const std::string& source);
+  /// @param signals  of the probes; nullptr: the points have deviations
+  static RTestRecord parse(const std::string& toml, const core::Table& points, const std::string& source,
+                           const RawSignals* signals = nullptr);
 
   /// Ids of the rotary axes that the points move, from the bed outwards, the workpiece's before the tool's.
   std::vector<std::string> moved_axes() const;
 };
+
+/// Deviations from the probes: the sphere moves with the tool or, where the probes are in the spindle, against it.
+/// @param displacements  of the sphere against the probes, all points in order, m, in the probes' frame
+void take_displacements(RTestRecord& record, const ProbeSetup& setup,
+                        const std::vector<Eigen::Vector3d>& displacements);
 
 /// Location errors (ISO 230-7, and T for the table) that a test with these axes is for: two shifts and two rotations
 /// each; of the outermost one on the workpiece's side all shifts (along it that of the table), all rotations, and R0T

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "metrology/rtest/record_keys.h"
 
+#include "metrology/probe/probe_setup.h"
+
 namespace thermotwin::metrology {
 
 using core::Absent;
@@ -43,6 +45,8 @@ const KeyTable record_file{
                   "repeated: a linear drift from points that a cycle measures twice; none: no drift is estimated."),
         key::whole("harmonics", 0, 12, 0.0,
                    "Highest harmonic of the component errors of the axis, from 2; 0 or 1: none is estimated."),
+        key::table("probes", probe_keys(), Absent{"deviations in points.csv, or probes as by default"},
+                   "The probes, where raw.csv has their readings."),
     }};
 
 }  // namespace

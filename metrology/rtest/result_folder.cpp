@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 
 #include "core/error.h"
 #include "core/units.h"
@@ -31,21 +32,31 @@ std::vector<std::size_t> observed(const RTestAnalysis& analysis) {
   return errors;
 }
 
-/// Positions of the first point as pose of a channel.
-std::string pose_text(const RTestRecord& record) {
+/// Positions of a point as pose of a channel.
+std::string pose_text(const RTestRecord& record, const RTestPoint& point) {
   std::string text;
-  for (const auto& [axis, position] : record.cycles.front().points.front().positions) {
+  for (const auto& [axis, position] : point.positions) {
     const double unit = record.chain.find(axis)->rotary ? core::units::deg : core::units::mm;
     text += fmt::format("{}{}={:.9g}", text.empty() ? "" : ",", axis, position / unit);
   }
   return text;
 }
 
+constexpr double same_time = 1e-3;  ///< s
+
 /// The rows of both tables in the order of time; a time that both have is one row.
 Table merged(const Table& a, const Table& b) {
   std::map<double, std::pair<Index, Index>> rows;
   for (Index i = 0; i < a.rows(); ++i) rows[a.values(i, 0)] = {i, -1};
-  for (Index i = 0; i < b.rows(); ++i) rows.try_emplace(b.values(i, 0), -1, -1).first->second.second = i;
+  for (Index i = 0; i < b.rows(); ++i) {
+    const auto near = rows.lower_bound(b.values(i, 0) - same_time);
+    const bool found = near != rows.end() && near->first <= b.values(i, 0) + same_time && near->second.second < 0;
+    if (found) {
+      near->second.second = i;
+    } else {
+      rows.try_emplace(b.values(i, 0), -1, i);
+    }
+  }
   Table table;
   table.source = a.source;
   table.columns = a.columns;
@@ -61,6 +72,33 @@ Table merged(const Table& a, const Table& b) {
     ++row;
   }
   return table;
+}
+
+/// Positions of a point, of rotary axes within a turn.
+std::string place_text(const RTestRecord& record, RTestPoint point) {
+  for (auto& [axis, position] : point.positions) {
+    if (!record.chain.find(axis)->rotary) continue;
+    const double turn = 2.0 * std::numbers::pi;
+    position -= turn * std::floor(position / turn + 1e-9);
+    if (std::abs(position) < 1e-7) position = 0.0;
+  }
+  return pose_text(record, point);
+}
+
+/// A measurement beside the loads and temperatures of another.
+Measurement with_record(const Measurement& measurement, const std::optional<Measurement>& beside) {
+  if (!beside) return measurement;
+  for (const MeasuredChannel& channel : beside->channels) {
+    if (measurement.data.find(channel.id)) {
+      throw core::InputError((beside->folder / "channels.toml").string(), "channel '" + channel.id + "'",
+                             "ids that are no location errors of the test");
+    }
+  }
+  Measurement both = *beside;
+  both.channels.insert(both.channels.end(), measurement.channels.begin(), measurement.channels.end());
+  both.data = merged(beside->data, measurement.data);
+  for (MeasuredChannel& channel : both.channels) channel.column = *both.data.find(channel.id);
+  return both;
 }
 
 }  // namespace
@@ -100,24 +138,61 @@ Measurement measurement_of(const RTestRecord& record, const RTestAnalysis& analy
     channel.unit = analysis.turns(e) ? "um/m" : "um";
     for (const CycleResult& cycle : analysis.cycles)
       channel.uncertainty = std::max(channel.uncertainty, cycle.std[e] / core::units::um);
-    channel.pose_text = pose_text(record);
+    channel.pose_text = pose_text(record, record.cycles.front().points.front());
     channel.zero = record.against_first ? compensation::Zero::first : compensation::Zero::absolute;
     channel.column = std::ssize(measurement.data.columns);
     measurement.data.columns.push_back(channel.id);
     measurement.channels.push_back(channel);
   }
-  if (!beside) return measurement;
-  for (const MeasuredChannel& channel : beside->channels) {
-    if (measurement.data.find(channel.id)) {
-      throw core::InputError((beside->folder / "channels.toml").string(), "channel '" + channel.id + "'",
-                             "ids that are no location errors of the test");
+  return with_record(measurement, beside);
+}
+
+Measurement points_measurement_of(const RTestRecord& record, const std::optional<Measurement>& beside) {
+  std::map<std::string, std::size_t> places;  // by pose, numbered as they come
+  Measurement measurement;
+  measurement.data.source = record.source;
+  measurement.data.columns = {"time_s"};
+  struct Row {
+    double time;
+    std::size_t place;
+    Eigen::Vector3d deviation;
+  };
+  std::vector<Row> rows;
+  for (const RTestCycle& cycle : record.cycles) {
+    if (cycle.points.size() > most_places) {
+      throw core::InputError(cycle.place, fmt::format("{} points", cycle.points.size()),
+                             fmt::format("a discrete test of at most {} points a cycle", most_places));
+    }
+    std::vector<std::size_t> seen;
+    for (const RTestPoint& point : cycle.points) {
+      const std::size_t place = places.emplace(place_text(record, point), places.size()).first->second;
+      if (std::find(seen.begin(), seen.end(), place) != seen.end()) continue;
+      seen.push_back(place);
+      rows.push_back({point.time, place, point.deviation});
+      if (3 * place + 1 < measurement.data.columns.size()) continue;
+      for (const char* quantity : {"dx", "dy", "dz"}) {
+        MeasuredChannel channel;
+        channel.id = fmt::format("{}@{}", quantity, place + 1);
+        channel.quantity = quantity;
+        channel.kind = compensation::ChannelKind::displacement;
+        channel.unit = "um";
+        channel.uncertainty = record.std / core::units::um;
+        channel.pose_text = place_text(record, point);
+        channel.zero = record.against_first ? compensation::Zero::first : compensation::Zero::absolute;
+        channel.column = std::ssize(measurement.data.columns);
+        measurement.data.columns.push_back(channel.id);
+        measurement.channels.push_back(channel);
+      }
     }
   }
-  Measurement both = *beside;
-  both.channels.insert(both.channels.end(), measurement.channels.begin(), measurement.channels.end());
-  both.data = merged(beside->data, measurement.data);
-  for (MeasuredChannel& channel : both.channels) channel.column = *both.data.find(channel.id);
-  return both;
+  measurement.data.values.setConstant(std::ssize(rows), std::ssize(measurement.data.columns),
+                                      std::numeric_limits<double>::quiet_NaN());
+  for (Index i = 0; i < std::ssize(rows); ++i) {
+    measurement.data.values(i, 0) = rows[i].time;
+    measurement.data.values.row(i).segment<3>(1 + 3 * static_cast<Index>(rows[i].place)) =
+        (rows[i].deviation / core::units::um).transpose();
+  }
+  return with_record(measurement, beside);
 }
 
 }  // namespace thermotwin::metrology

@@ -21,7 +21,7 @@ inline const std::vector<Layer> house = {
     {"reduction", {"linear", "model", "systems", "basis", "bound"}},
     {"compensation", {"measurement", "models", "online", "control", "linuxcnc", "evaluation", "chain"}},
     {"diagnosis", {"record", "statistics", "causes", "response", "inference", "judge", "report", "data"}},
-    {"metrology", {"fit", "budget", "rtest", "iso230"}},
+    {"metrology", {"fit", "budget", "probe", "rtest", "iso230", "plan", "twin"}},
     {"tools", {}}};
 
 struct Source {

@@ -67,19 +67,142 @@ void add_analyse(CLI::App& group, const std::shared_ptr<MeasureOptions>& options
       ->required();
   verb->add_option("--record", measured.record,
                    "Measurement folder of loads and temperatures during the R-Test, to be merged with its errors.");
+  verb->add_option("--channels", measured.channels,
+                   "What the folder for evaluate and diagnose has: location errors, or the deviations at the points.")
+      ->check(CLI::IsMember({"errors", "points"}))
+      ->capture_default_str();
   verb->add_option("--ambient", measured.ambient, "Temperature channel for gradients per K of an ISO 230-3 test.");
+}
+
+void add_plan_of_points(CLI::App& verb, MeasurePlanOptions& planned) {
+  metrology::PlanOptions& plan = planned.plan;
+  verb.add_option("--radius", plan.radius_mm, "Distance of the sphere from the table's axis, mm.")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb.add_option("--azimuth", plan.azimuths_deg,
+                  "Its direction about this axis, from x, deg; several stand for as many spheres, e.g. 0,180.")
+      ->delimiter(',')
+      ->capture_default_str();
+  verb.add_option("--height", plan.height_mm, "Its height above the table point, mm.")->capture_default_str();
+  verb.add_option("--clearance", plan.clearance_mm, "Way that the tool lifts off between points, mm.")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb.add_option("--angles", plan.angles_deg,
+                  "Positions of the tested axis, deg; of rtest_continuous both ends (default: over its travel).")
+      ->delimiter(',');
+  verb.add_option("--tilts", plan.tilts_deg, "Of rtest_grid: positions of the axis that carries the tested one, deg.")
+      ->delimiter(',');
+  verb.add_option("--tool-offset", planned.tool_offset_mm,
+                  "Way from the machine's tool point to the measured point, mm, e.g. 0,0,-150.")
+      ->delimiter(',');
+  verb.add_option("--probes-on", planned.mount, "What carries the probes: spindle or table.")
+      ->check(CLI::IsMember({"spindle", "table"}))
+      ->capture_default_str();
+  verb.add_option("--contact-radius", planned.contact_radius_mm,
+                  "Radii of probe tip and sphere together, mm; 0: flat tips.")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb.add_option("--noise", planned.noise_um, "Standard deviation of a sample of a probe, um.")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb.add_option("--repeatability", planned.repeatability_um,
+                  "Standard deviation of a coordinate of the linear axes at a point, um.")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+}
+
+void add_plan(CLI::App& group) {
+  const auto options = std::make_shared<MeasurePlanOptions>();
+  MeasurePlanOptions& planned = *options;
+  metrology::PlanOptions& plan = planned.plan;
+  CLI::App* verb = add_verb(group, "plan",
+                            "Writes the NC program, the load program and the points of an R-Test or of a test after "
+                            "ISO 230-3.",
+                            "thermotwin measure plan rtest --case cases/vmc5 --speed 300 --out out/plan\n"
+                            "  thermotwin measure plan random_cycle --case cases/vmc5 --load C --load B --speeds 0,600 "
+                            "--warm-up 60 --seed 7 --out out/plan",
+                            options, &tools::measure_plan);
+  verb->add_option("KIND", planned.kind,
+                   "Test: rtest, rtest_continuous, rtest_grid, etve, spindle, linear_axis, rotary_axis, random_cycle.")
+      ->required();
+  verb->add_option("--case", planned.case_path, "Case folder or case.toml.")->required();
+  verb->add_option("--axis", plan.axis, "Tested axis (default: the table's, of linear_axis the first).");
+  verb->add_option("--load", plan.loads, "Axis under load, or spindle; may be repeated (default: the tested axis).");
+  verb->add_option("--speed", plan.speed,
+                   "Its speed: rpm of the spindle and of endless axes, else mm/min or deg/min (default: half of the "
+                   "largest).")
+      ->check(CLI::PositiveNumber);
+  verb->add_option("--range", plan.range,
+                   "Its motion to and fro, mm or deg, e.g. -90,60 (default: 80 % of the travel).")
+      ->delimiter(',');
+  verb->add_option("--warm-up", plan.warm_up_h, "Time under load, h.")->capture_default_str();
+  verb->add_option("--cool-down", plan.cool_down_h, "Time of standstill after it, h.")->capture_default_str();
+  verb->add_option("--interval", plan.interval_min, "From the end of a measurement to the next, min.")
+      ->capture_default_str();
+  verb->add_option("--pose", plan.pose, "Where axes stand that the test does not move, e.g. B=0 (default: home).");
+  verb->add_option("--feed", plan.feed_deg_min, "Speed of the axis in a continuous test, deg/min.")
+      ->capture_default_str();
+  verb->add_option("--rate", plan.rate_Hz, "Samples per second.")->capture_default_str();
+  verb->add_option("--speeds", plan.speeds,
+                   "Of random_cycle: lowest and highest speed, as --speed (default: 0 and it).")
+      ->delimiter(',');
+  verb->add_option("--change", plan.change_percent,
+                   "Of random_cycle: probability of another load after an interval, %.")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  verb->add_flag("--standstills", plan.standstills, "Of random_cycle: each load is followed by a standstill.");
+  verb->add_option("--seed", plan.seed, "Of random_cycle: seed of the random numbers.")->capture_default_str();
+  verb->add_option("--air", planned.air_C,
+                   "Air temperature at both ends and in the middle of the test, degC, e.g. 21,26 (default: the "
+                   "machine's).")
+      ->delimiter(',');
+  add_plan_of_points(*verb, planned);
+}
+
+void add_simulate_test(CLI::App& group) {
+  const auto options = std::make_shared<MeasureSimulateOptions>();
+  MeasureSimulateOptions& simulated = *options;
+  CLI::App* verb = add_verb(group, "simulate",
+                            "Runs a planned test on the full model of a machine and writes the raw signals of its "
+                            "probes.",
+                            "thermotwin measure simulate out/plan --case cases/vmc5 --machine-seed 3 --out out/record\n"
+                            "  thermotwin measure simulate out/plan --case cases/vmc5 --hide "
+                            "source_power:C.bearings:1.6 --out out/record",
+                            options, &tools::measure_simulate);
+  verb->add_option("PLAN", simulated.plan, "Folder of measure plan.")->required();
+  verb->add_option("--case", simulated.case_path, "Case folder or case.toml.")->required();
+  verb->add_option("--machine-seed", simulated.machine_seed,
+                   "Seed of parameters perturbed within their stated uncertainty; 0: the nominal machine.")
+      ->capture_default_str();
+  verb->add_option(
+      "--hide", simulated.hide,
+      "A changed parameter as KIND:WHERE:VALUE, kinds as in diagnosis.json, e.g. source_power:C.motor:1.6.");
+  verb->add_option("--seed", simulated.seed, "Seed of the noise.")->capture_default_str();
+  verb->add_flag("--no-noise", simulated.no_noise, "Probes and sensors without noise, axes without scatter.");
+  verb->add_option("--sensor-noise", simulated.sensor_noise_K, "Standard deviation of a temperature sensor, K.")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  verb->add_option("--draws", simulated.draws,
+                   "Draws of noise and calibration, whose location errors show what the stated uncertainty covers.")
+      ->check(CLI::Range(0, 100000))
+      ->capture_default_str();
+  add_mesh_options(*verb, simulated.size, simulated.mesh_order);
+  add_solver_option(*verb, simulated.solver);
 }
 
 }  // namespace
 
 void add_measure(CLI::App& app) {
   const auto options = std::make_shared<MeasureOptions>();
-  CLI::App* group = app.add_subcommand("measure", "Measures location errors and states their uncertainty.");
+  CLI::App* group =
+      app.add_subcommand("measure", "Plans and evaluates tests of location errors and states their uncertainty.");
   add_common_options(*group, *options);  // shared with the verbs below, wherever they stand
   group->require_subcommand(1);
   group->footer(
       "Example:\n  thermotwin measure uncertainty cases/budgets/jcgm100_h2.toml\nthermotwin measure VERB --help "
       "describes a verb and its options.");
+  add_plan(*group);
+  add_simulate_test(*group);
   add_uncertainty(*group, options);
   add_analyse(*group, options);
 }

@@ -115,7 +115,9 @@ void analyse_rtest(const MeasureOptions& options) {
   const RTestAnalysis analysis = metrology::analyse(record);
   std::optional<compensation::Measurement> beside;
   if (!options.record.empty()) beside = compensation::read_measurement(options.record);
-  const compensation::Measurement measurement = metrology::measurement_of(record, analysis, beside);
+  const compensation::Measurement measurement = options.channels == "points"
+                                                    ? metrology::points_measurement_of(record, beside)
+                                                    : metrology::measurement_of(record, analysis, beside);
   json result = json_of(analysis);
   if (const json arcs = arcs_json(record); !arcs.empty()) result["arcs"] = arcs;
   core::write_csv(options.out / "location_errors.csv", metrology::error_table(analysis));

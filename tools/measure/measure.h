@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "metrology/plan/plan_options.h"
 #include "tools/options.h"
 
 namespace thermotwin::tools {
@@ -18,10 +19,35 @@ struct MeasureOptions : CommonOptions {
   int draws = 4000;
   std::uint64_t seed = 1;
   std::string fit = "geometric";
-  std::filesystem::path record;  ///< of analyse: loads and temperatures for the result's folder
-  std::string ambient;           ///< of analyse: the temperature of the gradients
+  std::filesystem::path record;     ///< of analyse: loads and temperatures for the result's folder
+  std::string ambient;              ///< of analyse: the temperature of the gradients
+  std::string channels = "errors";  ///< of analyse: in the result's folder, or "points"
 };
 
+struct MeasurePlanOptions : CommonOptions {
+  std::string kind;
+  std::filesystem::path case_path;
+  metrology::PlanOptions plan;  ///< kind and air are set by the verb
+  std::vector<double> air_C, tool_offset_mm;
+  std::string mount = "spindle";
+  double contact_radius_mm = 0, noise_um = 0.1, repeatability_um = 0.2;
+};
+
+struct MeasureSimulateOptions : CommonOptions {
+  std::filesystem::path plan, case_path;
+  std::string size;
+  int mesh_order = 0;
+  std::string solver = "auto";
+  std::uint64_t machine_seed = 0;  ///< of perturbed parameters; 0: nominal
+  std::uint64_t seed = 1;          ///< of the noise
+  std::string hide;                ///< "kind:where:value"; empty: nothing
+  bool no_noise = false;
+  double sensor_noise_K = 0.05;
+  int draws = 0;
+};
+
+void measure_simulate(const MeasureSimulateOptions& options);
+void measure_plan(const MeasurePlanOptions& options);
 void measure_uncertainty(const MeasureOptions& options);
 void measure_arcs(const MeasureOptions& options);
 void measure_analyse(const MeasureOptions& options);

@@ -93,6 +93,27 @@ TEST(RTestAnalysis, RigidMotionsAndGrowthComeBack) {
   EXPECT_LT(found.cycles[1].residual_rms, 1e-12);
 }
 
+// A table whose surface shifts by 4 um against its axis: with one sphere it is taken for a zero angle, with a second
+// one on the other side it is not.
+TEST(RTestAnalysis, AShiftOfTheTableIsNoZeroAngle) {
+  for (const int spheres : {1, 2}) {
+    core::Table table = points_table(discrete, {{}, {}});
+    const Eigen::MatrixXd one = table.values;
+    table.values.resize(spheres * one.rows(), one.cols());
+    for (Index i = 0; i < table.values.rows(); ++i) {
+      const Index point = i / spheres;
+      const double side = i % spheres == 0 ? 1.0 : -1.0, angle = one(point, 3) * deg;
+      const Eigen::AngleAxisd turn(angle, Vector3d::UnitZ());
+      const Vector3d centre(0.01, -0.005, 0.0), nominal = centre + turn * Vector3d(side * 0.2, 0.0, 0.025);
+      const Vector3d shift = one(point, 1) > 1 ? Vector3d(turn * Vector3d(0, -4, 0)) : Vector3d::Zero();
+      table.values.row(i) << one(point, 0) + 2.0 * (i % spheres), one(point, 1), 0.0, one(point, 3),
+          nominal.transpose() / units::mm, shift.transpose();
+    }
+    const RTestAnalysis found = analyse(RTestRecord::parse(toml, table, "rtest.toml"));
+    expect_errors(found, 1, spheres == 2 ? Errors{} : Errors{{"C0C", 20 * um}});
+  }
+}
+
 TEST(RTestAnalysis, BothAxesTogetherOnAGrid) {
   Errors errors = table_errors;
   errors["X0B"] = -38 * um;

@@ -79,6 +79,35 @@ TEST(ResultFolder, IsReadAsAMeasurementFolder) {
   EXPECT_TRUE(std::isnan(read.values(read.channels[0])[2]));
 }
 
+// The deviations at the points: a place that is measured again in a cycle counts once, a turn further is the same place.
+TEST(ResultFolder, DeviationsAtThePointsAreChannels) {
+  RTestRecord points = record();
+  points.std = 0.4e-6;
+  points.cycles.assign(2, {});
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    for (int i = 0; i < 3; ++i) {
+      RTestPoint point;
+      point.time = 100.0 * cycle + 10.0 * i + (cycle == 1 ? 1e-7 : 0.0);
+      point.positions = {{"C", 180.0 * i * core::units::deg}, {"X", 0.1}};
+      point.deviation = Eigen::Vector3d(i + 1, 0, 10 * cycle) * 1e-6;
+      points.cycles[cycle].points.push_back(point);
+    }
+  }
+  const Measurement found = points_measurement_of(points, loads());
+  ASSERT_EQ(found.channels.size(), 8U);
+  EXPECT_EQ(found.channels[5].id, "dx@2");
+  EXPECT_EQ(found.channels[5].pose_text, "C=180,X=100");
+  EXPECT_NEAR(found.channels[5].uncertainty, 0.4, 1e-12);
+  // Rows: loads at 0, 100, 600; points at 0, 10, 100 (within a millisecond), 110.
+  ASSERT_EQ(found.data.rows(), 5);
+  EXPECT_LT((found.time() - (Eigen::VectorXd(5) << 0, 10, 100, 110, 600).finished()).norm(), 1e-3) << found.time();
+  EXPECT_NEAR(found.values(found.channels[5])[1], 2.0, 1e-12);
+  EXPECT_NEAR(found.values(found.channels[4])[2], 10.0, 1e-12);
+  EXPECT_EQ(found.values(found.channels[1])[2], 21.0);
+  points.cycles[0].points.resize(most_places + 1, points.cycles[0].points[0]);
+  EXPECT_THROW(points_measurement_of(points, loads()), core::InputError);
+}
+
 TEST(ResultFolder, ChannelsOfBothAreRefused) {
   Measurement both = loads();
   both.channels[1].id = "X0C";
