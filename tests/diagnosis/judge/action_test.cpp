@@ -72,6 +72,15 @@ TEST(Action, EveryKindHasOneOfItsOwn) {
             "feel for friction.");
 }
 
+TEST(Action, AMaterialInAllItsBodiesIsCheckedByItsData) {
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::expansion_coefficient, "iron", 1.3), model_with_skin()),
+            "Check the data of material iron (base, column, head): its expansion is 1.3 times as stated in all of "
+            "them.");
+  EXPECT_EQ(diagnosis::action_of(cause(Kind::heat_capacity, "head", 1.3), model_with_skin()),
+            "Check mass and material of head (ribs, fillings, attached parts): its heat capacity is 1.3 times as "
+            "stated.");
+}
+
 TEST(Action, FirstOfThoseThatShareWhereNoneIsNamed) {
   diagnosis::Diagnosis d;
   d.ambiguous_set = {cause(Kind::coolant_flow, "main", 0.45), cause(Kind::none, "", 0.0)};
