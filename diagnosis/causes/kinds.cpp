@@ -86,6 +86,7 @@ const std::vector<KindRow>& table() {
       {Kind::unmeasured_temperature, "unmeasured_temperature", "", nothing, "", 1, "", "", absolute, 0, 0, 0,
        coefficient},
       {Kind::time_constant, "time_constant", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
+      {Kind::other_law, "other_law", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
       {Kind::none, "none", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
       {Kind::unknown, "unknown", "", nothing, "", 1, "", "", absolute, 0, 0, 0, coefficient},
   };

@@ -263,9 +263,27 @@ std::string action_of(const RankedCause& cause, const reduction::ReducedModel& m
   return "";
 }
 
+namespace {
+
+/// A size that changes in the course of a record.
+std::string law_action(const std::string& where, const mesh::Machine& machine) {
+  if (machine.joint_index(where) >= 0) {
+    return fmt::format("Check {} for loss of preload and hysteresis: its contact changes in the course of the record.",
+                       where);
+  }
+  return fmt::format(
+      "Record the power of {} over time: its heat changes in the course of the record, as of lubricant that thins, "
+      "re-lubrication or a brake.",
+      where);
+}
+
+}  // namespace
+
 std::vector<std::string> actions_of(const Diagnosis& diagnosis, const reduction::ReducedModel& model) {
   std::vector<std::string> actions;
   for (const RankedCause& cause : diagnosis.causes) actions.push_back(action_of(cause, model));
+  for (const RankedCause& cause : diagnosis.ambiguous_set)
+    if (cause.parameter.kind == Kind::other_law) actions.push_back(law_action(cause.parameter.where, model.machine));
   if (actions.empty() && !diagnosis.ambiguous_set.empty()) {
     const std::string first = action_of(diagnosis.ambiguous_set.front(), model);
     if (!first.empty()) actions.push_back(first);
