@@ -109,7 +109,8 @@ double& field(mesh::SensorSpec& sensor, Kind kind) {
   return kind == Kind::sensor_detached ? sensor.air_share : sensor.offset;
 }
 double& field(mesh::ReadingSpec& reading, Kind kind) {
-  return kind == Kind::probe_drift ? reading.drift : kind == Kind::clock_shift ? reading.shift : reading.offset;
+  if (kind == Kind::probe_drift || kind == Kind::sensor_drift) return reading.drift;
+  return kind == Kind::clock_shift ? reading.shift : reading.offset;
 }
 
 /// The row's own key in the table of the item.
@@ -202,14 +203,18 @@ bool guides_chiller(const Machine& machine, const std::string& sensor) {
                      [&](const mesh::CoolantSpec& c) { return c.guide_sensor == sensor; });
 }
 
-/// @param channel  where the reading is recorded
-MachineValue sensor_value(Machine& machine, const std::string& id, const std::string& channel, const KindRow& row) {
-  const MachineValue value = value_in(machine.sensors, "sensor", id, row);
-  if (row.kind != Kind::sensor_offset || !guides_chiller(machine, id)) return value;
-  // The offset of a guiding sensor acts on the machine; what a record alone is off by does not.
+/// Of a sensor: offset or drift of what a record shows.
+MachineValue recorded_value(Machine& machine, const std::string& channel, const KindRow& row) {
   MachineValue recorded = reading_value(machine, channel, row);
-  recorded.key = "offset";
+  recorded.key = row.kind == Kind::sensor_drift ? "drift_1_h" : "offset";
   return recorded;
+}
+
+MachineValue sensor_value(Machine& machine, const std::string& id, const Parameter& parameter, const KindRow& row) {
+  const MachineValue value = value_in(machine.sensors, "sensor", id, row);
+  // The offset of a guiding sensor acts on the machine; what a record alone is off by does not.
+  const bool recorded = parameter.of_record || (row.kind == Kind::sensor_offset && guides_chiller(machine, id));
+  return recorded ? recorded_value(machine, parameter.where, row) : value;
 }
 
 }  // namespace
@@ -242,7 +247,7 @@ std::vector<MachineValue> machine_values(Machine& machine, const Parameter& para
     case Target::body: return material_values(machine, id, row);
     case Target::scale: return {axis_value(machine.scales, "scale", id, row)};
     case Target::screw: return {axis_value(machine.screws, "screw", id, row)};
-    case Target::sensor: return {sensor_value(machine, id, parameter.where, row)};
+    case Target::sensor: return {sensor_value(machine, id, parameter, row)};
     case Target::reading: return {reading_value(machine, id, row)};
     case Target::nothing: break;
   }
