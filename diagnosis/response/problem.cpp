@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "diagnosis/response/problem.h"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -8,6 +10,7 @@
 #include "core/thread_pool.h"
 #include "core/units.h"
 #include "diagnosis/causes/kinds.h"
+#include "diagnosis/causes/machine_value.h"
 #include "diagnosis/causes/parameter.h"
 #include "diagnosis/causes/shared_causes.h"
 #include "diagnosis/record/diagnose_options.h"
@@ -153,6 +156,49 @@ ChannelCovariance channel_covariance(const ObservedChannel& channel, const Eigen
   return cov;
 }
 
+/// ln of the Bayes factor at which two causes are told apart: that of what counts as identifiable.
+constexpr double told_apart = 5.0;
+
+/// A material that the record does not tell from one of its bodies is no cause beside it, but stays as uncertain as it
+/// is: the other bodies show nothing of it.
+void drop_materials_like_a_body(const mesh::Machine& machine, Problem& problem) {
+  const Whitener whitener(problem.fitted_covariance());
+  Eigen::MatrixXd nuisances;  // white, in units of their prior
+  Eigen::LLT<Eigen::MatrixXd> factor;
+  for (Parameter& material : problem.parameters) {
+    if (row_of(material.kind).target != Target::body || machine.body_index(material.where) >= 0) continue;
+    if (nuisances.size() == 0) {
+      nuisances = whitener.whiten(problem.fitted(problem.columns)) * problem.prior_std.asDiagonal();
+      factor.compute(Eigen::MatrixXd::Identity(nuisances.cols(), nuisances.cols()) + nuisances.transpose() * nuisances);
+    }
+    // Inner products of white columns less what nuisances take of them; both per unit of their parameters.
+    const auto product = [&](Index a, Index b) {
+      const Eigen::VectorXd left = nuisances.col(a) / problem.prior_std[a],
+                            right = nuisances.col(b) / problem.prior_std[b];
+      const Eigen::VectorXd taken = factor.solve(nuisances.transpose() * right);
+      return left.dot(right) - (nuisances.transpose() * left).dot(taken);
+    };
+    const Index own = &material - problem.parameters.data();
+    const auto log_evidence = [&](Index cause) {
+      const Parameter& p = problem.parameters[cause];
+      const double width = p.cause_std * p.cause_std - problem.prior_std[cause] * problem.prior_std[cause],
+                   square = width * product(cause, cause), seen = product(cause, own) * material.cause_std;
+      return 0.5 * (width * seen * seen / (1.0 + square) - std::log1p(square));
+    };
+    const double of_material = log_evidence(own);
+    for (const mesh::BodySpec* body : bodies_of_material(machine, material.where)) {
+      const auto same = std::find_if(problem.parameters.begin(), problem.parameters.end(), [&](const Parameter& p) {
+        return p.kind == material.kind && p.where == body->id;
+      });
+      if (same == problem.parameters.end()) continue;
+      if (of_material < log_evidence(same - problem.parameters.begin()) + told_apart) {
+        material.cause_std = material.nominal_std;
+        break;
+      }
+    }
+  }
+}
+
 }  // namespace
 
 double start_std(const Observations& record) { return std::hypot(start_std_K, record.start_spread_K); }
@@ -260,6 +306,7 @@ Problem make_problem(const mesh::Machine& machine, Records records, Observations
   }
   problem.expected_std += (problem.columns * problem.prior_std.asDiagonal()).rowwise().squaredNorm();
   problem.expected_std = problem.expected_std.cwiseSqrt();
+  drop_materials_like_a_body(machine, problem);
   return problem;
 }
 
