@@ -65,8 +65,10 @@ TEST(SharedCauses, TheMachineIsOneAndReadingsAreSharedOrNot) {
 TEST(SharedCauses, WhatOneRecordAloneIsOffByIsAReadingOfIt) {
   const Two two = two_records();
   const mesh::Machine machine = lumped::machine();
+  int found = 0;
   for (const Parameter& p : diagnosis::candidates_of_records(machine, two.records, two.observations, false)) {
-    if (p.where != "friday/T1_reading" || !p.of_record) continue;
+    if (p.where != "friday/T1_reading") continue;
+    ++found;
     const mesh::Machine changed = diagnosis::with_parameter(machine, p, 0.5);
     EXPECT_EQ(changed.sensors.front().offset, machine.sensors.front().offset) << name_of(p);
     EXPECT_EQ(changed.sensors.front().drift, machine.sensors.front().drift) << name_of(p);
@@ -78,6 +80,7 @@ TEST(SharedCauses, WhatOneRecordAloneIsOffByIsAReadingOfIt) {
     EXPECT_NEAR(3600.0 * written.readings[0].drift, p.kind == Kind::sensor_drift ? 0.5 : 0.0, 1e-12);
     EXPECT_EQ(written.readings[0].shift, p.kind == Kind::clock_shift ? 0.5 : 0.0);
   }
+  EXPECT_EQ(found, 3) << "offset, drift and clock";
 }
 
 }  // namespace
